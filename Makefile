@@ -1,0 +1,165 @@
+# Shearwater: every command a person runs. `make help` lists them.
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+
+VERSION := 0.1.0
+PREFIX  ?= /usr/local
+B       ?= build
+CC      ?= gcc
+EXTRA   ?=
+STD     := -std=c17 -D_GNU_SOURCE
+WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
+MARCH   := -march=x86-64-v2
+OPT     := -O2 -g -ffp-contract=off -fno-math-errno
+CPPFLAGS += -I. -I$(B)
+CFLAGS  := $(STD) $(WARN) $(OPT) $(EXTRA)
+
+proto_src  := $(wildcard proto/*.c)
+server_src := $(filter-out server/main.c,$(shell find server -name '*.c' -not -path 'server/import/*' 2>/dev/null))
+import_src := $(filter-out server/import/main.c,$(wildcard server/import/*.c))
+worker_src := $(filter-out worker/main.c,$(shell find worker -name '*.c' 2>/dev/null))
+unit_src   := $(wildcard tests/unit/*/test_*.c)
+fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
+fake_src   := $(wildcard tests/fake/*.c)
+bench_src  := $(wildcard tests/bench/bench_*.c)
+all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
+              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src)
+own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
+obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
+
+proto_libs  := -lblosc -lgnutls -ljansson -lisal -lm -lpthread
+server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
+import_libs := -lassimp -lpng -lturbojpeg $(proto_libs)
+worker_libs := -lembree3 -luv $(proto_libs)
+
+programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import
+unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
+fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
+fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src))
+benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
+
+.PHONY: all deps deps-browser deps-dev demo test unit system browser bench bench-quick fuzz asan \
+        tsan lint format install uninstall clean help
+all: $(programs)
+
+## deps: install what is missing from Debian's packages
+deps:
+	@deploy/install-deps.sh
+## deps-browser: the same, and what the browser tests need
+deps-browser:
+	@deploy/install-deps.sh --browser
+deps-dev:
+	@deploy/install-deps.sh --browser --dev
+
+## demo: set everything up, render a shipped scene with two workers, write demo.exr and demo.png
+demo: deps
+	@$(MAKE) --no-print-directory -j$$(nproc) all
+	@deploy/demo.sh $(B)
+## test: set everything up, run all tests; ends with "N passed, N failed"
+test: deps-browser
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches)
+	@tests/run $(B)
+## unit: the unit tests alone
+unit: all $(unit)
+	@tests/run $(B) unit
+## system: the tests of real processes alone
+system: all $(fakes) $(benches)
+	@tests/run $(B) system
+## browser: the browser tests alone
+browser: all
+	@tests/run $(B) browser
+## bench: rays per second and coordinator cost, each beside its baseline
+bench: all $(benches) $(fakes)
+	@tests/bench/run $(B)
+## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
+seconds ?= 60
+fuzz: deps-dev
+	@$(MAKE) --no-print-directory -j$$(nproc) $(fuzzers)
+	@tests/fuzz/run $(B) $(seconds)
+fuzzers: $(fuzzers)
+## asan: all unit and system tests under address and undefined behaviour sanitizers
+asan:
+	@$(MAKE) --no-print-directory -j$$(nproc) B=build/asan EXTRA="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer" sanitized
+## tsan: the same under the thread sanitizer
+tsan:
+	@$(MAKE) --no-print-directory -j$$(nproc) B=build/tsan EXTRA="-fsanitize=thread -fno-omit-frame-pointer" sanitized
+.PHONY: sanitized fuzzers
+sanitized: $(programs) $(unit) $(fakes) $(benches)
+	@tests/run $(B) unit system
+## lint: layout, clang-tidy, cppcheck, include arrows
+lint: deps-dev
+	@tests/lint/run
+## format: lay all code out
+format:
+	clang-format -i $(own_files)
+
+## install: DESTDIR= PREFIX=
+share := $(DESTDIR)$(PREFIX)/share/shearwater
+install: all
+	install -Dm755 -t $(DESTDIR)$(PREFIX)/bin $(programs)
+	cd web && find . -type f -not -name '.*' -exec install -Dm644 {} $(share)/web/{} \;
+	install -Dm644 -t $(share) proto/openapi.yaml
+	install -Dm644 -t $(DESTDIR)$(PREFIX)/share/doc/shearwater README.md LICENSE CHANGELOG.md proto/PROTOCOL.md
+uninstall:
+	rm -f $(addprefix $(DESTDIR)$(PREFIX)/bin/,$(notdir $(programs)))
+	rm -rf $(share) $(DESTDIR)$(PREFIX)/share/doc/shearwater
+clean:
+	rm -rf build
+help:
+	@sed -n 's/^## /  /p' Makefile
+
+# The build id: the version and a digest of all sources that samples depend on.
+$(B)/build_id.h: $(sort $(wildcard proto/*.[ch] proto/*.def) $(shell find worker server -name '*.[ch]' -o -name '*.def')) Makefile
+	@mkdir -p $(B)
+	@printf '#define BUILD_ID "$(VERSION)+%s"\n' "$$(cat $(sort $(filter-out Makefile,$^)) | sha256sum | cut -c1-12)" > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; touch $@; else mv $@.new $@; fi
+$(B)/obj/proto/build.o: $(B)/build_id.h
+
+$(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
+$(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
+$(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
+$(B)/obj/%.o: %.c
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@
+
+$(B)/libproto.a: $(call obj,$(proto_src))
+$(B)/libserver.a: $(call obj,$(server_src))
+$(B)/libimport.a: $(call obj,$(import_src))
+$(B)/libworker.a: $(call obj,$(worker_src))
+$(B)/lib%.a:
+	@rm -f $@
+	@ar rcs $@ $^
+
+$(B)/shearwater: $(call obj,server/main.c) $(B)/libserver.a $(B)/libproto.a
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
+$(B)/shearwater-import: $(call obj,server/import/main.c) $(B)/libimport.a $(B)/libproto.a
+	$(CC) $(CFLAGS) $^ -o $@ $(import_libs)
+$(B)/shearwater-worker: $(call obj,worker/main.c) $(B)/libworker.a $(B)/libproto.a
+	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+
+$(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(proto_libs)
+$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libserver.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
+$(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(B)/libimport.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(import_libs)
+$(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(worker_libs)
+$(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
+$(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+
+# Fuzz targets are built from sources with clang; a line "// sources: a.c b.c" adds more than proto.
+$(B)/fuzz/%: tests/fuzz/%.c $(proto_src) $(B)/build_id.h
+	@mkdir -p $(@D)
+	clang-14 $(CPPFLAGS) $(STD) -g -O1 -march=x86-64-v2 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
+	  $< $(proto_src) $$(sed -n 's|^// sources: ||p' $<) -o $@ $(proto_libs)
+
+-include $(patsubst %.c,$(B)/obj/%.d,$(all_src))

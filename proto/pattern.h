@@ -1,0 +1,39 @@
+#pragma once
+/* Sample positions: the one module that knows them. The worker samples by it, and filters in the
+ * coordinator recompute from it where each sample lay.
+ *
+ * Everything is a pure function of (seed, frame, pixel, sample, dimension). A pixel has one jitter
+ * per dimension, shared by its l x l strata (uniform jitter, filters.md section 2); the jitter runs
+ * over the pixel grid as an R2 sequence with a hashed origin (section 8). */
+#include <stdint.h>
+
+/* Uses of randomness; append-only. Each is two-dimensional and independent of the others. */
+enum pattern_dimension {
+    PATTERN_PIXEL = 0,           /* sub-pixel position of anti-aliasing rays */
+    PATTERN_INDIRECT = 1,        /* direction of the first bounce */
+    PATTERN_INDIRECT_CHOICE = 2, /* which light the bounce point samples (x) */
+    PATTERN_INDIRECT_LIGHT = 3,  /* where on that light */
+    PATTERN_LENS = 4,
+    PATTERN_LIGHT = 16,          /* + light index: position on that light */
+};
+
+struct pattern {
+    uint64_t seed;
+    uint32_t frame;
+};
+
+/* The pixel's jitter in a dimension: both in [0,1). */
+void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, float out[2]);
+
+/* Sample i of l x l in the dimension: ((i % l + j0) / l, (i / l + j1) / l), both in [0,1). */
+void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2]);
+
+/* Sample i of l x l with the strata visited in an order hashed from pixel and dimension, for
+ * dimensions that must not move in step with another one. Both in [0,1). */
+void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, uint32_t l,
+                      uint32_t i, float out[2]);
+
+/* Position of anti-aliasing ray k of `count` inside the pixel, in [0,1)^2; the primary ray itself
+ * goes through (0.5, 0.5). */
+void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
+                   float out[2]);

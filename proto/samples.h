@@ -1,0 +1,101 @@
+#pragma once
+/* The sample buffer of a tile: which planes exist, their layout, packing, validation.
+ *
+ * A plane is w*h elements of one component, row by row. Components of a plane follow each other
+ * (planar). Planes are grouped by element size, 4-byte ones first, then 2, then 1, and each group
+ * is byte-shuffled and compressed as one (blosc, zstd level 1). A plane whose samples are all the
+ * default (zero bits) need not be sent: its bit in the tile's masks is then clear.
+ *
+ * Bytes a pixel before compression:
+ *   depth 4 + normal 4 + albedo 6 + id 4
+ *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
+ *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2
+ *   + indirect strata 8 l_i^2
+ *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
+ * 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
+ * 18 + 36 + 14 + 10 = 78; with indirect strata instead of half-sums 138. */
+#include "proto/plan.h"
+
+enum plane_id {
+    PLANE_DEPTH = 0,         /* f32: distance along the unit camera ray; 0: no surface */
+    PLANE_NORMAL = 1,        /* u32: octahedron_pack16 of the shading normal, facing the camera */
+    PLANE_ALBEDO = 2,        /* 3 x u16: unorm, diffuse albedo */
+    PLANE_ID = 3,            /* u32: instance index + 1; 0: no surface */
+    PLANE_SUB_DEPTH = 4,     /* per sub-sample f16: d/d_ref - 1, d_ref the pixel's depth or, without
+                                surface, length_unit; SUB_DEPTH_MISS: no surface */
+    PLANE_SUB_NORMAL = 5,    /* per sub-sample u16: octahedron_pack8 */
+    PLANE_SUB_ALBEDO = 6,    /* per sub-sample 3 x u16: unorm */
+    PLANE_SUB_ID = 7,        /* per sub-sample u16: low bits of the id, 0 only for no surface */
+    PLANE_EMISSION = 8,      /* 3 x f16: radiance * radiance_scale emitted towards the camera, mean
+                                over the pixel's centre and sub-samples */
+    PLANE_INDIRECT_MEAN = 9, /* 3 x f16: mean radiance * radiance_scale over the cosine-distributed
+                                bounce rays: irradiance / pi */
+    PLANE_INDIRECT_HALVES = 10, /* 6 x f16: mean over even samples, mean over odd ones, rgb each; for
+                                l = 1 both are the sample. The mean over all is
+                                (ceil(n/2) even + floor(n/2) odd) / n */
+    PLANE_REFLECTOR = 11,    /* f16: nearest bounce hit's distance / length_unit; 0: none hit */
+    PLANE_INDIRECT_STRATA = 12, /* per stratum 4 x f16: rgb * radiance_scale, hit distance /
+                                length_unit (0: miss) */
+    PLANE_ID_COUNT = 13
+};
+
+enum light_plane_id {
+    LIGHT_PLANE_IRRADIANCE = 0, /* f32: E of plan.h with visibility: the plain Monte Carlo mean */
+    LIGHT_PLANE_VISIBILITY = 1, /* bits, ceil(l^2/8) x u8: stratum i seen at bit i & 7 of byte i >> 3;
+                                   not traced (below the horizon, facing away) counts as seen */
+    LIGHT_PLANE_SLOPES = 2,     /* 2 x f16: least and largest slope s = t/(1-t) over blocked strata;
+                                   0, 0: none blocked */
+    LIGHT_PLANE_COUNT = 3
+};
+
+#define SUB_DEPTH_MISS (-1.0f)
+
+/* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */
+#define SAMPLES_ABSENT UINT32_MAX
+struct samples_layout {
+    int32_t width_px, height_px;
+    uint32_t light_count, sub_samples, indirect_strata; /* indirect_strata = l_i^2 */
+    uint32_t light_strata[LIMIT_LIGHTS];                /* l^2 */
+    uint32_t planes;                                    /* bits of enum plane_id */
+    uint8_t light_planes[LIMIT_LIGHTS];                 /* bits of enum light_plane_id */
+    uint32_t offset[PLANE_ID_COUNT];
+    uint32_t light_offset[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
+    uint32_t group_bytes[3]; /* sizes of the 4-, 2- and 1-byte groups */
+    uint32_t total_bytes;
+};
+
+/* All planes that the plan asks for, for a tile of w x h. ERR_LIMIT when it would not fit a frame. */
+int samples_layout_init(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
+                        int32_t height_px);
+
+/* The same with only the planes in `planes` and `light_planes` (a subset of the plan's). */
+int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
+                          int32_t height_px, uint32_t planes, const uint8_t *light_planes);
+
+struct samples {
+    struct samples_layout layout;
+    uint8_t *data; /* layout.total_bytes, 64-byte aligned, owned */
+};
+
+/* Zeroed buffer. Owned by the caller; destroy nulls the pointer. */
+int samples_create(const struct samples_layout *layout, struct samples **out);
+void samples_destroy(struct samples **s);
+
+/* Component c of a plane, w*h elements; NULL when the plane is absent. Sub-sample planes: component
+ * = sub * components_per_sub + c (depth, normal, id 1; albedo 3); strata: stratum * 4 + c. The
+ * element size must match the plane (asserted). */
+float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
+uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);
+uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t component);
+float *samples_light_irradiance(const struct samples *s, uint32_t light);
+uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte);
+uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which);
+
+/* Packs s into w: drops planes that are all zero (counted in *dropped), shuffles, compresses. */
+int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped);
+
+/* Unpacks and validates against the plan: sizes and masks fit it, every number is finite and within
+ * its range. Absent planes read as zero: the result has all planes of the plan. On error nothing is
+ * returned and *fault names the plane and the pixel. */
+int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, int32_t width_px,
+                   int32_t height_px, struct samples **out, struct fault *fault);

@@ -1,0 +1,77 @@
+#pragma once
+/* The workers: their links, sessions, roster, and the local worker processes.
+ *
+ * The fleet knows tiles as numbers and plans as bytes; what they mean is its client's. It calls the
+ * client on the loop's thread. It never calls back from inside a fleet_ function. */
+#include <jansson.h>
+#include <stdbool.h>
+#include <uv.h>
+
+#include "proto/message.h"
+
+struct fleet;
+
+struct fleet_tile {
+    uint64_t frame_id;
+    uint32_t index, generation;
+    struct rect rect;
+};
+
+struct fleet_client {
+    void *ctx;
+    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later).
+     * `capabilities` are the worker's. */
+    bool (*next_tile)(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
+    /* The plan's bytes, borrowed until the frame is cancelled or done; NULL: the frame is gone. */
+    const uint8_t *(*plan)(void *ctx, uint64_t frame_id, uint32_t *size_bytes);
+    /* A result came. The client either answers now (a verdict) or returns 0, takes over *bytes (to
+     * be freed with free) and answers later with fleet_ack. */
+    uint32_t (*result)(void *ctx, uint64_t worker, const struct message_result *result,
+                       uint8_t **bytes, uint32_t size_bytes);
+    /* A lease came back: returned, its worker gone, or silent for too long. */
+    void (*returned)(void *ctx, uint64_t worker, const struct fleet_tile *tile);
+    /* A worker says that a tile cannot be rendered. */
+    void (*faulted)(void *ctx, uint64_t worker, const struct message_tile_fault *fault);
+    /* Path of a blob; false when there is none such. */
+    bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
+};
+
+struct fleet_options {
+    const char *socket_path;    /* Unix socket for local workers; owner-only */
+    const char *listen;         /* "ADDR:PORT" for TCP, loopback only; NULL: none */
+    const char *worker_program; /* path of shearwater-worker */
+    const char *cache_dir;      /* for local workers' blobs */
+    const char *blob_dir;       /* local workers may map blobs from here without copying */
+    unsigned local_workers, worker_threads; /* threads 0: cores / workers, at least 1 */
+    uint32_t beat_ms;           /* default 500 */
+    uint32_t silence_ms;        /* a session without a word is ended; default 10000 */
+    uint32_t stall_ms;          /* a tile without progress is taken back; default 30000 */
+};
+
+int fleet_create(uv_loop_t *loop, const struct fleet_options *options,
+                 const struct fleet_client *client, struct fleet **out, struct fault *fault);
+
+/* Tells local workers to drain (SIGTERM), closes links; `closed` comes when all is released. */
+void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx);
+
+/* There may be tiles again: workers that wait are served before the loop sleeps. */
+void fleet_wake(struct fleet *fleet);
+void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack);
+/* Drops the frame on every worker; their leases are forgotten, not returned. */
+void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
+int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain); /* ERR_NOT_FOUND */
+
+/* Port of the TCP listener, 0 without one. */
+int fleet_port(const struct fleet *fleet);
+unsigned fleet_count(const struct fleet *fleet); /* sessions that may work */
+
+/* The roster as an array: id, name, state, threads, isa, build, embree, capabilities, tiles in hand
+ * and done, rays, rates, bytes, rss, cpu. New reference. */
+json_t *fleet_roster(const struct fleet *fleet);
+
+struct fleet_totals {
+    uint64_t bytes_received, bytes_sent, results, stale, duplicate, foreign, corrupt, returned,
+        refused, respawned;
+    uint64_t peak_rss_bytes; /* largest worker */
+};
+void fleet_totals(const struct fleet *fleet, struct fleet_totals *out);

@@ -1,0 +1,30 @@
+#pragma once
+/* The HTTP side: MHD inside the uv loop, one file per resource. */
+#include <uv.h>
+
+#include "server/fleet/fleet.h"
+#include "server/job/jobs.h"
+#include "server/store/objects.h"
+#include "server/stream/stream.h"
+
+struct http;
+
+struct http_options {
+    uv_loop_t *loop;
+    const char *listen; /* "ADDR:PORT"; loopback only; port 0: any free one */
+    const char *web_dir; /* the viewer's files */
+    const char *openapi_path;
+    const struct objects *objects;
+    struct team *team; /* hashing uploads, encoding pictures */
+    struct jobs *jobs;
+    struct fleet *fleet;
+    struct streams *streams;
+};
+
+/* *fault says why an address was refused. */
+int http_create(const struct http_options *options, struct http **out, struct fault *fault);
+int http_port(const struct http *http);
+
+/* Answers new requests with 503, ends streams; then destroy. */
+void http_drain(struct http *http);
+void http_destroy(struct http **http);

@@ -1,0 +1,84 @@
+#pragma once
+/* The jobs: accepted, durable, imported, planned, traced, reconstructed, encoded, told about.
+ *
+ * One thread, the loop's, owns all of it. Answers that need the disk or the importer come by
+ * callback on the same thread. */
+#include <jansson.h>
+#include <stdbool.h>
+#include <uv.h>
+
+#include "proto/job.h"
+#include "server/fleet/fleet.h"
+#include "server/image/exr.h"
+#include "server/store/job_store.h"
+#include "server/store/objects.h"
+#include "server/stream/stream.h"
+#include "server/team/team.h"
+
+struct jobs;
+
+struct jobs_options {
+    uv_loop_t *loop;
+    struct job_store *store;
+    const struct objects *objects;
+    struct streams *streams;
+    struct team *team;          /* reconstruction and encoding */
+    const char *import_program; /* path of shearwater-import */
+};
+
+int jobs_create(const struct jobs_options *options, struct jobs **out);
+
+/* The fleet's client; fleet is set once both exist. */
+struct fleet_client jobs_fleet_client(struct jobs *jobs);
+void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
+
+/* Takes up what the store holds unfinished. Blocking; before the loop runs. */
+int jobs_resume(struct jobs *jobs);
+
+/* Stops importers and drops frames in work (they stay unfinished in the store). */
+void jobs_destroy(struct jobs **jobs);
+
+/* Submission. On success `id` names a durable job, existed tells that the key was known. On failure
+ * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL.
+ * `job` is taken. */
+typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char *id, bool existed);
+void jobs_submit(struct jobs *jobs, struct job *job, const char *idempotency_key,
+                 const struct digest *body, jobs_submitted done, void *ctx);
+
+/* Imports (or finds the blob) and plans without submitting. plan: see jobs_get; borrowed. */
+typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *plan);
+void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx);
+
+/* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan {effects,
+ * layers, planes, skipped: [{what, why}], lights, camera, warnings}, statistics {...}, warnings,
+ * error, frames: [{number, state, exr, png}], revision}. NULL: no such job. Borrowed. */
+typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
+void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
+
+/* {jobs: [...summaries], next: cursor or null}. */
+void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
+               jobs_answer done, void *ctx);
+
+/* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row is
+ * removed, too. */
+void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx);
+
+/* A frame's picture: the finished file, or the image so far. */
+struct jobs_picture {
+    bool finished;
+    struct digest exr, png;    /* finished: objects */
+    struct image *image;       /* so far: borrowed for the call; NULL before the first tile */
+    uint64_t revision;         /* grows with every block */
+    const struct exr_metadata *metadata;
+};
+typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
+void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_pictured done, void *ctx);
+
+/* Counts for metrics and readiness. */
+struct jobs_totals {
+    uint64_t queued, importing, running, finished, failed, cancelled, submitted;
+    uint64_t tiles_done, tiles_reissued, results_dropped, samples_rejected;
+    struct counters counters;
+    uint64_t import_cpu_us, reconstruct_cpu_us, decode_cpu_us, encode_cpu_us;
+};
+void jobs_totals(const struct jobs *jobs, struct jobs_totals *out);

@@ -1,0 +1,35 @@
+#pragma once
+/* The samples of a block and its halo as float arrays: what reconstruction reads.
+ *
+ * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
+ * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border. */
+#include "proto/plan.h"
+
+struct patch_light {
+    float *irradiance;          /* E of plan.h */
+    uint8_t *visibility;        /* visibility_bytes planes of w*h bytes, as samples.h */
+    float *slope_min, *slope_max;
+};
+
+struct patch {
+    struct rect rect; /* in image pixels */
+    float *depth;     /* 0: no surface */
+    float *normal[3];
+    float *albedo[3];
+    uint32_t *id;
+    float *sub_depth[LIMIT_SUB_SAMPLES];  /* absolute distance along the sub-sample's ray; 0: none */
+    float *sub_normal[LIMIT_SUB_SAMPLES][3];
+    float *sub_albedo[LIMIT_SUB_SAMPLES][3];
+    uint32_t *sub_id[LIMIT_SUB_SAMPLES];  /* low 16 bits */
+    float *emission[3];                   /* radiance, scale taken out */
+    float *indirect[3];                   /* mean radiance, scale taken out */
+    float *indirect_even[3], *indirect_odd[3];
+    float *reflector;                     /* scene units; 0: none */
+    float *indirect_strata;               /* l_i^2 * 4 planes */
+    struct patch_light lights[LIMIT_LIGHTS];
+    void *memory; /* owned */
+};
+
+/* Allocates all arrays that the plan has for `rect`. */
+int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
+void patch_destroy(struct patch **patch);

@@ -1,0 +1,81 @@
+#pragma once
+/* Jobs on disk: SQLite in WAL mode, every change of a job's state a synced commit.
+ *
+ * Queries run on the store's own thread (a team of one, so in order); callbacks come on the loop's
+ * thread. Text handed in is copied; text in callbacks is borrowed for the call. */
+#include <stdbool.h>
+#include <uv.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+
+struct job_store;
+
+#define JOB_ID_BYTES 27 /* 26 characters and the end */
+
+/* One row of `jobs`. All pointers may be NULL for SQL NULL. */
+struct job_row {
+    char id[JOB_ID_BYTES]; /* sorts by time of creation */
+    const char *document;  /* job_write's JSON */
+    const char *state;     /* "queued" "importing" "running" "finished" "failed" "cancelled" */
+    const char *error;     /* problem JSON of a failed job */
+    const char *report;    /* JSON: plan, statistics, warnings, frames, as far as known */
+    int64_t created_ms, updated_ms;
+    int32_t priority;
+};
+
+/* One row of `frames`. */
+struct frame_row {
+    int32_t number;
+    const char *state;      /* "queued" "rendering" "encoding" "finished" */
+    struct digest exr, png; /* objects; zero until finished */
+};
+
+/* Opens or creates DIR/jobs.sqlite. ERR_IO, ERR_VERSION for a newer schema. */
+int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out);
+
+/* Lets pending writes finish. Nulls the pointer. The loop must run once more afterwards. */
+void job_store_close(struct job_store **store);
+
+typedef void (*job_store_done)(void *ctx, int error);
+
+/* Durable when `done` is called with 0. With idempotency_key (may be NULL): if the key is known with
+ * the same body digest, nothing is inserted and done gets ERR_EXISTS with `existing` the first job's
+ * id; with another body, ERR_MISMATCH. */
+typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
+void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
+                      const struct digest *body, job_store_inserted done, void *ctx);
+
+/* Sets state, error, report (each if not NULL). done may be NULL. */
+void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
+                      const char *report, job_store_done done, void *ctx);
+void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
+                            job_store_done done, void *ctx);
+void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);
+
+/* row NULL: no such job. frames: those that have a row, by number. */
+typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
+                                const struct frame_row *frames, size_t frame_count);
+void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
+
+/* Newest first, at most `limit`, strictly before id `cursor` (NULL: from the newest), in `state`
+ * (NULL: any). */
+typedef void (*job_store_listed)(void *ctx, int error, const struct job_row *rows, size_t count,
+                                 bool more);
+void job_store_list(struct job_store *s, const char *state, const char *cursor, size_t limit,
+                    job_store_listed done, void *ctx);
+
+/* Start-up, blocking: every job that is not finished, failed or cancelled, oldest first. The
+ * callback's pointers are borrowed. */
+int job_store_unfinished(struct job_store *s,
+                         void (*each)(void *ctx, const struct job_row *row,
+                                      const struct frame_row *frames, size_t frame_count),
+                         void *ctx);
+
+/* Which blob an import gave. `source` is a digest over the importer's build, the scene asset and its
+ * files. */
+void job_store_remember_blob(struct job_store *s, const struct digest *source,
+                             const struct digest *blob);
+typedef void (*job_store_blob)(void *ctx, int error, const struct digest *blob); /* NULL: unknown */
+void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
+                         void *ctx);

@@ -1,0 +1,47 @@
+#pragma once
+/* Files by the SHA-256 of their bytes: assets, scene blobs, results. A file is there whole or not
+ * at all: it is written beside its place, synced, then renamed.
+ *
+ *   DIR/objects/ab/cdef...   the files         DIR/tmp/   what is being written, swept at start
+ *
+ * Plain blocking calls without shared state: any thread may use one struct objects. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+
+#define OBJECTS_PATH_BYTES 4352
+
+struct objects {
+    char dir[4096];
+};
+
+/* Makes the folders, sweeps tmp. */
+int objects_open(struct objects *o, const char *dir);
+bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
+void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES]);
+
+/* A file being written. Owned by the caller; finish and abort free it and null the pointer. */
+struct object_writer;
+int object_writer_begin(const struct objects *o, struct object_writer **out);
+int object_writer_append(struct object_writer *w, const void *data, size_t size_bytes);
+
+/* The file's name while it is being written, for a library that opens files itself. */
+const char *object_writer_path(const struct object_writer *w);
+
+/* Syncs and renames. With `expected`, ERR_MISMATCH (and nothing kept) when the bytes' digest is
+ * another. *out is the digest in any case. A file that is already there is kept and this one
+ * dropped: 0 with *existed = true. */
+int object_writer_finish(struct object_writer **w, const struct digest *expected, struct digest *out,
+                         bool *existed);
+void object_writer_abort(struct object_writer **w);
+
+/* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. */
+int objects_adopt(const struct objects *o, const char *path, struct digest *out);
+
+/* A fresh private folder under tmp/ for the importer's work; the caller removes it with
+ * objects_remove_dir. */
+int objects_make_dir(const struct objects *o, char out[OBJECTS_PATH_BYTES]);
+void objects_remove_dir(const char *dir);

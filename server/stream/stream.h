@@ -1,0 +1,54 @@
+#pragma once
+/* What goes out while a job runs: events (Server-Sent Events with ids and replay) and pixels (a
+ * binary feed, newest wins).
+ *
+ * A stream belongs to one job. The job's side publishes; readers are MHD responses. All on the
+ * loop's thread. MHD_run must follow a publish for suspended readers to go on: stream_set_kick. */
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "server/image/image.h"
+
+struct streams;
+struct MHD_Response;
+struct MHD_Connection;
+
+int streams_create(struct streams **out);
+void streams_destroy(struct streams **streams);
+
+/* Called after connections were resumed; the HTTP side runs MHD soon. */
+void streams_set_kick(struct streams *streams, void (*kick)(void *ctx), void *ctx);
+
+/* Ends every reader (before the daemon stops). */
+void streams_end_all(struct streams *streams);
+
+/* An event of a job: name is state, progress, tile, frame, error or snapshot. data is written as
+ * compact JSON in one line and borrowed. Ids grow by one per job, from 1. `final` ends the readers
+ * after it. Kept in a ring of LIMIT_EVENT_RING; progress and tile events replace an unsent older one
+ * of their kind for slow readers. */
+void stream_event(struct streams *streams, const char *job, const char *name, json_t *data,
+                  bool final);
+
+/* The image that pixel readers see, borrowed until stream_image is called with NULL, and the part
+ * that changed. */
+void stream_image(struct streams *streams, const char *job, const struct image *image);
+void stream_pixels(struct streams *streams, const char *job, struct rect changed);
+
+/* Forgets the job; readers end. */
+void stream_forget(struct streams *streams, const char *job);
+
+/* A reader as an MHD response; NULL on failed allocation. `snapshot` (taken) is sent first when
+ * last_event_id (0: none) cannot be replayed from the ring. For jobs that have ended, the snapshot is
+ * the only event. */
+struct MHD_Response *stream_events_response(struct streams *streams, const char *job,
+                                            struct MHD_Connection *connection,
+                                            uint64_t last_event_id, json_t *snapshot, bool ended);
+
+/* The pixel feed of a layer: blocks "SWPX" (see PROTOCOL.md): u32 magic, u16 version, u16 format
+ * (1: 3 x f16), u32 x, y, w, h, u64 revision, then w*h*3 half floats, row by row. First message: the
+ * image's size (w = 0, h = 0, x = width, y = height). */
+struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,
+                                            struct MHD_Connection *connection, const char *layer);
+
+unsigned streams_readers(const struct streams *streams);
