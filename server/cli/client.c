@@ -1,0 +1,346 @@
+#include "server/cli/client.h"
+
+#include <curl/curl.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "proto/job.h"
+#include "server/cli/event_parser.h"
+
+#define ANSWER_LIMIT_BYTES (64u << 20)
+#define EVENT_TRIES 10
+
+struct client {
+    CURL *curl;
+    char base_url[512];
+    char message[CURL_ERROR_SIZE];
+};
+
+struct answer {
+    char *data;
+    size_t size_bytes;
+};
+
+int client_create(const char *base_url, struct client **out)
+{
+    struct client *c = calloc(1, sizeof *c);
+    if (!c)
+        return ERR_MEMORY;
+    c->curl = curl_easy_init();
+    if (!c->curl || strlen(base_url) >= sizeof c->base_url) {
+        client_destroy(&c);
+        return ERR_MEMORY;
+    }
+    strcpy(c->base_url, base_url);
+    *out = c;
+    return 0;
+}
+
+void client_destroy(struct client **client)
+{
+    if (!*client)
+        return;
+    if ((*client)->curl)
+        curl_easy_cleanup((*client)->curl);
+    free(*client);
+    *client = NULL;
+}
+
+const char *client_base_url(const char *option)
+{
+    if (option)
+        return option;
+    const char *from_env = getenv("SHEARWATER_SERVER");
+    return from_env && *from_env ? from_env : "http://127.0.0.1:8040";
+}
+
+/* A fresh request on the kept connection. Proxies are never asked: a render goes where it says. */
+static void begin(struct client *c, const char *path)
+{
+    char url[2048];
+    curl_easy_reset(c->curl);
+    snprintf(url, sizeof url, "%s%s", c->base_url, path);
+    curl_easy_setopt(c->curl, CURLOPT_URL, url);
+    curl_easy_setopt(c->curl, CURLOPT_NOPROXY, "*");
+    curl_easy_setopt(c->curl, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(c->curl, CURLOPT_ERRORBUFFER, c->message);
+    curl_easy_setopt(c->curl, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(c->curl, CURLOPT_CONNECTTIMEOUT, 10L);
+    c->message[0] = '\0';
+}
+
+static size_t collect(char *data, size_t size, size_t count, void *ctx)
+{
+    struct answer *a = ctx;
+    size_t more = size * count;
+    if (a->size_bytes + more > ANSWER_LIMIT_BYTES)
+        return 0;
+    char *grown = realloc(a->data, a->size_bytes + more + 1);
+    if (!grown)
+        return 0;
+    memcpy(grown + a->size_bytes, data, more);
+    a->data = grown;
+    a->size_bytes += more;
+    a->data[a->size_bytes] = '\0';
+    return more;
+}
+
+static int code_of_status(long status)
+{
+    switch (status) {
+    case 404:
+        return ERR_NOT_FOUND;
+    case 409:
+        return ERR_EXISTS;
+    case 429:
+    case 503:
+        return ERR_FULL;
+    default:
+        return ERR_RANGE;
+    }
+}
+
+/* What the server said, in its own words if it spoke the problem format. */
+static int refused(long status, const struct answer *a, struct fault *fault)
+{
+    json_t *problem = a->data ? json_loadb(a->data, a->size_bytes, 0, NULL) : NULL;
+    const char *detail = json_string_value(json_object_get(problem, "detail"));
+    const char *title = json_string_value(json_object_get(problem, "title"));
+    const char *pointer = json_string_value(json_object_get(problem, "pointer"));
+    int code = fault_set(fault, code_of_status(status), pointer ? pointer : "", "%s (HTTP %ld)",
+                         detail ? detail : title ? title : "the server refused", status);
+    json_decref(problem);
+    return code;
+}
+
+static int unreachable(struct client *c, CURLcode result, struct fault *fault)
+{
+    const char *why = c->message[0] ? c->message : curl_easy_strerror(result);
+    if (result == CURLE_COULDNT_CONNECT)
+        return fault_set(fault, ERR_IO, "",
+                         "no server answers at %s: start one with `shearwater serve`, or name "
+                         "another with --server",
+                         c->base_url);
+    return fault_set(fault, ERR_IO, "", "%s: %s", c->base_url, why);
+}
+
+/* Runs the prepared request; *status is set when 0 is returned. */
+static int perform(struct client *c, long *status, struct fault *fault)
+{
+    CURLcode result = curl_easy_perform(c->curl);
+    if (result != CURLE_OK)
+        return unreachable(c, result, fault);
+    curl_easy_getinfo(c->curl, CURLINFO_RESPONSE_CODE, status);
+    return 0;
+}
+
+static int hash_file(FILE *f, const char *path, struct digest *out, struct fault *fault)
+{
+    static const size_t chunk_bytes = 1 << 16;
+    struct digest_state *state = digest_begin();
+    char *chunk = malloc(chunk_bytes);
+    int error = state && chunk ? 0 : ERR_MEMORY;
+    size_t got;
+    while (!error && (got = fread(chunk, 1, chunk_bytes, f)) > 0)
+        error = digest_update(state, chunk, got);
+    if (!error && ferror(f))
+        error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
+    if (state)
+        digest_finish(&state, out);
+    free(chunk);
+    return error;
+}
+
+static int asset_known(struct client *c, const char *url_path, bool *known, struct fault *fault)
+{
+    long status = 0;
+    begin(c, url_path);
+    curl_easy_setopt(c->curl, CURLOPT_NOBODY, 1L);
+    int error = perform(c, &status, fault);
+    *known = status == 200;
+    return error;
+}
+
+static int upload(struct client *c, const char *url_path, FILE *f, curl_off_t size_bytes,
+                  struct fault *fault)
+{
+    struct answer answer = {0};
+    long status = 0;
+    begin(c, url_path);
+    curl_easy_setopt(c->curl, CURLOPT_UPLOAD, 1L);
+    curl_easy_setopt(c->curl, CURLOPT_READDATA, f);
+    curl_easy_setopt(c->curl, CURLOPT_INFILESIZE_LARGE, size_bytes);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
+    int error = perform(c, &status, fault);
+    if (!error && status >= 400)
+        error = refused(status, &answer, fault);
+    free(answer.data);
+    return error;
+}
+
+int client_put_asset(struct client *c, const char *path, struct digest *digest, struct fault *fault)
+{
+    char hex[DIGEST_HEX_BYTES], url_path[DIGEST_HEX_BYTES + 32];
+    struct stat info;
+    bool known = false;
+    FILE *f = fopen(path, "rb");
+    if (!f || fstat(fileno(f), &info) != 0) {
+        if (f)
+            fclose(f);
+        return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
+    }
+    if (!S_ISREG(info.st_mode)) {
+        fclose(f);
+        return fault_set(fault, ERR_TYPE, "", "%s is not a regular file", path);
+    }
+    int error = hash_file(f, path, digest, fault);
+    if (!error) {
+        digest_to_hex(digest, hex);
+        snprintf(url_path, sizeof url_path, "/v1/assets/%s", hex);
+        error = asset_known(c, url_path, &known, fault);
+    }
+    if (!error && !known) {
+        rewind(f);
+        error = upload(c, url_path, f, (curl_off_t)info.st_size, fault);
+    }
+    fclose(f);
+    return error;
+}
+
+static int parse_answer(const struct answer *a, json_t **out, struct fault *fault)
+{
+    if (a->size_bytes == 0) {
+        *out = json_null();
+        return 0;
+    }
+    *out = json_loadb(a->data, a->size_bytes, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, NULL);
+    return *out ? 0 : fault_set(fault, ERR_SYNTAX, "", "the server's answer is not JSON");
+}
+
+int client_json(struct client *c, const char *method, const char *path, const json_t *body,
+                json_t **out, struct fault *fault)
+{
+    struct answer answer = {0};
+    struct curl_slist *headers = NULL;
+    char *text = body ? json_dumps(body, JSON_COMPACT) : NULL;
+    long status = 0;
+    if (body && !text)
+        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    begin(c, path);
+    curl_easy_setopt(c->curl, CURLOPT_CUSTOMREQUEST, method);
+    if (text) {
+        headers = curl_slist_append(headers, "Content-Type: application/json");
+        curl_easy_setopt(c->curl, CURLOPT_HTTPHEADER, headers);
+        curl_easy_setopt(c->curl, CURLOPT_POSTFIELDS, text);
+    }
+    curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
+    int error = perform(c, &status, fault);
+    if (!error && status >= 400)
+        error = refused(status, &answer, fault);
+    if (!error)
+        error = parse_answer(&answer, out, fault);
+    curl_slist_free_all(headers);
+    free(answer.data);
+    free(text);
+    return error;
+}
+
+/* Bodies of errors are small documents: read them back from the file they went into. */
+static int refused_download(const char *path, long status, struct fault *fault)
+{
+    char text[4096];
+    FILE *f = fopen(path, "rb");
+    struct answer answer = {text, 0};
+    if (f) {
+        answer.size_bytes = fread(text, 1, sizeof text - 1, f);
+        fclose(f);
+    }
+    text[answer.size_bytes] = '\0';
+    return refused(status, &answer, fault);
+}
+
+int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault)
+{
+    char part[4096];
+    long status = 0;
+    if (snprintf(part, sizeof part, "%s.part", path) >= (int)sizeof part)
+        return fault_set(fault, ERR_LIMIT, "", "%s: the name is too long", path);
+    FILE *f = fopen(part, "wb");
+    if (!f)
+        return fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
+    begin(c, url_path);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, f);
+    int error = perform(c, &status, fault);
+    if (fclose(f) != 0 && !error)
+        error = fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
+    if (!error && status >= 400)
+        error = refused_download(part, status, fault);
+    if (!error && rename(part, path) != 0)
+        error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
+    if (error)
+        unlink(part);
+    return error;
+}
+
+static size_t feed_events(char *data, size_t size, size_t count, void *ctx)
+{
+    return event_parser_feed(ctx, data, size * count) ? size * count : 0;
+}
+
+/* One connection's worth of events. */
+static int follow(struct client *c, const char *path, struct event_parser *parser, long *status,
+                  struct fault *fault)
+{
+    char last[64];
+    struct curl_slist *headers = curl_slist_append(NULL, "Accept: text/event-stream");
+    if (parser->last_id[0]) {
+        snprintf(last, sizeof last, "Last-Event-ID: %s", parser->last_id);
+        headers = curl_slist_append(headers, last);
+    }
+    begin(c, path);
+    curl_easy_setopt(c->curl, CURLOPT_HTTPHEADER, headers);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, feed_events);
+    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, parser);
+    /* The server says something at least every 15 s; a minute of silence is a dead link. */
+    curl_easy_setopt(c->curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(c->curl, CURLOPT_LOW_SPEED_TIME, 60L);
+    int error = perform(c, status, fault);
+    curl_slist_free_all(headers);
+    return error;
+}
+
+int client_events(struct client *c, const char *job, client_event event, void *ctx,
+                  struct fault *fault)
+{
+    char path[256];
+    struct event_parser parser;
+    int error = 0;
+    snprintf(path, sizeof path, "/v1/jobs/%s/events", job);
+    event_parser_init(&parser, event, ctx);
+    for (int tries = 0; tries < EVENT_TRIES && !parser.stopped; tries++) {
+        uint64_t before = parser.events;
+        long status = 0;
+        event_parser_restart(&parser);
+        error = follow(c, path, &parser, &status, fault);
+        if (!error && status >= 400) {
+            error = fault_set(fault, code_of_status(status), "", "events of job %s: HTTP %ld", job,
+                              status);
+            break;
+        }
+        if (parser.events > before)
+            tries = -1;
+        if (!parser.stopped)
+            nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
+    }
+    if (parser.stopped)
+        error = 0;
+    event_parser_fini(&parser);
+    return error;
+}

@@ -1,0 +1,37 @@
+#pragma once
+/* The command line's side of the HTTP contract, over libcurl. Blocking; one client a thread.
+ *
+ * Functions return 0 or a negative ERR_ code and fill *fault with what the server said (its problem
+ * document's pointer and detail) or why it could not be asked. */
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+
+struct client;
+
+/* base_url: "http://127.0.0.1:8040", no slash at the end. */
+int client_create(const char *base_url, struct client **out);
+void client_destroy(struct client **client);
+
+/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else the default. */
+const char *client_base_url(const char *option);
+
+/* Uploads a file unless the server has it; *digest is its name. */
+int client_put_asset(struct client *c, const char *path, struct digest *digest,
+                     struct fault *fault);
+
+/* method on path ("/v1/jobs"), with `body` as JSON when not NULL. *out is the answer (new reference;
+ * JSON null for an empty one). Any status from 400 on is an error. */
+int client_json(struct client *c, const char *method, const char *path, const json_t *body,
+                json_t **out, struct fault *fault);
+
+/* Saves an answer's body at `path`, whole or not at all. */
+int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault);
+
+/* Follows a job's events until `event` returns false or the stream ends. Reconnects with
+ * Last-Event-ID when the link breaks; gives up after ten tries in a row without an event. */
+typedef bool (*client_event)(void *ctx, const char *name, const json_t *data);
+int client_events(struct client *c, const char *job, client_event event, void *ctx,
+                  struct fault *fault);

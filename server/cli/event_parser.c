@@ -1,0 +1,114 @@
+#include "server/cli/event_parser.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define EVENT_LIMIT_BYTES (16u << 20)
+
+void event_parser_init(struct event_parser *p,
+                       bool (*event)(void *ctx, const char *name, const json_t *data), void *ctx)
+{
+    *p = (struct event_parser){.event = event, .ctx = ctx};
+}
+
+void event_parser_fini(struct event_parser *p)
+{
+    free(p->line);
+    free(p->data);
+    p->line = p->data = NULL;
+}
+
+void event_parser_restart(struct event_parser *p)
+{
+    p->line_bytes = p->data_bytes = 0;
+    p->name[0] = '\0';
+}
+
+static bool append(char **buffer, size_t *size_bytes, size_t *capacity, const char *more,
+                   size_t more_bytes)
+{
+    size_t need = *size_bytes + more_bytes + 1;
+    if (need > EVENT_LIMIT_BYTES)
+        return false;
+    if (need > *capacity) {
+        size_t grown = need * 2;
+        char *fresh = realloc(*buffer, grown);
+        if (!fresh)
+            return false;
+        *buffer = fresh;
+        *capacity = grown;
+    }
+    memcpy(*buffer + *size_bytes, more, more_bytes);
+    *size_bytes += more_bytes;
+    (*buffer)[*size_bytes] = '\0';
+    return true;
+}
+
+static void copy_field(char *out, size_t capacity, const char *value)
+{
+    size_t n = strnlen(value, capacity - 1);
+    memcpy(out, value, n);
+    out[n] = '\0';
+}
+
+/* The blank line that ends an event. */
+static bool dispatch(struct event_parser *p)
+{
+    bool go_on = true;
+    if (p->data_bytes > 0) {
+        json_t *data = json_loadb(p->data, p->data_bytes, JSON_DECODE_ANY, NULL);
+        p->events++;
+        go_on = p->event(p->ctx, p->name[0] ? p->name : "message", data);
+        json_decref(data);
+    }
+    p->data_bytes = 0;
+    p->name[0] = '\0';
+    p->stopped = !go_on;
+    return go_on;
+}
+
+static bool take_line(struct event_parser *p)
+{
+    char *line = p->line ? p->line : (char[]){""};
+    if (p->line_bytes == 0)
+        return dispatch(p);
+    char *colon = strchr(line, ':');
+    if (colon == line)
+        return true; /* a comment */
+    char *value = colon ? colon + 1 : line + p->line_bytes;
+    if (colon)
+        *colon = '\0';
+    if (*value == ' ')
+        value++;
+    if (strcmp(line, "event") == 0)
+        copy_field(p->name, sizeof p->name, value);
+    else if (strcmp(line, "id") == 0)
+        copy_field(p->last_id, sizeof p->last_id, value);
+    else if (strcmp(line, "data") == 0) {
+        if (p->data_bytes > 0 && !append(&p->data, &p->data_bytes, &p->data_capacity, "\n", 1))
+            return false;
+        return append(&p->data, &p->data_bytes, &p->data_capacity, value, strlen(value));
+    }
+    return true;
+}
+
+bool event_parser_feed(struct event_parser *p, const char *bytes, size_t size_bytes)
+{
+    const char *end = bytes + size_bytes;
+    while (bytes < end && !p->stopped) {
+        const char *newline = memchr(bytes, '\n', (size_t)(end - bytes));
+        const char *stop = newline ? newline : end;
+        if (!append(&p->line, &p->line_bytes, &p->line_capacity, bytes, (size_t)(stop - bytes)))
+            return false;
+        bytes = newline ? newline + 1 : end;
+        if (!newline)
+            break;
+        if (p->line_bytes > 0 && p->line[p->line_bytes - 1] == '\r')
+            p->line[--p->line_bytes] = '\0';
+        if (!take_line(p))
+            return false;
+        p->line_bytes = 0;
+        p->line[0] = '\0';
+    }
+    return !p->stopped;
+}

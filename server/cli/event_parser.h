@@ -1,0 +1,28 @@
+#pragma once
+/* Server-Sent Events from a byte stream (WHATWG HTML, section 9.2.6), data as JSON. */
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct event_parser {
+    bool (*event)(void *ctx, const char *name, const json_t *data); /* false: stop */
+    void *ctx;
+    char *line; /* owned; the unfinished line */
+    size_t line_bytes, line_capacity;
+    char *data; /* owned; data lines of the unfinished event */
+    size_t data_bytes, data_capacity;
+    char name[64], last_id[40];
+    uint64_t events;
+    bool stopped; /* by the callback */
+};
+
+void event_parser_init(struct event_parser *p,
+                       bool (*event)(void *ctx, const char *name, const json_t *data), void *ctx);
+void event_parser_fini(struct event_parser *p);
+
+/* A new connection: forgets the unfinished event, keeps the last id. */
+void event_parser_restart(struct event_parser *p);
+
+/* False when it was stopped, memory is exhausted or an event is above 16 MiB. */
+bool event_parser_feed(struct event_parser *p, const char *bytes, size_t size_bytes);

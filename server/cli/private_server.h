@@ -1,0 +1,22 @@
+#pragma once
+/* A coordinator of one's own for one command: a child process on a free loopback port with a data
+ * folder that goes with it. */
+#include <sys/resource.h>
+#include <sys/types.h>
+
+#include "proto/error.h"
+
+struct private_server {
+    pid_t pid; /* 0: not running */
+    char base_url[64];
+    char data_dir[256];
+};
+
+/* Starts it with `workers` local workers of `worker_threads` threads (0: the server's default) and
+ * waits until it listens. */
+int private_server_start(struct private_server *s, unsigned workers, unsigned worker_threads,
+                         struct fault *fault);
+
+/* Asks it to stop, waits, removes its data. *usage, if not NULL, is the child's with all the
+ * processes that it waited for. Safe to call twice. */
+void private_server_stop(struct private_server *s, struct rusage *usage);

@@ -1,0 +1,238 @@
+#include "server/cli/scene_bundle.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "proto/job.h"
+
+#define SCENE_TEXT_LIMIT_BYTES (256u << 20)
+
+/* What is being uploaded: the folder of the main file and the names found so far. */
+struct bundle {
+    struct client *client;
+    char folder[2048]; /* with a slash at the end, or empty */
+    json_t *files;     /* relative name -> digest, the document's "files" */
+    struct fault *fault;
+};
+
+static void folder_of(const char *path, char *out, size_t capacity)
+{
+    const char *slash = strrchr(path, '/');
+    size_t n = slash ? (size_t)(slash - path) + 1 : 0;
+    if (n >= capacity)
+        n = 0;
+    memcpy(out, path, n);
+    out[n] = '\0';
+}
+
+/* A whole file, terminated. The caller frees it. */
+static char *read_text(const char *path, size_t *size_bytes, struct fault *fault)
+{
+    FILE *f = fopen(path, "rb");
+    char *text = NULL;
+    if (!f) {
+        fault_set(fault, ERR_NOT_FOUND, "/scene/file", "%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    fseek(f, 0, SEEK_END);
+    long size = ftell(f);
+    rewind(f);
+    if (size < 0 || (unsigned long)size > SCENE_TEXT_LIMIT_BYTES)
+        fault_set(fault, ERR_LIMIT, "/scene/file", "%s: too large for a text file", path);
+    else if (!(text = malloc((size_t)size + 1)))
+        fault_set(fault, ERR_MEMORY, "/scene/file", "%s: memory is exhausted", path);
+    else {
+        *size_bytes = fread(text, 1, (size_t)size, f);
+        text[*size_bytes] = '\0';
+    }
+    fclose(f);
+    return text;
+}
+
+/* Uploads one referred file. A name that is listed already is not uploaded again. */
+static int add_file(struct bundle *b, const char *name)
+{
+    char path[4096], hex[DIGEST_HEX_BYTES];
+    struct digest digest;
+    if (json_object_get(b->files, name))
+        return 0;
+    if (!path_is_inside(name))
+        return fault_set(b->fault, ERR_RANGE, "/scene/file",
+                         "the scene refers to \"%.200s\", which is not inside its folder", name);
+    snprintf(path, sizeof path, "%s%s", b->folder, name);
+    int error = client_put_asset(b->client, path, &digest, b->fault);
+    if (error)
+        return error;
+    digest_to_hex(&digest, hex);
+    return json_object_set_new(b->files, name, json_string(hex)) == 0 ? 0 : ERR_MEMORY;
+}
+
+/* %41 -> A in place; glTF URIs are percent-encoded. */
+static void percent_decode(char *text)
+{
+    char *out = text;
+    for (const char *in = text; *in; in++) {
+        char hex[3] = {in[0] == '%' ? in[1] : '\0', in[0] == '%' && in[1] ? in[2] : '\0', '\0'};
+        char *end = hex;
+        long value = hex[0] ? strtol(hex, &end, 16) : 0;
+        if (end == hex + 2 && value > 0) {
+            *out++ = (char)value;
+            in += 2;
+        } else {
+            *out++ = *in;
+        }
+    }
+    *out = '\0';
+}
+
+static int add_uris(struct bundle *b, const json_t *array)
+{
+    size_t i;
+    json_t *item;
+    json_array_foreach(array, i, item) {
+        const char *uri = json_string_value(json_object_get(item, "uri"));
+        if (!uri || strncmp(uri, "data:", 5) == 0)
+            continue;
+        char *name = strdup(uri);
+        if (!name)
+            return ERR_MEMORY;
+        percent_decode(name);
+        int error = add_file(b, name);
+        free(name);
+        if (error)
+            return error;
+    }
+    return 0;
+}
+
+static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
+{
+    /* What is wrong with the JSON is the importer's to say: it names the place better. */
+    json_t *gltf = json_loadb(json, size_bytes, JSON_REJECT_DUPLICATES, NULL);
+    int error = add_uris(b, json_object_get(gltf, "buffers"));
+    if (!error)
+        error = add_uris(b, json_object_get(gltf, "images"));
+    json_decref(gltf);
+    return error;
+}
+
+/* The JSON chunk of a .glb, if it is whole. */
+static int add_glb(struct bundle *b, const char *data, size_t size_bytes)
+{
+    uint32_t length;
+    if (size_bytes < 20)
+        return 0;
+    memcpy(&length, data + 12, sizeof length);
+    return length <= size_bytes - 20 ? add_gltf(b, data + 20, length) : 0;
+}
+
+static int add_mtl(struct bundle *b, const char *name);
+
+/* Calls `add` with the argument of every line that starts with a keyword for which `wanted` holds. */
+static int each_reference(struct bundle *b, char *text, bool (*wanted)(const char *keyword),
+                          int (*add)(struct bundle *b, const char *name))
+{
+    char *save_line = NULL;
+    int error = 0;
+    for (char *line = strtok_r(text, "\r\n", &save_line); line && !error;
+         line = strtok_r(NULL, "\r\n", &save_line)) {
+        char *save = NULL, *keyword = strtok_r(line, " \t", &save);
+        if (!keyword || !wanted(keyword) || !save)
+            continue;
+        char *name = save + strspn(save, " \t");
+        size_t n = strlen(name);
+        while (n > 0 && (name[n - 1] == ' ' || name[n - 1] == '\t')) name[--n] = '\0';
+        /* Options such as "-s 1 1 1" come before the name, which then is the last word. */
+        if (name[0] == '-' && strrchr(name, ' '))
+            name = strrchr(name, ' ') + 1;
+        if (*name)
+            error = add(b, name);
+    }
+    return error;
+}
+
+static bool is_mtllib(const char *keyword)
+{
+    return strcmp(keyword, "mtllib") == 0;
+}
+
+static bool is_map(const char *keyword)
+{
+    return strncasecmp(keyword, "map_", 4) == 0 || strcasecmp(keyword, "bump") == 0 ||
+           strcasecmp(keyword, "norm") == 0;
+}
+
+static int add_mtl(struct bundle *b, const char *name)
+{
+    char path[4096];
+    size_t size_bytes;
+    int error = add_file(b, name);
+    if (error)
+        return error;
+    snprintf(path, sizeof path, "%s%s", b->folder, name);
+    char *text = read_text(path, &size_bytes, b->fault);
+    if (!text)
+        return b->fault->code;
+    error = each_reference(b, text, is_map, add_file);
+    free(text);
+    return error;
+}
+
+static int add_references(struct bundle *b, const char *path)
+{
+    size_t size_bytes;
+    char *text = read_text(path, &size_bytes, b->fault);
+    if (!text)
+        return b->fault->code;
+    int error;
+    if (size_bytes >= 4 && memcmp(text, "glTF", 4) == 0)
+        error = add_glb(b, text, size_bytes);
+    else if (text[strspn(text, " \t\r\n\xef\xbb\xbf")] == '{')
+        error = add_gltf(b, text, size_bytes);
+    else
+        error = each_reference(b, text, is_mtllib, add_mtl);
+    free(text);
+    return error;
+}
+
+static int put_asset(json_t *scene, const struct digest *digest, json_t *files)
+{
+    char hex[DIGEST_HEX_BYTES];
+    digest_to_hex(digest, hex);
+    json_object_del(scene, "file");
+    if (json_object_set_new(scene, "asset", json_string(hex)) != 0)
+        return ERR_MEMORY;
+    return json_object_size(files) > 0 && json_object_set(scene, "files", files) != 0 ? ERR_MEMORY
+                                                                                      : 0;
+}
+
+int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
+                        struct fault *fault)
+{
+    struct bundle b = {.client = c, .fault = fault};
+    struct digest digest;
+    char base[2048], path[4096];
+    json_t *scene = json_object_get(document, "scene");
+    const char *file = json_string_value(json_object_get(scene, "file"));
+    if (!file)
+        return 0;
+    if (json_object_get(scene, "asset"))
+        return fault_set(fault, ERR_RANGE, "/scene", "give either \"file\" or \"asset\", not both");
+    folder_of(job_path, base, sizeof base);
+    if (snprintf(path, sizeof path, "%s%s", file[0] == '/' ? "" : base, file) >= (int)sizeof path)
+        return fault_set(fault, ERR_LIMIT, "/scene/file", "the file's name is too long");
+    folder_of(path, b.folder, sizeof b.folder);
+    b.files = json_object();
+    int error = b.files ? client_put_asset(c, path, &digest, fault) : ERR_MEMORY;
+    if (error && fault->code && !fault->pointer[0])
+        strcpy(fault->pointer, "/scene/file");
+    if (!error)
+        error = add_references(&b, path);
+    if (!error)
+        error = put_asset(scene, &digest, b.files);
+    json_decref(b.files);
+    return error;
+}

@@ -1,0 +1,14 @@
+#pragma once
+/* A scene on this machine's disk: its main file and the files that it refers to.
+ *
+ * glTF: buffers[].uri and images[].uri; OBJ: mtllib, and map_* of those. References must stay
+ * inside the main file's folder. */
+#include <jansson.h>
+
+#include "server/cli/client.h"
+
+/* Turns the document's {"scene": {"file": "x.glb"}}, relative to the job file at `job_path`, into
+ * {"scene": {"asset": sha256, "files": {...}}} by uploading all of it. A document that already says
+ * "asset" is left alone. */
+int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
+                        struct fault *fault);

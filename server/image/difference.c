@@ -1,0 +1,107 @@
+#include "server/image/difference.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The pixels of both images as pairs; every channel of the layer once. */
+struct pairs {
+    const struct plane *reference[3], *test[3];
+    int channels;
+    int32_t width, height;
+};
+
+static double mean_of(const struct plane *p, int32_t width, int32_t height)
+{
+    double sum = 0;
+    int64_t count = 0;
+    for (int32_t y = 0; y < height; y++) {
+        const float *row = plane_row(p, y);
+        for (int32_t x = 0; x < width; x++) {
+            if (!isfinite(row[x]))
+                continue;
+            sum += row[x];
+            count++;
+        }
+    }
+    return count > 0 ? sum / (double)count : 0;
+}
+
+static int find_pairs(const struct image *reference, const struct image *test, const char *layer,
+                      struct pairs *out, struct fault *fault)
+{
+    if (reference->width_px != test->width_px || reference->height_px != test->height_px)
+        return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d and %d x %d",
+                         reference->width_px, reference->height_px, test->width_px,
+                         test->height_px);
+    if (!image_layer_planes(reference, layer, out->reference))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the reference has no layer \"%s\"", layer);
+    if (!image_layer_planes(test, layer, out->test))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the test image has no layer \"%s\"", layer);
+    out->channels = out->reference[0] == out->reference[1] ? 1 : 3;
+    out->width = reference->width_px;
+    out->height = reference->height_px;
+    return 0;
+}
+
+static int compare_floats(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Sums over one channel; `errors` collects |x - r|. */
+static void add_channel(const struct pairs *p, int channel, double floor_squared,
+                        struct difference *d, float *errors, size_t *count)
+{
+    for (int32_t y = 0; y < p->height; y++) {
+        const float *r = plane_row(p->reference[channel], y);
+        const float *t = plane_row(p->test[channel], y);
+        for (int32_t x = 0; x < p->width; x++) {
+            double e = (double)t[x] - r[x];
+            if (!isfinite(e)) {
+                d->finite = false;
+                continue;
+            }
+            double weight = (double)r[x] * r[x] + floor_squared;
+            d->rmse += e * e;
+            /* A black pixel in a black reference: the error itself is all there is to say. */
+            d->relmse += weight > 0 ? e * e / weight : e * e;
+            d->bias += e;
+            errors[(*count)++] = (float)fabs(e);
+        }
+    }
+}
+
+int image_difference(const struct image *reference, const struct image *test, const char *layer,
+                     struct difference *out, struct fault *fault)
+{
+    struct pairs p;
+    size_t count = 0;
+    int error = find_pairs(reference, test, layer, &p, fault);
+    if (error)
+        return error;
+    *out = (struct difference){.finite = true};
+    float *errors =
+        malloc((size_t)p.channels * (size_t)p.width * (size_t)p.height * sizeof *errors);
+    if (!errors)
+        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    for (int c = 0; c < p.channels; c++) {
+        out->mean_reference[c] = mean_of(p.reference[c], p.width, p.height);
+        out->mean_test[c] = mean_of(p.test[c], p.width, p.height);
+    }
+    double mean = 0;
+    for (int c = 0; c < p.channels; c++) mean += out->mean_reference[c] / p.channels;
+    for (int c = 0; c < p.channels; c++)
+        add_channel(&p, c, 0.01 * mean * mean, out, errors, &count);
+    if (count > 0) {
+        out->rmse = sqrt(out->rmse / (double)count);
+        out->relmse /= (double)count;
+        out->bias /= (double)count;
+        qsort(errors, count, sizeof *errors, compare_floats);
+        out->p999 = (double)errors[(size_t)(0.999 * (double)(count - 1))];
+        out->max = (double)errors[count - 1];
+    }
+    free(errors);
+    return 0;
+}

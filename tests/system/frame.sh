@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# The same picture, whatever the machines: bytes of the EXR are equal for any worker count, tile
+# size, thread count, and with a worker or the coordinator killed in between.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/frame.sh BUILD_DIR}
+. tests/tap.bash
+scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
+
+cat >"$tmp/job.json" <<J
+{"scene": {"file": "$scene"}, "image": {"width": 203, "height": 151},
+ "sampling": {"spp": 9, "seed": 7}, "effects": {"indirect_bounces": 1},
+ "layers": ["beauty", "direct", "indirect", "albedo", "normal", "depth", "id", "samples",
+            "visibility", "slope_min", "slope_max", "emission"]}
+J
+jq '.image = {width: 720, height: 720} | .sampling.spp = 16' "$tmp/job.json" >"$tmp/long.json"
+
+render() { "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" "${@:3}"; }
+same() { cmp "$tmp/$1.exr" "$tmp/$2.exr"; }
+
+check "render writes an EXR, a PNG and statistics" \
+    render job base --workers 1 --worker-threads 1 --tile 32 --png "$tmp/base.png" --stats "$tmp/stats.json"
+check "the EXR has the layers that were asked for" bash -c "
+    exrheader '$tmp/base.exr' | grep -q 'direct.R' && exrheader '$tmp/base.exr' | grep -q 'slope_max.S'"
+check "statistics hold what a script needs" jq -e '
+    .cpu_s.import >= 0 and .cpu_s.trace > 0 and .cpu_s.reconstruct > 0 and .cpu_s.total > 0 and
+    .wall_s > 0 and .rays.primary == 203*151 and .rays.shadow > 0 and .rays.indirect > 0 and
+    (.skipped | type) == "object" and .bytes_received > 0 and
+    .peak_rss_bytes.server > 0 and .peak_rss_bytes.worker > 0' "$tmp/stats.json"
+for workers in 2 4; do
+    check "$workers workers give the same bytes" render job "w$workers" --workers $workers
+    check "... compared" same base "w$workers"
+done
+for tile in 16 64; do
+    check "tiles of $tile give the same bytes" render job "t$tile" --workers 2 --tile $tile
+    check "... compared" same base "t$tile"
+done
+check "three threads give the same bytes" render job threads --workers 1 --worker-threads 3
+check "... compared" same base threads
+
+# The picture is right, not only repeatable: the light's colour and the walls'.
+check "the picture is finite, and equal to itself" bash -c "
+    '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' | jq -e '.finite and .rmse == 0'"
+
+# Two workers of their own; one is killed while tiles are out.
+worker() { "$build/shearwater-worker" --connect "unix:$1/worker.sock" --threads 1 \
+               --cache "$1/cache-$2" >"$1/worker-$2.log" 2>&1 & track $!; workers+=($!); }
+finish_with_killed_worker() {
+    local data=$tmp/kill workers=()
+    serve_start "$data" --workers 0 || return 1
+    worker "$data" a; worker "$data" b
+    local id done_tiles
+    id=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
+    for _ in $(seq 400); do
+        done_tiles=$(curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq '.progress.tiles_done // 0')
+        [ "$done_tiles" -ge 20 ] && break
+        sleep 0.02
+    done
+    kill -9 "${workers[0]}"
+    await_state "$id" finished 120 || return 1
+    curl -sSf --noproxy '*' -o "$tmp/killed.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
+    reissued=$(curl -sS --noproxy '*' "$url/metrics" | awk '/tiles_reissued_total/ && !/^#/ {print $2}')
+    serve_stop
+    echo "tiles done at the kill: $done_tiles, re-issued: $reissued"
+    [ "$done_tiles" -ge 20 ] && [ "$done_tiles" -lt 500 ]
+}
+check "a frame whose worker is killed half-way finishes" finish_with_killed_worker
+check "the undisturbed frame" render long undisturbed --workers 2
+check "... has the same bytes" same undisturbed killed
+
+finish_after_restart() {
+    local data=$tmp/restart
+    serve_start "$data" --workers 2 || return 1
+    local id first
+    first=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
+    id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
+    sleep 0.4
+    serve_stop -KILL
+    serve_start "$data" --workers 2 || return 1
+    await_state "$first" finished 120 && await_state "$id" finished 60 || return 1
+    curl -sSf --noproxy '*' -o "$tmp/restarted.exr" "$url/v1/jobs/$first/frames/1/image.exr" &&
+        curl -sSf --noproxy '*' -o "$tmp/restarted2.exr" "$url/v1/jobs/$id/frames/1/image.exr"
+}
+check "a coordinator killed and restarted finishes its jobs" finish_after_restart
+check "... the first with the same bytes" same undisturbed restarted
+check "... the second with the same bytes" same base restarted2
+check "it stops in order on SIGTERM" serve_stop
+tap_done

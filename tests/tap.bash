@@ -1,0 +1,63 @@
+# TAP for system tests, and the processes they start. Source it; end with tap_done.
+#   check TEXT COMMAND...     one test: passes when the command does
+#   skip TEXT REASON          one test that cannot run here
+#   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
+#   serve_stop [SIGNAL]
+# Everything started through `track` is killed when the script ends; $tmp is a folder of its own.
+tap_n=0 tap_failed=0 tracked=()
+tmp=$(mktemp -d)
+tap_cleanup() {
+    local pid
+    for pid in "${tracked[@]}"; do kill -9 "$pid" 2>/dev/null; done
+    wait 2>/dev/null
+    rm -rf "$tmp"
+}
+trap tap_cleanup EXIT
+trap 'exit 130' INT TERM
+track() { tracked+=("$1"); }
+
+check() {
+    local text=$1; shift
+    tap_n=$((tap_n + 1))
+    if "$@" >"$tmp/check.out" 2>&1; then echo "ok $tap_n - $text"
+    else
+        echo "not ok $tap_n - $text"
+        echo "#   $*"; tail -n 20 "$tmp/check.out" | sed 's/^/# /'
+        tap_failed=$((tap_failed + 1))
+    fi
+}
+skip() { tap_n=$((tap_n + 1)); echo "ok $tap_n - $1 # SKIP $2"; }
+tap_done() { echo "1..$tap_n"; [ "$tap_failed" -eq 0 ]; exit; }
+
+serve_start() {
+    local data=$1; shift
+    mkdir -p "$data"
+    "$build/shearwater" serve --listen 127.0.0.1:0 --data "$data" "$@" \
+        >"$data/stdout" 2>>"$data/stderr" &
+    server_pid=$!
+    track $server_pid
+    url=
+    for _ in $(seq 200); do
+        url=$(sed -n 's/^listening on //p' "$data/stdout")
+        [ -n "$url" ] && return 0
+        kill -0 $server_pid 2>/dev/null || { cat "$data/stderr" >&2; return 1; }
+        sleep 0.05
+    done
+    return 1
+}
+serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; }
+
+# job_state ID, await_state ID STATE SECONDS
+job_state() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -r .state; }
+await_state() {
+    local state end=$((SECONDS + $3))
+    while [ $SECONDS -lt $end ]; do
+        state=$(job_state "$1")
+        [ "$state" = "$2" ] && return 0
+        case $state in failed | cancelled | finished) break ;; esac
+        sleep 0.1
+    done
+    echo "job $1 is $state, not $2" >&2
+    curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -c '{state, error, progress}' >&2
+    return 1
+}
