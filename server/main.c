@@ -1,0 +1,78 @@
+/* shearwater: one program, a subcommand for each thing that it does. */
+#include <stdio.h>
+#include <string.h>
+
+#include "proto/build.h"
+#include "server/cli/cli.h"
+
+static const struct command {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *text;
+} commands[] = {
+    {"serve", cli_serve, "run the coordinator, with local workers"},
+    {"render", cli_render, "render a job file here and now, and write its pictures"},
+    {"submit", cli_submit, "hand a job file to a running coordinator"},
+    {"watch", cli_watch, "follow a job until it ends"},
+    {"cancel", cli_cancel, "cancel a job"},
+    {"workers", cli_workers, "list a coordinator's workers"},
+    {"compare", cli_compare, "measure how far a picture is from a reference"},
+};
+#define COMMAND_COUNT (sizeof commands / sizeof commands[0])
+
+static void print_help(FILE *out)
+{
+    fprintf(out, "usage: shearwater COMMAND [options]\n\n");
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        fprintf(out, "  %-10s %s\n", commands[i].name, commands[i].text);
+    fprintf(out, "\n`shearwater COMMAND --help` says more; --version names this build.\n");
+}
+
+/* Letters to insert, drop or replace to turn a into b (Levenshtein 1966), for short words. */
+static size_t distance(const char *a, const char *b)
+{
+    enum { MOST = 32 };
+    size_t row[MOST + 1], width = strnlen(b, MOST);
+    for (size_t j = 0; j <= width; j++) row[j] = j;
+    for (size_t i = 0; i < MOST && a[i]; i++) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 1; j <= width; j++) {
+            size_t best = diagonal + (a[i] != b[j - 1]);
+            diagonal = row[j];
+            if (row[j] + 1 < best) best = row[j] + 1;
+            if (row[j - 1] + 1 < best) best = row[j - 1] + 1;
+            row[j] = best;
+        }
+    }
+    return row[width];
+}
+
+static int refuse(const char *name)
+{
+    const char *nearest = commands[0].name;
+    for (size_t i = 1; i < COMMAND_COUNT; i++)
+        if (distance(name, commands[i].name) < distance(name, nearest)) nearest = commands[i].name;
+    fprintf(stderr, "shearwater: there is no command \"%.64s\"; did you mean \"%s\"?\n", name,
+            nearest);
+    return 2;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2) {
+        print_help(stderr);
+        return 2;
+    }
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help")) {
+        print_help(stdout);
+        return 0;
+    }
+    if (!strcmp(argv[1], "--version")) {
+        printf("shearwater %s\n", build_id());
+        return 0;
+    }
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        if (!strcmp(argv[1], commands[i].name)) return commands[i].run(argc - 1, argv + 1);
+    return refuse(argv[1]);
+}
