@@ -72,6 +72,12 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan);
  * within limits.h, planes consistent with bounces and sub_samples. */
 int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault);
 
+/* What plan_decode demands of a camera and of a light, for others who read such fields: finite, within
+ * limits.h, axes orthonormal, areas and cones not degenerate. `place` ("cameras[2]") precedes the
+ * field in *fault; a light's power and strata are not looked at. */
+int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault);
+int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault);
+
 /* Light k's planes under this plan: light_planes less what its type cannot have. */
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 

@@ -1,0 +1,162 @@
+#include "proto/plan.h"
+
+#include <math.h>
+
+#include "proto/plan_check.h"
+#include "proto/samples.h"
+
+static void write_camera(struct bytes_writer *w, const struct plan_camera *c)
+{
+    bytes_write_u32(w, c->type);
+    bytes_write_f32s(w, c->eye, 3);
+    bytes_write_f32s(w, c->right, 3);
+    bytes_write_f32s(w, c->up, 3);
+    bytes_write_f32s(w, c->forward, 3);
+    bytes_write_f32(w, c->half_width);
+    bytes_write_f32(w, c->half_height);
+}
+
+static void read_camera(struct bytes_reader *r, struct plan_camera *c)
+{
+    c->type = bytes_read_u32(r);
+    bytes_read_f32s(r, c->eye, 3);
+    bytes_read_f32s(r, c->right, 3);
+    bytes_read_f32s(r, c->up, 3);
+    bytes_read_f32s(r, c->forward, 3);
+    c->half_width = bytes_read_f32(r);
+    c->half_height = bytes_read_f32(r);
+}
+
+static void write_light(struct bytes_writer *w, const struct plan_light *light)
+{
+    bytes_write_u32(w, light->type);
+    bytes_write_u32(w, light->profile);
+    bytes_write_f32s(w, light->position, 3);
+    bytes_write_f32s(w, light->direction, 3);
+    bytes_write_f32s(w, light->half_u, 3);
+    bytes_write_f32s(w, light->half_v, 3);
+    bytes_write_f32s(w, light->color, 3);
+    bytes_write_f32(w, light->cos_inner);
+    bytes_write_f32(w, light->cos_outer);
+    bytes_write_f32(w, light->range);
+    bytes_write_f32(w, light->power);
+    bytes_write_u32(w, light->strata_per_axis);
+}
+
+static void read_light(struct bytes_reader *r, struct plan_light *light)
+{
+    light->type = bytes_read_u32(r);
+    light->profile = bytes_read_u32(r);
+    bytes_read_f32s(r, light->position, 3);
+    bytes_read_f32s(r, light->direction, 3);
+    bytes_read_f32s(r, light->half_u, 3);
+    bytes_read_f32s(r, light->half_v, 3);
+    bytes_read_f32s(r, light->color, 3);
+    light->cos_inner = bytes_read_f32(r);
+    light->cos_outer = bytes_read_f32(r);
+    light->range = bytes_read_f32(r);
+    light->power = bytes_read_f32(r);
+    light->strata_per_axis = bytes_read_u32(r);
+}
+
+void plan_encode(struct bytes_writer *w, const struct plan *plan)
+{
+    bytes_write_raw(w, plan->scene.bytes, DIGEST_BYTES);
+    bytes_write_u32(w, (uint32_t)plan->width_px);
+    bytes_write_u32(w, (uint32_t)plan->height_px);
+    bytes_write_u32(w, (uint32_t)plan->tile_px);
+    bytes_write_u64(w, plan->pattern.seed);
+    bytes_write_u32(w, plan->pattern.frame);
+    write_camera(w, &plan->camera);
+    bytes_write_u32(w, plan->planes);
+    bytes_write_u32(w, plan->light_planes);
+    bytes_write_u32(w, plan->sub_samples);
+    bytes_write_u32(w, plan->bounces);
+    bytes_write_u32(w, plan->indirect_strata_per_axis);
+    bytes_write_f32(w, plan->radiance_scale);
+    bytes_write_f32(w, plan->length_unit);
+    bytes_write_u32(w, plan->capabilities);
+    bytes_write_u32(w, plan->light_count);
+    for (uint32_t k = 0; k < plan->light_count; k++) write_light(w, &plan->lights[k]);
+}
+
+static void read_head(struct bytes_reader *r, struct plan *plan)
+{
+    bytes_read_raw(r, plan->scene.bytes, DIGEST_BYTES);
+    plan->width_px = (int32_t)bytes_read_u32(r);
+    plan->height_px = (int32_t)bytes_read_u32(r);
+    plan->tile_px = (int32_t)bytes_read_u32(r);
+    plan->pattern.seed = bytes_read_u64(r);
+    plan->pattern.frame = bytes_read_u32(r);
+    read_camera(r, &plan->camera);
+    plan->planes = bytes_read_u32(r);
+    plan->light_planes = bytes_read_u32(r);
+    plan->sub_samples = bytes_read_u32(r);
+    plan->bounces = bytes_read_u32(r);
+    plan->indirect_strata_per_axis = bytes_read_u32(r);
+    plan->radiance_scale = bytes_read_f32(r);
+    plan->length_unit = bytes_read_f32(r);
+    plan->capabilities = bytes_read_u32(r);
+    plan->light_count = bytes_read_u32(r);
+}
+
+int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault)
+{
+    struct bytes_reader r;
+    bytes_reader_init(&r, data, size_bytes);
+    *out = (struct plan){0};
+    read_head(&r, out);
+    if (out->light_count > LIMIT_LIGHTS)
+        return fault_set(fault, ERR_LIMIT, "light_count", "%u lights are above %d",
+                         out->light_count, LIMIT_LIGHTS);
+    for (uint32_t k = 0; k < out->light_count && !r.failed; k++) read_light(&r, &out->lights[k]);
+    const int error = bytes_finish(&r);
+    if (error)
+        return fault_set(fault, error, "", "a plan of %u lights does not have %zu bytes",
+                         out->light_count, size_bytes);
+    return plan_check(out, fault);
+}
+
+uint32_t plan_light_planes(const struct plan *plan, uint32_t light)
+{
+    if (plan->lights[light].type == LIGHT_RECTANGLE) return plan->light_planes;
+    return plan->light_planes & ~(1u << LIGHT_PLANE_SLOPES);
+}
+
+/* The image plane's coordinates of a pixel position. */
+static void plane_position(const struct plan *plan, float px, float py, float *a, float *b)
+{
+    *a = (2.0f * px / (float)plan->width_px - 1.0f) * plan->camera.half_width;
+    *b = (1.0f - 2.0f * py / (float)plan->height_px) * plan->camera.half_height;
+}
+
+void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
+                     float direction[3])
+{
+    const struct plan_camera *c = &plan->camera;
+    float a, b;
+    plane_position(plan, px, py, &a, &b);
+    if (c->type == CAMERA_ORTHOGRAPHIC) {
+        for (int i = 0; i < 3; i++) {
+            origin[i] = c->eye[i] + a * c->right[i] + b * c->up[i];
+            direction[i] = c->forward[i];
+        }
+        return;
+    }
+    float d[3];
+    for (int i = 0; i < 3; i++) d[i] = c->forward[i] + a * c->right[i] + b * c->up[i];
+    /* At least the length of forward, about 1: right and up are orthogonal to it. */
+    const float scale = 1.0f / sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (int i = 0; i < 3; i++) {
+        origin[i] = c->eye[i];
+        direction[i] = d[i] * scale;
+    }
+}
+
+float plan_pixel_size(const struct plan *plan, float distance)
+{
+    const struct plan_camera *c = &plan->camera;
+    const float size = fmaxf(2.0f * c->half_width / (float)plan->width_px,
+                             2.0f * c->half_height / (float)plan->height_px);
+    return c->type == CAMERA_ORTHOGRAPHIC ? size : size * distance;
+}

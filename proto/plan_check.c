@@ -1,0 +1,290 @@
+/* What makes a plan safe to trace. */
+#include "proto/plan_check.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "proto/message.h"
+#include "proto/samples.h"
+
+/* Floats that were orthonormal before they were rounded, or came from a decimal text. */
+#define ORTHONORMAL_TOLERANCE 1e-3
+
+/* A rectangle whose sides enclose a smaller sine has no usable normal. */
+#define SINE_MIN 1e-6
+
+/* Side, at distance 1, of the widest and the narrowest view: 179.99 degrees and a millionth. */
+#define VIEW_MIN 1e-8f
+#define VIEW_MAX 1e5f
+
+#define CAPABILITIES_KNOWN                                                                         \
+    (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA)
+#define PLANE_BIT(plane) (1u << PLANE_##plane)
+#define PLANES_KNOWN     ((1u << PLANE_ID_COUNT) - 1)
+#define PLANES_SUB                                                                                 \
+    (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
+#define PLANES_INDIRECT                                                                            \
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) |                \
+     PLANE_BIT(INDIRECT_STRATA))
+#define LIGHT_PLANES_KNOWN  ((1u << LIGHT_PLANE_COUNT) - 1)
+#define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)
+
+/* Where the check stands: a prefix that each field's name is put behind. */
+struct place {
+    const char *prefix;
+    struct fault *fault;
+};
+
+static int refuse(const struct place *at, int code, const char *field, const char *why,
+                  double value)
+{
+    char pointer[LIMIT_POINTER_BYTES];
+    snprintf(pointer, sizeof pointer, "%s%s%s", at->prefix, at->prefix[0] ? "." : "", field);
+    return fault_set(at->fault, code, pointer, "%.9g %s", value, why);
+}
+
+static int check_number(const struct place *at, const char *field, float v, float min, float max)
+{
+    if (!isfinite(v)) return refuse(at, ERR_NOT_FINITE, field, "is not finite", (double)v);
+    if (v < min) return refuse(at, ERR_RANGE, field, "is too small", (double)v);
+    if (v > max) return refuse(at, ERR_RANGE, field, "is too large", (double)v);
+    return 0;
+}
+
+static int check_vector(const struct place *at, const char *field, const float v[3], float min,
+                        float max)
+{
+    for (int i = 0; i < 3; i++) {
+        const int error = check_number(at, field, v[i], min, max);
+        if (error) return error;
+    }
+    return 0;
+}
+
+static int check_count(const struct place *at, const char *field, int64_t v, int64_t min,
+                       int64_t max)
+{
+    if (v < min) return refuse(at, ERR_RANGE, field, "is too small", (double)v);
+    if (v > max) return refuse(at, ERR_LIMIT, field, "is above the limit", (double)v);
+    return 0;
+}
+
+static double dot(const float a[3], const float b[3])
+{
+    return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
+}
+
+static void cross(const float a[3], const float b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = (double)a[j] * (double)b[k] - (double)a[k] * (double)b[j];
+    }
+}
+
+static int check_unit(const struct place *at, const char *field, const float v[3])
+{
+    const int error = check_vector(at, field, v, -2.0f, 2.0f);
+    if (error) return error;
+    const double length = sqrt(dot(v, v));
+    if (fabs(length - 1.0) > ORTHONORMAL_TOLERANCE)
+        return refuse(at, ERR_RANGE, field, "is its length, which must be 1", length);
+    return 0;
+}
+
+static int check_axes(const struct place *at, const struct plan_camera *c)
+{
+    int error = check_unit(at, "right", c->right);
+    if (!error) error = check_unit(at, "up", c->up);
+    if (!error) error = check_unit(at, "forward", c->forward);
+    if (error) return error;
+    const double skew = dot(c->right, c->up);
+    if (fabs(skew) > ORTHONORMAL_TOLERANCE)
+        return refuse(at, ERR_RANGE, "up", "is its part along right, which must be 0", skew);
+    double back[3];
+    cross(c->right, c->up, back);
+    for (int i = 0; i < 3; i++)
+        if (fabs(back[i] + (double)c->forward[i]) > 2 * ORTHONORMAL_TOLERANCE)
+            return refuse(at, ERR_RANGE, "forward", "is not up x right", (double)c->forward[i]);
+    return 0;
+}
+
+int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
+{
+    const struct place at = {place, fault};
+    if (camera->type > CAMERA_ORTHOGRAPHIC)
+        return refuse(&at, ERR_RANGE, "type", "is no camera type", (double)camera->type);
+    const float max = camera->type == CAMERA_ORTHOGRAPHIC ? LIMIT_COORDINATE : VIEW_MAX;
+    int error = check_vector(&at, "eye", camera->eye, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    if (!error) error = check_axes(&at, camera);
+    if (!error) error = check_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
+    if (!error) error = check_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
+    return error;
+}
+
+static int check_rectangle(const struct place *at, const struct plan_light *light)
+{
+    int error = check_vector(at, "half_u", light->half_u, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    if (!error)
+        error = check_vector(at, "half_v", light->half_v, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    if (error) return error;
+    double n[3];
+    cross(light->half_u, light->half_v, n);
+    const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    const double sides =
+        sqrt(dot(light->half_u, light->half_u) * dot(light->half_v, light->half_v));
+    /* Four times it is the area that the tracer computes in float. */
+    if (!(length >= 1e-30))
+        return refuse(at, ERR_RANGE, "half_u", "is a quarter of the area: too small", length);
+    if (length < SINE_MIN * sides)
+        return refuse(at, ERR_RANGE, "half_v", "is its sine to half_u: parallel", length / sides);
+    const double along = (n[0] * (double)light->direction[0] + n[1] * (double)light->direction[1] +
+                          n[2] * (double)light->direction[2]) /
+                         length;
+    if (along < 1.0 - ORTHONORMAL_TOLERANCE)
+        return refuse(at, ERR_RANGE, "direction", "is its cosine to half_u x half_v", along);
+    return 0;
+}
+
+static int check_cone(const struct place *at, const struct plan_light *light)
+{
+    int error = check_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
+    if (!error) error = check_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
+    if (!error && !(light->cos_inner > light->cos_outer))
+        error =
+            refuse(at, ERR_RANGE, "cos_inner", "is not above cos_outer", (double)light->cos_inner);
+    return error;
+}
+
+static int check_shape(const struct place *at, const struct plan_light *light)
+{
+    int error = 0;
+    if (light->type == LIGHT_POINT) return 0;
+    error = check_unit(at, "direction", light->direction);
+    if (!error && light->type == LIGHT_SPOT) error = check_cone(at, light);
+    if (!error && light->type == LIGHT_RECTANGLE) error = check_rectangle(at, light);
+    return error;
+}
+
+/* Fields that the type does not use travel all the same, so they must at least be numbers. */
+int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault)
+{
+    const struct place at = {place, fault};
+    const float far = LIMIT_COORDINATE;
+    if (light->type > LIGHT_RECTANGLE)
+        return refuse(&at, ERR_RANGE, "type", "is no light type", (double)light->type);
+    if (light->profile > PROFILE_GAUSSIAN)
+        return refuse(&at, ERR_RANGE, "profile", "is no light profile", (double)light->profile);
+    int error = check_vector(&at, "position", light->position, -far, far);
+    if (!error) error = check_vector(&at, "direction", light->direction, -2.0f, 2.0f);
+    if (!error) error = check_vector(&at, "half_u", light->half_u, -far, far);
+    if (!error) error = check_vector(&at, "half_v", light->half_v, -far, far);
+    if (!error) error = check_vector(&at, "color", light->color, 0.0f, LIMIT_RADIANCE);
+    if (!error) error = check_number(&at, "cos_inner", light->cos_inner, -1.0f, 1.0f);
+    if (!error) error = check_number(&at, "cos_outer", light->cos_outer, -1.0f, 1.0f);
+    if (!error) error = check_number(&at, "range", light->range, 0.0f, far);
+    return error ? error : check_shape(&at, light);
+}
+
+static int check_light_sampling(const struct plan *plan, const struct plan_light *light,
+                                const char *prefix, struct fault *fault)
+{
+    const struct place at = {prefix, fault};
+    const bool has_area = light->type == LIGHT_RECTANGLE;
+    const bool per_stratum = has_area && (plan->light_planes & LIGHT_PLANES_STRATA);
+    const int64_t max =
+        !has_area ? 1 : (per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS : LIMIT_STRATA_PER_AXIS);
+    const int error = check_number(&at, "power", light->power, 1e-37f, 1e37f);
+    if (error) return error;
+    return check_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
+}
+
+static int check_lights(const struct plan *plan, struct fault *fault)
+{
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        char prefix[32];
+        snprintf(prefix, sizeof prefix, "lights[%u]", k);
+        int error = plan_light_check(&plan->lights[k], prefix, fault);
+        if (!error) error = check_light_sampling(plan, &plan->lights[k], prefix, fault);
+        if (error) return error;
+    }
+    return 0;
+}
+
+static int check_image(const struct place *at, const struct plan *plan)
+{
+    int error = check_count(at, "width_px", plan->width_px, 1, LIMIT_IMAGE_SIDE_PX);
+    if (!error) error = check_count(at, "height_px", plan->height_px, 1, LIMIT_IMAGE_SIDE_PX);
+    if (!error)
+        error = check_count(at, "height_px", (int64_t)plan->width_px * plan->height_px, 1,
+                            LIMIT_IMAGE_PIXELS);
+    if (!error)
+        error =
+            check_count(at, "tile_px", plan->tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX);
+    return error;
+}
+
+static int check_bits(const struct place *at, const char *field, uint32_t bits, uint32_t known)
+{
+    if (bits & ~known)
+        return refuse(at, ERR_RANGE, field, "is a set with unknown bits", (double)bits);
+    return 0;
+}
+
+/* Planes and what they are made from. */
+static int check_planes(const struct place *at, const struct plan *plan)
+{
+    const uint32_t planes = plan->planes;
+    int error = check_bits(at, "planes", planes, PLANES_KNOWN);
+    if (!error) error = check_bits(at, "light_planes", plan->light_planes, LIGHT_PLANES_KNOWN);
+    if (!error) error = check_bits(at, "capabilities", plan->capabilities, CAPABILITIES_KNOWN);
+    if (error) return error;
+    if ((planes & PLANES_SUB) && plan->sub_samples == 0)
+        return refuse(at, ERR_RANGE, "planes", "asks for sub-samples, of which there are none",
+                      (double)planes);
+    if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
+        return refuse(at, ERR_RANGE, "planes", "has sub_depth without depth", (double)planes);
+    if ((planes & PLANES_INDIRECT) && plan->bounces == 0)
+        return refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
+                      (double)planes);
+    return 0;
+}
+
+static int check_counts(const struct place *at, const struct plan *plan)
+{
+    const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
+    const int64_t max = plan->bounces == 0 ? 0
+                        : per_stratum      ? LIMIT_PLANE_STRATA_PER_AXIS
+                                           : LIMIT_STRATA_PER_AXIS;
+    int error = check_count(at, "sub_samples", plan->sub_samples, 0, LIMIT_SUB_SAMPLES);
+    if (!error) error = check_count(at, "bounces", plan->bounces, 0, LIMIT_INDIRECT_BOUNCES);
+    if (!error)
+        error = check_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
+                            plan->bounces ? 1 : 0, max);
+    return error;
+}
+
+/* Scales are powers of two so that applying and undoing them is exact. */
+static int check_scale(const struct place *at, const char *field, float scale)
+{
+    int exponent;
+    const int error = check_number(at, field, scale, 0x1p-100f, 0x1p100f);
+    if (error) return error;
+    if (frexpf(scale, &exponent) != 0.5f)
+        return refuse(at, ERR_RANGE, field, "is no power of two", (double)scale);
+    return 0;
+}
+
+int plan_check(const struct plan *plan, struct fault *fault)
+{
+    const struct place at = {"", fault};
+    int error = check_image(&at, plan);
+    if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
+    if (!error) error = check_planes(&at, plan);
+    if (!error) error = check_counts(&at, plan);
+    if (!error) error = check_lights(plan, fault);
+    if (!error) error = check_scale(&at, "radiance_scale", plan->radiance_scale);
+    if (!error) error = check_scale(&at, "length_unit", plan->length_unit);
+    return error;
+}
