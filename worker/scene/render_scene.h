@@ -1,0 +1,47 @@
+#pragma once
+/* A scene ready to trace: the blob's arrays, a BVH over them, materials with their textures looked
+ * up. Built once, then shared read-only by all tracing threads.
+ *
+ * Every placed mesh keeps the number of its instance: a mesh that is placed once, untransformed, is
+ * a geometry of the top scene with geomID = instance index; every other mesh has a scene of its
+ * own, placed by an Embree instance whose instID is the instance index. */
+#include <stdbool.h>
+
+#include "proto/error.h"
+#include "proto/scene.h"
+#include "worker/scene/material.h"
+
+/* Where one mesh lies in the blob: all that a hit or an alpha test needs. */
+struct mesh_view {
+    const float *positions;    /* float[3] a vertex */
+    const uint32_t *triangles; /* uint32_t[3] a triangle */
+    const float *normals;      /* float[3] a vertex; NULL: flat */
+    const float *tangents;     /* float[4] a vertex; NULL: no normal map */
+    const float *uvs[2];       /* float[2] a vertex; NULL: no such set */
+    const struct material *material;
+    uint32_t triangle_count;
+    uint32_t flags; /* MESH_ of proto/scene.h */
+};
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
+struct render_scene {
+    const struct scene *blob;
+    struct material_table *materials;
+    struct mesh_view *meshes;       /* one a mesh of the blob */
+    struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
+    struct RTCDeviceTy *device;
+    struct RTCSceneTy *top;
+    uint32_t packet_width; /* rays that this CPU traces at once: 16, 8 or 4 */
+};
+
+/* Builds the scene with `threads` threads (at least 1) on the instruction set build_isa(). `blob`
+ * stays borrowed, and its vertices are used in place: it must outlive the result. ERR_MEMORY,
+ * ERR_UNSUPPORTED (the CPU lacks the instruction set), ERR_LIMIT; *fault says more. */
+int render_scene_create(const struct scene *blob, uint32_t threads, struct render_scene **out,
+                        struct fault *fault);
+void render_scene_destroy(struct render_scene **scene);
+
+/* Embree's version as it runs, "3.13.5". Static storage. */
+const char *render_embree_version(void);

@@ -1,0 +1,37 @@
+#pragma once
+/* The sample loop: tile + scene + plan -> sample planes.
+ *
+ * The unit of work is a block of 4 x 4 pixels, aligned to the image; what is traced in a block is a
+ * pure function of scene, plan and block, so that a pixel's samples are the same bytes whichever
+ * tile holds it. */
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#include "proto/counter.h"
+#include "proto/plan.h"
+#include "proto/samples.h"
+#include "worker/scene/render_scene.h"
+
+struct queries;
+
+/* Scratch of one tracing thread. */
+struct tile_tracer;
+
+/* ERR_MEMORY. Tracing allocates nothing afterwards but the samples it returns. */
+int tile_tracer_create(struct tile_tracer **out);
+void tile_tracer_destroy(struct tile_tracer **tracer);
+
+/* What the tracer asks Embree through; a benchmark hangs its recorder on it. Borrowed. */
+struct queries *tile_tracer_queries(struct tile_tracer *tracer);
+
+/* Traces `rect` of the plan's image. *progress (may be NULL) grows by the rows done so far, by
+ * rect_height in all; *stop (may be NULL) is looked at every four rows. What was counted is added
+ * to *counters, also when the tile fails. The samples are the caller's.
+ *
+ * Denormals are flushed to zero while it runs; the thread's own setting is restored.
+ *
+ * ERR_STATE when stopped, ERR_RANGE for a rectangle that is empty, outside the image or larger than
+ * LIMIT_TILE_SIDE_PX, ERR_LIMIT or ERR_MEMORY from samples.h. */
+int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
+               const struct plan *plan, struct rect rect, _Atomic uint64_t *progress,
+               const _Atomic bool *stop, struct samples **out, struct counters *counters);
