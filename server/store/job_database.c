@@ -1,0 +1,436 @@
+#include "server/store/job_database.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "server/store/job_schema.h"
+
+#define JOB_COLUMNS "id, document, state, error, report, created_ms, updated_ms, priority"
+
+/* Prepared when first needed, kept until the end. */
+enum query {
+    QUERY_BEGIN,
+    QUERY_COMMIT,
+    QUERY_ROLLBACK,
+    QUERY_MARK,
+    QUERY_KEEP,
+    QUERY_UNDO,
+    QUERY_FIND_KEY,
+    QUERY_INSERT,
+    QUERY_INSERT_KEY,
+    QUERY_UPDATE,
+    QUERY_UPDATE_FRAME,
+    QUERY_REMOVE,
+    QUERY_GET,
+    QUERY_FRAMES,
+    QUERY_LIST,
+    QUERY_LIST_STATE,
+    QUERY_UNFINISHED,
+    QUERY_REMEMBER_BLOB,
+    QUERY_FIND_BLOB,
+    QUERY_COUNT
+};
+
+static const char *const query_text[QUERY_COUNT] = {
+    [QUERY_BEGIN] = "BEGIN IMMEDIATE",
+    [QUERY_COMMIT] = "COMMIT",
+    [QUERY_ROLLBACK] = "ROLLBACK",
+    [QUERY_MARK] = "SAVEPOINT change",
+    [QUERY_KEEP] = "RELEASE change",
+    [QUERY_UNDO] = "ROLLBACK TO change",
+    [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
+    [QUERY_INSERT] = "INSERT INTO jobs (" JOB_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+    [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
+    [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
+                     " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
+    [QUERY_UPDATE_FRAME] = "INSERT INTO frames (job, number, state, exr, png)"
+                           " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
+                           " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
+                           " exr = excluded.exr, png = excluded.png",
+    [QUERY_REMOVE] = "DELETE FROM jobs WHERE id = ?1",
+    [QUERY_GET] = "SELECT " JOB_COLUMNS " FROM jobs WHERE id = ?1",
+    [QUERY_FRAMES] = "SELECT number, state, exr, png FROM frames WHERE job = ?1 ORDER BY number",
+    [QUERY_LIST] = "SELECT " JOB_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)"
+                   " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_STATE] = "SELECT " JOB_COLUMNS " FROM jobs WHERE state = ?3"
+                         " AND (?1 IS NULL OR id < ?1) ORDER BY id DESC LIMIT ?2",
+    [QUERY_UNFINISHED] = "SELECT " JOB_COLUMNS " FROM jobs"
+                         " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
+    [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"
+                            " ON CONFLICT (source) DO UPDATE SET blob = excluded.blob",
+    [QUERY_FIND_BLOB] = "SELECT blob FROM blobs WHERE source = ?1",
+};
+
+struct job_database {
+    sqlite3 *db;
+    sqlite3_stmt *statements[QUERY_COUNT];
+};
+
+int job_database_open(const char *path, struct job_database **out)
+{
+    *out = NULL;
+    struct job_database *db = calloc(1, sizeof *db);
+    if (!db) return ERR_MEMORY;
+    int error = job_schema_open(path, &db->db);
+    if (error) {
+        free(db);
+        return error;
+    }
+    *out = db;
+    return 0;
+}
+
+void job_database_close(struct job_database **out)
+{
+    struct job_database *db = *out;
+    if (!db) return;
+    for (int i = 0; i < QUERY_COUNT; i++) sqlite3_finalize(db->statements[i]);
+    sqlite3_close(db->db);
+    free(db);
+    *out = NULL;
+}
+
+/* The statement, ready to bind; NULL when it cannot be prepared. */
+static sqlite3_stmt *statement(struct job_database *db, enum query query)
+{
+    sqlite3_stmt **s = &db->statements[query];
+    if (!*s) {
+        sqlite3_prepare_v3(db->db, query_text[query], -1, SQLITE_PREPARE_PERSISTENT, s, NULL);
+        if (!*s) return NULL;
+    }
+    sqlite3_reset(*s);
+    sqlite3_clear_bindings(*s);
+    return *s;
+}
+
+/* Text and digests are borrowed until the statement is done: every query is stepped to its end
+ * before its caller returns. */
+static void bind_text(sqlite3_stmt *s, int at, const char *text)
+{
+    if (text) sqlite3_bind_text(s, at, text, -1, SQLITE_STATIC);
+}
+
+static void bind_digest(sqlite3_stmt *s, int at, const struct digest *d)
+{
+    if (d && !digest_is_zero(d)) sqlite3_bind_blob(s, at, d->bytes, DIGEST_BYTES, SQLITE_STATIC);
+}
+
+static int finish(struct job_database *db, sqlite3_stmt *s)
+{
+    if (!s) return job_schema_error(sqlite3_errcode(db->db));
+    int code = sqlite3_step(s);
+    sqlite3_reset(s);
+    sqlite3_clear_bindings(s);
+    return job_schema_error(code);
+}
+
+static int run(struct job_database *db, enum query query)
+{
+    return finish(db, statement(db, query));
+}
+
+/* As finish, for a change that must meet a row. */
+static int finish_one(struct job_database *db, sqlite3_stmt *s)
+{
+    int error = finish(db, s);
+    if (error) return error;
+    return sqlite3_changes(db->db) ? 0 : ERR_NOT_FOUND;
+}
+
+int job_database_begin(struct job_database *db)
+{
+    return run(db, QUERY_BEGIN);
+}
+
+int job_database_commit(struct job_database *db)
+{
+    return run(db, QUERY_COMMIT);
+}
+
+void job_database_rollback(struct job_database *db)
+{
+    run(db, QUERY_ROLLBACK); /* fails where SQLite has rolled back by itself */
+}
+
+bool job_database_in_batch(const struct job_database *db)
+{
+    return !sqlite3_get_autocommit(db->db);
+}
+
+int job_database_mark(struct job_database *db)
+{
+    return run(db, QUERY_MARK);
+}
+
+void job_database_unmark(struct job_database *db, bool keep)
+{
+    if (!keep) run(db, QUERY_UNDO);
+    run(db, QUERY_KEEP);
+}
+
+static int64_t now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+}
+
+static bool read_digest(sqlite3_stmt *s, int column, struct digest *out)
+{
+    *out = (struct digest){0};
+    const void *bytes = sqlite3_column_blob(s, column);
+    if (!bytes || sqlite3_column_bytes(s, column) != DIGEST_BYTES) return false;
+    memcpy(out->bytes, bytes, DIGEST_BYTES);
+    return true;
+}
+
+static void read_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES])
+{
+    const unsigned char *text = sqlite3_column_text(s, column);
+    out[0] = 0;
+    if (text) strncat(out, (const char *)text, JOB_ID_BYTES - 1);
+}
+
+/* 0 when the key is new. */
+static int check_key(struct job_database *db, const char *key, const struct digest *body,
+                     char existing[JOB_ID_BYTES])
+{
+    sqlite3_stmt *s = statement(db, QUERY_FIND_KEY);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, key);
+    int code = sqlite3_step(s), error = job_schema_error(code);
+    if (code == SQLITE_ROW) {
+        struct digest known;
+        bool same = read_digest(s, 0, &known) && digest_equal(&known, body);
+        if (same) read_id(s, 1, existing);
+        error = same ? ERR_EXISTS : ERR_MISMATCH;
+    }
+    sqlite3_reset(s);
+    return error;
+}
+
+static int insert_row(struct job_database *db, const struct job_row *row)
+{
+    sqlite3_stmt *s = statement(db, QUERY_INSERT);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, row->id);
+    bind_text(s, 2, row->document);
+    bind_text(s, 3, row->state);
+    bind_text(s, 4, row->error);
+    bind_text(s, 5, row->report);
+    sqlite3_bind_int64(s, 6, row->created_ms);
+    sqlite3_bind_int64(s, 7, row->updated_ms);
+    sqlite3_bind_int(s, 8, row->priority);
+    return finish(db, s);
+}
+
+static int insert_key(struct job_database *db, const char *key, const struct digest *body,
+                      const char *id)
+{
+    sqlite3_stmt *s = statement(db, QUERY_INSERT_KEY);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, key);
+    sqlite3_bind_blob(s, 2, body->bytes, DIGEST_BYTES, SQLITE_STATIC);
+    bind_text(s, 3, id);
+    return finish(db, s);
+}
+
+int job_database_insert(struct job_database *db, const struct job_row *row, const char *key,
+                        const struct digest *body, char existing[JOB_ID_BYTES])
+{
+    existing[0] = 0;
+    int error = key ? check_key(db, key, body, existing) : 0;
+    if (error) return error;
+    error = insert_row(db, row);
+    /* ERR_EXISTS is for keys; an id that was given twice is the caller's mistake. */
+    if (error == ERR_EXISTS) return ERR_STATE;
+    if (!error && key) error = insert_key(db, key, body, row->id);
+    return error;
+}
+
+int job_database_update(struct job_database *db, const char *id, const char *state,
+                        const char *error, const char *report)
+{
+    sqlite3_stmt *s = statement(db, QUERY_UPDATE);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, id);
+    bind_text(s, 2, state);
+    bind_text(s, 3, error);
+    bind_text(s, 4, report);
+    sqlite3_bind_int64(s, 5, now_ms());
+    return finish_one(db, s);
+}
+
+int job_database_update_frame(struct job_database *db, const char *id,
+                              const struct frame_row *frame)
+{
+    sqlite3_stmt *s = statement(db, QUERY_UPDATE_FRAME);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, id);
+    sqlite3_bind_int(s, 2, frame->number);
+    bind_text(s, 3, frame->state);
+    bind_digest(s, 4, &frame->exr);
+    bind_digest(s, 5, &frame->png);
+    return finish_one(db, s);
+}
+
+int job_database_remove(struct job_database *db, const char *id)
+{
+    sqlite3_stmt *s = statement(db, QUERY_REMOVE);
+    if (s) bind_text(s, 1, id);
+    return s ? finish_one(db, s) : finish(db, s);
+}
+
+int job_database_remember_blob(struct job_database *db, const struct digest *source,
+                               const struct digest *blob)
+{
+    sqlite3_stmt *s = statement(db, QUERY_REMEMBER_BLOB);
+    if (!s) return finish(db, s);
+    sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
+    sqlite3_bind_blob(s, 2, blob->bytes, DIGEST_BYTES, SQLITE_STATIC);
+    return finish(db, s);
+}
+
+int job_database_find_blob(struct job_database *db, const struct digest *source,
+                           struct digest *blob)
+{
+    sqlite3_stmt *s = statement(db, QUERY_FIND_BLOB);
+    if (!s) return finish(db, s);
+    sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
+    int code = sqlite3_step(s), error = job_schema_error(code);
+    if (code == SQLITE_DONE) error = ERR_NOT_FOUND;
+    if (code == SQLITE_ROW && !read_digest(s, 0, blob)) error = ERR_CORRUPT;
+    sqlite3_reset(s);
+    return error;
+}
+
+/* -- reading jobs -- */
+
+static const char *const frame_states[] = {"queued", "rendering", "encoding", "finished"};
+
+/* The static text of a frame's state; an unknown one (there is none) reads as the first. */
+static const char *frame_state(const unsigned char *text)
+{
+    size_t count = sizeof frame_states / sizeof frame_states[0];
+    for (size_t i = 0; text && i < count; i++) {
+        if (!strcmp((const char *)text, frame_states[i])) return frame_states[i];
+    }
+    return frame_states[0];
+}
+
+static int add_frame(struct job_record *job, size_t *capacity, sqlite3_stmt *s)
+{
+    if (job->frame_count == *capacity) {
+        size_t grown = *capacity ? *capacity * 2 : 8;
+        struct frame_row *frames = realloc(job->frames, grown * sizeof *frames);
+        if (!frames) return ERR_MEMORY;
+        job->frames = frames;
+        *capacity = grown;
+    }
+    struct frame_row *frame = &job->frames[job->frame_count++];
+    frame->number = sqlite3_column_int(s, 0);
+    frame->state = frame_state(sqlite3_column_text(s, 1));
+    read_digest(s, 2, &frame->exr);
+    read_digest(s, 3, &frame->png);
+    return 0;
+}
+
+static int read_frames(struct job_database *db, struct job_record *job)
+{
+    sqlite3_stmt *s = statement(db, QUERY_FRAMES);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, job->row.id);
+    size_t capacity = 0;
+    int code, error = 0;
+    while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
+        error = code == SQLITE_ROW ? add_frame(job, &capacity, s) : job_schema_error(code);
+    }
+    sqlite3_reset(s);
+    return error;
+}
+
+static int copy_text(sqlite3_stmt *s, int column, const char **out)
+{
+    const unsigned char *text = sqlite3_column_text(s, column);
+    *out = text ? strdup((const char *)text) : NULL;
+    return text && !*out ? ERR_MEMORY : 0;
+}
+
+/* The new record is in *out even when a copy fails, so that fini finds it. */
+static int add_job(struct job_records *out, sqlite3_stmt *s)
+{
+    if (out->count == out->capacity) {
+        size_t grown = out->capacity ? out->capacity * 2 : 8;
+        struct job_record *items = realloc(out->items, grown * sizeof *items);
+        if (!items) return ERR_MEMORY;
+        out->items = items;
+        out->capacity = grown;
+    }
+    struct job_record *job = &out->items[out->count++];
+    *job = (struct job_record){0};
+    read_id(s, 0, job->row.id);
+    int error = copy_text(s, 1, &job->row.document);
+    if (!error) error = copy_text(s, 2, &job->row.state);
+    if (!error) error = copy_text(s, 3, &job->row.error);
+    if (!error) error = copy_text(s, 4, &job->row.report);
+    job->row.created_ms = sqlite3_column_int64(s, 5);
+    job->row.updated_ms = sqlite3_column_int64(s, 6);
+    job->row.priority = sqlite3_column_int(s, 7);
+    return error;
+}
+
+static int read_jobs(struct job_database *db, sqlite3_stmt *s, bool frames, struct job_records *out)
+{
+    int code, error = 0;
+    while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
+        error = code == SQLITE_ROW ? add_job(out, s) : job_schema_error(code);
+    }
+    sqlite3_reset(s);
+    sqlite3_clear_bindings(s);
+    for (size_t i = 0; !error && frames && i < out->count; i++) {
+        error = read_frames(db, &out->items[i]);
+    }
+    return error;
+}
+
+int job_database_get(struct job_database *db, const char *id, struct job_records *out)
+{
+    sqlite3_stmt *s = statement(db, QUERY_GET);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, id);
+    return read_jobs(db, s, true, out);
+}
+
+int job_database_list(struct job_database *db, const char *state, const char *cursor, size_t limit,
+                      struct job_records *out)
+{
+    sqlite3_stmt *s = statement(db, state ? QUERY_LIST_STATE : QUERY_LIST);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, cursor);
+    sqlite3_bind_int64(s, 2, (sqlite3_int64)limit + 1); /* one more, to know of more */
+    if (state) bind_text(s, 3, state);
+    int error = read_jobs(db, s, false, out);
+    out->more = out->count > limit;
+    return error;
+}
+
+int job_database_unfinished(struct job_database *db, struct job_records *out)
+{
+    sqlite3_stmt *s = statement(db, QUERY_UNFINISHED);
+    return s ? read_jobs(db, s, true, out) : finish(db, s);
+}
+
+void job_records_fini(struct job_records *records)
+{
+    for (size_t i = 0; i < records->count; i++) {
+        struct job_row *row = &records->items[i].row;
+        free((void *)(uintptr_t)row->document);
+        free((void *)(uintptr_t)row->state);
+        free((void *)(uintptr_t)row->error);
+        free((void *)(uintptr_t)row->report);
+        free(records->items[i].frames);
+    }
+    free(records->items);
+    *records = (struct job_records){0};
+}

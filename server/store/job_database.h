@@ -1,0 +1,52 @@
+#pragma once
+/* The queries of the job store, blocking. One connection, one thread at a time. job_store.h says
+ * what they mean; job_store.c runs them elsewhere than on the loop. */
+#include "server/store/job_store.h"
+
+struct job_database;
+
+/* A job as read: texts owned by the record. */
+struct job_record {
+    struct job_row row;
+    struct frame_row *frames; /* owned; their states are static text */
+    size_t frame_count;
+};
+
+struct job_records {
+    struct job_record *items; /* owned */
+    size_t count, capacity;
+    bool more;
+};
+
+int job_database_open(const char *path, struct job_database **out);
+void job_database_close(struct job_database **db);
+
+/* A batch of changes that becomes durable as one. Inside it, mark/unmark frame one change, so that
+ * a failed one leaves nothing behind. */
+int job_database_begin(struct job_database *db);
+int job_database_commit(struct job_database *db);
+void job_database_rollback(struct job_database *db);
+bool job_database_in_batch(const struct job_database *db); /* false: SQLite has rolled it back */
+int job_database_mark(struct job_database *db);
+void job_database_unmark(struct job_database *db, bool keep);
+
+/* ERR_EXISTS with `existing`, ERR_MISMATCH: see job_store_insert. */
+int job_database_insert(struct job_database *db, const struct job_row *row, const char *key,
+                        const struct digest *body, char existing[JOB_ID_BYTES]);
+/* ERR_NOT_FOUND when there is no such job, here and below. */
+int job_database_update(struct job_database *db, const char *id, const char *state,
+                        const char *error, const char *report);
+int job_database_update_frame(struct job_database *db, const char *id,
+                              const struct frame_row *frame);
+int job_database_remove(struct job_database *db, const char *id);
+int job_database_remember_blob(struct job_database *db, const struct digest *source,
+                               const struct digest *blob);
+int job_database_find_blob(struct job_database *db, const struct digest *source,
+                           struct digest *blob);
+
+/* Each fills an empty *out; job_records_fini in any case. */
+int job_database_get(struct job_database *db, const char *id, struct job_records *out);
+int job_database_list(struct job_database *db, const char *state, const char *cursor, size_t limit,
+                      struct job_records *out);
+int job_database_unfinished(struct job_database *db, struct job_records *out);
+void job_records_fini(struct job_records *records);

@@ -1,0 +1,115 @@
+#include "server/store/job_schema.h"
+
+#include <stdio.h>
+
+#include "proto/error.h"
+
+#define BUSY_MS 5000
+
+/* Element i leads from version i to i + 1. Append-only: what has been released stays as it is. */
+static const char *const migrations[] = {
+    "CREATE TABLE jobs ("
+    "  id TEXT PRIMARY KEY,"
+    "  document TEXT,"
+    "  state TEXT NOT NULL,"
+    "  error TEXT,"
+    "  report TEXT,"
+    "  created_ms INTEGER NOT NULL,"
+    "  updated_ms INTEGER NOT NULL,"
+    "  priority INTEGER NOT NULL);"
+    "CREATE INDEX jobs_by_state ON jobs (state, id);"
+    "CREATE TABLE frames ("
+    "  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  number INTEGER NOT NULL,"
+    "  state TEXT NOT NULL,"
+    "  exr BLOB,"
+    "  png BLOB,"
+    "  PRIMARY KEY (job, number)) WITHOUT ROWID;"
+    "CREATE TABLE keys ("
+    "  key TEXT PRIMARY KEY,"
+    "  body BLOB NOT NULL,"
+    "  job TEXT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE) WITHOUT ROWID;"
+    "CREATE INDEX keys_by_job ON keys (job);"
+    "CREATE TABLE blobs ("
+    "  source BLOB PRIMARY KEY,"
+    "  blob BLOB NOT NULL) WITHOUT ROWID;",
+};
+#define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
+
+int job_schema_error(int sqlite_code)
+{
+    switch (sqlite_code & 0xff) {
+    case SQLITE_OK:
+    case SQLITE_ROW:
+    case SQLITE_DONE:
+        return 0;
+    case SQLITE_NOMEM:
+        return ERR_MEMORY;
+    case SQLITE_FULL:
+        return ERR_FULL;
+    case SQLITE_CONSTRAINT:
+        return ERR_EXISTS;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+        return ERR_CORRUPT;
+    default:
+        return ERR_IO;
+    }
+}
+
+static int run(sqlite3 *db, const char *sql)
+{
+    return job_schema_error(sqlite3_exec(db, sql, NULL, NULL, NULL));
+}
+
+static int read_version(sqlite3 *db, int *out)
+{
+    sqlite3_stmt *s = NULL;
+    int code = sqlite3_prepare_v2(db, "PRAGMA user_version", -1, &s, NULL);
+    if (code == SQLITE_OK) code = sqlite3_step(s);
+    if (code == SQLITE_ROW) *out = sqlite3_column_int(s, 0);
+    sqlite3_finalize(s);
+    return code == SQLITE_ROW ? 0 : job_schema_error(code == SQLITE_DONE ? SQLITE_CORRUPT : code);
+}
+
+/* One step, and the new version number with it or not at all. */
+static int migrate_from(sqlite3 *db, int version)
+{
+    char set[64];
+    snprintf(set, sizeof set, "PRAGMA user_version = %d", version + 1);
+    int error = run(db, "BEGIN IMMEDIATE");
+    if (!error) error = run(db, migrations[version]);
+    if (!error) error = run(db, set);
+    if (!error) error = run(db, "COMMIT");
+    if (error) run(db, "ROLLBACK");
+    return error;
+}
+
+static int migrate(sqlite3 *db)
+{
+    int version = 0;
+    int error = read_version(db, &version);
+    if (!error && (version > VERSION || version < 0)) error = ERR_VERSION;
+    while (!error && version < VERSION) error = migrate_from(db, version++);
+    return error;
+}
+
+int job_schema_open(const char *path, sqlite3 **out)
+{
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    sqlite3 *db = NULL;
+    *out = NULL;
+    int error = job_schema_error(sqlite3_open_v2(path, &db, flags, NULL));
+    if (!error) {
+        sqlite3_busy_timeout(db, BUSY_MS);
+        error = run(db, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
+                        "PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF");
+    }
+    if (!error) error = migrate(db);
+    if (error) {
+        sqlite3_close(db); /* NULL is fine */
+        return error;
+    }
+    *out = db;
+    return 0;
+}

@@ -1,0 +1,11 @@
+#pragma once
+/* The database of jobs: how it is opened, and how an older one becomes today's. */
+#include <sqlite3.h>
+
+/* Opens or creates `path`: WAL, synchronous=FULL, foreign keys, the newest schema. The connection
+ * is without a mutex of its own: one thread at a time. ERR_IO, ERR_VERSION for a schema from a
+ * newer program, ERR_CORRUPT for a file that is no database. */
+int job_schema_open(const char *path, sqlite3 **out);
+
+/* The project's code of an SQLite result. */
+int job_schema_error(int sqlite_code);
