@@ -13,12 +13,13 @@
 #include "server/cli/event_parser.h"
 
 #define ANSWER_LIMIT_BYTES (64u << 20)
-#define EVENT_TRIES 10
+#define EVENT_TRIES        10
 
 struct client {
     CURL *curl;
     char base_url[512];
     char message[CURL_ERROR_SIZE];
+    const volatile sig_atomic_t *stop; /* NULL: none */
 };
 
 struct answer {
@@ -29,8 +30,7 @@ struct answer {
 int client_create(const char *base_url, struct client **out)
 {
     struct client *c = calloc(1, sizeof *c);
-    if (!c)
-        return ERR_MEMORY;
+    if (!c) return ERR_MEMORY;
     c->curl = curl_easy_init();
     if (!c->curl || strlen(base_url) >= sizeof c->base_url) {
         client_destroy(&c);
@@ -43,20 +43,30 @@ int client_create(const char *base_url, struct client **out)
 
 void client_destroy(struct client **client)
 {
-    if (!*client)
-        return;
-    if ((*client)->curl)
-        curl_easy_cleanup((*client)->curl);
+    if (!*client) return;
+    if ((*client)->curl) curl_easy_cleanup((*client)->curl);
     free(*client);
     *client = NULL;
 }
 
 const char *client_base_url(const char *option)
 {
-    if (option)
-        return option;
+    if (option) return option;
     const char *from_env = getenv("SHEARWATER_SERVER");
     return from_env && *from_env ? from_env : "http://127.0.0.1:8040";
+}
+
+void client_stop_on(struct client *c, const volatile sig_atomic_t *stop)
+{
+    c->stop = stop;
+}
+
+static int check_stop(void *ctx, curl_off_t down_total, curl_off_t down, curl_off_t up_total,
+                      curl_off_t up)
+{
+    const struct client *c = ctx;
+    (void)down_total, (void)down, (void)up_total, (void)up;
+    return c->stop && *c->stop;
 }
 
 /* A fresh request on the kept connection. Proxies are never asked: a render goes where it says. */
@@ -71,6 +81,9 @@ static void begin(struct client *c, const char *path)
     curl_easy_setopt(c->curl, CURLOPT_ERRORBUFFER, c->message);
     curl_easy_setopt(c->curl, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(c->curl, CURLOPT_CONNECTTIMEOUT, 10L);
+    curl_easy_setopt(c->curl, CURLOPT_NOPROGRESS, 0L);
+    curl_easy_setopt(c->curl, CURLOPT_XFERINFOFUNCTION, check_stop);
+    curl_easy_setopt(c->curl, CURLOPT_XFERINFODATA, c);
     c->message[0] = '\0';
 }
 
@@ -78,11 +91,9 @@ static size_t collect(char *data, size_t size, size_t count, void *ctx)
 {
     struct answer *a = ctx;
     size_t more = size * count;
-    if (a->size_bytes + more > ANSWER_LIMIT_BYTES)
-        return 0;
+    if (a->size_bytes + more > ANSWER_LIMIT_BYTES) return 0;
     char *grown = realloc(a->data, a->size_bytes + more + 1);
-    if (!grown)
-        return 0;
+    if (!grown) return 0;
     memcpy(grown + a->size_bytes, data, more);
     a->data = grown;
     a->size_bytes += more;
@@ -113,7 +124,10 @@ static int refused(long status, const struct answer *a, struct fault *fault)
     const char *title = json_string_value(json_object_get(problem, "title"));
     const char *pointer = json_string_value(json_object_get(problem, "pointer"));
     int code = fault_set(fault, code_of_status(status), pointer ? pointer : "", "%s (HTTP %ld)",
-                         detail ? detail : title ? title : "the server refused", status);
+                         detail  ? detail
+                         : title ? title
+                                 : "the server refused",
+                         status);
     json_decref(problem);
     return code;
 }
@@ -121,6 +135,7 @@ static int refused(long status, const struct answer *a, struct fault *fault)
 static int unreachable(struct client *c, CURLcode result, struct fault *fault)
 {
     const char *why = c->message[0] ? c->message : curl_easy_strerror(result);
+    if (c->stop && *c->stop) return fault_set(fault, ERR_KILLED, "", "interrupted");
     if (result == CURLE_COULDNT_CONNECT)
         return fault_set(fault, ERR_IO, "",
                          "no server answers at %s: start one with `shearwater serve`, or name "
@@ -133,8 +148,7 @@ static int unreachable(struct client *c, CURLcode result, struct fault *fault)
 static int perform(struct client *c, long *status, struct fault *fault)
 {
     CURLcode result = curl_easy_perform(c->curl);
-    if (result != CURLE_OK)
-        return unreachable(c, result, fault);
+    if (result != CURLE_OK) return unreachable(c, result, fault);
     curl_easy_getinfo(c->curl, CURLINFO_RESPONSE_CODE, status);
     return 0;
 }
@@ -148,10 +162,8 @@ static int hash_file(FILE *f, const char *path, struct digest *out, struct fault
     size_t got;
     while (!error && (got = fread(chunk, 1, chunk_bytes, f)) > 0)
         error = digest_update(state, chunk, got);
-    if (!error && ferror(f))
-        error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
-    if (state)
-        digest_finish(&state, out);
+    if (!error && ferror(f)) error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
+    if (state) digest_finish(&state, out);
     free(chunk);
     return error;
 }
@@ -178,8 +190,7 @@ static int upload(struct client *c, const char *url_path, FILE *f, curl_off_t si
     curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
     int error = perform(c, &status, fault);
-    if (!error && status >= 400)
-        error = refused(status, &answer, fault);
+    if (!error && status >= 400) error = refused(status, &answer, fault);
     free(answer.data);
     return error;
 }
@@ -191,8 +202,7 @@ int client_put_asset(struct client *c, const char *path, struct digest *digest, 
     bool known = false;
     FILE *f = fopen(path, "rb");
     if (!f || fstat(fileno(f), &info) != 0) {
-        if (f)
-            fclose(f);
+        if (f) fclose(f);
         return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
     }
     if (!S_ISREG(info.st_mode)) {
@@ -230,8 +240,7 @@ int client_json(struct client *c, const char *method, const char *path, const js
     struct curl_slist *headers = NULL;
     char *text = body ? json_dumps(body, JSON_COMPACT) : NULL;
     long status = 0;
-    if (body && !text)
-        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    if (body && !text) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     begin(c, path);
     curl_easy_setopt(c->curl, CURLOPT_CUSTOMREQUEST, method);
     if (text) {
@@ -242,10 +251,8 @@ int client_json(struct client *c, const char *method, const char *path, const js
     curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
     int error = perform(c, &status, fault);
-    if (!error && status >= 400)
-        error = refused(status, &answer, fault);
-    if (!error)
-        error = parse_answer(&answer, out, fault);
+    if (!error && status >= 400) error = refused(status, &answer, fault);
+    if (!error) error = parse_answer(&answer, out, fault);
     curl_slist_free_all(headers);
     free(answer.data);
     free(text);
@@ -273,19 +280,16 @@ int client_download(struct client *c, const char *url_path, const char *path, st
     if (snprintf(part, sizeof part, "%s.part", path) >= (int)sizeof part)
         return fault_set(fault, ERR_LIMIT, "", "%s: the name is too long", path);
     FILE *f = fopen(part, "wb");
-    if (!f)
-        return fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
+    if (!f) return fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
     begin(c, url_path);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, f);
     int error = perform(c, &status, fault);
     if (fclose(f) != 0 && !error)
         error = fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
-    if (!error && status >= 400)
-        error = refused_download(part, status, fault);
+    if (!error && status >= 400) error = refused_download(part, status, fault);
     if (!error && rename(part, path) != 0)
         error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
-    if (error)
-        unlink(part);
+    if (error) unlink(part);
     return error;
 }
 
@@ -324,7 +328,7 @@ int client_events(struct client *c, const char *job, client_event event, void *c
     int error = 0;
     snprintf(path, sizeof path, "/v1/jobs/%s/events", job);
     event_parser_init(&parser, event, ctx);
-    for (int tries = 0; tries < EVENT_TRIES && !parser.stopped; tries++) {
+    for (int tries = 0; tries < EVENT_TRIES && !parser.stopped && !(c->stop && *c->stop); tries++) {
         uint64_t before = parser.events;
         long status = 0;
         event_parser_restart(&parser);
@@ -334,13 +338,10 @@ int client_events(struct client *c, const char *job, client_event event, void *c
                               status);
             break;
         }
-        if (parser.events > before)
-            tries = -1;
-        if (!parser.stopped)
-            nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
+        if (parser.events > before) tries = -1;
+        if (!parser.stopped) nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
     }
-    if (parser.stopped)
-        error = 0;
+    if (parser.stopped) error = 0;
     event_parser_fini(&parser);
     return error;
 }

@@ -4,6 +4,7 @@
  * Functions return 0 or a negative ERR_ code and fill *fault with what the server said (its problem
  * document's pointer and detail) or why it could not be asked. */
 #include <jansson.h>
+#include <signal.h>
 #include <stdbool.h>
 
 #include "proto/digest.h"
@@ -15,15 +16,19 @@ struct client;
 int client_create(const char *base_url, struct client **out);
 void client_destroy(struct client **client);
 
-/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else the default. */
+/* From now on requests end early, with an error, once *stop is not 0 (set by a signal handler). */
+void client_stop_on(struct client *c, const volatile sig_atomic_t *stop);
+
+/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else the default.
+ */
 const char *client_base_url(const char *option);
 
 /* Uploads a file unless the server has it; *digest is its name. */
 int client_put_asset(struct client *c, const char *path, struct digest *digest,
                      struct fault *fault);
 
-/* method on path ("/v1/jobs"), with `body` as JSON when not NULL. *out is the answer (new reference;
- * JSON null for an empty one). Any status from 400 on is an error. */
+/* method on path ("/v1/jobs"), with `body` as JSON when not NULL. *out is the answer (new
+ * reference; JSON null for an empty one). Any status from 400 on is an error. */
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,
                 json_t **out, struct fault *fault);
 

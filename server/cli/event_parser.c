@@ -28,13 +28,11 @@ static bool append(char **buffer, size_t *size_bytes, size_t *capacity, const ch
                    size_t more_bytes)
 {
     size_t need = *size_bytes + more_bytes + 1;
-    if (need > EVENT_LIMIT_BYTES)
-        return false;
+    if (need > EVENT_LIMIT_BYTES) return false;
     if (need > *capacity) {
         size_t grown = need * 2;
         char *fresh = realloc(*buffer, grown);
-        if (!fresh)
-            return false;
+        if (!fresh) return false;
         *buffer = fresh;
         *capacity = grown;
     }
@@ -70,16 +68,12 @@ static bool dispatch(struct event_parser *p)
 static bool take_line(struct event_parser *p)
 {
     char *line = p->line ? p->line : (char[]){""};
-    if (p->line_bytes == 0)
-        return dispatch(p);
+    if (p->line_bytes == 0) return dispatch(p);
     char *colon = strchr(line, ':');
-    if (colon == line)
-        return true; /* a comment */
+    if (colon == line) return true; /* a comment */
     char *value = colon ? colon + 1 : line + p->line_bytes;
-    if (colon)
-        *colon = '\0';
-    if (*value == ' ')
-        value++;
+    if (colon) *colon = '\0';
+    if (*value == ' ') value++;
     if (strcmp(line, "event") == 0)
         copy_field(p->name, sizeof p->name, value);
     else if (strcmp(line, "id") == 0)
@@ -101,12 +95,10 @@ bool event_parser_feed(struct event_parser *p, const char *bytes, size_t size_by
         if (!append(&p->line, &p->line_bytes, &p->line_capacity, bytes, (size_t)(stop - bytes)))
             return false;
         bytes = newline ? newline + 1 : end;
-        if (!newline)
-            break;
+        if (!newline) break;
         if (p->line_bytes > 0 && p->line[p->line_bytes - 1] == '\r')
             p->line[--p->line_bytes] = '\0';
-        if (!take_line(p))
-            return false;
+        if (!take_line(p)) return false;
         p->line_bytes = 0;
         p->line[0] = '\0';
     }

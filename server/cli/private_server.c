@@ -19,8 +19,7 @@ static int make_data_dir(struct private_server *s, struct fault *fault)
     const char *tmp = getenv("TMPDIR");
     snprintf(s->data_dir, sizeof s->data_dir, "%.200s/shearwater-render-XXXXXX",
              tmp && *tmp ? tmp : "/tmp");
-    if (mkdtemp(s->data_dir))
-        return 0;
+    if (mkdtemp(s->data_dir)) return 0;
     int error = fault_set(fault, ERR_IO, "", "%s: %s", s->data_dir, strerror(errno));
     s->data_dir[0] = '\0';
     return error;
@@ -32,14 +31,23 @@ static void become_server(const struct private_server *s, unsigned workers, unsi
 {
     char worker_text[16], thread_text[16], program[4096];
     ssize_t n = readlink("/proc/self/exe", program, sizeof program - 1);
-    if (n < 0)
-        _exit(127);
+    if (n < 0) _exit(127);
     program[n] = '\0';
     snprintf(worker_text, sizeof worker_text, "%u", workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
-    char *argv[] = {program, "serve", "--listen", "127.0.0.1:0", "--data", (char *)s->data_dir,
-                    "--workers", worker_text, "--quiet", "--exit-with-parent",
-                    threads > 0 ? "--worker-threads" : NULL, thread_text, NULL};
+    char *argv[] = {program,
+                    "serve",
+                    "--listen",
+                    "127.0.0.1:0",
+                    "--data",
+                    (char *)s->data_dir,
+                    "--workers",
+                    worker_text,
+                    "--quiet",
+                    "--exit-with-parent",
+                    threads > 0 ? "--worker-threads" : NULL,
+                    thread_text,
+                    NULL};
     dup2(out, STDOUT_FILENO);
     /* Ctrl-C goes to the command, which then stops its server in order. */
     setpgid(0, 0);
@@ -72,15 +80,13 @@ int private_server_start(struct private_server *s, unsigned workers, unsigned wo
     int ends[2];
     *s = (struct private_server){0};
     int error = make_data_dir(s, fault);
-    if (error)
-        return error;
+    if (error) return error;
     if (pipe2(ends, O_CLOEXEC) != 0) {
         error = fault_set(fault, ERR_IO, "", "pipe: %s", strerror(errno));
         goto fail;
     }
     s->pid = fork();
-    if (s->pid == 0)
-        become_server(s, workers, worker_threads, ends[1]);
+    if (s->pid == 0) become_server(s, workers, worker_threads, ends[1]);
     close(ends[1]);
     if (s->pid < 0) {
         s->pid = 0;
@@ -89,8 +95,7 @@ int private_server_start(struct private_server *s, unsigned workers, unsigned wo
         goto fail;
     }
     error = await_address(s, ends[0], fault);
-    if (!error)
-        return 0;
+    if (!error) return 0;
 fail:
     private_server_stop(s, NULL);
     return error;
@@ -117,9 +122,7 @@ void private_server_stop(struct private_server *s, struct rusage *usage)
         }
         s->pid = 0;
     }
-    if (usage)
-        *usage = used;
-    if (s->data_dir[0])
-        nftw(s->data_dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+    if (usage) *usage = used;
+    if (s->data_dir[0]) nftw(s->data_dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
     s->data_dir[0] = '\0';
 }

@@ -39,15 +39,11 @@ static void draw_bar(const struct progress *p, const char *tail)
 void progress_show(struct progress *p, const char *state, const json_t *data)
 {
     char eta[48], tail[128];
-    if (p->quiet)
-        return;
-    if (state)
-        snprintf(p->state, sizeof p->state, "%s", state);
+    if (p->quiet) return;
+    if (state) snprintf(p->state, sizeof p->state, "%s", state);
     const json_t *fraction = json_object_get(data, "fraction");
-    if (json_is_number(fraction))
-        p->fraction = json_number_value(fraction);
-    if (p->fraction > 0.99)
-        p->fraction = 0.99;
+    if (json_is_number(fraction)) p->fraction = json_number_value(fraction);
+    if (p->fraction > 0.99) p->fraction = 0.99;
     const json_t *eta_s = json_object_get(data, "eta_s");
     eta_text(json_is_number(eta_s) ? json_number_value(eta_s) : -1, eta, sizeof eta);
     json_int_t done = json_integer_value(json_object_get(data, "tiles_done"));
@@ -66,10 +62,7 @@ void progress_show(struct progress *p, const char *state, const json_t *data)
 
 void progress_end(struct progress *p, const char *line)
 {
-    if (p->quiet)
-        return;
-    if (p->terminal)
-        fputs("\r\033[K", stderr);
-    if (line)
-        fprintf(stderr, "%s\n", line);
+    if (p->quiet) return;
+    if (p->terminal) fputs("\r\033[K", stderr);
+    if (line) fprintf(stderr, "%s\n", line);
 }

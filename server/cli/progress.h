@@ -6,8 +6,8 @@
 
 struct progress {
     bool quiet, terminal;
-    int width;        /* columns of the bar */
-    int tenth;        /* last tenth said where there is no terminal */
+    int width; /* columns of the bar */
+    int tenth; /* last tenth said where there is no terminal */
     double fraction;
     char state[32];
 };

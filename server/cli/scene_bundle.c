@@ -22,8 +22,7 @@ static void folder_of(const char *path, char *out, size_t capacity)
 {
     const char *slash = strrchr(path, '/');
     size_t n = slash ? (size_t)(slash - path) + 1 : 0;
-    if (n >= capacity)
-        n = 0;
+    if (n >= capacity) n = 0;
     memcpy(out, path, n);
     out[n] = '\0';
 }
@@ -57,15 +56,13 @@ static int add_file(struct bundle *b, const char *name)
 {
     char path[4096], hex[DIGEST_HEX_BYTES];
     struct digest digest;
-    if (json_object_get(b->files, name))
-        return 0;
+    if (json_object_get(b->files, name)) return 0;
     if (!path_is_inside(name))
         return fault_set(b->fault, ERR_RANGE, "/scene/file",
                          "the scene refers to \"%.200s\", which is not inside its folder", name);
     snprintf(path, sizeof path, "%s%s", b->folder, name);
     int error = client_put_asset(b->client, path, &digest, b->fault);
-    if (error)
-        return error;
+    if (error) return error;
     digest_to_hex(&digest, hex);
     return json_object_set_new(b->files, name, json_string(hex)) == 0 ? 0 : ERR_MEMORY;
 }
@@ -92,18 +89,16 @@ static int add_uris(struct bundle *b, const json_t *array)
 {
     size_t i;
     json_t *item;
-    json_array_foreach(array, i, item) {
+    json_array_foreach(array, i, item)
+    {
         const char *uri = json_string_value(json_object_get(item, "uri"));
-        if (!uri || strncmp(uri, "data:", 5) == 0)
-            continue;
+        if (!uri || strncmp(uri, "data:", 5) == 0) continue;
         char *name = strdup(uri);
-        if (!name)
-            return ERR_MEMORY;
+        if (!name) return ERR_MEMORY;
         percent_decode(name);
         int error = add_file(b, name);
         free(name);
-        if (error)
-            return error;
+        if (error) return error;
     }
     return 0;
 }
@@ -113,8 +108,7 @@ static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
     /* What is wrong with the JSON is the importer's to say: it names the place better. */
     json_t *gltf = json_loadb(json, size_bytes, JSON_REJECT_DUPLICATES, NULL);
     int error = add_uris(b, json_object_get(gltf, "buffers"));
-    if (!error)
-        error = add_uris(b, json_object_get(gltf, "images"));
+    if (!error) error = add_uris(b, json_object_get(gltf, "images"));
     json_decref(gltf);
     return error;
 }
@@ -123,15 +117,15 @@ static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
 static int add_glb(struct bundle *b, const char *data, size_t size_bytes)
 {
     uint32_t length;
-    if (size_bytes < 20)
-        return 0;
+    if (size_bytes < 20) return 0;
     memcpy(&length, data + 12, sizeof length);
     return length <= size_bytes - 20 ? add_gltf(b, data + 20, length) : 0;
 }
 
 static int add_mtl(struct bundle *b, const char *name);
 
-/* Calls `add` with the argument of every line that starts with a keyword for which `wanted` holds. */
+/* Calls `add` with the argument of every line that starts with a keyword for which `wanted` holds.
+ */
 static int each_reference(struct bundle *b, char *text, bool (*wanted)(const char *keyword),
                           int (*add)(struct bundle *b, const char *name))
 {
@@ -140,16 +134,13 @@ static int each_reference(struct bundle *b, char *text, bool (*wanted)(const cha
     for (char *line = strtok_r(text, "\r\n", &save_line); line && !error;
          line = strtok_r(NULL, "\r\n", &save_line)) {
         char *save = NULL, *keyword = strtok_r(line, " \t", &save);
-        if (!keyword || !wanted(keyword) || !save)
-            continue;
+        if (!keyword || !wanted(keyword) || !save) continue;
         char *name = save + strspn(save, " \t");
         size_t n = strlen(name);
         while (n > 0 && (name[n - 1] == ' ' || name[n - 1] == '\t')) name[--n] = '\0';
         /* Options such as "-s 1 1 1" come before the name, which then is the last word. */
-        if (name[0] == '-' && strrchr(name, ' '))
-            name = strrchr(name, ' ') + 1;
-        if (*name)
-            error = add(b, name);
+        if (name[0] == '-' && strrchr(name, ' ')) name = strrchr(name, ' ') + 1;
+        if (*name) error = add(b, name);
     }
     return error;
 }
@@ -170,12 +161,10 @@ static int add_mtl(struct bundle *b, const char *name)
     char path[4096];
     size_t size_bytes;
     int error = add_file(b, name);
-    if (error)
-        return error;
+    if (error) return error;
     snprintf(path, sizeof path, "%s%s", b->folder, name);
     char *text = read_text(path, &size_bytes, b->fault);
-    if (!text)
-        return b->fault->code;
+    if (!text) return b->fault->code;
     error = each_reference(b, text, is_map, add_file);
     free(text);
     return error;
@@ -185,8 +174,7 @@ static int add_references(struct bundle *b, const char *path)
 {
     size_t size_bytes;
     char *text = read_text(path, &size_bytes, b->fault);
-    if (!text)
-        return b->fault->code;
+    if (!text) return b->fault->code;
     int error;
     if (size_bytes >= 4 && memcmp(text, "glTF", 4) == 0)
         error = add_glb(b, text, size_bytes);
@@ -203,8 +191,7 @@ static int put_asset(json_t *scene, const struct digest *digest, json_t *files)
     char hex[DIGEST_HEX_BYTES];
     digest_to_hex(digest, hex);
     json_object_del(scene, "file");
-    if (json_object_set_new(scene, "asset", json_string(hex)) != 0)
-        return ERR_MEMORY;
+    if (json_object_set_new(scene, "asset", json_string(hex)) != 0) return ERR_MEMORY;
     return json_object_size(files) > 0 && json_object_set(scene, "files", files) != 0 ? ERR_MEMORY
                                                                                       : 0;
 }
@@ -217,8 +204,7 @@ int scene_bundle_upload(struct client *c, const char *job_path, json_t *document
     char base[2048], path[4096];
     json_t *scene = json_object_get(document, "scene");
     const char *file = json_string_value(json_object_get(scene, "file"));
-    if (!file)
-        return 0;
+    if (!file) return 0;
     if (json_object_get(scene, "asset"))
         return fault_set(fault, ERR_RANGE, "/scene", "give either \"file\" or \"asset\", not both");
     folder_of(job_path, base, sizeof base);
@@ -227,12 +213,9 @@ int scene_bundle_upload(struct client *c, const char *job_path, json_t *document
     folder_of(path, b.folder, sizeof b.folder);
     b.files = json_object();
     int error = b.files ? client_put_asset(c, path, &digest, fault) : ERR_MEMORY;
-    if (error && fault->code && !fault->pointer[0])
-        strcpy(fault->pointer, "/scene/file");
-    if (!error)
-        error = add_references(&b, path);
-    if (!error)
-        error = put_asset(scene, &digest, b.files);
+    if (error && fault->code && !fault->pointer[0]) strcpy(fault->pointer, "/scene/file");
+    if (!error) error = add_references(&b, path);
+    if (!error) error = put_asset(scene, &digest, b.files);
     json_decref(b.files);
     return error;
 }

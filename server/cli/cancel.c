@@ -1,0 +1,40 @@
+/* shearwater cancel: ends a job; --purge removes its results, too. */
+#include <stdio.h>
+
+#include "server/cli/cli.h"
+#include "server/cli/job_file.h"
+#include "server/cli/option.h"
+
+int cli_cancel(int argc, char **argv)
+{
+    const char *server = NULL;
+    bool purge = false;
+    const struct option_line lines[] = {
+        {"server", 's', OPTION_TEXT, "URL",
+         "the coordinator (default: $SHEARWATER_SERVER, then "
+         "http://127.0.0.1:8040)",
+         0, 0, &server},
+        {"purge", 0, OPTION_FLAG, NULL, "remove the job and its results", 0, 0, &purge},
+    };
+    const struct option_table table = {
+        .usage = "shearwater cancel JOB-ID [options]",
+        .summary = "Cancels a job. What other jobs share stays.",
+        .lines = lines,
+        .line_count = sizeof lines / sizeof *lines,
+        .least_arguments = 1,
+        .most_arguments = 1,
+    };
+    struct fault fault = {0};
+    struct client *client = NULL;
+    json_t *answer = NULL;
+    char path[128];
+    int arguments, status = option_parse(&table, argc, argv, &arguments);
+    if (status != OPTION_GO_ON) return status;
+    snprintf(path, sizeof path, "/v1/jobs/%.64s%s", argv[1], purge ? "?purge=1" : "");
+    int error = client_create(client_base_url(server), &client);
+    if (!error) error = client_json(client, "DELETE", path, NULL, &answer, &fault);
+    status = error ? job_file_complain("cancel", &fault) : 0;
+    client_destroy(&client);
+    json_decref(answer);
+    return status;
+}

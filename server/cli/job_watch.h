@@ -1,0 +1,9 @@
+#pragma once
+/* Follows a job on a server until it has ended, drawing its progress. */
+#include "server/cli/client.h"
+#include "server/cli/progress.h"
+
+/* 0: the job finished; ERR_STATE: it failed or was cancelled, *fault says why. *job is its last
+ * answer (new reference) in both cases, else NULL. */
+int job_watch(struct client *c, const char *id, struct progress *progress, json_t **job,
+              struct fault *fault);

@@ -1,0 +1,189 @@
+/* shearwater render: one job through a private coordinator, files out, nothing left behind. */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "server/cli/cli.h"
+#include "server/cli/job_file.h"
+#include "server/cli/job_watch.h"
+#include "server/cli/option.h"
+#include "server/cli/private_server.h"
+
+struct render_options {
+    const char *exr, *png, *stats;
+    long workers, worker_threads, tile_px;
+    bool quiet;
+};
+
+static volatile sig_atomic_t interrupted;
+
+/* The command then ends in order: its server stops and its files go. */
+static void on_signal(int number)
+{
+    interrupted = number;
+}
+
+static int parse(int argc, char **argv, struct render_options *o)
+{
+    const struct option_line lines[] = {
+        {"output", 'o', OPTION_TEXT, "OUT.exr", "the picture, with all layers", 0, 0, &o->exr},
+        {"png", 'p', OPTION_TEXT, "OUT.png", "the picture for people", 0, 0, &o->png},
+        {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 2, 1 on one core)", 1,
+         LIMIT_WORKERS, &o->workers},
+        {"worker-threads", 0, OPTION_NUMBER, "N", "threads of each worker (default: all cores)", 1,
+         LIMIT_THREADS, &o->worker_threads},
+        {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 32)",
+         LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->tile_px},
+        {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skips, CPU seconds, memory", 0, 0,
+         &o->stats},
+        {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &o->quiet},
+    };
+    const struct option_table table = {
+        .usage = "shearwater render JOB.json [-o OUT.exr] [--png OUT.png] [options]",
+        .summary = "Renders one job with a private coordinator and local workers. With several\n"
+                   "frames, a number is put before each file's ending.",
+        .lines = lines,
+        .line_count = sizeof lines / sizeof *lines,
+        .least_arguments = 1,
+        .most_arguments = 1,
+    };
+    int arguments;
+    return option_parse(&table, argc, argv, &arguments);
+}
+
+/* "out.exr" -> "out.0007.exr" when there are several frames. */
+static void frame_path(const char *path, long frame, bool several, char *out, size_t capacity)
+{
+    const char *dot = strrchr(path, '.'), *slash = strrchr(path, '/');
+    if (!dot || (slash && dot < slash)) dot = path + strlen(path);
+    if (several)
+        snprintf(out, capacity, "%.*s.%04ld%s", (int)(dot - path), path, frame, dot);
+    else
+        snprintf(out, capacity, "%s", path);
+}
+
+static int save_frames(struct client *c, const json_t *job, const struct render_options *o,
+                       struct fault *fault)
+{
+    const char *id = json_string_value(json_object_get(job, "id"));
+    const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
+    long first = (long)json_integer_value(json_object_get(frames, "first"));
+    long last = (long)json_integer_value(json_object_get(frames, "last"));
+    const char *const outputs[] = {o->exr, o->png}, *const kinds[] = {"exr", "png"};
+    for (long frame = first; frame <= last; frame++)
+        for (int k = 0; k < 2; k++) {
+            char url[128], path[4096];
+            if (!outputs[k]) continue;
+            snprintf(url, sizeof url, "/v1/jobs/%s/frames/%ld/image.%s", id, frame, kinds[k]);
+            frame_path(outputs[k], frame, last > first, path, sizeof path);
+            int error = client_download(c, url, path, fault);
+            if (error) return error;
+        }
+    return 0;
+}
+
+static double seconds(struct timeval t)
+{
+    return (double)t.tv_sec + (double)t.tv_usec * 1e-6;
+}
+
+/* The job's statistics, with what only this side can know: the wall time that the user waited, and
+ * the CPU time of all processes, asked of the operating system once they have ended. */
+static int save_statistics(const json_t *job, const char *path, double wall_s,
+                           const struct rusage *usage, struct fault *fault)
+{
+    json_t *statistics = json_deep_copy(json_object_get(job, "statistics"));
+    if (!statistics) statistics = json_object();
+    json_t *cpu = json_object_get(statistics, "cpu_s");
+    if (cpu)
+        json_object_set_new(cpu, "total",
+                            json_real(seconds(usage->ru_utime) + seconds(usage->ru_stime)));
+    json_object_set_new(statistics, "wall_s", json_real(wall_s));
+    int failed = json_dump_file(statistics, path, JSON_INDENT(2));
+    json_decref(statistics);
+    return failed ? fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno)) : 0;
+}
+
+static void say_done(struct progress *progress, const struct render_options *o, double wall_s)
+{
+    char line[512];
+    snprintf(line, sizeof line, "finished in %.2f s%s%s%s%s", wall_s, o->exr ? ", wrote " : "",
+             o->exr ? o->exr : "", o->png ? (o->exr ? " and " : ", wrote ") : "",
+             o->png ? o->png : "");
+    progress_end(progress, line);
+}
+
+static void show_warnings(const json_t *job)
+{
+    size_t i;
+    json_t *text;
+    json_array_foreach(json_object_get(job, "warnings"), i, text)
+        fprintf(stderr, "warning: %s\n", json_string_value(text) ? json_string_value(text) : "");
+}
+
+/* Submits, watches, saves. *job (new reference) stays for the statistics. */
+static int render(struct client *c, const char *path, json_t *document,
+                  const struct render_options *o, struct progress *progress, json_t **job,
+                  struct fault *fault)
+{
+    char id[64];
+    json_t *accepted = NULL;
+    int error = job_file_submit(c, path, document, o->tile_px, &accepted, fault);
+    if (error) return error;
+    snprintf(id, sizeof id, "%s", json_string_value(json_object_get(accepted, "id")));
+    json_decref(accepted);
+    error = job_watch(c, id, progress, job, fault);
+    if (!error) error = save_frames(c, *job, o, fault);
+    return error;
+}
+
+static double now_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+int cli_render(int argc, char **argv)
+{
+    struct render_options o = {0};
+    struct fault fault = {0};
+    struct private_server server = {0};
+    struct progress progress;
+    struct client *client = NULL;
+    struct rusage usage = {0};
+    json_t *document = NULL, *job = NULL;
+    int status = parse(argc, argv, &o);
+    if (status != OPTION_GO_ON) return status;
+    double start_s = now_s();
+    progress_begin(&progress, o.quiet);
+    int error = job_file_read(argv[1], &document, &fault);
+    if (!error)
+        error =
+            private_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);
+    signal(SIGINT, on_signal);
+    signal(SIGTERM, on_signal);
+    if (!error) error = client_create(server.base_url, &client);
+    if (!error) client_stop_on(client, &interrupted);
+    if (!error) error = render(client, argv[1], document, &o, &progress, &job, &fault);
+    double wall_s = now_s() - start_s;
+    private_server_stop(&server, &usage);
+    if (!error && o.stats) error = save_statistics(job, o.stats, wall_s, &usage, &fault);
+    if (error) {
+        if (!fault.code) fault_set(&fault, error, "", "%s", error_text(error));
+        progress_end(&progress, NULL);
+        status = job_file_complain("render", &fault);
+        if (interrupted) status = 128 + (int)interrupted;
+    } else {
+        if (!o.quiet) show_warnings(job);
+        say_done(&progress, &o, wall_s);
+        status = 0;
+    }
+    client_destroy(&client);
+    json_decref(document);
+    json_decref(job);
+    return status;
+}

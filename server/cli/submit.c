@@ -1,0 +1,75 @@
+/* shearwater submit: sends a job to a running coordinator and prints its id. */
+#include <stdio.h>
+#include <string.h>
+
+#include "server/cli/cli.h"
+#include "server/cli/job_file.h"
+#include "server/cli/job_watch.h"
+#include "server/cli/option.h"
+#include "server/cli/scene_bundle.h"
+
+static int print_plan(struct client *c, const char *path, json_t *document, struct fault *fault)
+{
+    json_t *plan = NULL;
+    int error = scene_bundle_upload(c, path, document, fault);
+    if (!error) error = client_json(c, "POST", "/v1/jobs?dry_run=1", document, &plan, fault);
+    if (error) return error;
+    json_dumpf(plan, stdout, JSON_INDENT(2));
+    putchar('\n');
+    json_decref(plan);
+    return 0;
+}
+
+int cli_submit(int argc, char **argv)
+{
+    const char *server = NULL;
+    bool quiet = false, watch = false, dry_run = false;
+    const struct option_line lines[] = {
+        {"server", 's', OPTION_TEXT, "URL",
+         "the coordinator (default: $SHEARWATER_SERVER, then "
+         "http://127.0.0.1:8040)",
+         0, 0, &server},
+        {"watch", 'w', OPTION_FLAG, NULL, "stay until the job has ended", 0, 0, &watch},
+        {"dry-run", 'n', OPTION_FLAG, NULL, "check only, and print the plan", 0, 0, &dry_run},
+        {"quiet", 'q', OPTION_FLAG, NULL, "print the id alone", 0, 0, &quiet},
+    };
+    const struct option_table table = {
+        .usage = "shearwater submit JOB.json [options]",
+        .summary = "Uploads the job's scene, submits the job and prints its id.",
+        .lines = lines,
+        .line_count = sizeof lines / sizeof *lines,
+        .least_arguments = 1,
+        .most_arguments = 1,
+    };
+    struct fault fault = {0};
+    struct client *client = NULL;
+    struct progress progress;
+    json_t *document = NULL, *job = NULL, *ended = NULL;
+    int arguments, status = option_parse(&table, argc, argv, &arguments);
+    if (status != OPTION_GO_ON) return status;
+    int error = job_file_read(argv[1], &document, &fault);
+    if (!error) error = client_create(client_base_url(server), &client);
+    if (!error && dry_run)
+        error = print_plan(client, argv[1], document, &fault);
+    else if (!error)
+        error = job_file_submit(client, argv[1], document, 0, &job, &fault);
+    if (!error && job) {
+        const char *id = json_string_value(json_object_get(job, "id"));
+        printf("%s\n", id);
+        fflush(stdout);
+        if (!quiet && !watch)
+            fprintf(stderr, "watch it: shearwater watch %s, or %s/#/jobs/%s\n", id,
+                    client_base_url(server), id);
+        if (watch) {
+            progress_begin(&progress, quiet);
+            error = job_watch(client, id, &progress, &ended, &fault);
+            progress_end(&progress, error ? NULL : "finished");
+        }
+    }
+    status = error ? job_file_complain("submit", &fault) : 0;
+    client_destroy(&client);
+    json_decref(document);
+    json_decref(job);
+    json_decref(ended);
+    return status;
+}

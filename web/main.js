@@ -1,0 +1,46 @@
+// Puts the page together: the list, one job, the state of the connection. Jobs are bookmarkable:
+// #/jobs/ID.
+import { listWorkers } from "./api.js";
+import { JobList } from "./job_list.js";
+import { JobView } from "./job_view.js";
+
+const $ = (id) => document.getElementById(id);
+const WORDS = { live: "connected", connecting: "connecting", lost: "no connection, trying again" };
+
+function showConnection(state, error) {
+  const element = $("connection");
+  if (element.dataset.state === state) return;
+  element.dataset.state = state;
+  element.textContent = WORDS[state];
+  element.title = error?.message ?? "";
+}
+
+const view = new JobView({
+  section: $("job"), title: $("job-title"), cancel: $("cancel"), announce: $("announce"),
+  progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
+  canvas: $("canvas"), canvasNote: $("canvas-note"), layer: $("layer"),
+  exposure: $("exposure"), exposureText: $("exposure-text"), exposureReset: $("exposure-reset"),
+  download_exr: $("download-exr"), download_png: $("download-png"),
+  warnings: $("warnings"), facts: $("facts"),
+}, showConnection);
+const list = new JobList({ list: $("jobs"), empty: $("jobs-empty"), more: $("jobs-more") }, showConnection);
+
+function route() {
+  const id = /^#\/jobs\/([0-9a-z]{26})$/.exec(location.hash)?.[1];
+  $("nothing").hidden = Boolean(id);
+  list.select(id);
+  if (id) view.open(id);
+  else view.close();
+  document.title = id ? `Job ${id.slice(-6)} · Shearwater` : "Shearwater";
+}
+addEventListener("hashchange", route);
+route();
+
+async function countWorkers() {
+  try {
+    const { length } = (await listWorkers()).workers ?? [];
+    $("workers").textContent = length === 1 ? "1 worker" : `${length} workers`;
+  } catch { /* the connection says so */ }
+  setTimeout(countWorkers, 5000);
+}
+countWorkers();

@@ -1,0 +1,98 @@
+// The live pixel feed: a chunked response of binary blocks (PROTOCOL.md, "Pixel feed").
+//
+//   u32 magic "SWPX", u16 version, u16 format (1: three half floats), u32 x, y, w, h, u64 revision,
+//   then w*h*3 half floats, row by row. w = h = 0 tells the image's size in x and y.
+
+const HEADER_BYTES = 32;
+const MAGIC = 0x58505753;
+const MAX_SIDE = 16384;
+const MAX_BLOCK_PIXELS = 1 << 22;
+
+// Cuts a byte stream into blocks. Keeps at most one unfinished block.
+export class BlockParser {
+  constructor() { this.parts = []; this.size = 0; this.need = HEADER_BYTES; this.header = null; }
+
+  // Yields {x, y, w, h, revision, pixels: Uint16Array} for every block that is now whole.
+  *feed(chunk) {
+    this.parts.push(chunk);
+    this.size += chunk.byteLength;
+    while (this.size >= this.need) {
+      const bytes = this.take(this.need);
+      if (!this.header) {
+        this.header = readHeader(bytes);
+        this.need = this.header.w * this.header.h * 6;
+        if (this.need > 0) continue;
+      }
+      const body = this.header.w > 0 ? bytes : new Uint8Array(0);
+      yield { ...this.header, pixels: new Uint16Array(body.buffer, body.byteOffset, body.byteLength / 2) };
+      this.header = null;
+      this.need = HEADER_BYTES;
+    }
+  }
+
+  // The first n bytes in a buffer of their own, so that half floats are aligned.
+  take(n) {
+    const out = new Uint8Array(n);
+    let at = 0;
+    while (at < n) {
+      const part = this.parts[0];
+      const used = Math.min(part.byteLength, n - at);
+      out.set(part.subarray(0, used), at);
+      at += used;
+      if (used === part.byteLength) this.parts.shift();
+      else this.parts[0] = part.subarray(used);
+    }
+    this.size -= n;
+    return out;
+  }
+}
+
+function readHeader(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, HEADER_BYTES);
+  const header = {
+    x: view.getUint32(8, true), y: view.getUint32(12, true),
+    w: view.getUint32(16, true), h: view.getUint32(20, true),
+    revision: view.getBigUint64(24, true),
+  };
+  if (view.getUint32(0, true) !== MAGIC || view.getUint16(4, true) !== 1 || view.getUint16(6, true) !== 1)
+    throw new Error("the pixel feed speaks another format: reload the page");
+  if (header.x > MAX_SIDE || header.y > MAX_SIDE || header.w * header.h > MAX_BLOCK_PIXELS)
+    throw new Error("the pixel feed names a block that is too large");
+  return header;
+}
+
+// Reads a feed until its end, again after a break. `onBlock` gets blocks, `onState` "live", "lost"
+// or "ended". Returns a function that stops it.
+export function followPixels(url, onBlock, onState) {
+  const control = new AbortController();
+  run().catch((error) => { if (!control.signal.aborted) onState("lost", error); });
+  return () => control.abort();
+
+  async function run() {
+    for (let wait = 250; !control.signal.aborted; wait = Math.min(wait * 2, 5000)) {
+      try {
+        const response = await fetch(url, { signal: control.signal, cache: "no-store" });
+        if (response.status === 404 || response.status === 409) { onState("ended"); return; }
+        if (!response.ok) throw new Error(`the pixel feed answered ${response.status}`);
+        onState("live");
+        wait = 250;
+        await readAll(response.body.getReader());
+        onState("ended");
+        return;
+      } catch (error) {
+        if (control.signal.aborted) return;
+        onState("lost", error);
+        await new Promise((resolve) => setTimeout(resolve, wait));
+      }
+    }
+  }
+
+  async function readAll(reader) {
+    const parser = new BlockParser();
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      for (const block of parser.feed(value)) onBlock(block);
+    }
+  }
+}
