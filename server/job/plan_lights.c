@@ -1,0 +1,234 @@
+/* The scene's lights and the job's, as one list without those that cannot matter. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "proto/plan_check.h"
+#include "server/job/plan.h"
+
+/* Integral over the square [-1, 1]^2 of exp(-2 (u^2 + v^2)), divided by its area:
+ * (sqrt(pi / 2) erf(sqrt 2) / 2)^2. */
+#define GAUSSIAN_MEAN 0.357735
+
+/* A light that a bounce chose less often than this would return as rare bright samples. */
+#define POWER_LEAST 1e-3
+
+static double luminance(const float c[3])
+{
+    return 0.2126 * (double)c[0] + 0.7152 * (double)c[1] + 0.0722 * (double)c[2];
+}
+
+static double normal_of(const struct plan_light *light, double n[3])
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        n[i] = (double)light->half_u[j] * (double)light->half_v[k] -
+               (double)light->half_u[k] * (double)light->half_v[j];
+    }
+    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+}
+
+static double scene_radius(const struct scene *scene)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        double side = (double)scene->info->bounds_max[i] - (double)scene->info->bounds_min[i];
+        sum += side * side / 4;
+    }
+    return sum > 0 && isfinite(sum) ? sqrt(sum) : 1;
+}
+
+/* Radiant flux into the scene (W), by luminance: what a bounce chooses lights by. A directional
+ * light's is what it sends through the disc of the scene's bounding sphere. */
+static double flux(const struct plan_light *light, double radius)
+{
+    double n[3], l = luminance(light->color);
+    switch (light->type) {
+    case LIGHT_POINT:
+        return 4 * M_PI * l;
+    case LIGHT_SPOT:
+        return 2 * M_PI * (1 - (double)light->cos_outer) * l;
+    case LIGHT_DIRECTIONAL:
+        return M_PI * radius * radius * l;
+    default:
+        return M_PI * 4 * normal_of(light, n) * l *
+               (light->profile == PROFILE_GAUSSIAN ? GAUSSIAN_MEAN : 1);
+    }
+}
+
+/* Whether all corners of the scene's bounds lie behind a rectangle. */
+static bool faces_away(const struct plan_light *light, const struct scene_info *info)
+{
+    for (int corner = 0; corner < 8; corner++) {
+        double along = 0;
+        for (int i = 0; i < 3; i++) {
+            float at = corner >> i & 1 ? info->bounds_max[i] : info->bounds_min[i];
+            along += ((double)at - (double)light->position[i]) * (double)light->direction[i];
+        }
+        if (along > 0) return false;
+    }
+    return true;
+}
+
+static bool out_of_range(const struct plan_light *light, const struct scene_info *info)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        double p = (double)light->position[i], below = (double)info->bounds_min[i] - p,
+               above = p - (double)info->bounds_max[i];
+        double gap = below > above ? below : above;
+        sum += gap > 0 ? gap * gap : 0;
+    }
+    return sum > (double)light->range * (double)light->range;
+}
+
+/* Why a light cannot change the picture; NULL when it may. */
+static const char *why_without_effect(const struct plan_light *light, const struct scene_info *info)
+{
+    double n[3];
+    if (!(light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0))
+        return "its colour is black";
+    if (light->type == LIGHT_SPOT && !(light->cos_outer < light->cos_inner))
+        return "its cone is empty";
+    if (light->type == LIGHT_RECTANGLE && !(normal_of(light, n) > 0)) return "it has no area";
+    if (light->type == LIGHT_RECTANGLE && faces_away(light, info))
+        return "it faces away from the whole scene";
+    if (light->range > 0 && light->type <= LIGHT_SPOT && out_of_range(light, info))
+        return "its range ends before the scene begins";
+    return NULL;
+}
+
+static void set_normal(struct plan_light *light)
+{
+    double n[3], length = normal_of(light, n);
+    if (length > 0)
+        for (int i = 0; i < 3; i++) light->direction[i] = (float)(n[i] / length);
+}
+
+static void from_scene(const struct scene_light *in, struct plan_light *out)
+{
+    *out = (struct plan_light){.type = in->type,
+                               .profile = in->profile,
+                               .cos_inner = in->cos_inner,
+                               .cos_outer = in->cos_outer,
+                               .range = in->range};
+    memcpy(out->position, in->position, sizeof out->position);
+    memcpy(out->direction, in->direction, sizeof out->direction);
+    memcpy(out->half_u, in->half_u, sizeof out->half_u);
+    memcpy(out->half_v, in->half_v, sizeof out->half_v);
+    memcpy(out->color, in->color, sizeof out->color);
+}
+
+static int add(struct plan_light *light, const struct plan_light_source *source,
+               const struct scene *scene, struct plan *plan, struct plan_report *report,
+               struct fault *fault)
+{
+    struct fault inner = {0};
+    char what[64], place[48];
+    if (source->of_scene)
+        snprintf(place, sizeof place, "scene light %u", source->index);
+    else
+        snprintf(place, sizeof place, "/lights/%u", source->index);
+    if (light->type == LIGHT_RECTANGLE) set_normal(light);
+    const char *why = why_without_effect(light, scene->info);
+    if (why) {
+        snprintf(what, sizeof what, "light %s", place);
+        plan_skip(report, what, "%s", why);
+        return 0;
+    }
+    if (plan->light_count == LIMIT_LIGHTS)
+        return fault_set(fault, ERR_LIMIT, "/lights",
+                         "the scene's lights and the job's are more than %d", LIMIT_LIGHTS);
+    if (plan_light_check(light, "", &inner) != 0)
+        return fault_set(fault, inner.code, source->of_scene ? "/scene/asset" : place, "%s: %s: %s",
+                         place, inner.pointer, inner.detail);
+    report->lights[plan->light_count] = *source;
+    plan->lights[plan->light_count++] = *light;
+    return 0;
+}
+
+static int add_scene_lights(const struct scene *scene, struct plan *plan,
+                            struct plan_report *report, struct fault *fault)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_LIGHTS]; i++) {
+        struct plan_light light;
+        struct plan_light_source source = {.of_scene = true, .index = (uint32_t)i};
+        snprintf(source.name, sizeof source.name, "%.63s",
+                 scene_name(scene, scene->lights[i].name));
+        from_scene(&scene->lights[i], &light);
+        int error = add(&light, &source, scene, plan, report, fault);
+        if (error) return error;
+    }
+    return 0;
+}
+
+/* Shares of the whole flux, so that their size does not depend on the scene's units. */
+static void set_powers(const struct scene *scene, struct plan *plan)
+{
+    double sum = 0, radius = scene_radius(scene);
+    for (uint32_t k = 0; k < plan->light_count; k++) sum += flux(&plan->lights[k], radius);
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        double share = sum > 0 && isfinite(sum) ? flux(&plan->lights[k], radius) / sum : 1;
+        plan->lights[k].power = (float)(share > POWER_LEAST ? share : POWER_LEAST);
+    }
+}
+
+static double strongest(const float c[3])
+{
+    return (double)fmaxf(c[0], fmaxf(c[1], c[2]));
+}
+
+/* A power of two that takes the strongest radiance expected to 256: 8 bits of headroom to the
+ * largest half float for what shines nearer than expected, 22 below to its smallest normal number.
+ */
+static float radiance_scale(const struct scene *scene, const struct plan *plan)
+{
+    double most = 0, radius = scene_radius(scene);
+    for (uint64_t i = 0; i < scene->count[SCENE_MATERIALS]; i++) {
+        const struct scene_material *m = &scene->materials[i];
+        most = fmax(most, strongest(m->emission));
+        if (m->flags & MATERIAL_UNLIT) most = fmax(most, 1);
+    }
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const struct plan_light *light = &plan->lights[k];
+        double l = strongest(light->color), near = radius / 10;
+        if (light->type == LIGHT_DIRECTIONAL)
+            l /= M_PI;
+        else if (light->type != LIGHT_RECTANGLE)
+            l /= M_PI * near * near;
+        most = fmax(most, l);
+    }
+    if (!(most > 0) || !isfinite(most)) return 1;
+    int exponent = 8 - (int)ceil(log2(most));
+    return ldexpf(1, exponent < -60 ? -60 : exponent > 60 ? 60 : exponent);
+}
+
+static float length_unit(const struct scene *scene)
+{
+    int exponent = (int)lround(log2(scene_radius(scene)));
+    return ldexpf(1, exponent < -60 ? -60 : exponent > 60 ? 60 : exponent);
+}
+
+int plan_gather_lights(const struct job *job, const struct scene *scene, struct plan *plan,
+                       struct plan_report *report, struct fault *fault)
+{
+    int error = 0;
+    plan->light_count = 0;
+    if (job->scene_lights)
+        error = add_scene_lights(scene, plan, report, fault);
+    else if (scene->count[SCENE_LIGHTS] > 0)
+        plan_skip(report, "scene lights", "scene.lights is false");
+    for (uint32_t i = 0; !error && i < job->light_count; i++) {
+        struct plan_light light = job->lights[i];
+        struct plan_light_source source = {.index = i};
+        error = add(&light, &source, scene, plan, report, fault);
+    }
+    if (error) return error;
+    uint32_t l = job_strata_per_axis(job->light_spp ? job->light_spp : job->spp);
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        plan->lights[k].strata_per_axis = plan->lights[k].type == LIGHT_RECTANGLE ? l : 1;
+    set_powers(scene, plan);
+    plan->radiance_scale = radiance_scale(scene, plan);
+    plan->length_unit = length_unit(scene);
+    return 0;
+}

@@ -1,0 +1,123 @@
+/* The plan as people read it. */
+#include <math.h>
+
+#include "proto/samples.h"
+#include "server/job/plan.h"
+
+static const char *const effect_names[EFFECT_COUNT] = {"primary", "antialias", "direct",
+                                                       "shadows", "indirect",  "emission"};
+static const char *const plane_names[PLANE_ID_COUNT] = {
+    "depth",           "normal",     "albedo",         "id",       "sub_depth",
+    "sub_normal",      "sub_albedo", "sub_id",         "emission", "indirect_mean",
+    "indirect_halves", "reflector",  "indirect_strata"};
+static const char *const light_plane_names[LIGHT_PLANE_COUNT] = {"irradiance", "visibility",
+                                                                 "slopes"};
+static const char *const light_type_names[] = {"point", "spot", "directional", "rectangle"};
+
+static json_t *names_of(uint32_t bits, const char *const *names, unsigned count)
+{
+    json_t *list = json_array();
+    for (unsigned i = 0; i < count; i++)
+        if (bits >> i & 1u) json_array_append_new(list, json_string(names[i]));
+    return list;
+}
+
+static json_t *layers_of(uint32_t layers)
+{
+    json_t *list = json_array();
+    for (unsigned i = 0; i < 32; i++)
+        if (layers >> i & 1u)
+            json_array_append_new(list, json_string(layer_name((enum layer)(1u << i))));
+    return list;
+}
+
+static json_t *skips_of(const struct plan_report *report)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < report->skip_count; i++)
+        json_array_append_new(list, json_pack("{s:s,s:s}", "what", report->skipped[i].what, "why",
+                                              report->skipped[i].why));
+    return list;
+}
+
+static json_t *warnings_of(const struct plan_report *report)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < report->warning_count; i++)
+        json_array_append_new(list, json_string(report->warnings[i]));
+    return list;
+}
+
+static json_t *lights_of(const struct plan *plan, const struct plan_report *report)
+{
+    json_t *list = json_array();
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const struct plan_light *light = &plan->lights[k];
+        json_t *line = json_pack("{s:s,s:s,s:i,s:f,s:i}", "type", light_type_names[light->type],
+                                 "from", report->lights[k].of_scene ? "scene" : "job", "index",
+                                 (int)report->lights[k].index, "power", (double)light->power,
+                                 "samples", (int)(light->strata_per_axis * light->strata_per_axis));
+        /* A name that was cut inside a character is no UTF-8 and is left out. */
+        json_t *name = report->lights[k].name[0] ? json_string(report->lights[k].name) : NULL;
+        if (name) json_object_set_new(line, "name", name);
+        json_array_append_new(list, line);
+    }
+    return list;
+}
+
+static json_t *vector_of(const float v[3])
+{
+    return json_pack("[f,f,f]", (double)v[0], (double)v[1], (double)v[2]);
+}
+
+static json_t *camera_of(const struct plan *plan, const struct plan_report *report)
+{
+    const struct plan_camera *c = &plan->camera;
+    bool perspective = c->type == CAMERA_PERSPECTIVE;
+    json_t *camera =
+        json_pack("{s:s,s:o,s:o,s:o,s:b}", "type", perspective ? "perspective" : "orthographic",
+                  "eye", vector_of(c->eye), "forward", vector_of(c->forward), "up",
+                  vector_of(c->up), "made_by_importer", (int)report->camera_is_default);
+    if (perspective)
+        json_object_set_new(camera, "yfov_deg",
+                            json_real(360 / M_PI * atan((double)c->half_height)));
+    else
+        json_object_set_new(camera, "half_height", json_real((double)c->half_height));
+    json_t *name = report->camera_name[0] ? json_string(report->camera_name) : NULL;
+    if (name) json_object_set_new(camera, "name", name);
+    return camera;
+}
+
+static json_t *samples_of(const struct plan *plan)
+{
+    uint64_t light = 0;
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
+    return json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
+                     "light", (json_int_t)light, "indirect",
+                     (json_int_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis);
+}
+
+static json_t *tiles_of(const struct plan *plan)
+{
+    struct tile_grid grid;
+    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0)
+        return json_null();
+    return json_pack("{s:i,s:I}", "side_px", plan->tile_px, "count",
+                     (json_int_t)tile_grid_count(&grid));
+}
+
+json_t *plan_report_json(const struct plan *plan, const struct plan_report *report)
+{
+    char scene[DIGEST_HEX_BYTES];
+    digest_to_hex(&plan->scene, scene);
+    return json_pack(
+        "{s:o,s:o,s:o,s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}", "effects",
+        names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
+        "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
+        names_of(plan->light_planes, light_plane_names, LIGHT_PLANE_COUNT), "filter",
+        filter_method_name(report->method), "skipped", skips_of(report), "lights",
+        lights_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
+        "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
+        "length_unit", (double)plan->length_unit, "warnings", warnings_of(report));
+}

@@ -1,0 +1,208 @@
+#include "server/job/tile_queue.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+#include "proto/error.h"
+
+enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
+
+struct tile_entry {
+    uint64_t worker; /* of the lease in force */
+    uint64_t faulted_by[TILE_QUEUE_FAULTS];
+    uint32_t generation; /* of the last lease; 0: never leased */
+    uint16_t returns;
+    uint8_t faults;
+    uint8_t state;
+};
+
+struct tile_queue {
+    uint32_t count, landed;
+    uint64_t reissued;
+    uint32_t next;           /* in order: where fresh tiles come from */
+    uint32_t returned_count; /* tiles that came back and wait: a stack */
+    uint32_t *order, *returned;
+    struct tile_entry *tiles;
+};
+
+/* Distance along the Hilbert curve of the cell (x, y) in a square of `side` cells, a power of two.
+ */
+static uint64_t hilbert(uint32_t side, uint32_t x, uint32_t y)
+{
+    uint64_t d = 0;
+    for (uint32_t s = side / 2; s > 0; s /= 2) {
+        uint32_t right = (x & s) != 0, down = (y & s) != 0;
+        d += (uint64_t)s * s * ((3 * right) ^ down);
+        if (down) continue;
+        if (right) {
+            x = side - 1 - x;
+            y = side - 1 - y;
+        }
+        uint32_t swap = x;
+        x = y;
+        y = swap;
+    }
+    return d;
+}
+
+struct place {
+    uint64_t distance; /* of the cell */
+    uint32_t tile;
+};
+
+static int compare_places(const void *a, const void *b)
+{
+    const struct place *p = a, *q = b;
+    if (p->distance != q->distance) return p->distance < q->distance ? -1 : 1;
+    return (p->tile > q->tile) - (p->tile < q->tile);
+}
+
+static int order_tiles(struct tile_queue *q, const struct tile_grid *grid, int32_t cell_px)
+{
+    struct place *places = calloc(q->count, sizeof *places);
+    if (!places) return ERR_MEMORY;
+    int32_t longest = grid->width_px > grid->height_px ? grid->width_px : grid->height_px;
+    uint32_t side = 1;
+    while ((int64_t)side * cell_px < longest) side *= 2;
+    for (uint32_t i = 0; i < q->count; i++) {
+        struct rect r = tile_grid_rect(grid, i);
+        places[i].tile = i;
+        places[i].distance = hilbert(side, (uint32_t)(r.x0 / cell_px), (uint32_t)(r.y0 / cell_px));
+    }
+    qsort(places, q->count, sizeof *places, compare_places);
+    for (uint32_t i = 0; i < q->count; i++) q->order[i] = places[i].tile;
+    free(places);
+    return 0;
+}
+
+int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, struct tile_queue **out)
+{
+    assert(cell_px > 0);
+    struct tile_queue *q = calloc(1, sizeof *q);
+    if (!q) return ERR_MEMORY;
+    q->count = tile_grid_count(grid);
+    q->order = calloc(q->count, sizeof *q->order);
+    q->returned = calloc(q->count, sizeof *q->returned);
+    q->tiles = calloc(q->count, sizeof *q->tiles);
+    if (!q->order || !q->returned || !q->tiles || order_tiles(q, grid, cell_px) != 0) {
+        tile_queue_destroy(&q);
+        return ERR_MEMORY;
+    }
+    *out = q;
+    return 0;
+}
+
+void tile_queue_destroy(struct tile_queue **queue)
+{
+    struct tile_queue *q = *queue;
+    if (!q) return;
+    free(q->order);
+    free(q->returned);
+    free(q->tiles);
+    free(q);
+    *queue = NULL;
+}
+
+bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation)
+{
+    if (tile_queue_waiting(q) == 0) return false;
+    *tile = q->returned_count > 0 ? q->returned[--q->returned_count] : q->order[q->next++];
+    struct tile_entry *t = &q->tiles[*tile];
+    assert(t->state == TILE_WAITING);
+    if (t->generation > 0) q->reissued++;
+    t->state = TILE_LEASED;
+    t->worker = worker;
+    *generation = ++t->generation;
+    return true;
+}
+
+/* The tile if this very lease is in force. */
+static struct tile_entry *in_force(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                   uint32_t generation)
+{
+    if (tile >= q->count) return NULL;
+    struct tile_entry *t = &q->tiles[tile];
+    bool same = t->state == TILE_LEASED && t->generation == generation && t->worker == worker;
+    return same ? t : NULL;
+}
+
+enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                uint32_t generation)
+{
+    struct tile_entry *t = in_force(q, worker, tile, generation);
+    if (t) {
+        t->state = TILE_RECEIVED;
+        return VERDICT_ACCEPTED;
+    }
+    if (tile >= q->count || generation == 0 || generation > q->tiles[tile].generation)
+        return VERDICT_FOREIGN;
+    t = &q->tiles[tile];
+    if (t->state == TILE_LANDED || t->state == TILE_RECEIVED) return VERDICT_DUPLICATE;
+    if (t->state == TILE_LEASED && t->generation == generation)
+        return VERDICT_FOREIGN; /* somebody else's lease */
+    return VERDICT_STALE;
+}
+
+void tile_queue_land(struct tile_queue *q, uint32_t tile)
+{
+    assert(tile < q->count && q->tiles[tile].state == TILE_RECEIVED);
+    q->tiles[tile].state = TILE_LANDED;
+    q->landed++;
+}
+
+static void put_back(struct tile_queue *q, struct tile_entry *t)
+{
+    t->state = TILE_WAITING;
+    q->returned[q->returned_count++] = (uint32_t)(t - q->tiles);
+}
+
+void tile_queue_reject(struct tile_queue *q, uint32_t tile)
+{
+    assert(tile < q->count && q->tiles[tile].state == TILE_RECEIVED);
+    put_back(q, &q->tiles[tile]);
+}
+
+bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
+{
+    struct tile_entry *t = in_force(q, worker, tile, generation);
+    if (!t) return true;
+    put_back(q, t);
+    return ++t->returns < TILE_QUEUE_RETURNS;
+}
+
+bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
+{
+    struct tile_entry *t = in_force(q, worker, tile, generation);
+    if (!t) return true;
+    put_back(q, t);
+    if (t->faults == TILE_QUEUE_FAULTS) return false;
+    for (unsigned i = 0; i < t->faults; i++)
+        if (t->faulted_by[i] == worker) return ++t->returns < TILE_QUEUE_RETURNS;
+    t->faulted_by[t->faults++] = worker;
+    return t->faults < TILE_QUEUE_FAULTS;
+}
+
+uint32_t tile_queue_count(const struct tile_queue *q)
+{
+    return q->count;
+}
+
+uint32_t tile_queue_waiting(const struct tile_queue *q)
+{
+    return q->count - q->next + q->returned_count;
+}
+
+uint32_t tile_queue_landed(const struct tile_queue *q)
+{
+    return q->landed;
+}
+
+uint64_t tile_queue_reissued(const struct tile_queue *q)
+{
+    return q->reissued;
+}
+
+bool tile_queue_complete(const struct tile_queue *q)
+{
+    return q->landed == q->count;
+}

@@ -1,0 +1,54 @@
+#pragma once
+/* The tiles of a frame: who traces which, and what became of it. Pure data, no clock, no IO.
+ *
+ * A tile waits, is leased to a worker under a generation, its result is received (taken to be
+ * decoded) and then lands. Anything else puts it back in the queue, where it goes first. A result
+ * counts only under the lease that is in force.
+ *
+ * Tiles are given in the order of a Hilbert curve over cells of the reconstruction's block size, so
+ * that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the turning
+ * form is Warren, Hacker's Delight, 16-2). */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "proto/message.h"
+#include "proto/tile.h"
+
+/* Different workers that must have failed at a tile before the frame fails. */
+#define TILE_QUEUE_FAULTS 3
+/* Times that a tile may come back without a result, by workers that died or gave up: a tile that
+ * kills every worker must not do so for ever. */
+#define TILE_QUEUE_RETURNS 32
+
+struct tile_queue;
+
+/* Tiles are taken cell by cell, cell_px a side. ERR_MEMORY. */
+int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, struct tile_queue **out);
+void tile_queue_destroy(struct tile_queue **queue);
+
+/* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1. */
+bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
+
+/* A result came: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE or
+ * FOREIGN (no such tile, never leased in that generation, or leased to another worker). */
+enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                uint32_t generation);
+
+/* What a received tile turned out to be. */
+void tile_queue_land(struct tile_queue *q, uint32_t tile);
+void tile_queue_reject(struct tile_queue *q, uint32_t tile);
+
+/* A lease came back without a result; ignored unless it is in force. False when the tile came back
+ * too often. */
+bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation);
+
+/* A worker cannot trace the tile; ignored unless the lease is in force. False when too many
+ * different workers said so. */
+bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation);
+
+uint32_t tile_queue_count(const struct tile_queue *q);
+uint32_t tile_queue_waiting(const struct tile_queue *q);
+uint32_t tile_queue_landed(const struct tile_queue *q);
+/* Leases beyond each tile's first. */
+uint64_t tile_queue_reissued(const struct tile_queue *q);
+bool tile_queue_complete(const struct tile_queue *q);
