@@ -18,8 +18,7 @@ static double mean_of(const struct plane *p, int32_t width, int32_t height)
     for (int32_t y = 0; y < height; y++) {
         const float *row = plane_row(p, y);
         for (int32_t x = 0; x < width; x++) {
-            if (!isfinite(row[x]))
-                continue;
+            if (!isfinite(row[x])) continue;
             sum += row[x];
             count++;
         }
@@ -79,13 +78,11 @@ int image_difference(const struct image *reference, const struct image *test, co
     struct pairs p;
     size_t count = 0;
     int error = find_pairs(reference, test, layer, &p, fault);
-    if (error)
-        return error;
+    if (error) return error;
     *out = (struct difference){.finite = true};
     float *errors =
         malloc((size_t)p.channels * (size_t)p.width * (size_t)p.height * sizeof *errors);
-    if (!errors)
-        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    if (!errors) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     for (int c = 0; c < p.channels; c++) {
         out->mean_reference[c] = mean_of(p.reference[c], p.width, p.height);
         out->mean_test[c] = mean_of(p.test[c], p.width, p.height);

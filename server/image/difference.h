@@ -5,13 +5,13 @@
 #include "server/image/image.h"
 
 struct difference {
-    double rmse;    /* over pixels and the layer's channels */
-    double relmse;  /* mean((x-r)^2 / (r^2 + 0.01 mean(r)^2)) */
-    double bias;    /* mean(x - r) */
-    double p999;    /* 99.9th percentile of |x - r| */
-    double max;     /* largest |x - r| */
+    double rmse;   /* over pixels and the layer's channels */
+    double relmse; /* mean((x-r)^2 / (r^2 + 0.01 mean(r)^2)) */
+    double bias;   /* mean(x - r) */
+    double p999;   /* 99.9th percentile of |x - r| */
+    double max;    /* largest |x - r| */
     double mean_reference[3], mean_test[3];
-    bool finite;    /* no NaN or infinity in either; else they are left out of the sums */
+    bool finite; /* no NaN or infinity in either; else they are left out of the sums */
 };
 
 /* `layer` as in image_layer_planes. ERR_NOT_FOUND when an image lacks it, ERR_MISMATCH for other
