@@ -1,0 +1,224 @@
+// The viewer in a real Chromium against a real coordinator with real workers. TAP on standard output.
+//   node tests/browser/viewer.test.mjs BUILD_DIR
+// Screenshots are kept in BUILD_DIR/screenshots.
+import { execFileSync, spawn } from "node:child_process";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { chromium } from "playwright-core";
+
+const build = resolve(process.argv[2] ?? "build");
+const shots = join(build, "screenshots");
+const tmp = mkdtempSync(join(tmpdir(), "shearwater-browser-"));
+const scene = resolve("tests/scenes/cornell-box/cornell-box.glb");
+let server, browser, count = 0, failed = 0;
+mkdirSync(shots, { recursive: true });
+
+async function test(text, run) {
+  count++;
+  try {
+    await run();
+    console.log(`ok ${count} - ${text}`);
+  } catch (error) {
+    failed++;
+    console.log(`not ok ${count} - ${text}`);
+    for (const line of String(error.stack ?? error).split("\n")) console.log(`#   ${line}`);
+  }
+}
+
+function expect(condition, text) { if (!condition) throw new Error(text); }
+
+async function until(what, read, seconds = 60) {
+  const end = Date.now() + seconds * 1000;
+  let last;
+  while (Date.now() < end) {
+    last = await read();
+    if (last) return last;
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  throw new Error(`${what}: not within ${seconds} s`);
+}
+
+function startServer(port = 0) {
+  server = spawn(join(build, "shearwater"),
+    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2"],
+    { stdio: ["ignore", "pipe", "inherit"] });
+  return new Promise((done, fail) => {
+    let text = "";
+    server.stdout.on("data", (chunk) => {
+      text += chunk;
+      const url = /listening on (\S+)/.exec(text)?.[1];
+      if (url) done(url);
+    });
+    server.on("exit", (code) => fail(new Error(`the server ended with ${code}`)));
+  });
+}
+
+function stopServer(signal = "SIGTERM") {
+  return new Promise((done) => {
+    server.removeAllListeners("exit");
+    server.on("exit", done);
+    server.kill(signal);
+  });
+}
+
+function submit(url, changes) {
+  const job = {
+    scene: { file: scene }, image: { width: 320, height: 320 }, sampling: { spp: 16 },
+    layers: ["beauty", "direct", "indirect", "albedo", "normal", "depth"], ...changes,
+  };
+  const file = join(tmp, "job.json");
+  writeFileSync(file, JSON.stringify(job));
+  return execFileSync(join(build, "shearwater"), ["submit", file, "--server", url, "--quiet"]).toString().trim();
+}
+
+// Share of the canvas that is not black, and its mean.
+const look = (page) => page.evaluate(() => {
+  const canvas = document.getElementById("canvas");
+  if (!canvas.width) return { lit: 0, mean: 0 };
+  const copy = document.createElement("canvas");
+  copy.width = canvas.width;
+  copy.height = canvas.height;
+  const context = copy.getContext("2d");
+  context.drawImage(canvas, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  let lit = 0, sum = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const value = data[i] + data[i + 1] + data[i + 2];
+    lit += value > 0;
+    sum += value / 3;
+  }
+  return { lit: lit / (data.length / 4), mean: sum / (data.length / 4) };
+});
+const text = (page, id) => page.textContent(`#${id}`);
+
+try {
+  const url = await startServer();
+  const port = new URL(url).port;
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+           "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run", "--disable-quic"],
+  });
+  const page = await browser.newPage({ viewport: { width: 1200, height: 800 } });
+  const complaints = [];
+  page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+
+  await test("the page loads and says that it is connected", async () => {
+    const response = await page.goto(url);
+    expect(response.status() === 200, `status ${response.status()}`);
+    expect(/default-src 'none'/.test(response.headers()["content-security-policy"] ?? ""), "no strict policy");
+    await until("connected", async () => (await text(page, "connection")) === "connected");
+    await until("two workers", async () => /^2 workers/.test(await text(page, "workers")), 15);
+  });
+
+  // Large enough that it cannot be over before the page has looked.
+  const slow = submit(url, { image: { width: 640, height: 640 }, sampling: { spp: 100, tile_px: 32 } });
+  await test("a submitted job appears in the list", async () => {
+    await until("the job's row", () => page.locator(`a[href="#/jobs/${slow}"]`).count(), 10);
+    await page.click(`a[href="#/jobs/${slow}"]`);
+    expect((await text(page, "job-title")).includes(slow), "the title names another job");
+  });
+
+  await test("the picture fills in tile by tile, and the progress follows", async () => {
+    const seen = [];
+    let last = 0;
+    await until("finished", async () => {
+      const { lit } = await look(page);
+      if (lit > last + 0.02) seen.push(last = lit);
+      const value = await page.locator("#progress").evaluate((bar) => bar.value);
+      const words = await text(page, "progress-text");
+      expect(value < 100 || /finished/.test(words), `100 % with "${words}"`);
+      if (seen.length === 4) await page.screenshot({ path: join(shots, "viewer-filling.png") });
+      return /finished/.test(words);
+    }, 120);
+    expect(seen.length >= 4, `the picture grew in ${seen.length} steps only: ${seen}`);
+    expect((await text(page, "progress-text")).startsWith("100 %"), "not 100 % at the end");
+  });
+
+  await test("the finished picture is whole", async () => {
+    await until("all pixels", async () => (await look(page)).lit > 0.8, 20);
+    await page.screenshot({ path: join(shots, "viewer-finished.png") });
+  });
+
+  await test("exposure brightens the picture at once", async () => {
+    const before = (await look(page)).mean;
+    await page.locator("#exposure").focus();
+    for (let i = 0; i < 8; i++) await page.keyboard.press("ArrowRight");
+    await until("brighter", async () => (await look(page)).mean > before * 1.2, 5);
+    expect((await text(page, "exposure-text")) === "+2 EV", await text(page, "exposure-text"));
+    await page.click("#exposure-reset");
+    await until("as before", async () => Math.abs((await look(page)).mean - before) < 1, 5);
+  });
+
+  await test("other layers can be looked at", async () => {
+    const before = (await look(page)).mean;
+    await page.selectOption("#layer", "albedo");
+    await until("another picture", async () => {
+      const now = await look(page);
+      return now.lit > 0.8 && Math.abs(now.mean - before) > 3;
+    }, 20);
+    await page.screenshot({ path: join(shots, "viewer-albedo.png") });
+    await page.selectOption("#layer", "normal");
+    await until("normals", async () => (await look(page)).lit > 0.8, 20);
+    await page.selectOption("#layer", "beauty");
+    await until("the beauty again", async () => Math.abs((await look(page)).mean - before) < 1, 20);
+  });
+
+  await test("the download links give an EXR and a PNG", async () => {
+    for (const kind of ["exr", "png"]) {
+      const href = await page.getAttribute(`#download-${kind}`, "href");
+      const answer = await page.request.get(new URL(href, url).href);
+      const head = [...(await answer.body()).subarray(0, 4)];
+      expect(answer.status() === 200, `${kind}: ${answer.status()}`);
+      expect(kind === "exr" ? head[0] === 0x76 && head[1] === 0x2f : head[1] === 0x50, `${kind}: ${head}`);
+    }
+  });
+
+  await test("a running job can be cancelled in the page", async () => {
+    const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400 } });
+    await page.goto(`${url}/#/jobs/${id}`);
+    await until("running", async () => /running/.test(await text(page, "progress-text")), 20);
+    await page.click("#cancel");
+    await until("cancelled", async () => /cancelled/.test(await text(page, "announce")), 20);
+    expect(await page.locator("#cancel").isDisabled(), "it can be cancelled twice");
+  });
+
+  await test("a job that does not exist is said to be none", async () => {
+    await page.goto(`${url}/#/jobs/00000000000000000000000000`);
+    await until("the sentence", async () => /no such job/.test(await text(page, "problem")), 10);
+  });
+
+  await test("nothing was written to the console but that", () => {
+    const others = complaints.filter((line) => !/404/.test(line));
+    expect(others.length === 0, others.join("; "));
+  });
+
+  await test("the page says when the connection is lost, and finds it again", async () => {
+    await stopServer();
+    await until("lost", async () => /no connection|connecting/.test(await text(page, "connection")), 15);
+    await startServer(port);
+    await until("connected", async () => (await text(page, "connection")) === "connected", 30);
+  });
+
+  await test("everything fits a phone's width", async () => {
+    await page.setViewportSize({ width: 360, height: 740 });
+    await page.goto(`${url}/#/jobs/${slow}`);
+    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    await page.screenshot({ path: join(shots, "viewer-phone.png") });
+    expect(wide <= 360, `the page is ${wide} px wide`);
+  });
+} catch (error) {
+  count++;
+  failed++;
+  console.log(`not ok ${count} - the tests ran to their end`);
+  console.log(`#   ${error.stack ?? error}`);
+} finally {
+  await browser?.close();
+  if (server?.exitCode === null) await stopServer();
+  rmSync(tmp, { recursive: true, force: true });
+}
+console.log(`1..${count}`);
+process.exit(failed ? 1 : 0);

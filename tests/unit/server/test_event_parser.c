@@ -1,0 +1,89 @@
+/* Server-Sent Events: the same events whatever the pieces that the bytes come in. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "server/cli/event_parser.h"
+
+struct seen {
+    char text[512];
+    int stop_after;
+    int count;
+};
+
+static bool note(void *ctx, const char *name, const json_t *data)
+{
+    struct seen *seen = ctx;
+    char *json = json_dumps(data, JSON_COMPACT | JSON_ENCODE_ANY);
+    size_t used = strlen(seen->text);
+    snprintf(seen->text + used, sizeof seen->text - used, "%s=%s;", name, json ? json : "none");
+    free(json);
+    return ++seen->count != seen->stop_after;
+}
+
+static const char stream[] = ": hello\n\n"
+                             "id: 7\nevent: state\ndata: {\"state\":\"running\"}\n\n"
+                             "event:progress\r\ndata:{\"fraction\":\r\ndata:0.5}\r\n\r\n"
+                             "retry: 100\n\n"
+                             "data: 1\n\n";
+static const char expected[] =
+    "state={\"state\":\"running\"};progress={\"fraction\":0.5};message=1;";
+
+static void test_any_pieces(void **state)
+{
+    (void)state;
+    for (size_t piece = 1; piece <= sizeof stream - 1; piece++) {
+        struct seen seen = {0};
+        struct event_parser parser;
+        event_parser_init(&parser, note, &seen);
+        for (size_t at = 0; at < sizeof stream - 1; at += piece) {
+            size_t n = sizeof stream - 1 - at < piece ? sizeof stream - 1 - at : piece;
+            assert_true(event_parser_feed(&parser, stream + at, n));
+        }
+        assert_string_equal(seen.text, expected);
+        assert_string_equal(parser.last_id, "7");
+        assert_int_equal(parser.events, 3);
+        event_parser_fini(&parser);
+    }
+}
+
+static void test_stop(void **state)
+{
+    (void)state;
+    struct seen seen = {.stop_after = 1};
+    struct event_parser parser;
+    event_parser_init(&parser, note, &seen);
+    assert_false(event_parser_feed(&parser, stream, sizeof stream - 1));
+    assert_true(parser.stopped);
+    assert_int_equal(seen.count, 1);
+    event_parser_fini(&parser);
+}
+
+static void test_restart_forgets_the_unfinished(void **state)
+{
+    (void)state;
+    struct seen seen = {0};
+    struct event_parser parser;
+    event_parser_init(&parser, note, &seen);
+    assert_true(event_parser_feed(&parser, "id: 3\nevent: state\ndata: {\"a\"", 28));
+    event_parser_restart(&parser);
+    assert_true(event_parser_feed(&parser, "data: 2\n\n", 9));
+    assert_string_equal(seen.text, "message=2;");
+    assert_string_equal(parser.last_id, "3");
+    event_parser_fini(&parser);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_any_pieces),
+        cmocka_unit_test(test_stop),
+        cmocka_unit_test(test_restart_forgets_the_unfinished),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
