@@ -30,10 +30,11 @@ enum plane_id {
                                 over the pixel's centre and sub-samples */
     PLANE_INDIRECT_MEAN = 9, /* 3 x f16: mean radiance * radiance_scale over the cosine-distributed
                                 bounce rays: irradiance / pi */
-    PLANE_INDIRECT_HALVES = 10, /* 6 x f16: mean over even samples, mean over odd ones, rgb each; for
-                                l = 1 both are the sample. The mean over all is
-                                (ceil(n/2) even + floor(n/2) odd) / n */
-    PLANE_REFLECTOR = 11,    /* f16: nearest bounce hit's distance / length_unit; 0: none hit */
+    PLANE_INDIRECT_HALVES =
+        10,               /* 6 x f16: mean over even samples, mean over odd ones, rgb each; for
+                          l = 1 both are the sample. The mean over all is
+                          (ceil(n/2) even + floor(n/2) odd) / n */
+    PLANE_REFLECTOR = 11, /* f16: nearest bounce hit's distance / length_unit; 0: none hit */
     PLANE_INDIRECT_STRATA = 12, /* per stratum 4 x f16: rgb * radiance_scale, hit distance /
                                 length_unit (0: miss) */
     PLANE_ID_COUNT = 13
@@ -41,8 +42,9 @@ enum plane_id {
 
 enum light_plane_id {
     LIGHT_PLANE_IRRADIANCE = 0, /* f32: E of plan.h with visibility: the plain Monte Carlo mean */
-    LIGHT_PLANE_VISIBILITY = 1, /* bits, ceil(l^2/8) x u8: stratum i seen at bit i & 7 of byte i >> 3;
-                                   not traced (below the horizon, facing away) counts as seen */
+    LIGHT_PLANE_VISIBILITY = 1, /* bits, ceil(l^2/8) x u8: stratum i seen at bit i & 7 of byte i >>
+                                   3; not traced (below the horizon, facing away) counts as seen;
+                                   bits past the last stratum are clear, samples_pack sees to it */
     LIGHT_PLANE_SLOPES = 2,     /* 2 x f16: least and largest slope s = t/(1-t) over blocked strata;
                                    0, 0: none blocked */
     LIGHT_PLANE_COUNT = 3
@@ -64,7 +66,8 @@ struct samples_layout {
     uint32_t total_bytes;
 };
 
-/* All planes that the plan asks for, for a tile of w x h. ERR_LIMIT when it would not fit a frame. */
+/* All planes that the plan asks for, for a tile of w x h. ERR_LIMIT when it would not fit a frame.
+ */
 int samples_layout_init(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
                         int32_t height_px);
 
@@ -91,7 +94,13 @@ float *samples_light_irradiance(const struct samples *s, uint32_t light);
 uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte);
 uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which);
 
-/* Packs s into w: drops planes that are all zero (counted in *dropped), shuffles, compresses. */
+/* Packs s into w: drops planes that are all zero (counted in *dropped, which may be NULL),
+ * shuffles, compresses. ERR_MEMORY leaves w as it was or failed.
+ *
+ *   u16 width, u16 height, u32 plane mask, u8 light plane mask per light,
+ *   then per group (4-, 2-, 1-byte elements): u32 packed bytes, the bytes
+ *
+ * A group whose packed size equals its size is stored as it is; otherwise it is a blosc buffer. */
 int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped);
 
 /* Unpacks and validates against the plan: sizes and masks fit it, every number is finite and within

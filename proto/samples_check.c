@@ -1,0 +1,187 @@
+/* Are the numbers of a sample buffer what their planes allow? One pass over the data: every loop
+ * first asks about all elements without branches, and searches only after a fault. */
+#include <float.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "proto/half.h"
+#include "proto/samples_layout.h"
+
+#define HALF_INFINITY  0x7c00u
+#define HALF_SIGN      0x8000u
+#define HALF_MINUS_ONE 0xbc00u /* SUB_DEPTH_MISS */
+
+/* The first element at fault. */
+struct finding {
+    size_t index;
+    double value;
+    int code;
+};
+
+static bool half_is_finite(uint16_t h)
+{
+    return (h & ~HALF_SIGN) < HALF_INFINITY;
+}
+
+/* Negative halves have the sign bit and grow in size: those up to `least` are allowed, which is at
+ * least minus zero. */
+static bool half_is_good(uint16_t h, uint32_t least)
+{
+    return half_is_finite(h) & (h <= least);
+}
+
+static bool check_halves(const uint16_t *v, size_t count, uint32_t least, struct finding *found)
+{
+    bool good = true;
+    for (size_t i = 0; i < count; i++) good &= half_is_good(v[i], least);
+    if (good) return true;
+    size_t i = 0;
+    while (half_is_good(v[i], least)) i++;
+    const int code = half_is_finite(v[i]) ? ERR_RANGE : ERR_NOT_FINITE;
+    *found = (struct finding){i, (double)half_to_float(v[i]), code};
+    return false;
+}
+
+static bool float_is_good(float v)
+{
+    return (v >= 0.0f) & (v <= FLT_MAX); /* neither holds for NaN */
+}
+
+static bool check_floats(const float *v, size_t count, struct finding *found)
+{
+    bool good = true;
+    for (size_t i = 0; i < count; i++) good &= float_is_good(v[i]);
+    if (good) return true;
+    size_t i = 0;
+    while (float_is_good(v[i])) i++;
+    const bool finite = v[i] >= -FLT_MAX && v[i] <= FLT_MAX;
+    *found = (struct finding){i, (double)v[i], finite ? ERR_RANGE : ERR_NOT_FINITE};
+    return false;
+}
+
+static bool check_ids(const uint32_t *v, size_t count, struct finding *found)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (v[i] <= LIMIT_INSTANCES) continue;
+        *found = (struct finding){i, (double)v[i], ERR_RANGE};
+        return false;
+    }
+    return true;
+}
+
+static bool check_bits(const uint8_t *v, size_t count, uint32_t mask, struct finding *found)
+{
+    uint32_t all = 0;
+    for (size_t i = 0; i < count; i++) all |= v[i];
+    if (!(all & ~mask)) return true;
+    size_t i = 0;
+    while (!(v[i] & ~mask)) i++;
+    *found = (struct finding){i, (double)v[i], ERR_RANGE};
+    return false;
+}
+
+/* Positive halves order like their bits; the sign of a zero is of no account. */
+static bool check_order(const uint16_t *low, const uint16_t *high, size_t count,
+                        struct finding *found)
+{
+    for (size_t i = 0; i < count; i++) {
+        if ((low[i] & ~HALF_SIGN) <= (high[i] & ~HALF_SIGN)) continue;
+        *found = (struct finding){i, (double)half_to_float(low[i]), ERR_RANGE};
+        return false;
+    }
+    return true;
+}
+
+static int refuse(const struct samples *s, const char *place, const struct finding *found,
+                  struct fault *fault)
+{
+    const size_t width = (size_t)s->layout.width_px;
+    return fault_set(fault, found->code, place, "%g at pixel (%zu, %zu) of the tile", found->value,
+                     found->index % width, found->index / width);
+}
+
+static bool check_component(const struct samples *s, enum plane_id plane, uint32_t c, size_t area,
+                            struct finding *found)
+{
+    switch (samples_plane_kind(plane)->values) {
+    case SAMPLES_DEPTH:
+        return check_floats(samples_f32(s, plane, c), area, found);
+    case SAMPLES_ID:
+        return check_ids(samples_u32(s, plane, c), area, found);
+    case SAMPLES_HALF_POSITIVE:
+        return check_halves(samples_u16(s, plane, c), area, HALF_SIGN, found);
+    case SAMPLES_HALF_ABOVE_MISS:
+        return check_halves(samples_u16(s, plane, c), area, HALF_MINUS_ONE, found);
+    default:
+        return true;
+    }
+}
+
+static int check_plane(const struct samples *s, enum plane_id plane, size_t area,
+                       struct fault *fault)
+{
+    if (s->layout.offset[plane] == SAMPLES_ABSENT) return 0;
+    const uint32_t components = samples_plane_components(&s->layout, plane);
+    for (uint32_t c = 0; c < components; c++) {
+        struct finding found;
+        char place[LIMIT_POINTER_BYTES];
+        if (check_component(s, plane, c, area, &found)) continue;
+        snprintf(place, sizeof place, "%s[%u]", samples_plane_kind(plane)->name, c);
+        return refuse(s, place, &found, fault);
+    }
+    return 0;
+}
+
+static bool check_visibility(const struct samples *s, uint32_t light, size_t area,
+                             struct finding *found)
+{
+    if (s->layout.light_offset[light][LIGHT_PLANE_VISIBILITY] == SAMPLES_ABSENT) return true;
+    const uint32_t last = (s->layout.light_strata[light] - 1) / 8;
+    return check_bits(samples_light_visibility(s, light, last), area,
+                      samples_visibility_mask(&s->layout, light), found);
+}
+
+static bool check_slopes(const struct samples *s, uint32_t light, size_t area,
+                         struct finding *found)
+{
+    const uint16_t *low = samples_light_slope(s, light, 0);
+    if (!low) return true;
+    const uint16_t *high = samples_light_slope(s, light, 1);
+    return check_halves(low, area, HALF_SIGN, found) &&
+           check_halves(high, area, HALF_SIGN, found) && check_order(low, high, area, found);
+}
+
+static bool check_irradiance(const struct samples *s, uint32_t light, size_t area,
+                             struct finding *found)
+{
+    const float *irradiance = samples_light_irradiance(s, light);
+    return !irradiance || check_floats(irradiance, area, found);
+}
+
+static int check_light(const struct samples *s, uint32_t light, size_t area, struct fault *fault)
+{
+    static bool (*const checks[LIGHT_PLANE_COUNT])(const struct samples *, uint32_t, size_t,
+                                                   struct finding *) = {
+        [LIGHT_PLANE_IRRADIANCE] = check_irradiance,
+        [LIGHT_PLANE_VISIBILITY] = check_visibility,
+        [LIGHT_PLANE_SLOPES] = check_slopes,
+    };
+    for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
+        struct finding found;
+        char place[LIMIT_POINTER_BYTES];
+        if (checks[p](s, light, area, &found)) continue;
+        snprintf(place, sizeof place, "lights[%u].%s", light, samples_light_plane_kind(p)->name);
+        return refuse(s, place, &found, fault);
+    }
+    return 0;
+}
+
+int samples_check(const struct samples *s, struct fault *fault)
+{
+    const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
+    int error = 0;
+    for (uint32_t p = 0; p < PLANE_ID_COUNT && !error; p++) error = check_plane(s, p, area, fault);
+    for (uint32_t k = 0; k < s->layout.light_count && !error; k++)
+        error = check_light(s, k, area, fault);
+    return error;
+}

@@ -1,0 +1,241 @@
+/* Sample buffers as bytes: planes that hold nothing are left out, the rest is compressed. */
+#include <blosc.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/samples_layout.h"
+
+#define COMPRESSOR        "zstd"
+#define COMPRESSION_LEVEL 1
+
+static bool is_zero(const uint8_t *data, size_t size_bytes)
+{
+    if (size_bytes == 0) return true;
+    return data[0] == 0 && memcmp(data, data + 1, size_bytes - 1) == 0;
+}
+
+static size_t component_bytes(const struct samples_layout *layout, enum samples_group group)
+{
+    return (size_t)layout->width_px * (size_t)layout->height_px * samples_element_bytes(group);
+}
+
+static size_t plane_bytes(const struct samples_layout *layout, uint32_t plane)
+{
+    return component_bytes(layout, samples_plane_kind(plane)->group) *
+           samples_plane_components(layout, plane);
+}
+
+static size_t light_plane_bytes(const struct samples_layout *layout, uint32_t light, uint32_t plane)
+{
+    return component_bytes(layout, samples_light_plane_kind(plane)->group) *
+           samples_light_plane_components(layout, light, plane);
+}
+
+/* Bits past the last stratum mean nothing; equal samples must give equal bytes. */
+static void clear_surplus_bits(struct samples *s)
+{
+    const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
+    for (uint32_t k = 0; k < s->layout.light_count; k++) {
+        const uint32_t mask = samples_visibility_mask(&s->layout, k);
+        if (mask == 0xff) continue;
+        uint8_t *last = samples_light_visibility(s, k, (s->layout.light_strata[k] - 1) / 8);
+        for (size_t i = 0; last && i < area; i++) last[i] &= (uint8_t)mask;
+    }
+}
+
+/* The layout of the planes that hold something. Returns how many were dropped. */
+static uint64_t layout_of_filled(const struct samples *s, struct samples_layout *filled)
+{
+    uint64_t dropped = 0;
+    *filled = s->layout;
+    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
+        if (!(s->layout.planes >> p & 1)) continue;
+        if (!is_zero(s->data + s->layout.offset[p], plane_bytes(&s->layout, p))) continue;
+        filled->planes &= ~(1u << p);
+        dropped++;
+    }
+    for (uint32_t k = 0; k < s->layout.light_count; k++)
+        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
+            if (!(s->layout.light_planes[k] >> p & 1)) continue;
+            const uint8_t *data = s->data + s->layout.light_offset[k][p];
+            if (!is_zero(data, light_plane_bytes(&s->layout, k, p))) continue;
+            filled->light_planes[k] &= (uint8_t) ~(1u << p);
+            dropped++;
+        }
+    return dropped;
+}
+
+/* Copies the planes that both layouts have. */
+static void copy_planes(struct samples *to, const struct samples *from)
+{
+    const struct samples_layout *a = &to->layout, *b = &from->layout;
+    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
+        if (a->planes & b->planes & 1u << p)
+            memcpy(to->data + a->offset[p], from->data + b->offset[p], plane_bytes(a, p));
+    for (uint32_t k = 0; k < a->light_count; k++)
+        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++)
+            if (a->light_planes[k] & b->light_planes[k] & 1u << p)
+                memcpy(to->data + a->light_offset[k][p], from->data + b->light_offset[k][p],
+                       light_plane_bytes(a, k, p));
+}
+
+/* Compresses into room for size_bytes: the packed size, or size_bytes when stored as it is. */
+static size_t pack_group(const uint8_t *data, size_t size_bytes, enum samples_group group,
+                         uint8_t *room)
+{
+    const size_t element = samples_element_bytes(group);
+    const int shuffle = element > 1 ? BLOSC_SHUFFLE : BLOSC_NOSHUFFLE;
+    const int packed = size_bytes > BLOSC_MIN_HEADER_LENGTH
+                           ? blosc_compress_ctx(COMPRESSION_LEVEL, shuffle, element, size_bytes,
+                                                data, room, size_bytes - 1, COMPRESSOR, 0, 1)
+                           : 0;
+    if (packed > 0) return (size_t)packed;
+    if (size_bytes > 0) memcpy(room, data, size_bytes);
+    return size_bytes;
+}
+
+static void write_head(struct bytes_writer *w, const struct samples_layout *layout)
+{
+    bytes_write_u16(w, (uint16_t)layout->width_px);
+    bytes_write_u16(w, (uint16_t)layout->height_px);
+    bytes_write_u32(w, layout->planes);
+    bytes_write_raw(w, layout->light_planes, layout->light_count);
+}
+
+static int write_groups(struct bytes_writer *w, const struct samples *s)
+{
+    uint8_t *room = malloc((size_t)s->layout.total_bytes + 1);
+    if (!room) return ERR_MEMORY;
+    const uint8_t *at = s->data;
+    for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
+        const size_t packed = pack_group(at, s->layout.group_bytes[group], group, room);
+        bytes_write_u32(w, (uint32_t)packed);
+        bytes_write_raw(w, room, packed);
+        at += s->layout.group_bytes[group];
+    }
+    free(room);
+    return w->failed ? ERR_MEMORY : 0;
+}
+
+int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
+{
+    struct samples_layout filled;
+    struct samples *compact = NULL;
+    clear_surplus_bits(s);
+    const uint64_t empty = layout_of_filled(s, &filled);
+    if (dropped) *dropped = empty;
+    if (empty > 0) {
+        int error = samples_layout_place(&filled);
+        if (!error) error = samples_create(&filled, &compact);
+        if (error) return error;
+        copy_planes(compact, s);
+    }
+    write_head(w, &filled);
+    const int error = write_groups(w, compact ? compact : s);
+    samples_destroy(&compact);
+    return error;
+}
+
+/* Reads sizes and masks, and lays out the planes that were sent. */
+static int read_head(struct bytes_reader *r, const struct plan *plan, int32_t width_px,
+                     int32_t height_px, struct samples_layout *layout, struct fault *fault)
+{
+    uint8_t light_planes[LIMIT_LIGHTS] = {0};
+    const int32_t width = bytes_read_u16(r), height = bytes_read_u16(r);
+    const uint32_t planes = bytes_read_u32(r);
+    bytes_read_raw(r, light_planes, plan->light_count);
+    if (r->failed) return fault_set(fault, ERR_TRUNCATED, "", "the samples end within their head");
+    if (width != width_px || height != height_px)
+        return fault_set(fault, ERR_MISMATCH, "", "%d x %d samples for a tile of %d x %d", width,
+                         height, width_px, height_px);
+    const int error =
+        samples_layout_subset(layout, plan, width_px, height_px, planes, light_planes);
+    if (error)
+        return fault_set(fault, error, "planes", "planes 0x%x are not all in the plan's 0x%x",
+                         planes, plan->planes);
+    return 0;
+}
+
+/* A blosc buffer is believed about its size only after that agrees with the layout. */
+static bool unpack_group(const uint8_t *packed, size_t packed_bytes, uint8_t *out,
+                         size_t size_bytes)
+{
+    size_t declared_bytes = 0;
+    if (packed_bytes == size_bytes) {
+        if (size_bytes > 0) memcpy(out, packed, size_bytes);
+        return true;
+    }
+    if (packed_bytes < BLOSC_MIN_HEADER_LENGTH || packed_bytes > size_bytes) return false;
+    if (blosc_cbuffer_validate(packed, packed_bytes, &declared_bytes) < 0) return false;
+    if (declared_bytes != size_bytes) return false;
+    const char *library = blosc_cbuffer_complib(packed);
+    if (!library || strcmp(library, "Zstd") != 0) return false;
+    return blosc_decompress_ctx(packed, out, size_bytes, 1) == (int)size_bytes;
+}
+
+static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *fault)
+{
+    static const char *const names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
+    uint8_t *at = s->data;
+    for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
+        const size_t size_bytes = s->layout.group_bytes[group];
+        const uint32_t packed_bytes = bytes_read_u32(r);
+        const uint8_t *packed = bytes_borrow(r, packed_bytes);
+        if (r->failed)
+            return fault_set(fault, ERR_TRUNCATED, names[group], "its %u bytes are not all there",
+                             packed_bytes);
+        if (!unpack_group(packed, packed_bytes, at, size_bytes))
+            return fault_set(fault, ERR_CORRUPT, names[group],
+                             "%u packed bytes do not unpack to %zu", packed_bytes, size_bytes);
+        at += size_bytes;
+    }
+    if (bytes_finish(r))
+        return fault_set(fault, ERR_TRAILING, "", "%zu bytes follow the samples", bytes_left(r));
+    return 0;
+}
+
+/* Puts what was sent among all planes of the plan. */
+static int spread(struct samples **s, const struct plan *plan)
+{
+    struct samples_layout full;
+    struct samples *all;
+    const struct samples_layout *sent = &(*s)->layout;
+    int error = samples_layout_init(&full, plan, sent->width_px, sent->height_px);
+    if (error) return error;
+    if (full.planes == sent->planes &&
+        memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0)
+        return 0;
+    error = samples_create(&full, &all);
+    if (error) return error;
+    copy_planes(all, *s);
+    samples_destroy(s);
+    *s = all;
+    return 0;
+}
+
+int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, int32_t width_px,
+                   int32_t height_px, struct samples **out, struct fault *fault)
+{
+    struct bytes_reader r;
+    struct samples_layout layout;
+    struct samples *s = NULL;
+    bytes_reader_init(&r, data, size_bytes);
+    int error = read_head(&r, plan, width_px, height_px, &layout, fault);
+    if (error) return error;
+    /* Sized by the plan and the tile, not by what the bytes declare. */
+    error = samples_create(&layout, &s);
+    if (error) return fault_set(fault, error, "", "no memory for %u bytes", layout.total_bytes);
+    error = read_groups(&r, s, fault);
+    if (!error) error = samples_check(s, fault);
+    if (error) goto fail;
+    error = spread(&s, plan);
+    if (error) {
+        fault_set(fault, error, "", "no room for the planes of the plan");
+        goto fail;
+    }
+    *out = s;
+    return 0;
+fail:
+    samples_destroy(&s);
+    return error;
+}
