@@ -62,7 +62,8 @@ struct scene_info {
 
 enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 
-/* One glTF primitive or OBJ group: one material. Optional arrays run parallel to the positions of
+/* One glTF primitive or OBJ group: one material. A triangle belongs to one mesh at most. A material
+ * may refer to a UV set that the mesh lacks: its texture then reads at (0, 0). Optional arrays run parallel to the positions of
  * the same mesh. Where a mesh lacks them the first_ index is 0 and nothing is read. MESH_IS_LIGHT:
  * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
 struct scene_mesh {
@@ -133,7 +134,7 @@ struct scene_image {
     uint32_t reserved;
 };
 
-/* Fields as plan_light; `mesh` is the recognised emitter or SCENE_NONE. */
+/* Fields as plan_light; `instance` is the recognised emitter or SCENE_NONE. */
 struct scene_light {
     uint32_t type, profile;
     float position[3], direction[3], half_u[3], half_v[3], color[3];
