@@ -20,9 +20,9 @@ struct image {
     float *data; /* owned; channel_count * width * height, zeroed */
 };
 
-/* Channel names by layer: beauty R G B A; direct.R ...; indirect.R ...; emission.R ...; albedo.R ...;
- * normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S. `layers` are bits
- * of proto/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT. */
+/* Channel names by layer: beauty R G B A; direct.R ...; indirect.R ...; emission.R ...; albedo.R
+ * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S. `layers`
+ * are bits of proto/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT. */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 
 /* For readers: any list of names. */
@@ -33,6 +33,6 @@ void image_destroy(struct image **image);
 /* The channel's plane, or NULL. */
 const struct plane *image_plane(const struct image *image, const char *name);
 
-/* The three channels that show a layer: "beauty" R G B, "direct" direct.R .G .B, "normal" X Y Z; one
- * channel three times for scalar layers. False when the image has none such. */
+/* The three channels that show a layer: "beauty" R G B, "direct" direct.R .G .B, "normal" X Y Z;
+ * one channel three times for scalar layers. False when the image has none such. */
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3]);

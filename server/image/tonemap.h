@@ -7,3 +7,14 @@ float tonemap_srgb(float linear);
 
 /* round(255 * tonemap_srgb(linear * scale)). */
 uint8_t tonemap_byte(float linear, float scale);
+
+/* The same answers without a power for each: for whole pictures. Floats of [0, 1) that share their
+ * exponent and first 8 bits of mantissa differ by at most one byte, so that a start and the least
+ * value of the next byte give the byte. Below the table's range the byte is 0. */
+#define TONEMAP_BUCKETS (14 * 256)
+struct tonemap_table {
+    float least[257];               /* least value that encodes to byte i; [256]: none does */
+    uint8_t start[TONEMAP_BUCKETS]; /* byte of a bucket's first value */
+};
+void tonemap_table_init(struct tonemap_table *table);
+uint8_t tonemap_table_byte(const struct tonemap_table *table, float linear, float scale);

@@ -1,0 +1,102 @@
+#include "server/image/exr_file.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static void on_error(exr_const_context_t context, exr_result_t code, const char *message)
+{
+    void *data = NULL;
+    (void)code;
+    if (!context || exr_get_user_data(context, &data) != EXR_ERR_SUCCESS || !data) return;
+    struct exr_file *file = data;
+    if (!file->message[0]) snprintf(file->message, sizeof file->message, "%s", message);
+}
+
+static int64_t read_at(exr_const_context_t context, void *data, void *buffer, uint64_t size_bytes,
+                       uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    const struct exr_file *file = data;
+    uint64_t done = 0;
+    while (done < size_bytes) {
+        ssize_t n =
+            pread(file->fd, (char *)buffer + done, size_bytes - done, (off_t)(offset + done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            error(context, EXR_ERR_READ_IO, "reading failed: %s", strerror(errno));
+            return -1;
+        }
+        if (n == 0) break;
+        done += (uint64_t)n;
+    }
+    return (int64_t)done;
+}
+
+static int64_t write_at(exr_const_context_t context, void *data, const void *buffer,
+                        uint64_t size_bytes, uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    const struct exr_file *file = data;
+    uint64_t done = 0;
+    while (done < size_bytes) {
+        ssize_t n = pwrite(file->fd, (const char *)buffer + done, size_bytes - done,
+                           (off_t)(offset + done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            error(context, EXR_ERR_WRITE_IO, "writing failed: %s", strerror(errno));
+            return -1;
+        }
+        done += (uint64_t)n;
+    }
+    return (int64_t)done;
+}
+
+static int64_t file_size(exr_const_context_t context, void *data)
+{
+    const struct exr_file *file = data;
+    struct stat st;
+    (void)context;
+    return fstat(file->fd, &st) ? -1 : (int64_t)st.st_size;
+}
+
+void exr_file_context(struct exr_file *file, exr_context_initializer_t *init)
+{
+    *init = (exr_context_initializer_t)EXR_DEFAULT_CONTEXT_INITIALIZER;
+    init->error_handler_fn = on_error;
+    init->user_data = file;
+    init->read_fn = read_at;
+    init->write_fn = write_at;
+    init->size_fn = file_size;
+    init->max_image_width = LIMIT_IMAGE_SIDE_PX;
+    init->max_image_height = LIMIT_IMAGE_SIDE_PX;
+    init->max_tile_width = LIMIT_IMAGE_SIDE_PX;
+    init->max_tile_height = LIMIT_IMAGE_SIDE_PX;
+    init->flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+}
+
+static int error_code(exr_result_t result)
+{
+    switch (result) {
+    case EXR_ERR_SUCCESS:
+        return 0;
+    case EXR_ERR_OUT_OF_MEMORY:
+        return ERR_MEMORY;
+    case EXR_ERR_FILE_ACCESS:
+    case EXR_ERR_READ_IO:
+    case EXR_ERR_WRITE_IO:
+        return ERR_IO;
+    case EXR_ERR_FEATURE_NOT_IMPLEMENTED:
+        return ERR_UNSUPPORTED;
+    default:
+        return ERR_CORRUPT;
+    }
+}
+
+int exr_file_fault(const struct exr_file *file, exr_result_t result, const char *path,
+                   struct fault *fault)
+{
+    if (result == EXR_ERR_SUCCESS) return 0;
+    const char *text = file->message[0] ? file->message : exr_get_default_error_message(result);
+    return fault_set(fault, error_code(result), path, "OpenEXR: %s", text);
+}

@@ -1,0 +1,19 @@
+#pragma once
+/* The OpenEXR library's way to the disk, and where its complaints go: a file of ours through its
+ * stream functions, so that it neither names, renames nor deletes anything, nor prints. */
+#include <OpenEXR/openexr.h>
+
+#include "proto/error.h"
+
+struct exr_file {
+    int fd;
+    char message[LIMIT_DETAIL_BYTES]; /* the library's first complaint; "" if none */
+};
+
+/* Fills *init for reading or writing `file`, which must outlive the context. */
+void exr_file_context(struct exr_file *file, exr_context_initializer_t *init);
+
+/* The project's code for a result of the library, with the library's words in *fault (which may be
+ * NULL); 0 for success. */
+int exr_file_fault(const struct exr_file *file, exr_result_t result, const char *path,
+                   struct fault *fault);

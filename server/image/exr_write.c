@@ -1,0 +1,198 @@
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "proto/half.h"
+#include "server/image/exr.h"
+#include "server/image/exr_file.h"
+
+/* Noisy floats gain 2 % of size and cost 4 times the time at zlib's default level. */
+#define ZIP_LEVEL 1
+
+/* A file in the making. */
+struct writer {
+    const struct image *image;
+    const struct exr_metadata *metadata;
+    struct exr_file file;
+    exr_context_t context;
+    exr_encode_pipeline_t encoder;
+    bool encoding;    /* encoder is initialised */
+    uint16_t *halves; /* owned; rows of one chunk, channel after channel; NULL for floats */
+    int32_t chunk_rows;
+    char path[4352]; /* where it is written before it gets its name */
+};
+
+/* Depth, ids and counts need more than eleven bits. */
+static bool stays_float(const char *channel)
+{
+    return !strcmp(channel, "depth.Z") || !strcmp(channel, "id.I") || !strcmp(channel, "samples.N");
+}
+
+static bool is_half(const struct writer *w, const char *channel)
+{
+    return w->metadata->half && !stays_float(channel);
+}
+
+static exr_result_t add_channels(struct writer *w)
+{
+    exr_result_t r = EXR_ERR_SUCCESS;
+    for (uint32_t c = 0; !r && c < w->image->channel_count; c++) {
+        const char *name = w->image->channels[c].name;
+        /* Ids, counts and normals are no light: a lossy codec must not treat them as such. */
+        exr_perceptual_treatment_t light = strchr("RGB", name[strlen(name) - 1])
+                                               ? EXR_PERCEPTUALLY_LOGARITHMIC
+                                               : EXR_PERCEPTUALLY_LINEAR;
+        r = exr_add_channel(w->context, 0, name,
+                            is_half(w, name) ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT, light, 1, 1);
+    }
+    return r;
+}
+
+static exr_result_t add_metadata(struct writer *w)
+{
+    const struct exr_metadata *m = w->metadata;
+    exr_context_t context = w->context;
+    char seed[24];
+    snprintf(seed, sizeof seed, "%llu", (unsigned long long)m->seed);
+    exr_result_t r = exr_attr_set_string(context, 0, "shearwater:seed", seed);
+    if (!r && m->job) r = exr_attr_set_string(context, 0, "shearwater:job", m->job);
+    if (!r && m->build) r = exr_attr_set_string(context, 0, "shearwater:build", m->build);
+    if (!r) r = exr_attr_set_int(context, 0, "shearwater:spp", (int32_t)m->spp);
+    if (!r) r = exr_attr_set_int(context, 0, "shearwater:frame", m->frame);
+    return r;
+}
+
+static exr_result_t write_header(struct writer *w)
+{
+    int part;
+    exr_result_t r = exr_add_part(w->context, NULL, EXR_STORAGE_SCANLINE, &part);
+    if (!r)
+        r = exr_initialize_required_attr_simple(w->context, 0, w->image->width_px,
+                                                w->image->height_px, EXR_COMPRESSION_ZIP);
+    if (!r) r = exr_set_zip_compression_level(w->context, 0, ZIP_LEVEL);
+    if (!r) r = add_channels(w);
+    if (!r) r = add_metadata(w);
+    if (!r) r = exr_write_header(w->context);
+    if (!r) r = exr_get_scanlines_per_chunk(w->context, 0, &w->chunk_rows);
+    return r;
+}
+
+/* The library sorts channels: bind each by its name. */
+static const struct plane *bound_plane(const struct writer *w, const char *name)
+{
+    return image_plane(w->image, name);
+}
+
+static void bind_halves(struct writer *w, exr_coding_channel_info_t *channel,
+                        const struct plane *plane, int32_t y, uint16_t *halves)
+{
+    int32_t width = w->image->width_px;
+    for (int32_t row = 0; row < channel->height; row++) {
+        half_from_floats(plane_row(plane, y + row), halves + (ptrdiff_t)row * width, (size_t)width);
+    }
+    channel->encode_from_ptr = (const uint8_t *)halves;
+    channel->user_line_stride = width * 2;
+}
+
+static exr_result_t bind(struct writer *w, int32_t y)
+{
+    size_t chunk_pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
+    for (int16_t c = 0; c < w->encoder.channel_count; c++) {
+        exr_coding_channel_info_t *channel = &w->encoder.channels[c];
+        const struct plane *plane = bound_plane(w, channel->channel_name);
+        if (!plane) return EXR_ERR_INVALID_ARGUMENT;
+        bool half = channel->data_type == EXR_PIXEL_HALF;
+        channel->user_bytes_per_element = half ? 2 : 4;
+        channel->user_data_type = channel->data_type;
+        channel->user_pixel_stride = half ? 2 : 4;
+        if (half) {
+            bind_halves(w, channel, plane, y, w->halves + (size_t)c * chunk_pixels);
+        } else {
+            channel->encode_from_ptr = (const uint8_t *)plane_row(plane, y);
+            channel->user_line_stride = (int32_t)plane->stride * 4;
+        }
+    }
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t write_chunk(struct writer *w, int32_t y)
+{
+    exr_chunk_info_t chunk;
+    exr_result_t r = exr_write_scanline_chunk_info(w->context, 0, y, &chunk);
+    if (r) return r;
+    bool first = !w->encoding;
+    if (first) {
+        r = exr_encoding_initialize(w->context, 0, &chunk, &w->encoder);
+        w->encoding = !r;
+    } else {
+        r = exr_encoding_update(w->context, 0, &chunk, &w->encoder);
+    }
+    if (!r) r = bind(w, y);
+    if (!r && first) r = exr_encoding_choose_default_routines(w->context, 0, &w->encoder);
+    return r ? r : exr_encoding_run(w->context, 0, &w->encoder);
+}
+
+/* All rows from the top: the chunks of a scan-line file must come in order, each once. */
+static exr_result_t write_chunks(struct writer *w)
+{
+    if (w->metadata->half) {
+        size_t pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
+        w->halves = malloc(pixels * w->image->channel_count * sizeof *w->halves);
+        if (!w->halves) return EXR_ERR_OUT_OF_MEMORY;
+    }
+    exr_result_t r = EXR_ERR_SUCCESS;
+    for (int32_t y = 0; !r && y < w->image->height_px; y += w->chunk_rows) r = write_chunk(w, y);
+    return r;
+}
+
+/* Writes the file under its temporary name. exr_finish writes the table of chunks, and says nothing
+ * when chunks are missing: all that came before must have succeeded. */
+static exr_result_t write_file(struct writer *w)
+{
+    exr_context_initializer_t init;
+    exr_file_context(&w->file, &init);
+    init.read_fn = NULL;
+    init.zip_level = ZIP_LEVEL;
+    exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
+    if (r) return r;
+    r = write_header(w);
+    if (!r) r = write_chunks(w);
+    if (w->encoding) exr_encoding_destroy(w->context, &w->encoder);
+    exr_result_t finished = exr_finish(&w->context);
+    return r ? r : finished;
+}
+
+/* A name beside the target that no other thread of the system has. */
+static int open_beside(struct writer *w, const char *path, struct fault *fault)
+{
+    int length = snprintf(w->path, sizeof w->path, "%s.tmp-%d", path, (int)gettid());
+    if (length >= (int)sizeof w->path)
+        return fault_set(fault, ERR_LIMIT, "path", "the path is too long");
+    w->file.fd = open(w->path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (w->file.fd < 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
+    return 0;
+}
+
+int exr_write(const char *path, const struct image *image, const struct exr_metadata *metadata,
+              struct fault *fault)
+{
+    struct writer *w = calloc(1, sizeof *w);
+    if (!w) return fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
+    w->image = image;
+    w->metadata = metadata;
+    int error = open_beside(w, path, fault);
+    if (error) goto done;
+    error = exr_file_fault(&w->file, write_file(w), path, fault);
+    if (close(w->file.fd) && !error)
+        error = fault_set(fault, ERR_IO, path, "closing failed: %s", strerror(errno));
+    if (!error && rename(w->path, path))
+        error = fault_set(fault, ERR_IO, path, "renaming failed: %s", strerror(errno));
+    if (error) unlink(w->path);
+done:
+    free(w->halves);
+    free(w);
+    return error;
+}

@@ -1,0 +1,129 @@
+#include "server/image/image.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/limits.h"
+
+/* Layer b is bit 1 << b of proto/job.h's enum layer, which this room does not include (it knows no
+ * jobs); a unit test holds the two together. */
+static const struct layer_channels {
+    const char *name;
+    const char *channels[4];
+} layers[] = {
+    {"beauty", {"R", "G", "B", "A"}},
+    {"direct", {"direct.R", "direct.G", "direct.B"}},
+    {"indirect", {"indirect.R", "indirect.G", "indirect.B"}},
+    {"albedo", {"albedo.R", "albedo.G", "albedo.B"}},
+    {"normal", {"normal.X", "normal.Y", "normal.Z"}},
+    {"depth", {"depth.Z"}},
+    {"samples", {"samples.N"}},
+    {"visibility", {"visibility.V"}},
+    {"slope_min", {"slope_min.S"}},
+    {"slope_max", {"slope_max.S"}},
+    {"emission", {"emission.R", "emission.G", "emission.B"}},
+    {"id", {"id.I"}},
+};
+#define LAYER_COUNT (sizeof layers / sizeof layers[0])
+
+static void lay_planes(struct image *image)
+{
+    size_t pixels = (size_t)image->width_px * (size_t)image->height_px;
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        image->channels[c].plane = (struct plane){.data = image->data + c * pixels,
+                                                  .width_px = image->width_px,
+                                                  .height_px = image->height_px,
+                                                  .stride = image->width_px};
+    }
+}
+
+int image_create_named(const char *const *names, uint32_t count, int32_t width_px,
+                       int32_t height_px, struct image **out)
+{
+    *out = NULL;
+    if (count == 0 || count > IMAGE_CHANNELS) return ERR_LIMIT;
+    if (width_px < 1 || width_px > LIMIT_IMAGE_SIDE_PX) return ERR_LIMIT;
+    if (height_px < 1 || height_px > LIMIT_IMAGE_SIDE_PX) return ERR_LIMIT;
+    if ((int64_t)width_px * height_px > LIMIT_IMAGE_PIXELS) return ERR_LIMIT;
+    struct image *image = calloc(1, sizeof *image);
+    if (!image) return ERR_MEMORY;
+    image->width_px = width_px;
+    image->height_px = height_px;
+    image->channel_count = count;
+    int error = 0;
+    for (uint32_t c = 0; c < count; c++) {
+        if (strlen(names[c]) >= sizeof image->channels[c].name)
+            error = ERR_LIMIT;
+        else
+            strcpy(image->channels[c].name, names[c]);
+    }
+    if (!error) {
+        image->data = calloc((size_t)width_px * (size_t)height_px * count, sizeof(float));
+        if (!image->data) error = ERR_MEMORY;
+    }
+    if (error) {
+        image_destroy(&image);
+        return error;
+    }
+    lay_planes(image);
+    *out = image;
+    return 0;
+}
+
+int image_create(uint32_t wanted, int32_t width_px, int32_t height_px, struct image **out)
+{
+    const char *names[IMAGE_CHANNELS];
+    uint32_t count = 0;
+    *out = NULL;
+    if (wanted >> LAYER_COUNT) return ERR_UNSUPPORTED;
+    for (uint32_t b = 0; b < LAYER_COUNT; b++) {
+        if (!(wanted >> b & 1u)) continue;
+        for (int c = 0; c < 4 && layers[b].channels[c]; c++) names[count++] = layers[b].channels[c];
+    }
+    return image_create_named(names, count, width_px, height_px, out);
+}
+
+void image_destroy(struct image **image)
+{
+    if (!*image) return;
+    free((*image)->data);
+    free(*image);
+    *image = NULL;
+}
+
+const struct plane *image_plane(const struct image *image, const char *name)
+{
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        if (!strcmp(image->channels[c].name, name)) return &image->channels[c].plane;
+    }
+    return NULL;
+}
+
+/* Layers that are not in the table come from files of others: LAYER.R, .G, .B. */
+static bool foreign_planes(const struct image *image, const char *layer, const struct plane *rgb[3])
+{
+    static const char letters[] = "RGB";
+    for (int c = 0; c < 3; c++) {
+        char name[sizeof image->channels[0].name];
+        if (snprintf(name, sizeof name, "%s.%c", layer, letters[c]) >= (int)sizeof name)
+            return false;
+        rgb[c] = image_plane(image, name);
+        if (!rgb[c]) return false;
+    }
+    return true;
+}
+
+bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3])
+{
+    for (uint32_t b = 0; b < LAYER_COUNT; b++) {
+        if (strcmp(layers[b].name, layer) != 0) continue;
+        bool scalar = !layers[b].channels[1];
+        for (int c = 0; c < 3; c++) {
+            rgb[c] = image_plane(image, layers[b].channels[scalar ? 0 : c]);
+            if (!rgb[c]) return false;
+        }
+        return true;
+    }
+    return foreign_planes(image, layer, rgb);
+}
