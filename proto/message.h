@@ -36,8 +36,12 @@ struct message_hello {
     uint64_t pid;
 };
 
+/* The bits of a worker id from here on are one number for the whole life of a coordinator: after a
+ * reconnect to another life a worker drops what it holds, since frame ids mean something else. */
+#define WORKER_ID_LIFE_SHIFT 28
+
 struct message_welcome {
-    uint64_t worker_id;
+    uint64_t worker_id; /* below 2^52 */
     uint32_t beat_ms; /* send BEAT this often */
 };
 

@@ -34,6 +34,9 @@ struct fleet_client {
     void (*faulted)(void *ctx, uint64_t worker, const struct message_tile_fault *fault);
     /* Path of a blob; false when there is none such. */
     bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
+    /* About how many tiles next_tile could still give now, so that a short supply is spread evenly;
+     * NULL: not known. */
+    uint64_t (*tiles_left)(void *ctx);
 };
 
 struct fleet_options {
@@ -48,10 +51,13 @@ struct fleet_options {
     uint32_t stall_ms;          /* a tile without progress is taken back; default 30000 */
 };
 
+/* On failure *fault names the option's value and the reason; what was opened already is closed and
+ * freed as the loop runs on. Strings are copied. */
 int fleet_create(uv_loop_t *loop, const struct fleet_options *options,
                  const struct fleet_client *client, struct fleet **out, struct fault *fault);
 
-/* Tells local workers to drain (SIGTERM), closes links; `closed` comes when all is released. */
+/* Tells local workers to drain (SIGTERM), closes links; `closed` comes when all is released. The
+ * client is not called any more. */
 void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx);
 
 /* There may be tiles again: workers that wait are served before the loop sleeps. */

@@ -1,0 +1,560 @@
+#include "server/fleet/fleet.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+
+#include "proto/build.h"
+#include "server/fleet/lease.h"
+#include "server/fleet/listener.h"
+#include "server/fleet/processes.h"
+#include "server/fleet/roster.h"
+#include "server/fleet/schedule.h"
+#include "server/fleet/session.h"
+
+#define DEFAULT_BEAT_MS     500u
+#define DEFAULT_SILENCE_MS  10000u
+#define DEFAULT_STALL_MS    30000u
+#define TICK_MAX_MS         250u
+#define TICK_MIN_MS         10u
+#define WORKER_ID_LIFE_BITS 24
+
+struct fleet {
+    uv_loop_t *loop;
+    struct fleet_client client;
+    uint32_t beat_ms, silence_ms, stall_ms;
+    struct session_host host;
+    struct session **sessions; /* owned, by growing id */
+    size_t session_count, session_capacity;
+    struct schedule_worker *offers; /* owned scratch of hand_out, session_capacity long each */
+    struct session **offered;
+    uint32_t *give;
+    uint64_t next_id;
+    size_t unacked_bytes;
+    char embree_version[LIMIT_NAME_BYTES]; /* of the first worker; "" before it */
+    struct fleet_totals totals;
+    struct lease_past past;
+    uv_idle_t turn; /* active: on_turn is due before the loop sleeps */
+    uv_timer_t tick;
+    struct listener local, tcp;
+    struct processes *processes;
+    bool closing;
+    unsigned open; /* handles, sessions and processes that are not released yet */
+    void (*closed)(void *ctx);
+    void *closed_ctx;
+};
+
+/* ---- sessions ---- */
+
+/* Index of the session, or session_count. */
+static size_t find_index(const struct fleet *fleet, uint64_t id)
+{
+    size_t low = 0, high = fleet->session_count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (fleet->sessions[middle]->id < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < fleet->session_count && fleet->sessions[low]->id == id ? low
+                                                                        : fleet->session_count;
+}
+
+static struct session *find_session(const struct fleet *fleet, uint64_t id)
+{
+    size_t at = find_index(fleet, id);
+    return at < fleet->session_count ? fleet->sessions[at] : NULL;
+}
+
+static int reserve_session(struct fleet *fleet)
+{
+    if (fleet->session_count < fleet->session_capacity) return 0;
+    size_t capacity = fleet->session_capacity ? 2 * fleet->session_capacity : 16;
+    struct session **sessions = realloc(fleet->sessions, capacity * sizeof *sessions);
+    if (sessions) fleet->sessions = sessions;
+    struct schedule_worker *offers = realloc(fleet->offers, capacity * sizeof *offers);
+    if (offers) fleet->offers = offers;
+    struct session **offered = realloc(fleet->offered, capacity * sizeof *offered);
+    if (offered) fleet->offered = offered;
+    uint32_t *give = realloc(fleet->give, capacity * sizeof *give);
+    if (give) fleet->give = give;
+    if (!sessions || !offers || !offered || !give) return ERR_MEMORY;
+    fleet->session_capacity = capacity;
+    return 0;
+}
+
+static void release(struct fleet *fleet)
+{
+    void (*closed)(void *ctx) = fleet->closed;
+    void *ctx = fleet->closed_ctx;
+    free(fleet->sessions);
+    free(fleet->offers);
+    free(fleet->offered);
+    free(fleet->give);
+    free(fleet);
+    if (closed) closed(ctx);
+}
+
+static void release_one(struct fleet *fleet)
+{
+    fleet->open--;
+    if (fleet->closing && fleet->open == 0) release(fleet);
+}
+
+static void session_closed(void *ctx, struct session *s)
+{
+    struct fleet *fleet = ctx;
+    size_t at = find_index(fleet, s->id);
+    if (at < fleet->session_count) {
+        fleet->session_count--;
+        memmove(&fleet->sessions[at], &fleet->sessions[at + 1],
+                (fleet->session_count - at) * sizeof fleet->sessions[0]);
+    }
+    session_destroy(&s);
+    release_one(fleet);
+}
+
+static void on_incoming(void *ctx, struct listener *l)
+{
+    struct fleet *fleet = ctx;
+    struct session *s = NULL;
+    if (reserve_session(fleet) != 0 ||
+        session_create(fleet->loop, l->tcp, fleet->next_id, &fleet->host, &fleet->totals, &s) != 0)
+        return; /* libuv holds the connection back until memory is there */
+    fleet->next_id++;
+    fleet->open++;
+    fleet->sessions[fleet->session_count++] = s;
+    if (uv_accept(&l->handle.stream, &s->handle.stream) < 0) {
+        session_drop(s);
+        return;
+    }
+    if (l->tcp) uv_tcp_nodelay(&s->handle.tcp, 1);
+    session_start(s);
+}
+
+/* ---- what sessions ask of the fleet ---- */
+
+unsigned fleet_count(const struct fleet *fleet)
+{
+    unsigned count = 0;
+    for (size_t i = 0; i < fleet->session_count; i++) count += session_may_work(fleet->sessions[i]);
+    return count;
+}
+
+static bool refuse(struct message_refused *refused, int code, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static bool refuse(struct message_refused *refused, int code, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    refused->code = code;
+    vsnprintf(refused->text, sizeof refused->text, format, args);
+    va_end(args);
+    return false;
+}
+
+static const char *smaller_isa(const char *a, const char *b)
+{
+    static const char *const growing[] = {"sse4.2", "avx2", "avx512"};
+    for (size_t i = 0; i < sizeof growing / sizeof growing[0]; i++)
+        if (strcmp(a, growing[i]) == 0 || strcmp(b, growing[i]) == 0) return growing[i];
+    return b;
+}
+
+static bool agrees(const struct fleet *fleet, const struct message_hello *h,
+                   struct message_refused *refused)
+{
+    if (h->protocol_version != PROTOCOL_VERSION)
+        return refuse(refused, ERR_VERSION,
+                      "worker speaks protocol %u, coordinator %u: install the same build on both "
+                      "machines (the coordinator's is %.64s)",
+                      h->protocol_version, PROTOCOL_VERSION, build_id());
+    if (strcmp(h->build_id, build_id()) != 0)
+        return refuse(refused, ERR_MISMATCH,
+                      "worker build %.64s, coordinator %.64s: install the same build on both "
+                      "machines",
+                      h->build_id, build_id());
+    if (strcmp(h->isa, build_isa()) != 0)
+        return refuse(refused, ERR_MISMATCH,
+                      "worker traces with %.32s, coordinator with %.32s, and their samples would "
+                      "differ: set SHEARWATER_ISA=%.32s on all machines",
+                      h->isa, build_isa(), smaller_isa(h->isa, build_isa()));
+    if (fleet->embree_version[0] && strcmp(h->embree_version, fleet->embree_version) != 0)
+        return refuse(refused, ERR_MISMATCH,
+                      "worker has Embree %.32s, this coordinator's workers have %.32s: install the "
+                      "same Embree on all machines",
+                      h->embree_version, fleet->embree_version);
+    if (fleet_count(fleet) >= LIMIT_WORKERS)
+        return refuse(refused, ERR_FULL,
+                      "the coordinator has %d workers already, its limit: stop some of them",
+                      LIMIT_WORKERS);
+    return true;
+}
+
+static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
+                  struct message_refused *refused)
+{
+    struct fleet *fleet = ctx;
+    if (!agrees(fleet, &s->hello, refused)) return false;
+    if (!fleet->embree_version[0])
+        memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
+    *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};
+    return true;
+}
+
+static void wake(void *ctx)
+{
+    fleet_wake(ctx);
+}
+
+static void tile_returned(void *ctx, struct session *s, const struct fleet_tile *tile)
+{
+    struct fleet *fleet = ctx;
+    fleet->totals.returned++;
+    lease_past_add(&fleet->past, tile->frame_id, tile->index, tile->generation);
+    if (fleet->closing) return;
+    fleet->client.returned(fleet->client.ctx, s->id, tile);
+    fleet_wake(fleet);
+}
+
+static void tile_faulted(void *ctx, struct session *s, const struct message_tile_fault *fault)
+{
+    struct fleet *fleet = ctx;
+    lease_past_add(&fleet->past, fault->frame_id, fault->index, fault->generation);
+    if (fleet->closing) return;
+    fleet->client.faulted(fleet->client.ctx, s->id, fault);
+    fleet_wake(fleet);
+}
+
+static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t capacity)
+{
+    struct fleet *fleet = ctx;
+    return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
+}
+
+/* True when the tile was leased in this coordinator's life, lately, and is not another session's
+ * now. Ends the lease. */
+static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
+{
+    uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
+    if (at == LEASE_NONE) return lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
+    lease_remove(&s->leases, at);
+    lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
+    return true;
+}
+
+static uint32_t offer_result(struct fleet *fleet, struct session *s, uint64_t request_id,
+                             const struct message_result *r, int *error)
+{
+    uint8_t *bytes = malloc(r->samples_bytes ? r->samples_bytes : 1);
+    *error = bytes ? session_add_unacked(s, request_id, r) : ERR_MEMORY;
+    if (*error) {
+        free(bytes);
+        return 0;
+    }
+    memcpy(bytes, r->samples, r->samples_bytes);
+    struct message_result owned = *r;
+    owned.samples = bytes;
+    uint8_t *given = bytes;
+    uint32_t verdict =
+        fleet->client.result(fleet->client.ctx, s->id, &owned, &given, r->samples_bytes);
+    if (verdict != 0) free(bytes);
+    return verdict;
+}
+
+static int take_result(void *ctx, struct session *s, uint64_t request_id,
+                       const struct message_result *r)
+{
+    struct fleet *fleet = ctx;
+    struct message_ack ack = {.frame_id = r->frame_id,
+                              .index = r->index,
+                              .generation = r->generation,
+                              .verdict = VERDICT_FOREIGN};
+    int error = 0;
+    if (fleet->closing) return 0;
+    fleet->totals.results++;
+    fleet_wake(fleet);
+    if (was_leased(fleet, s, r)) ack.verdict = offer_result(fleet, s, request_id, r, &error);
+    if (ack.verdict != 0 && error == 0) session_ack(s, &ack);
+    return error;
+}
+
+/* ---- the turn of the loop ---- */
+
+static size_t gather_offers(struct fleet *fleet)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        struct session *s = fleet->sessions[i];
+        if (!session_may_work(s) || s->want == 0) continue;
+        fleet->offered[count] = s;
+        fleet->offers[count++] = (struct schedule_worker){
+            .threads = s->hello.threads, .want = s->want, .in_hand = s->leases.count};
+    }
+    return count;
+}
+
+/* A lease is on the worker, or back with the client. False: the worker gets no more this turn. */
+static bool send_lease(struct fleet *fleet, struct session *s, const struct fleet_tile *tile)
+{
+    const struct fleet_client *client = &fleet->client;
+    if (!session_knows_frame(s, tile->frame_id)) {
+        uint32_t bytes = 0;
+        const uint8_t *plan = client->plan(client->ctx, tile->frame_id, &bytes);
+        if (!plan || !session_may_work(s)) {
+            client->returned(client->ctx, s->id, tile);
+            return false;
+        }
+        if (session_send_plan(s, tile->frame_id, plan, bytes) != 0) goto fail;
+    }
+    if (session_send_tile(s, tile, uv_now(fleet->loop)) != 0) goto fail;
+    return true;
+fail:
+    client->returned(client->ctx, s->id, tile);
+    session_end(s);
+    return false;
+}
+
+/* One tile for one worker; false when it gets no more this turn. *dry: capabilities for which
+ * there is no tile. */
+static bool hand_one(struct fleet *fleet, struct session *s, uint32_t *dry, bool *is_dry)
+{
+    struct fleet_tile tile;
+    uint32_t capabilities = s->hello.capabilities;
+    if (fleet->closing || !session_may_work(s) || s->want == 0) return false;
+    if (*is_dry && (capabilities & ~*dry) == 0) return false;
+    if (!fleet->client.next_tile(fleet->client.ctx, s->id, capabilities, &tile)) {
+        *dry = capabilities;
+        *is_dry = true;
+        return false;
+    }
+    return send_lease(fleet, s, &tile);
+}
+
+/* Tiles go round one by one, so that an unknown supply ends evenly, too. The client may call the
+ * fleet from inside; sessions stay in memory until the loop has turned. */
+static void hand_out(struct fleet *fleet)
+{
+    size_t count = gather_offers(fleet);
+    if (count == 0) return;
+    const struct fleet_client *client = &fleet->client;
+    uint64_t supply = client->tiles_left ? client->tiles_left(client->ctx) : UINT64_MAX;
+    schedule_share(fleet->offers, count, supply, fleet->give);
+    uint32_t dry = 0;
+    bool is_dry = false;
+    for (bool any = true; any;) {
+        any = false;
+        for (size_t i = 0; i < count; i++) {
+            if (fleet->give[i] == 0) continue;
+            fleet->give[i] =
+                hand_one(fleet, fleet->offered[i], &dry, &is_dry) ? fleet->give[i] - 1 : 0;
+            any = any || fleet->give[i] > 0;
+        }
+    }
+}
+
+static void on_turn(uv_idle_t *turn)
+{
+    struct fleet *fleet = turn->data;
+    uv_idle_stop(turn);
+    hand_out(fleet);
+    for (size_t i = 0; i < fleet->session_count; i++) session_turn(fleet->sessions[i]);
+}
+
+static void on_tick(uv_timer_t *tick)
+{
+    struct fleet *fleet = tick->data;
+    uint64_t now = uv_now(fleet->loop);
+    for (size_t i = 0; i < fleet->session_count; i++)
+        session_tick(fleet->sessions[i], now, fleet->silence_ms, fleet->stall_ms);
+}
+
+/* ---- the contract ---- */
+
+static uint32_t or_default(uint32_t value, uint32_t otherwise)
+{
+    return value ? value : otherwise;
+}
+
+static uint64_t first_id(void)
+{
+    uint32_t life = 0;
+    if (getrandom(&life, sizeof life, 0) != (ssize_t)sizeof life) life = (uint32_t)uv_hrtime();
+    life &= (1u << WORKER_ID_LIFE_BITS) - 1u;
+    return ((uint64_t)life << WORKER_ID_LIFE_SHIFT) + 1;
+}
+
+static uint64_t tick_ms(const struct fleet *fleet)
+{
+    uint32_t shortest = fleet->silence_ms < fleet->stall_ms ? fleet->silence_ms : fleet->stall_ms;
+    uint64_t ms = shortest / 8;
+    if (ms < TICK_MIN_MS) return TICK_MIN_MS;
+    return ms < TICK_MAX_MS ? ms : TICK_MAX_MS;
+}
+
+static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
+                              const struct fleet_client *client)
+{
+    struct fleet *fleet = calloc(1, sizeof *fleet);
+    if (!fleet) return NULL;
+    fleet->loop = loop;
+    fleet->client = *client;
+    fleet->beat_ms = or_default(o->beat_ms, DEFAULT_BEAT_MS);
+    fleet->silence_ms = or_default(o->silence_ms, DEFAULT_SILENCE_MS);
+    fleet->stall_ms = or_default(o->stall_ms, DEFAULT_STALL_MS);
+    fleet->next_id = first_id();
+    fleet->host = (struct session_host){.ctx = fleet,
+                                        .greet = greet,
+                                        .result = take_result,
+                                        .returned = tile_returned,
+                                        .faulted = tile_faulted,
+                                        .blob_path = blob_path,
+                                        .unacked_bytes = &fleet->unacked_bytes,
+                                        .wake = wake,
+                                        .closed = session_closed};
+    lease_past_init(&fleet->past);
+    uv_idle_init(loop, &fleet->turn);
+    uv_timer_init(loop, &fleet->tick);
+    fleet->turn.data = fleet->tick.data = fleet;
+    fleet->open = 2;
+    return fleet;
+}
+
+static int open_listeners(struct fleet *fleet, const struct fleet_options *o, struct fault *fault)
+{
+    int e = 0;
+    if (o->socket_path)
+        e = listener_open_unix(&fleet->local, fleet->loop, o->socket_path, on_incoming, fleet,
+                               fault);
+    if (e == 0 && o->listen)
+        e = listener_open_tcp(&fleet->tcp, fleet->loop, o->listen, on_incoming, fleet, fault);
+    fleet->open += (unsigned)fleet->local.is_open + (unsigned)fleet->tcp.is_open;
+    return e;
+}
+
+static unsigned threads_each(const struct fleet_options *o)
+{
+    unsigned cores = uv_available_parallelism();
+    unsigned threads = o->worker_threads ? o->worker_threads : cores / o->local_workers;
+    if (threads == 0) threads = 1;
+    return threads < LIMIT_THREADS ? threads : LIMIT_THREADS;
+}
+
+static int start_processes(struct fleet *fleet, const struct fleet_options *o, struct fault *fault)
+{
+    if (o->local_workers == 0) return 0;
+    if (!o->socket_path)
+        return fault_set(fault, ERR_MISSING, "workers", "local workers need a socket path");
+    if (o->local_workers > LIMIT_WORKERS)
+        return fault_set(fault, ERR_LIMIT, "workers", "%u local workers, at most %d",
+                         o->local_workers, LIMIT_WORKERS);
+    struct processes_options options = {.program = o->worker_program,
+                                        .socket_path = o->socket_path,
+                                        .cache_dir = o->cache_dir,
+                                        .blob_dir = o->blob_dir,
+                                        .count = o->local_workers,
+                                        .threads = threads_each(o)};
+    int e =
+        processes_create(fleet->loop, &options, &fleet->totals.respawned, &fleet->processes, fault);
+    if (e == 0) fleet->open++;
+    return e;
+}
+
+int fleet_create(uv_loop_t *loop, const struct fleet_options *options,
+                 const struct fleet_client *client, struct fleet **out, struct fault *fault)
+{
+    if (!build_isa()) return fault_set(fault, ERR_UNSUPPORTED, "isa", "this CPU has no SSE 4.2");
+    struct fleet *fleet = allocate(loop, options, client);
+    if (!fleet) return fault_set(fault, ERR_MEMORY, "fleet", "%s", error_text(ERR_MEMORY));
+    int e = open_listeners(fleet, options, fault);
+    if (e) goto fail;
+    e = start_processes(fleet, options, fault);
+    if (e) goto fail;
+    uint64_t ms = tick_ms(fleet);
+    uv_timer_start(&fleet->tick, on_tick, ms, ms);
+    *out = fleet;
+    return 0;
+fail:
+    fleet_close(fleet, NULL, NULL);
+    return e;
+}
+
+static void on_handle_closed(uv_handle_t *handle)
+{
+    release_one(handle->data);
+}
+
+static void on_listener_closed(uv_handle_t *handle)
+{
+    struct listener *l = handle->data;
+    release_one(l->ctx);
+}
+
+static void on_processes_closed(void *ctx)
+{
+    release_one(ctx);
+}
+
+void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx)
+{
+    fleet->closing = true;
+    fleet->closed = closed;
+    fleet->closed_ctx = ctx;
+    listener_close(&fleet->local, on_listener_closed);
+    listener_close(&fleet->tcp, on_listener_closed);
+    if (fleet->processes) processes_close(fleet->processes, on_processes_closed, fleet);
+    for (size_t i = 0; i < fleet->session_count; i++) session_drop(fleet->sessions[i]);
+    uv_close((uv_handle_t *)&fleet->turn, on_handle_closed);
+    uv_close((uv_handle_t *)&fleet->tick, on_handle_closed);
+}
+
+void fleet_wake(struct fleet *fleet)
+{
+    if (!fleet->closing) uv_idle_start(&fleet->turn, on_turn);
+}
+
+void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack)
+{
+    struct session *s = find_session(fleet, worker);
+    if (s) session_ack(s, ack);
+}
+
+void fleet_cancel(struct fleet *fleet, uint64_t frame_id)
+{
+    lease_past_forget_frame(&fleet->past, frame_id);
+    for (size_t i = 0; i < fleet->session_count; i++) session_cancel(fleet->sessions[i], frame_id);
+}
+
+int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain)
+{
+    struct session *s = find_session(fleet, worker);
+    if (!s || (s->state != SESSION_WORKING && s->state != SESSION_DRAINING)) return ERR_NOT_FOUND;
+    session_drain(s, drain);
+    return 0;
+}
+
+int fleet_port(const struct fleet *fleet)
+{
+    return fleet->tcp.port;
+}
+
+static bool is_listed(const struct session *s)
+{
+    return s->state == SESSION_WORKING || s->state == SESSION_DRAINING;
+}
+
+json_t *fleet_roster(const struct fleet *fleet)
+{
+    json_t *roster = json_array();
+    for (size_t i = 0; roster && i < fleet->session_count; i++)
+        if (is_listed(fleet->sessions[i]))
+            json_array_append_new(roster, roster_entry(fleet->sessions[i]));
+    return roster;
+}
+
+void fleet_totals(const struct fleet *fleet, struct fleet_totals *out)
+{
+    *out = fleet->totals;
+}

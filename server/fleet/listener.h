@@ -1,0 +1,35 @@
+#pragma once
+/* Where workers dial in: an owner-only Unix socket, or TCP on a loopback address. */
+#include <stdbool.h>
+#include <uv.h>
+
+#include "proto/error.h"
+
+struct listener {
+    union {
+        uv_handle_t any;
+        uv_stream_t stream;
+        uv_tcp_t tcp;
+        uv_pipe_t pipe;
+    } handle;
+    bool is_open; /* the handle must be closed, also after a failed open */
+    bool tcp;
+    int port; /* TCP: the port that was bound */
+    void (*incoming)(void *ctx, struct listener *l);
+    void *ctx;
+};
+
+/* Binds and listens; a socket file that nobody answers on is replaced. The socket is removed when
+ * the handle is closed. *fault names the path and the reason. incoming: accept on handle.stream. */
+int listener_open_unix(struct listener *l, uv_loop_t *loop, const char *path,
+                       void (*incoming)(void *ctx, struct listener *l), void *ctx,
+                       struct fault *fault);
+
+/* "127.0.0.1:7000", "[::1]:7000", "localhost:7000"; port 0: any. Links are neither encrypted nor
+ * authenticated, so every other address is refused. */
+int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address,
+                      void (*incoming)(void *ctx, struct listener *l), void *ctx,
+                      struct fault *fault);
+
+/* Closes when open; `closed` comes from the loop if this returns true. */
+bool listener_close(struct listener *l, void (*closed)(uv_handle_t *handle));

@@ -1,0 +1,31 @@
+#pragma once
+/* Local workers: child processes that are started, watched, started again when they die, and
+ * stopped. A child that keeps dying is started again ever later, up to every 30 s. One that the
+ * coordinator refused (exit status 3) stays down: it would be refused again. */
+#include <stdint.h>
+#include <uv.h>
+
+#include "proto/error.h"
+
+#define PROCESSES_RETRY_MS     200u /* ms before the first restart; doubles each time */
+#define PROCESSES_RETRY_MAX_MS 30000u
+#define PROCESSES_HEALTHY_MS   10000u /* ms after which a child's start counts as good */
+#define PROCESSES_KILL_MS      5000u  /* ms from SIGTERM to SIGKILL */
+
+struct processes;
+
+struct processes_options {
+    const char *program;              /* path of shearwater-worker */
+    const char *socket_path;          /* what it dials */
+    const char *cache_dir, *blob_dir; /* may be NULL */
+    unsigned count, threads;
+};
+
+/* Starts the children, at least one. Strings are copied. *fault names the program when it cannot be
+ * started; *respawned is counted up with every restart and outlives the processes. */
+int processes_create(uv_loop_t *loop, const struct processes_options *options, uint64_t *respawned,
+                     struct processes **out, struct fault *fault);
+
+/* SIGTERM to all, SIGKILL after 5 s; `closed` is called from the loop when all are gone and freed.
+ * Must be called exactly once. */
+void processes_close(struct processes *p, void (*closed)(void *ctx), void *ctx);

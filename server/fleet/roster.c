@@ -1,0 +1,49 @@
+#include "server/fleet/roster.h"
+
+static const struct {
+    enum capability bit;
+    const char *name;
+} capability_names[] = {
+    {CAPABILITY_DIRECT, "direct"},
+    {CAPABILITY_INDIRECT, "indirect"},
+    {CAPABILITY_VISIBILITY, "visibility"},
+    {CAPABILITY_STRATA, "strata"},
+};
+
+static json_t *capabilities(uint32_t bits)
+{
+    json_t *names = json_array();
+    for (size_t i = 0; names && i < sizeof capability_names / sizeof capability_names[0]; i++)
+        if (bits & (uint32_t)capability_names[i].bit)
+            json_array_append_new(names, json_string(capability_names[i].name));
+    return names;
+}
+
+static const char *state_of(const struct session *s)
+{
+    if (s->state == SESSION_WORKING && s->stalled) return "stalled";
+    if (s->state == SESSION_WORKING && s->leases.count == 0) return "idle";
+    return session_state_name(s->state);
+}
+
+static const char *phase_of(const struct session *s)
+{
+    static const char *const names[] = {"idle", "loading", "tracing"};
+    return s->beat.phase < sizeof names / sizeof names[0] ? names[s->beat.phase] : "unknown";
+}
+
+json_t *roster_entry(const struct session *s)
+{
+    const struct message_hello *h = &s->hello;
+    const struct message_beat *b = &s->beat;
+    return json_pack(
+        "{sI ss ss ss sb si sI ss ss ss so si sI sI sf sf sI sI sI sI sI}", /**/
+        "id", (json_int_t)s->id, "name", h->name, "state", state_of(s), "phase", phase_of(s),
+        "local", (int)s->local, "threads", (int)h->threads, "pid", (json_int_t)h->pid, "isa",
+        h->isa, "build", h->build_id, "embree", h->embree_version, "capabilities",
+        capabilities(h->capabilities), "tiles_in_hand", (int)s->leases.count, "tiles_done",
+        (json_int_t)s->answered, "rays", (json_int_t)s->rays, "tiles_per_s", s->tiles_per_s,
+        "rays_per_s", s->rays_per_s, "bytes_received", (json_int_t)s->received_bytes, "bytes_sent",
+        (json_int_t)s->sent_bytes, "rss_bytes", (json_int_t)b->rss_bytes, "peak_rss_bytes",
+        (json_int_t)b->peak_rss_bytes, "cpu_us", (json_int_t)b->cpu_us);
+}

@@ -1,0 +1,8 @@
+#pragma once
+/* The workers as people see them: JSON of GET /v1/workers. */
+#include <jansson.h>
+
+#include "server/fleet/session.h"
+
+/* One worker. New reference; NULL on failed allocation. */
+json_t *roster_entry(const struct session *s);

@@ -1,0 +1,51 @@
+#include "server/fleet/schedule.h"
+
+/* Queues are filled in levels of an eighth of a tile a thread. */
+#define LEVELS_PER_TILE 8u
+
+static uint32_t at_most(uint32_t a, uint64_t b)
+{
+    return a < b ? a : (uint32_t)b;
+}
+
+uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t supply)
+{
+    uint32_t full = SCHEDULE_TILES_PER_THREAD * threads;
+    if (supply / SCHEDULE_TILES_PER_THREAD >= threads_total) return full;
+    /* Its part of what is left, rounded up; the products fit: supply < 2 threads_total here. */
+    uint64_t fair = (supply * threads + threads_total - 1) / threads_total;
+    return at_most(full, threads + fair);
+}
+
+static uint64_t total_threads(const struct schedule_worker *workers, size_t count)
+{
+    uint64_t total = 0;
+    for (size_t i = 0; i < count; i++) total += workers[i].threads;
+    return total;
+}
+
+/* Tiles that bring worker w, who holds in_hand and was given `given`, up to `target`. */
+static uint32_t missing(const struct schedule_worker *w, uint32_t given, uint32_t target)
+{
+    uint32_t held = w->in_hand + given;
+    uint32_t room = target > held ? target - held : 0;
+    return at_most(room, w->want - given);
+}
+
+void schedule_share(const struct schedule_worker *workers, size_t count, uint64_t supply,
+                    uint32_t *give)
+{
+    for (size_t i = 0; i < count; i++) give[i] = 0;
+    const uint64_t threads_total = total_threads(workers, count);
+    const uint64_t left_at_start = supply;
+    for (uint32_t level = 1; level <= SCHEDULE_TILES_PER_THREAD * LEVELS_PER_TILE; level++) {
+        for (size_t i = 0; i < count && supply > 0; i++) {
+            const struct schedule_worker *w = &workers[i];
+            uint32_t depth = schedule_depth(w->threads, threads_total, left_at_start);
+            uint32_t target = (w->threads * level + LEVELS_PER_TILE - 1) / LEVELS_PER_TILE;
+            uint32_t tiles = at_most(missing(w, give[i], at_most(target, depth)), supply);
+            give[i] += tiles;
+            if (supply != UINT64_MAX) supply -= tiles;
+        }
+    }
+}

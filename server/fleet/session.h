@@ -1,0 +1,148 @@
+#pragma once
+/* One worker link as the coordinator sees it: its state, its leases, what it is owed.
+ *
+ *   GREETING --HELLO--> WORKING <--> DRAINING --BYE--> LEAVING --> CLOSING
+ *       \---HELLO (refused)--> LEAVING
+ *
+ * Any state goes to CLOSING when the link breaks, a message is out of state or cannot be decoded,
+ * or the session is silent for too long. Every message has one small step function per state, in a
+ * table; what is not in the table ends the session.
+ *
+ * A session decides nothing about tiles or jobs: it asks its host. All calls on the loop's thread.
+ */
+#include <stdbool.h>
+#include <uv.h>
+
+#include "proto/frame.h"
+#include "proto/message.h"
+#include "server/fleet/blobs.h"
+#include "server/fleet/fleet.h"
+#include "server/fleet/lease.h"
+#include "server/fleet/outbox.h"
+
+/* Bounds of what one session may have in flight. */
+#define SESSION_HELLO_MS          5000u        /* ms from connecting to HELLO */
+#define SESSION_LEAVE_MS          1000u        /* ms that a refusal may take to be read */
+#define SESSION_UNACKED_BYTES     (32u << 20)  /* bytes of results that the client still holds */
+#define SESSION_BACKLOG_BYTES     (4u << 20)   /* bytes that wait to be written */
+#define SESSION_ALL_UNACKED_BYTES (256u << 20) /* the same over all sessions */
+#define SESSION_FRAMES            64u          /* frames without leases that a worker remembers */
+
+enum session_state {
+    SESSION_GREETING, /* connected, HELLO is awaited */
+    SESSION_WORKING,
+    SESSION_DRAINING, /* gets no more tiles */
+    SESSION_LEAVING,  /* refused or said BYE: the last bytes go out, nothing is listened to */
+    SESSION_CLOSING,
+    SESSION_STATE_COUNT
+};
+
+struct session;
+
+struct session_host {
+    void *ctx;
+    /* May this worker join? True and *welcome, or false and *refused. */
+    bool (*greet)(void *ctx, struct session *s, struct message_welcome *welcome,
+                  struct message_refused *refused);
+    /* A result that was decoded but not judged; request_id is for the answer. */
+    int (*result)(void *ctx, struct session *s, uint64_t request_id,
+                  const struct message_result *result);
+    void (*returned)(void *ctx, struct session *s, const struct fleet_tile *tile);
+    void (*faulted)(void *ctx, struct session *s, const struct message_tile_fault *fault);
+    bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
+    size_t *unacked_bytes;   /* unacknowledged over all sessions */
+    void (*wake)(void *ctx); /* session_turn is wanted before the loop sleeps */
+    void (*closed)(void *ctx, struct session *s); /* the last call; the host frees it */
+};
+
+/* A result that the client took over and has not judged. */
+struct session_unacked {
+    struct lease_key tile;
+    uint64_t request_id;
+    uint32_t size_bytes;
+};
+
+struct session {
+    union {
+        uv_handle_t any;
+        uv_stream_t stream;
+        uv_tcp_t tcp;
+        uv_pipe_t pipe;
+    } handle;
+    const struct session_host *host; /* borrowed */
+    struct fleet_totals *totals;     /* borrowed */
+    uint64_t id;
+    enum session_state state;
+    bool local;   /* over the Unix socket */
+    bool reading; /* libuv reads this link */
+    bool stalled; /* its tiles were taken back; it gets none until it shows progress */
+    struct frame_inbox inbox;
+    struct outbox outbox;
+    struct lease_table leases;
+    struct blob_source blob;
+    struct message_hello hello;
+    struct message_beat beat; /* the last one */
+    uint32_t want;            /* tiles it asked for and did not get */
+    uint64_t connected_ms, heard_ms, progress_ms, left_ms;
+    uint64_t next_request;
+    uint64_t *frames; /* owned: frames whose plan was sent, oldest first */
+    uint32_t frame_count;
+    struct session_unacked *unacked; /* owned */
+    uint32_t unacked_count, unacked_capacity;
+    size_t unacked_bytes;
+    /* For the roster. */
+    uint64_t answered, rays, received_bytes, sent_bytes;
+    double tiles_per_s, rays_per_s;
+    uint64_t rate_ms, rate_tiles, rate_rays; /* where the window of the rates began */
+};
+
+const char *session_state_name(enum session_state state);
+
+/* A session on a handle that the caller accepts into handle.stream afterwards. tcp: which kind of
+ * handle. ERR_MEMORY, ERR_IO. */
+int session_create(uv_loop_t *loop, bool tcp, uint64_t id, const struct session_host *host,
+                   struct fleet_totals *totals, struct session **out);
+
+/* Begins to read. */
+void session_start(struct session *s);
+
+/* Frees what a session holds; only from host->closed. */
+void session_destroy(struct session **s);
+
+/* Ends the session; its leases come back through host->returned. Never from inside a fleet_
+ * function. */
+void session_end(struct session *s);
+
+/* Ends it without a word to anyone: the fleet closes. */
+void session_drop(struct session *s);
+
+bool session_may_work(const struct session *s); /* may be given tiles */
+
+/* What the turn of the loop brought: reads on where a limit had stopped it, writes what was
+ * gathered, ends a session whose link has failed. */
+void session_turn(struct session *s);
+
+/* Checks the clocks: HELLO, silence, leaving, and stalled leases (taken back). */
+void session_tick(struct session *s, uint64_t now_ms, uint32_t silence_ms, uint32_t stall_ms);
+
+/* Puts a lease on the worker; the frame's plan first, when this link has not seen it. Without
+ * memory the lease is not given. */
+bool session_knows_frame(const struct session *s, uint64_t frame_id);
+int session_send_plan(struct session *s, uint64_t frame_id, const uint8_t *plan, uint32_t bytes);
+int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now_ms);
+
+/* The verdict on a result; also for one that is not (or no longer) unacknowledged. */
+void session_ack(struct session *s, const struct message_ack *ack);
+int session_add_unacked(struct session *s, uint64_t request_id, const struct message_result *r);
+void session_cancel(struct session *s, uint64_t frame_id);
+void session_drain(struct session *s, bool drain);
+
+/* ---- between the session's own files ---- */
+
+bool session_is_listening(const struct session *s);
+/* Follows the table of legal transitions; aborts on a step outside it. */
+void session_enter(struct session *s, enum session_state next);
+/* Gives the leases back, lets the last bytes go out, then closes. */
+void session_leave(struct session *s);
+/* Acts on one message. A negative code: the session must end. */
+int session_take(struct session *s, const struct frame_view *f);
