@@ -1,0 +1,61 @@
+/* The build's name, and the instruction set that may only be asked to be smaller. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/build.h"
+#include "proto/limits.h"
+
+static const char *const sets[] = {"sse4.2", "avx2", "avx512"};
+
+static int rank(const char *isa)
+{
+    for (int i = 0; i < 3; i++)
+        if (strcmp(isa, sets[i]) == 0) return i;
+    return -1;
+}
+
+static void id_is_version_and_digest(void **state)
+{
+    (void)state;
+    const char *id = build_id();
+    size_t version = strspn(id, "0123456789.");
+    assert_true(version >= 5);
+    assert_int_equal(id[version], '+');
+    assert_int_equal(strspn(id + version + 1, "0123456789abcdef"), 12);
+    assert_int_equal(id[version + 13], '\0');
+    assert_true(strlen(id) < LIMIT_NAME_BYTES);
+}
+
+static void isa_can_only_shrink(void **state)
+{
+    (void)state;
+    unsetenv("SHEARWATER_ISA");
+    const char *best = build_isa();
+    if (best == NULL) skip();
+    int highest = rank(best);
+    assert_true(highest >= 0);
+    for (int i = 0; i < 3; i++) {
+        setenv("SHEARWATER_ISA", sets[i], 1);
+        assert_string_equal(build_isa(), sets[i <= highest ? i : highest]);
+    }
+    setenv("SHEARWATER_ISA", "mmx", 1);
+    assert_string_equal(build_isa(), best);
+    setenv("SHEARWATER_ISA", "", 1);
+    assert_string_equal(build_isa(), best);
+    unsetenv("SHEARWATER_ISA");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(id_is_version_and_digest),
+        cmocka_unit_test(isa_can_only_shrink),
+    };
+    return cmocka_run_group_tests_name("build", tests, NULL, NULL);
+}
