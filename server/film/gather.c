@@ -1,0 +1,239 @@
+#include "server/film/gather.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/half.h"
+#include "proto/octahedron.h"
+
+/* The overlap of a tile and a patch, and how to step through both. */
+struct overlap {
+    const struct plan *plan;
+    const struct samples *samples;
+    struct patch *patch;
+    size_t width, height;
+    size_t from, from_stride; /* elements, in the tile */
+    size_t to, to_stride;     /* elements, in the patch */
+};
+
+static size_t from_row(const struct overlap *o, size_t y)
+{
+    return o->from + y * o->from_stride;
+}
+
+static size_t to_row(const struct overlap *o, size_t y)
+{
+    return o->to + y * o->to_stride;
+}
+
+static void copy_words(const struct overlap *o, const void *in, void *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        memcpy((uint32_t *)out + to_row(o, y), (const uint32_t *)in + from_row(o, y),
+               o->width * sizeof(uint32_t));
+    }
+}
+
+static void copy_bytes(const struct overlap *o, const uint8_t *in, uint8_t *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        memcpy(out + to_row(o, y), in + from_row(o, y), o->width);
+    }
+}
+
+static void copy_distances(const struct overlap *o, const float *in, float *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        const float *from = in + from_row(o, y);
+        float *to = out + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] = fminf(from[x], GATHER_DISTANCE_MAX);
+    }
+}
+
+static void widen_ids(const struct overlap *o, const uint16_t *in, uint32_t *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        const uint16_t *from = in + from_row(o, y);
+        uint32_t *to = out + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] = from[x];
+    }
+}
+
+/* Scales are powers of two: the products are exact. */
+static void widen_halves(const struct overlap *o, const uint16_t *in, float scale, float *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        float *to = out + to_row(o, y);
+        half_to_floats(in + from_row(o, y), to, o->width);
+        if (scale == 1.0f) continue;
+        for (size_t x = 0; x < o->width; x++) to[x] *= scale;
+    }
+}
+
+static void widen_unorms(const struct overlap *o, const uint16_t *in, float *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        const uint16_t *from = in + from_row(o, y);
+        float *to = out + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] = (float)from[x] / 65535.0f;
+    }
+}
+
+/* Runs of equal normals are common (walls, and all that is no surface): the last answer is kept. */
+static void unpack_normals16(const struct overlap *o, const uint32_t *in, float *const out[3])
+{
+    uint32_t last = 0;
+    float n[3];
+    octahedron_unpack16(last, n);
+    for (size_t y = 0; y < o->height; y++) {
+        const uint32_t *from = in + from_row(o, y);
+        size_t to = to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) {
+            if (from[x] != last) octahedron_unpack16(last = from[x], n);
+            for (int i = 0; i < 3; i++) out[i][to + x] = n[i];
+        }
+    }
+}
+
+static void unpack_normals8(const struct overlap *o, const uint16_t *in, float *const out[3])
+{
+    uint16_t last = 0;
+    float n[3];
+    octahedron_unpack8(last, n);
+    for (size_t y = 0; y < o->height; y++) {
+        const uint16_t *from = in + from_row(o, y);
+        size_t to = to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) {
+            if (from[x] != last) octahedron_unpack8(last = from[x], n);
+            for (int i = 0; i < 3; i++) out[i][to + x] = n[i];
+        }
+    }
+}
+
+/* Distances of a sub-sample from d/d_ref - 1, d_ref the pixel's own or, without surface, the length
+ * unit. SUB_DEPTH_MISS gives 0 by itself. */
+static void restore_distances(const struct overlap *o, const uint16_t *in, const float *depth,
+                              float *out)
+{
+    float unit = o->plan->length_unit;
+    for (size_t y = 0; y < o->height; y++) {
+        size_t at = to_row(o, y);
+        float *to = out + at;
+        half_to_floats(in + from_row(o, y), to, o->width);
+        for (size_t x = 0; x < o->width; x++) {
+            float own = depth ? depth[at + x] : 0.0f;
+            float reference = own > 0.0f ? own : unit;
+            to[x] = fminf((to[x] + 1.0f) * reference, GATHER_DISTANCE_MAX);
+        }
+    }
+}
+
+static void clear_normals(const struct overlap *o, const float *depth, float *const normal[3])
+{
+    for (size_t y = 0; y < o->height; y++) {
+        size_t at = to_row(o, y);
+        for (size_t x = at; x < at + o->width; x++) {
+            if (depth[x] > 0.0f) continue;
+            for (int i = 0; i < 3; i++) normal[i][x] = 0.0f;
+        }
+    }
+}
+
+static void gather_geometry(const struct overlap *o)
+{
+    const struct samples *s = o->samples;
+    struct patch *p = o->patch;
+    if (p->depth) copy_distances(o, samples_f32(s, PLANE_DEPTH, 0), p->depth);
+    if (p->normal[0]) unpack_normals16(o, samples_u32(s, PLANE_NORMAL, 0), p->normal);
+    if (p->normal[0] && p->depth) clear_normals(o, p->depth, p->normal);
+    if (p->id) copy_words(o, samples_u32(s, PLANE_ID, 0), p->id);
+    for (uint32_t c = 0; c < 3 && p->albedo[0]; c++) {
+        widen_unorms(o, samples_u16(s, PLANE_ALBEDO, c), p->albedo[c]);
+    }
+}
+
+static void gather_sub(const struct overlap *o, uint32_t k)
+{
+    const struct samples *s = o->samples;
+    struct patch *p = o->patch;
+    if (p->sub_depth[k])
+        restore_distances(o, samples_u16(s, PLANE_SUB_DEPTH, k), p->depth, p->sub_depth[k]);
+    if (p->sub_normal[k][0])
+        unpack_normals8(o, samples_u16(s, PLANE_SUB_NORMAL, k), p->sub_normal[k]);
+    if (p->sub_normal[k][0] && p->sub_depth[k]) clear_normals(o, p->sub_depth[k], p->sub_normal[k]);
+    if (p->sub_id[k]) widen_ids(o, samples_u16(s, PLANE_SUB_ID, k), p->sub_id[k]);
+    for (uint32_t c = 0; c < 3 && p->sub_albedo[k][0]; c++) {
+        widen_unorms(o, samples_u16(s, PLANE_SUB_ALBEDO, k * 3 + c), p->sub_albedo[k][c]);
+    }
+}
+
+static void gather_rgb(const struct overlap *o, enum plane_id plane, uint32_t first,
+                       float *const out[3])
+{
+    float scale = 1.0f / o->plan->radiance_scale; /* a positive power of two */
+    for (uint32_t c = 0; c < 3 && out[0]; c++) {
+        widen_halves(o, samples_u16(o->samples, plane, first + c), scale, out[c]);
+    }
+}
+
+static void gather_strata(const struct overlap *o)
+{
+    struct patch *p = o->patch;
+    uint32_t l = o->plan->indirect_strata_per_axis;
+    size_t area = (size_t)rect_area(p->rect);
+    float scale = 1.0f / o->plan->radiance_scale;
+    for (uint32_t i = 0; i < l * l * 4; i++) {
+        widen_halves(o, samples_u16(o->samples, PLANE_INDIRECT_STRATA, i),
+                     i % 4 == 3 ? o->plan->length_unit : scale, p->indirect_strata + i * area);
+    }
+}
+
+static void gather_radiance(const struct overlap *o)
+{
+    struct patch *p = o->patch;
+    gather_rgb(o, PLANE_EMISSION, 0, p->emission);
+    gather_rgb(o, PLANE_INDIRECT_MEAN, 0, p->indirect);
+    gather_rgb(o, PLANE_INDIRECT_HALVES, 0, p->indirect_even);
+    gather_rgb(o, PLANE_INDIRECT_HALVES, 3, p->indirect_odd);
+    if (p->reflector)
+        widen_halves(o, samples_u16(o->samples, PLANE_REFLECTOR, 0), o->plan->length_unit,
+                     p->reflector);
+    if (p->indirect_strata) gather_strata(o);
+}
+
+static void gather_light(const struct overlap *o, uint32_t k)
+{
+    const struct samples *s = o->samples;
+    const struct patch_light *light = &o->patch->lights[k];
+    size_t area = (size_t)rect_area(o->patch->rect);
+    uint32_t l = o->plan->lights[k].strata_per_axis;
+    if (light->irradiance) copy_words(o, samples_light_irradiance(s, k), light->irradiance);
+    for (uint32_t b = 0; light->visibility && b < (l * l + 7) / 8; b++) {
+        copy_bytes(o, samples_light_visibility(s, k, b), light->visibility + b * area);
+    }
+    if (light->slope_min) widen_halves(o, samples_light_slope(s, k, 0), 1.0f, light->slope_min);
+    if (light->slope_max) widen_halves(o, samples_light_slope(s, k, 1), 1.0f, light->slope_max);
+}
+
+void gather_tile(const struct plan *plan, const struct samples *samples, struct rect tile,
+                 struct patch *patch)
+{
+    struct rect r = rect_intersect(tile, patch->rect);
+    if (rect_is_empty(r)) return;
+    size_t tile_width = (size_t)rect_width(tile), patch_width = (size_t)rect_width(patch->rect);
+    struct overlap o = {
+        .plan = plan,
+        .samples = samples,
+        .patch = patch,
+        .width = (size_t)rect_width(r),
+        .height = (size_t)rect_height(r),
+        .from = (size_t)(r.y0 - tile.y0) * tile_width + (size_t)(r.x0 - tile.x0),
+        .from_stride = tile_width,
+        .to = (size_t)(r.y0 - patch->rect.y0) * patch_width + (size_t)(r.x0 - patch->rect.x0),
+        .to_stride = patch_width,
+    };
+    gather_geometry(&o);
+    for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
+    gather_radiance(&o);
+    for (uint32_t k = 0; k < plan->light_count; k++) gather_light(&o, k);
+}

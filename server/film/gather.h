@@ -1,0 +1,12 @@
+#pragma once
+/* From a tile's narrow planes to a patch's floats: the part of a tile that a patch covers. */
+#include "proto/samples.h"
+#include "server/reconstruct/patch.h"
+
+/* Converts the pixels of `tile` (the samples' place in the image) that lie in the patch. Halves
+ * become floats, scales are taken out, sub-sample depths become distances, and where there is no
+ * surface the normal is zero. Distances are cut at GATHER_DISTANCE_MAX, so that their squares stay
+ * finite. */
+#define GATHER_DISTANCE_MAX 1e16f
+void gather_tile(const struct plan *plan, const struct samples *samples, struct rect tile,
+                 struct patch *patch);

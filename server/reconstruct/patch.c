@@ -1,0 +1,107 @@
+#include "server/reconstruct/patch.h"
+
+#include <stdlib.h>
+
+#include "proto/samples.h"
+
+/* Arrays start on cache lines, so that vector loops start aligned. */
+#define ALIGN_BYTES 64u
+
+/* Walks over the arrays that a plan has: first to add up sizes (memory NULL), then to hand out. */
+struct carver {
+    uint8_t *memory;
+    size_t area;
+    size_t used_bytes;
+};
+
+static void *carve(struct carver *c, size_t element_bytes)
+{
+    size_t size_bytes = (c->area * element_bytes + ALIGN_BYTES - 1) / ALIGN_BYTES * ALIGN_BYTES;
+    void *at = c->memory ? c->memory + c->used_bytes : NULL;
+    c->used_bytes += size_bytes;
+    return at;
+}
+
+static void carve_rgb(struct carver *c, float *out[3])
+{
+    for (int i = 0; i < 3; i++) out[i] = carve(c, sizeof(float));
+}
+
+static void carve_subs(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    for (uint32_t k = 0; k < plan->sub_samples; k++) {
+        if (plan->planes >> PLANE_SUB_DEPTH & 1u) p->sub_depth[k] = carve(c, sizeof(float));
+        if (plan->planes >> PLANE_SUB_NORMAL & 1u) carve_rgb(c, p->sub_normal[k]);
+        if (plan->planes >> PLANE_SUB_ALBEDO & 1u) carve_rgb(c, p->sub_albedo[k]);
+        if (plan->planes >> PLANE_SUB_ID & 1u) p->sub_id[k] = carve(c, sizeof(uint32_t));
+    }
+}
+
+static void carve_indirect(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    size_t strata = (size_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    if (plan->planes >> PLANE_INDIRECT_MEAN & 1u) carve_rgb(c, p->indirect);
+    if (plan->planes >> PLANE_INDIRECT_HALVES & 1u) {
+        carve_rgb(c, p->indirect_even);
+        carve_rgb(c, p->indirect_odd);
+    }
+    if (plan->planes >> PLANE_REFLECTOR & 1u) p->reflector = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_INDIRECT_STRATA & 1u)
+        p->indirect_strata = carve(c, strata * 4 * sizeof(float));
+}
+
+static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)
+{
+    uint32_t planes = plan_light_planes(plan, k);
+    uint32_t l = plan->lights[k].strata_per_axis;
+    struct patch_light *light = &p->lights[k];
+    if (planes >> LIGHT_PLANE_IRRADIANCE & 1u) light->irradiance = carve(c, sizeof(float));
+    if (planes >> LIGHT_PLANE_VISIBILITY & 1u) light->visibility = carve(c, (l * l + 7u) / 8u);
+    if (planes >> LIGHT_PLANE_SLOPES & 1u) {
+        light->slope_min = carve(c, sizeof(float));
+        light->slope_max = carve(c, sizeof(float));
+    }
+}
+
+static void carve_all(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    if (plan->planes >> PLANE_DEPTH & 1u) p->depth = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_NORMAL & 1u) carve_rgb(c, p->normal);
+    if (plan->planes >> PLANE_ALBEDO & 1u) carve_rgb(c, p->albedo);
+    if (plan->planes >> PLANE_ID & 1u) p->id = carve(c, sizeof(uint32_t));
+    carve_subs(c, plan, p);
+    if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
+    carve_indirect(c, plan, p);
+    for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
+}
+
+int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
+{
+    *out = NULL;
+    if (rect_is_empty(rect)) return ERR_RANGE;
+    struct patch *p = calloc(1, sizeof *p);
+    if (!p) return ERR_MEMORY;
+    p->rect = rect;
+    struct carver carver = {.area = (size_t)rect_area(rect)};
+    carve_all(&carver, plan, p);
+    if (carver.used_bytes > 0) {
+        p->memory = aligned_alloc(ALIGN_BYTES, carver.used_bytes);
+        if (!p->memory) {
+            free(p);
+            return ERR_MEMORY;
+        }
+        carver.memory = p->memory;
+        carver.used_bytes = 0;
+        carve_all(&carver, plan, p);
+    }
+    *out = p;
+    return 0;
+}
+
+void patch_destroy(struct patch **patch)
+{
+    if (!*patch) return;
+    free((*patch)->memory);
+    free(*patch);
+    *patch = NULL;
+}
