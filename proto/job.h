@@ -1,10 +1,11 @@
 #pragma once
 /* The job document: read, check with the JSON pointer of the fault, fill in defaults, write.
  *
- * Every field says meaning, unit, range, default. The schema for people is openapi.yaml. The members:
+ * Every field says meaning, unit, range, default. The schema for people is openapi.yaml. The
+ * members:
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool}     asset is required
- *             camera: name, index or {eye, target, up, yfov_deg}
+ *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half"}
  *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
  *   effects   {indirect_bounces}
@@ -12,19 +13,21 @@
  *   filter    {method, mu}
  *   layers    [names]      frames {first, last}      priority
  *
- * Known members of later versions (environment, lens, effects.ambient_occlusion: true, filter methods
- * other than auto and none, target_error, layers filter_width and error) are refused with
- * ERR_UNSUPPORTED and their pointer, never ignored. */
+ * Known members of later versions (environment, lens, effects.ambient_occlusion: true, filter
+ * methods other than auto and none, target_error, max_spp, lens_spp, layers filter_width and error)
+ * are refused with ERR_UNSUPPORTED and their pointer, never ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/json.h"
+#include "proto/path.h"
 #include "proto/plan.h"
 
 /* A file that the scene's main file refers to: its relative name there and its asset. */
 struct job_file {
-    char *path;          /* owned; relative, no "..", no leading "/"; at most LIMIT_PATH_BYTES */
+    char *path; /* owned; relative, no "..", no leading "/"; at most LIMIT_PATH_BYTES */
     struct digest asset;
 };
 
@@ -48,8 +51,8 @@ enum layer {
     LAYER_ALBEDO = 1u << 3,
     LAYER_NORMAL = 1u << 4,
     LAYER_DEPTH = 1u << 5,
-    LAYER_SAMPLES = 1u << 6,      /* samples per pixel: light and bounce rays */
-    LAYER_VISIBILITY = 1u << 7,   /* mean over the area lights' strata */
+    LAYER_SAMPLES = 1u << 6,    /* samples per pixel: light and bounce rays */
+    LAYER_VISIBILITY = 1u << 7, /* mean over the area lights' strata */
     LAYER_SLOPE_MIN = 1u << 8,
     LAYER_SLOPE_MAX = 1u << 9,
     LAYER_EMISSION = 1u << 10,
@@ -65,8 +68,8 @@ enum layer {
 enum pixel_type { PIXEL_FLOAT, PIXEL_HALF };
 
 struct job {
-    struct digest scene;       /* asset of the main file */
-    struct job_file *files;    /* owned */
+    struct digest scene;    /* asset of the main file */
+    struct job_file *files; /* owned; in order of their paths */
     uint32_t file_count;
     struct job_camera camera;
     int32_t width_px, height_px; /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
@@ -74,20 +77,20 @@ struct job {
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
-    uint32_t indirect_bounces;   /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
-    uint32_t spp;                /* 1..LIMIT_SPP, rounded up to a square; default 9 */
-    uint32_t light_spp, indirect_spp; /* 0: spp */
-    uint64_t seed;               /* 0..2^53; default 1 */
-    enum filter_method method;   /* default auto */
-    float mu;                    /* (0, 100]; default 1 */
-    uint32_t layers;             /* default beauty */
-    int32_t first_frame, last_frame; /* default 1, 1 */
-    int32_t priority;            /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
-    int32_t tile_px;             /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 32 */
+    uint32_t indirect_bounces;              /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
+    uint32_t spp;                           /* 1..LIMIT_SPP, rounded up to a square; default 9 */
+    uint32_t light_spp, indirect_spp;       /* 0: spp */
+    uint64_t seed;                          /* 0..2^53; default 1 */
+    enum filter_method method;              /* default auto */
+    float mu;                               /* (0, 100]; default 1 */
+    uint32_t layers;                        /* default beauty */
+    int32_t first_frame, last_frame;        /* 0..2^30; default 1, and first */
+    int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
+    int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 32 */
 };
 
-/* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence, and
- * *out needs no fini. On success the caller owns *out and calls job_fini. */
+/* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,
+ * and *out needs no fini. On success the caller owns *out and calls job_fini. */
 int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault);
 void job_fini(struct job *job);
 
@@ -103,12 +106,3 @@ const char *layer_name(enum layer layer);
 /* The bit, or 0. */
 uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
-
-/* Reads JSON with the project's rules: at most limit_bytes, no duplicates, depth at most
- * LIMIT_JSON_DEPTH, valid UTF-8. */
-int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
-              struct fault *fault);
-
-/* True for a path that stays inside its folder: relative, no empty, "." or ".." part, no backslash,
- * no control character, within LIMIT_PATH_BYTES. */
-bool path_is_inside(const char *path);

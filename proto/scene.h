@@ -62,10 +62,10 @@ struct scene_info {
 
 enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 
-/* One glTF primitive or OBJ group: one material. A triangle belongs to one mesh at most. A material
- * may refer to a UV set that the mesh lacks: its texture then reads at (0, 0). Optional arrays run parallel to the positions of
- * the same mesh. Where a mesh lacks them the first_ index is 0 and nothing is read. MESH_IS_LIGHT:
- * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
+/* One glTF primitive or OBJ group: one material. A triangle belongs to one mesh at most. Optional
+ * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index is
+ * 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT: its
+ * emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
 struct scene_mesh {
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;

@@ -1,0 +1,91 @@
+#include "proto/job.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job_words.h"
+
+const struct json_choice job_layer_words[] = {
+    {"beauty", LAYER_BEAUTY, NULL},
+    {"direct", LAYER_DIRECT, NULL},
+    {"indirect", LAYER_INDIRECT, NULL},
+    {"albedo", LAYER_ALBEDO, NULL},
+    {"normal", LAYER_NORMAL, NULL},
+    {"depth", LAYER_DEPTH, NULL},
+    {"samples", LAYER_SAMPLES, NULL},
+    {"visibility", LAYER_VISIBILITY, NULL},
+    {"slope_min", LAYER_SLOPE_MIN, NULL},
+    {"slope_max", LAYER_SLOPE_MAX, NULL},
+    {"emission", LAYER_EMISSION, NULL},
+    {"id", LAYER_ID, NULL},
+    {"filter_width", LAYER_FILTER_WIDTH, "the layer filter_width is not in this version"},
+    {"error", LAYER_ERROR, "the layer error is not in this version"},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_method_words[] = {
+    {"auto", FILTER_AUTO, NULL},
+    {"none", FILTER_NONE, NULL},
+    {"sheared", FILTER_SHEARED, "the sheared filter is not in this version"},
+    {"axis_aligned", FILTER_AXIS_ALIGNED, "the axis-aligned filter is not in this version"},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_pixel_type_words[] = {
+    {"float", PIXEL_FLOAT, NULL},
+    {"half", PIXEL_HALF, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_light_type_words[] = {
+    {"point", LIGHT_POINT, NULL},
+    {"spot", LIGHT_SPOT, NULL},
+    {"directional", LIGHT_DIRECTIONAL, NULL},
+    {"rectangle", LIGHT_RECTANGLE, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_profile_words[] = {
+    {"uniform", PROFILE_UNIFORM, NULL},
+    {"gaussian", PROFILE_GAUSSIAN, NULL},
+    {NULL, 0, NULL},
+};
+
+const char *job_word(const struct json_choice *words, uint32_t value)
+{
+    for (; words->name; words++)
+        if (words->value == value) return words->name;
+    return NULL;
+}
+
+const char *layer_name(enum layer layer)
+{
+    return job_word(job_layer_words, layer);
+}
+
+uint32_t layer_from_name(const char *name)
+{
+    for (const struct json_choice *w = job_layer_words; w->name; w++)
+        if (strcmp(w->name, name) == 0) return w->value;
+    return 0;
+}
+
+const char *filter_method_name(enum filter_method method)
+{
+    return job_word(job_method_words, method);
+}
+
+uint32_t job_strata_per_axis(uint32_t spp)
+{
+    uint32_t l = 1;
+    while (l * l < spp && l < LIMIT_STRATA_PER_AXIS) l++;
+    return l;
+}
+
+void job_fini(struct job *job)
+{
+    for (uint32_t i = 0; i < job->file_count; i++) free(job->files[i].path);
+    free(job->files);
+    job->files = NULL;
+    job->file_count = 0;
+}

@@ -1,0 +1,360 @@
+/* The job document's tables, and what its members must have to do with each other. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job.h"
+#include "proto/job_lights.h"
+#include "proto/job_words.h"
+
+#define SEED_MAX         9007199254740992.0 /* 2^53: exact in every JSON reader */
+#define FRAME_MAX        1073741824.0       /* 2^30 */
+#define LAST_FRAME_UNSET (-1)
+
+#define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
+
+#define JOB(member)    offsetof(struct job, member)
+#define CAMERA(member) offsetof(struct job_camera, member)
+
+static int read_digest(struct json_cursor *at, const json_t *v, struct digest *out)
+{
+    const int error = json_cursor_expect(at, v, JSON_STRING, "a SHA-256 digest");
+    if (error) return error;
+    if (digest_from_hex(json_string_value(v), out) == 0) return 0;
+    return json_cursor_refuse(at, ERR_SYNTAX, "it is not 64 lower-case hexadecimal digits");
+}
+
+static int read_asset(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    (void)m;
+    return read_digest(at, v, &((struct job *)o)->scene);
+}
+
+static int read_file(struct json_cursor *at, const char *path, const json_t *v, struct job *job)
+{
+    struct job_file *file = &job->files[job->file_count];
+    if (!path_is_inside(path))
+        return json_cursor_refuse(at, ERR_RANGE,
+                                  "the path does not stay inside the scene's folder");
+    const int error = read_digest(at, v, &file->asset);
+    if (error) return error;
+    file->path = strdup(path);
+    if (!file->path) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+    job->file_count++;
+    return 0;
+}
+
+static int file_order(const void *a, const void *b)
+{
+    return strcmp(((const struct job_file *)a)->path, ((const struct job_file *)b)->path);
+}
+
+static int read_files(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    struct job *job = o;
+    const char *path;
+    json_t *child;
+    int error = json_cursor_expect(at, v, JSON_OBJECT, "an object of digests");
+    (void)m;
+    if (error) return error;
+    const size_t count = json_object_size(v);
+    if (count > LIMIT_SCENE_FILES)
+        return json_cursor_refuse(at, ERR_LIMIT, "%zu files are above the limit of %d", count,
+                                  LIMIT_SCENE_FILES);
+    if (count == 0) return 0;
+    job->files = calloc(count, sizeof *job->files);
+    if (!job->files) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+    json_object_foreach((json_t *)(uintptr_t)v, path, child)
+    {
+        const size_t length = json_cursor_enter(at, path);
+        error = read_file(at, path, child, job);
+        if (error) return error;
+        json_cursor_leave(at, length);
+    }
+    qsort(job->files, job->file_count, sizeof *job->files, file_order);
+    return 0;
+}
+
+#define VECTOR(vector, must)                                                                       \
+    {                                                                                              \
+        .name = #vector, .read = json_member_f32x3, .offset = CAMERA(vector),                      \
+        .min = -LIMIT_COORDINATE, .max = LIMIT_COORDINATE, .required = (must)                      \
+    }
+
+static const struct json_member look_at_members[] = {
+    VECTOR(eye, true),
+    VECTOR(target, true),
+    VECTOR(up, false),
+    {.name = "yfov_deg", .read = json_member_f32, .offset = CAMERA(yfov_deg), .min = 0, .max = 179},
+    {.name = NULL}};
+
+/* Eye, target and up must span a frame. */
+static int check_look_at(struct json_cursor *at, const struct job_camera *c)
+{
+    double view[3], up[3], side[3];
+    for (int i = 0; i < 3; i++) {
+        view[i] = (double)c->target[i] - (double)c->eye[i];
+        up[i] = (double)c->up[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        side[i] = view[j] * up[k] - view[k] * up[j];
+    }
+    const double view_length = sqrt(view[0] * view[0] + view[1] * view[1] + view[2] * view[2]);
+    const double up_length = sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
+    const double side_length = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+    if (!(view_length >= 1e-15))
+        return json_cursor_refuse_member(at, "target", ERR_RANGE, "it is where the eye is");
+    if (!(up_length >= 1e-15))
+        return json_cursor_refuse_member(at, "up", ERR_RANGE, "it has no length");
+    if (!(side_length > 1e-5 * view_length * up_length))
+        return json_cursor_refuse_member(at, "up", ERR_RANGE, "it lies along the view");
+    if (!(c->yfov_deg >= 1e-4f))
+        return json_cursor_refuse_member(at, "yfov_deg", ERR_RANGE, "%.9g is below 0.0001",
+                                         (double)c->yfov_deg);
+    return 0;
+}
+
+static int read_look_at(struct json_cursor *at, const json_t *v, struct job_camera *camera)
+{
+    *camera = (struct job_camera){
+        .kind = JOB_CAMERA_LOOK_AT, .up = {0.0f, 1.0f, 0.0f}, .yfov_deg = 45.0f};
+    const int error = json_cursor_members(at, v, look_at_members, camera);
+    return error ? error : check_look_at(at, camera);
+}
+
+static int read_camera_name(struct json_cursor *at, const json_t *v, struct job_camera *camera)
+{
+    if (json_string_length(v) >= LIMIT_NAME_BYTES)
+        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %d",
+                                  json_string_length(v), LIMIT_NAME_BYTES - 1);
+    camera->kind = JOB_CAMERA_NAME;
+    strcpy(camera->name, json_string_value(v));
+    return 0;
+}
+
+static int read_camera(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                       void *o)
+{
+    struct job_camera *camera = &((struct job *)o)->camera;
+    int64_t index;
+    (void)m;
+    if (json_is_null(v)) return 0;
+    if (json_is_string(v)) return read_camera_name(at, v, camera);
+    if (json_is_object(v)) return read_look_at(at, v, camera);
+    if (!json_is_number(v))
+        return json_cursor_refuse(at, ERR_TYPE,
+                                  "it must be a camera's name, its index or an object");
+    const int error = json_cursor_whole(at, v, 0, LIMIT_CAMERAS - 1, &index);
+    if (error) return error;
+    camera->kind = JOB_CAMERA_INDEX;
+    camera->index = (uint32_t)index;
+    return 0;
+}
+
+static int read_ambient_occlusion(struct json_cursor *at, const struct json_member *m,
+                                  const json_t *v, void *o)
+{
+    (void)m;
+    (void)o;
+    if (json_is_false(v)) return 0;
+    const int error = json_cursor_expect(at, v, JSON_TRUE, "true or false");
+    if (error) return error;
+    return json_cursor_refuse(at, ERR_UNSUPPORTED, "ambient occlusion is not in this version");
+}
+
+static int read_bounces(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                        void *o)
+{
+    int64_t bounces;
+    const int error = json_cursor_whole(at, v, 0, INT32_MAX, &bounces);
+    (void)m;
+    if (error) return error;
+    if (bounces > LIMIT_INDIRECT_BOUNCES)
+        return json_cursor_refuse(at, ERR_UNSUPPORTED,
+                                  "%lld bounces, while this version traces at most %d",
+                                  (long long)bounces, LIMIT_INDIRECT_BOUNCES);
+    ((struct job *)o)->indirect_bounces = (uint32_t)bounces;
+    return 0;
+}
+
+static int read_layers(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                       void *o)
+{
+    static const struct json_member layer = {.read = json_member_choice,
+                                             .choices = job_layer_words};
+    uint32_t layers = 0;
+    int error = json_cursor_expect(at, v, JSON_ARRAY, "an array of layer names");
+    (void)m;
+    if (error) return error;
+    if (json_array_size(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names no layer");
+    for (size_t i = 0; i < json_array_size(v); i++) {
+        uint32_t bit = 0;
+        const size_t length = json_cursor_enter_index(at, i);
+        error = layer.read(at, &layer, json_array_get(v, i), &bit);
+        if (error) return error;
+        if (layers & bit)
+            return json_cursor_refuse(at, ERR_EXISTS, "\"%s\" is named twice", layer_name(bit));
+        layers |= bit;
+        json_cursor_leave(at, length);
+    }
+    ((struct job *)o)->layers = layers;
+    return 0;
+}
+
+#define NUMBER(member, reader, field, least, most)                                                 \
+    {                                                                                              \
+        .name = (member), .read = (reader), .offset = JOB(field), .min = (least), .max = (most)    \
+    }
+#define LATER(member, text)                                                                        \
+    {                                                                                              \
+        .name = (member), .read = json_member_unsupported, .sentence = (text)                      \
+    }
+#define WORD(member, field, words)                                                                 \
+    {                                                                                              \
+        .name = (member), .read = json_member_choice, .offset = JOB(field), .choices = (words)     \
+    }
+
+static const struct json_member scene_members[] = {
+    {.name = "asset", .read = read_asset, .required = true},
+    {.name = "files", .read = read_files},
+    {.name = "camera", .read = read_camera},
+    {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
+    LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
+                  "digest as \"asset\""),
+    {.name = NULL}};
+
+static const struct json_member image_members[] = {
+    NUMBER("width", json_member_i32, width_px, 1, LIMIT_IMAGE_SIDE_PX),
+    NUMBER("height", json_member_i32, height_px, 1, LIMIT_IMAGE_SIDE_PX),
+    WORD("pixel_type", pixel_type, job_pixel_type_words),
+    {.name = NULL}};
+
+static const struct json_member effects_members[] = {
+    {.name = "indirect_bounces", .read = read_bounces},
+    {.name = "ambient_occlusion", .read = read_ambient_occlusion},
+    {.name = NULL}};
+
+static const struct json_member sampling_members[] = {
+    NUMBER("spp", json_member_u32, spp, 1, LIMIT_SPP),
+    NUMBER("light_spp", json_member_u32, light_spp, 0, LIMIT_SPP),
+    NUMBER("indirect_spp", json_member_u32, indirect_spp, 0, LIMIT_SPP),
+    NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
+    NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
+    LATER("lens_spp", "lenses are not in this version"),
+    LATER("target_error", "a stop at a target error is not in this version"),
+    LATER("max_spp", "a stop at a target error is not in this version"),
+    {.name = NULL}};
+
+static const struct json_member filter_members[] = {WORD("method", method, job_method_words),
+                                                    NUMBER("mu", json_member_f32, mu, 0, 100),
+                                                    {.name = NULL}};
+
+static const struct json_member frames_members[] = {
+    NUMBER("first", json_member_i32, first_frame, 0, FRAME_MAX),
+    NUMBER("last", json_member_i32, last_frame, 0, FRAME_MAX),
+    {.name = NULL}};
+
+#define OBJECT(member, table)                                                                      \
+    {                                                                                              \
+        .name = (member), .read = json_member_object, .members = (table)                           \
+    }
+
+static const struct json_member job_members[] = {
+    {.name = "scene", .read = json_member_object, .members = scene_members, .required = true},
+    OBJECT("image", image_members),
+    {.name = "lights", .read = job_lights_read},
+    LATER("environment", "environment light is not in this version"),
+    LATER("lens", "lenses are not in this version"),
+    OBJECT("effects", effects_members),
+    OBJECT("sampling", sampling_members),
+    OBJECT("filter", filter_members),
+    {.name = "layers", .read = read_layers},
+    OBJECT("frames", frames_members),
+    NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
+    {.name = NULL}};
+
+static void set_defaults(struct job *job)
+{
+    *job = (struct job){.camera = {.kind = JOB_CAMERA_DEFAULT},
+                        .width_px = 720,
+                        .height_px = 720,
+                        .pixel_type = PIXEL_FLOAT,
+                        .scene_lights = true,
+                        .indirect_bounces = 1,
+                        .spp = 9,
+                        .seed = 1,
+                        .method = FILTER_AUTO,
+                        .mu = 1.0f,
+                        .layers = LAYER_BEAUTY,
+                        .first_frame = 1,
+                        .last_frame = LAST_FRAME_UNSET,
+                        .tile_px = 32};
+}
+
+static uint32_t round_up_to_square(uint32_t spp)
+{
+    const uint32_t l = job_strata_per_axis(spp);
+    return l * l;
+}
+
+static void finish_sampling(struct job *job)
+{
+    job->spp = round_up_to_square(job->spp);
+    if (job->light_spp) job->light_spp = round_up_to_square(job->light_spp);
+    if (job->indirect_spp) job->indirect_spp = round_up_to_square(job->indirect_spp);
+    if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;
+}
+
+/* Names what the whole document must respect; the cursor stands at its root. */
+static int check_relations(struct json_cursor *at, const struct job *job)
+{
+    const int64_t pixels = (int64_t)job->width_px * job->height_px;
+    const int64_t frames = (int64_t)job->last_frame - job->first_frame + 1;
+    const uint32_t spp = job->light_spp ? job->light_spp : job->spp;
+    const uint32_t l_max = LIMIT_PLANE_STRATA_PER_AXIS;
+    if (pixels > LIMIT_IMAGE_PIXELS) {
+        json_cursor_enter(at, "image");
+        return json_cursor_refuse(at, ERR_LIMIT, "%lld pixels are above the limit of %d",
+                                  (long long)pixels, LIMIT_IMAGE_PIXELS);
+    }
+    if (frames < 1) {
+        json_cursor_enter(at, "frames");
+        return json_cursor_refuse_member(at, "last", ERR_RANGE, "%d is below the first frame %d",
+                                         job->last_frame, job->first_frame);
+    }
+    if (frames > LIMIT_FRAMES) {
+        json_cursor_enter(at, "frames");
+        return json_cursor_refuse(at, ERR_LIMIT, "%lld frames are above the limit of %d",
+                                  (long long)frames, LIMIT_FRAMES);
+    }
+    if (!(job->mu > 0.0f)) {
+        json_cursor_enter(at, "filter");
+        return json_cursor_refuse_member(at, "mu", ERR_RANGE, "%g is not above 0", (double)job->mu);
+    }
+    if ((job->layers & LAYERS_PER_STRATUM) && spp > l_max * l_max) {
+        json_cursor_enter(at, "sampling");
+        return json_cursor_refuse_member(
+            at, job->light_spp ? "light_spp" : "spp", ERR_RANGE,
+            "%u is above %u, the most with layers visibility and slope", spp, l_max * l_max);
+    }
+    return 0;
+}
+
+int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault)
+{
+    struct json_cursor at;
+    json_t *document;
+    int error = json_read(text, size_bytes, LIMIT_JOB_BYTES, &document, fault);
+    if (error) return error;
+    json_cursor_init(&at, fault);
+    set_defaults(out);
+    error = json_cursor_members(&at, document, job_members, out);
+    if (!error) {
+        finish_sampling(out);
+        error = check_relations(&at, out);
+    }
+    json_decref(document);
+    if (error) job_fini(out);
+    return error;
+}

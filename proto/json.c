@@ -1,0 +1,83 @@
+#include "proto/json.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void json_printable(const char *text, char *out, size_t capacity)
+{
+    static const char digits[] = "0123456789abcdef";
+    size_t at = 0;
+    for (; *text; text++) {
+        const unsigned char c = (unsigned char)*text;
+        const bool plain = c >= 0x20 && c < 0x7f;
+        const size_t need = plain ? 1 : 4;
+        if (at + need + sizeof "..." > capacity) {
+            memcpy(out + at, "...", 3);
+            at += 3;
+            break;
+        }
+        if (plain) {
+            out[at++] = (char)c;
+            continue;
+        }
+        out[at++] = '\\';
+        out[at++] = 'x';
+        out[at++] = digits[c >> 4];
+        out[at++] = digits[c & 15];
+    }
+    out[at] = '\0';
+}
+
+/* Deepest nesting of brackets outside strings. jansson recurses, so this comes before it. */
+static size_t nesting(const char *text, size_t size_bytes)
+{
+    size_t depth = 0, deepest = 0;
+    bool in_string = false;
+    for (size_t i = 0; i < size_bytes; i++) {
+        const char c = text[i];
+        if (in_string) {
+            if (c == '\\') i++;
+            if (c == '"') in_string = false;
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '[' || c == '{') {
+            depth++;
+            if (depth > deepest) deepest = depth;
+        } else if ((c == ']' || c == '}') && depth > 0) {
+            depth--;
+        }
+    }
+    return deepest;
+}
+
+static int code_of(enum json_error_code code)
+{
+    switch (code) {
+    case json_error_out_of_memory:
+        return ERR_MEMORY;
+    case json_error_numeric_overflow:
+        return ERR_RANGE;
+    default:
+        return ERR_SYNTAX;
+    }
+}
+
+int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
+              struct fault *fault)
+{
+    json_error_t error;
+    char what[JSON_ERROR_TEXT_LENGTH];
+    if (size_bytes > limit_bytes)
+        return fault_set(fault, ERR_LIMIT, "", "%zu bytes are above the limit of %zu", size_bytes,
+                         limit_bytes);
+    if (size_bytes == 0) return fault_set(fault, ERR_SYNTAX, "", "there is no document");
+    const size_t depth = nesting(text, size_bytes);
+    if (depth > LIMIT_JSON_DEPTH)
+        return fault_set(fault, ERR_LIMIT, "", "it is nested %zu deep, above the limit of %d",
+                         depth, LIMIT_JSON_DEPTH);
+    *out = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    if (*out) return 0;
+    json_printable(error.text, what, sizeof what);
+    return fault_set(fault, code_of(json_error_code(&error)), "", "line %d, column %d: %s",
+                     error.line, error.column, what);
+}
