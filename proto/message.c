@@ -149,9 +149,8 @@ int message_decode_hello(const void *payload, size_t size_bytes, struct message_
     bytes_reader_init(&r, payload, size_bytes);
     memset(m, 0, sizeof *m);
     m->protocol_version = bytes_read_u32(&r);
-    /* What follows is this version's. Of another one only the number is sure, and it is all that a
-     * refusal needs. */
-    if (!r.failed && m->protocol_version != PROTOCOL_VERSION) return ERR_OK;
+    /* Of another version's HELLO only the number is sure, and it is all that a refusal needs. */
+    if (!r.failed && m->protocol_version != PROTOCOL_VERSION) return ERR_VERSION;
     m->capabilities = bytes_read_u32(&r);
     bytes_read_string(&r, m->build_id, sizeof m->build_id);
     bytes_read_string(&r, m->embree_version, sizeof m->embree_version);

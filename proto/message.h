@@ -152,7 +152,9 @@ const char *message_name(uint16_t type);
 /* One pair a message: encode appends the payload (without the frame header) to w, whose `failed`
  * tells of exhausted memory; decode reads a payload, returns 0 or ERR_TRUNCATED, ERR_TRAILING,
  * ERR_LIMIT, ERR_RANGE. For RESULT and BLOB_PART encode writes all but the trailing byte range, which
- * goes out as the frame's tail. */
+ * goes out as the frame's tail. A HELLO of another protocol version yields ERR_VERSION and that
+ * version, all else zero, whatever follows it: so it can be refused with words. Texts that are not
+ * printable UTF-8 are ERR_RANGE to a decoder and cleaned by an encoder. */
 #define MESSAGE(name, number, type, sender, text)                                                  \
     void message_encode_##type(struct bytes_writer *w, const struct message_##type *m);            \
     int message_decode_##type(const void *payload, size_t size_bytes, struct message_##type *m);
