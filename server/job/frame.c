@@ -1,0 +1,171 @@
+#include "server/job/frame.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+#include "server/job/frame_work.h"
+#include "server/reconstruct/block.h"
+
+/* Blocks that may wait for the team before leases pause: their samples stay in memory, about 0.5 MB
+ * a block at 9 spp. */
+#define BLOCKS_OUT_MOST 128
+
+static void destroy(struct frame *f)
+{
+    tile_queue_destroy(&f->tiles);
+    film_destroy(&f->film);
+    image_destroy(&f->image);
+    bytes_writer_fini(&f->plan_bytes);
+    free(f);
+}
+
+int frame_create(const struct frame_options *options, struct frame **out)
+{
+    struct frame *f = calloc(1, sizeof *f);
+    if (!f) return ERR_MEMORY;
+    f->options = *options;
+    f->plan = *options->plan;
+    f->options.plan = &f->plan;
+    f->state = FRAME_QUEUED;
+    bytes_writer_init(&f->plan_bytes);
+    plan_encode(&f->plan_bytes, &f->plan);
+    int error = f->plan_bytes.failed ? ERR_MEMORY : 0;
+    if (!error)
+        error = tile_grid_init(&f->grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px);
+    if (!error) error = tile_queue_create(&f->grid, BLOCK_SIDE_PX, &f->tiles);
+    if (!error) error = film_create(&f->plan, BLOCK_SIDE_PX, block_halo_px(&f->plan), &f->film);
+    if (!error)
+        error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
+    if (error) {
+        destroy(f);
+        return error;
+    }
+    frame_state_go(&f->state, FRAME_RENDERING);
+    *out = f;
+    return 0;
+}
+
+void frame_drop(struct frame **frame)
+{
+    struct frame *f = *frame;
+    *frame = NULL;
+    if (!f) return;
+    assert(!atomic_load(&f->dropped));
+    atomic_store(&f->dropped, true);
+    if (f->tasks == 0) destroy(f);
+}
+
+void frame_task_submit(struct frame *f, struct team_task *task)
+{
+    f->tasks++;
+    team_submit(f->options.team, task);
+}
+
+bool frame_task_over(struct frame *f)
+{
+    assert(f->tasks > 0);
+    f->tasks--;
+    if (!atomic_load(&f->dropped)) return true;
+    if (f->tasks == 0) destroy(f);
+    return false;
+}
+
+void frame_fail(struct frame *f, int code, const char *pointer, const char *detail)
+{
+    struct fault fault;
+    fault_set(&fault, code, pointer, "frame %d: %s", f->options.number, detail);
+    f->options.events.failed(f->options.events.ctx, f, &fault);
+}
+
+uint64_t frame_id(const struct frame *f)
+{
+    return f->options.id;
+}
+
+int32_t frame_number(const struct frame *f)
+{
+    return f->options.number;
+}
+
+enum frame_state frame_state(const struct frame *f)
+{
+    return f->state;
+}
+
+const struct image *frame_image(const struct frame *f)
+{
+    return f->image;
+}
+
+const struct exr_metadata *frame_metadata(const struct frame *f)
+{
+    return &f->options.metadata;
+}
+
+const struct statistics *frame_statistics(const struct frame *f)
+{
+    return &f->statistics;
+}
+
+uint64_t frame_revision(const struct frame *f)
+{
+    return f->blocks_done;
+}
+
+uint32_t frame_tiles_total(const struct frame *f)
+{
+    return tile_queue_count(f->tiles);
+}
+
+uint32_t frame_tiles_landed(const struct frame *f)
+{
+    return tile_queue_landed(f->tiles);
+}
+
+uint32_t frame_tiles_waiting(const struct frame *f)
+{
+    return tile_queue_waiting(f->tiles);
+}
+
+const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
+{
+    *size_bytes = (uint32_t)f->plan_bytes.size_bytes;
+    return f->plan_bytes.data;
+}
+
+bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+{
+    uint32_t tile, generation;
+    if ((f->plan.capabilities & ~capabilities) != 0) return false;
+    if (f->blocks_out > BLOCKS_OUT_MOST) {
+        f->held = true;
+        return false;
+    }
+    if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
+    f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
+    *out = (struct fleet_tile){.frame_id = f->options.id,
+                               .index = tile,
+                               .generation = generation,
+                               .rect = tile_grid_rect(&f->grid, tile)};
+    return true;
+}
+
+bool frame_was_held(struct frame *f)
+{
+    if (!f->held || f->blocks_out > BLOCKS_OUT_MOST / 2) return false;
+    f->held = false;
+    return true;
+}
+
+void frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile)
+{
+    if (!tile_queue_return(f->tiles, worker, tile->index, tile->generation))
+        frame_fail(f, ERR_KILLED, "",
+                   "a tile came back too often without a result; its workers die or give up");
+}
+
+void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault)
+{
+    if (!tile_queue_fault(f->tiles, worker, fault->index, fault->generation))
+        frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
+}

@@ -1,0 +1,75 @@
+#pragma once
+/* One frame in work: its plan, tiles, film and image, from the first lease to the stored files.
+ *
+ * Everything here runs on the loop's thread; decoding, reconstruction and encoding are handed to
+ * the team and come back. A frame that is dropped tells its owner nothing more, and is freed when
+ * the team has let go of it. */
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "proto/plan.h"
+#include "server/fleet/fleet.h"
+#include "server/image/exr.h"
+#include "server/job/state.h"
+#include "server/job/statistics.h"
+#include "server/store/objects.h"
+#include "server/team/team.h"
+
+struct frame;
+
+/* What the owner is told; the frame may be dropped from inside each of these. */
+struct frame_events {
+    void *ctx;
+    /* The verdict on a result that frame_result took over. */
+    void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
+    /* Pixels of `rect` are in the image. */
+    void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
+    /* All tiles have landed: workers may forget the frame. */
+    void (*traced)(void *ctx, struct frame *frame);
+    /* The files are stored as objects. */
+    void (*encoded)(void *ctx, struct frame *frame, const struct digest *exr,
+                    const struct digest *png);
+    void (*failed)(void *ctx, struct frame *frame, const struct fault *fault);
+};
+
+struct frame_options {
+    uint64_t id; /* on the wire */
+    int32_t number;
+    uint32_t layers;
+    struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
+    const struct plan *plan;      /* copied */
+    struct team *team;
+    const struct objects *objects;
+    struct frame_events events;
+};
+
+/* ERR_MEMORY, ERR_LIMIT. The frame starts in state rendering. */
+int frame_create(const struct frame_options *options, struct frame **out);
+
+/* No more events. Nulls the pointer. */
+void frame_drop(struct frame **frame);
+
+uint64_t frame_id(const struct frame *f);
+int32_t frame_number(const struct frame *f);
+enum frame_state frame_state(const struct frame *f);
+const struct image *frame_image(const struct frame *f);
+const struct exr_metadata *frame_metadata(const struct frame *f);
+const struct statistics *frame_statistics(const struct frame *f); /* tiles and CPU so far */
+uint64_t frame_revision(const struct frame *f);                   /* blocks drawn */
+uint32_t frame_tiles_total(const struct frame *f);
+uint32_t frame_tiles_landed(const struct frame *f);
+uint32_t frame_tiles_waiting(const struct frame *f);
+const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
+
+/* The next tile for a worker. False when none waits, or when reconstruction is so far behind that
+ * more samples would only fill memory; frame_was_held then says once that it goes on. */
+bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
+bool frame_was_held(struct frame *f);
+
+/* A verdict, or 0 when *bytes was taken over and `judged` follows. */
+uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_result *result,
+                      uint8_t **bytes, uint32_t size_bytes);
+
+/* A lease that came back; the frame may fail by it (event). */
+void frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile);
+void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault);

@@ -1,0 +1,208 @@
+/* From a result's bytes to pixels: decode on the team, land on the film, reconstruct on the team.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/job/frame_work.h"
+#include "server/reconstruct/block.h"
+
+/* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
+ * looks at the picture while it forms reads no half-written numbers. */
+struct block_task {
+    struct team_task task;
+    struct frame *frame;
+    uint32_t block;
+    struct rect rect;
+    struct image view; /* the frame's channels; only the block's pixels have memory */
+    float *pixels;
+    struct block_statistics statistics;
+    int error;
+};
+
+static void block_run(struct team_task *task)
+{
+    struct block_task *t = (struct block_task *)task;
+    struct frame *f = t->frame;
+    struct patch *patch = NULL;
+    if (atomic_load(&f->dropped)) return;
+    t->error = film_gather(f->film, t->block, &patch);
+    if (!t->error) t->error = block_reconstruct(&f->plan, patch, t->rect, &t->view, &t->statistics);
+    patch_destroy(&patch);
+}
+
+static void copy_pixels(const struct block_task *t, struct image *image)
+{
+    int32_t width = rect_width(t->rect), height = rect_height(t->rect);
+    const float *from = t->pixels;
+    for (uint32_t c = 0; c < image->channel_count; c++)
+        for (int32_t y = 0; y < height; y++, from += width)
+            memcpy(plane_at(&image->channels[c].plane, t->rect.x0, t->rect.y0 + y), from,
+                   (size_t)width * sizeof *from);
+}
+
+static void block_over(struct frame *f, const struct block_task *t)
+{
+    f->blocks_out--;
+    f->statistics.reconstruct_cpu_us += t->task.cpu_us;
+    if (t->error) {
+        frame_fail(f, t->error, "", "reconstruction failed");
+        return;
+    }
+    f->statistics.sub_samples_unmatched += t->statistics.sub_samples_unmatched;
+    f->statistics.pixels_background += t->statistics.pixels_background;
+    copy_pixels(t, f->image);
+    film_block_done(f->film, t->block);
+    f->blocks_done++;
+    if (f->blocks_done == film_block_count(f->film)) frame_encode(f);
+    f->options.events.drawn(f->options.events.ctx, f, t->rect);
+}
+
+static void block_done(struct team_task *task)
+{
+    struct block_task *t = (struct block_task *)task;
+    if (frame_task_over(t->frame)) block_over(t->frame, t);
+    free(t->pixels);
+    free(t);
+}
+
+/* The frame's channels with memory for one block: plane_at(x0, y0) is the block's first pixel. The
+ * address of the image's corner is never read; it is made as a number, since it may lie before the
+ * allocation. */
+static void make_view(const struct image *image, struct rect rect, float *pixels,
+                      struct image *view)
+{
+    ptrdiff_t stride = rect_width(rect), area = stride * rect_height(rect);
+    *view = *image;
+    view->data = pixels;
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        ptrdiff_t corner = (ptrdiff_t)c * area - rect.y0 * stride - rect.x0;
+        struct plane *plane = &view->channels[c].plane;
+        plane->data = (float *)((uintptr_t)pixels + (uintptr_t)corner * sizeof(float));
+        plane->stride = stride;
+    }
+}
+
+static int submit_block(struct frame *f, uint32_t block)
+{
+    struct block_task *t = calloc(1, sizeof *t);
+    if (!t) return ERR_MEMORY;
+    t->rect = film_block_rect(f->film, block);
+    t->pixels = calloc((size_t)rect_area(t->rect) * f->image->channel_count, sizeof *t->pixels);
+    if (!t->pixels) {
+        free(t);
+        return ERR_MEMORY;
+    }
+    t->task = (struct team_task){.run = block_run, .done = block_done};
+    t->frame = f;
+    t->block = block;
+    make_view(f->image, t->rect, t->pixels, &t->view);
+    f->blocks_out++;
+    frame_task_submit(f, &t->task);
+    return 0;
+}
+
+struct decode_task {
+    struct team_task task;
+    struct frame *frame;
+    uint64_t worker;
+    struct message_result result; /* its samples lie in bytes */
+    uint8_t *bytes;               /* owned */
+    struct samples *samples;      /* owned until landed */
+    struct rect rect;
+    int error;
+};
+
+static void decode_run(struct team_task *task)
+{
+    struct decode_task *t = (struct decode_task *)task;
+    struct fault fault;
+    if (atomic_load(&t->frame->dropped)) return;
+    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan,
+                              rect_width(t->rect), rect_height(t->rect), &t->samples, &fault);
+}
+
+static void judge(struct decode_task *t, uint32_t verdict)
+{
+    struct frame *f = t->frame;
+    struct message_ack ack = {.frame_id = f->options.id,
+                              .index = t->result.index,
+                              .generation = t->result.generation,
+                              .verdict = verdict};
+    f->options.events.judged(f->options.events.ctx, f, t->worker, &ack);
+}
+
+/* Exhausted memory here is not the worker's fault: it may send the tile again. */
+static void reject(struct decode_task *t)
+{
+    struct frame *f = t->frame;
+    bool corrupt = t->error != ERR_MEMORY;
+    tile_queue_reject(f->tiles, t->result.index);
+    if (corrupt) f->statistics.results_corrupt++;
+    judge(t, corrupt ? VERDICT_CORRUPT : VERDICT_STALE);
+}
+
+static void land(struct decode_task *t)
+{
+    struct frame *f = t->frame;
+    uint32_t block;
+    int error = film_land(f->film, t->result.index, t->samples);
+    if (error) {
+        frame_fail(f, error, "", "a tile's samples could not be kept");
+        return;
+    }
+    t->samples = NULL;
+    tile_queue_land(f->tiles, t->result.index);
+    counters_add(&f->statistics.counters, &t->result.counters);
+    f->statistics.tiles_done++;
+    while (!error && film_next_ready(f->film, &block)) error = submit_block(f, block);
+    if (error) {
+        frame_fail(f, error, "", "a block could not be reconstructed");
+        return;
+    }
+    /* `traced` comes after the verdict, so that the worker knows its result is in before it is told
+     * to forget the frame. */
+    bool complete = tile_queue_complete(f->tiles);
+    f->tasks++; /* held: the owner may drop the frame */
+    judge(t, VERDICT_ACCEPTED);
+    if (frame_task_over(f) && complete) f->options.events.traced(f->options.events.ctx, f);
+}
+
+static void decode_done(struct team_task *task)
+{
+    struct decode_task *t = (struct decode_task *)task;
+    if (frame_task_over(t->frame)) {
+        t->frame->statistics.decode_cpu_us += t->task.cpu_us;
+        if (t->error)
+            reject(t);
+        else
+            land(t);
+    }
+    samples_destroy(&t->samples);
+    free(t->bytes);
+    free(t);
+}
+
+uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_result *result,
+                      uint8_t **bytes, uint32_t size_bytes)
+{
+    f->statistics.bytes_received += size_bytes;
+    enum verdict verdict = tile_queue_receive(f->tiles, worker, result->index, result->generation);
+    if (verdict != VERDICT_ACCEPTED) {
+        f->statistics.results_dropped++;
+        return verdict;
+    }
+    struct decode_task *t = calloc(1, sizeof *t);
+    if (!t) {
+        tile_queue_reject(f->tiles, result->index);
+        return VERDICT_STALE;
+    }
+    t->task = (struct team_task){.run = decode_run, .done = decode_done};
+    t->frame = f;
+    t->worker = worker;
+    t->result = *result;
+    t->rect = tile_grid_rect(&f->grid, result->index);
+    t->bytes = *bytes;
+    *bytes = NULL;
+    frame_task_submit(f, &t->task);
+    return 0;
+}

@@ -1,0 +1,35 @@
+#pragma once
+/* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
+ * frame_results.c (results to blocks), frame_files.c (image to files). */
+#include <stdatomic.h>
+
+#include "server/film/film.h"
+#include "server/job/frame.h"
+#include "server/job/tile_queue.h"
+
+struct frame {
+    struct frame_options options; /* options.plan points to `plan` */
+    struct plan plan;
+    struct bytes_writer plan_bytes;
+    struct tile_grid grid;
+    struct tile_queue *tiles;
+    struct film *film;
+    struct image *image; /* written and read on the loop's thread, until it is encoded */
+    enum frame_state state;
+    struct statistics statistics;
+    uint32_t blocks_done, blocks_out; /* out: on the team */
+    uint32_t tasks;                   /* on the team, of any kind */
+    bool held;
+    atomic_bool dropped; /* the team skips what is queued */
+};
+
+/* Hands a task to the team, which counts; frame_task_over takes the count back and frees a dropped
+ * frame with its last task. True when the frame is still wanted. */
+void frame_task_submit(struct frame *f, struct team_task *task);
+bool frame_task_over(struct frame *f);
+
+/* Tells the owner; the frame may be gone afterwards. */
+void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
+
+/* Writes EXR and PNG on the team, then `encoded` or `failed`. */
+void frame_encode(struct frame *f);

@@ -1,0 +1,129 @@
+#include "server/job/statistics.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+static uint64_t most(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+void statistics_add(struct statistics *sum, const struct statistics *more)
+{
+    counters_add(&sum->counters, &more->counters);
+    sum->import_cpu_us += more->import_cpu_us;
+    sum->decode_cpu_us += more->decode_cpu_us;
+    sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
+    sum->encode_cpu_us += more->encode_cpu_us;
+    sum->coordinate_cpu_us += more->coordinate_cpu_us;
+    sum->wall_us += more->wall_us;
+    sum->bytes_received += more->bytes_received;
+    sum->tiles_done += more->tiles_done;
+    sum->tiles_reissued += more->tiles_reissued;
+    sum->results_dropped += more->results_dropped;
+    sum->results_corrupt += more->results_corrupt;
+    sum->sub_samples_unmatched += more->sub_samples_unmatched;
+    sum->pixels_background += more->pixels_background;
+    sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
+    sum->worker_peak_rss_bytes = most(sum->worker_peak_rss_bytes, more->worker_peak_rss_bytes);
+}
+
+/* Where each number lies in the JSON: one table for both ways. */
+struct line {
+    const char *group, *key; /* group NULL: at the top */
+    size_t offset;
+    bool seconds; /* microseconds here, seconds there */
+};
+#define COUNTED(name)                                                                              \
+    offsetof(struct statistics, counters.value) + sizeof(uint64_t) * COUNTER_##name
+#define FIELD(name) offsetof(struct statistics, name)
+
+static const struct line lines[] = {
+    {"cpu_s", "import", FIELD(import_cpu_us), true},
+    {"cpu_s", "build", COUNTED(BUILD_CPU_US), true},
+    {"cpu_s", "trace", COUNTED(TRACE_CPU_US), true},
+    {"cpu_s", "pack", COUNTED(PACK_CPU_US), true},
+    {"cpu_s", "decode", FIELD(decode_cpu_us), true},
+    {"cpu_s", "reconstruct", FIELD(reconstruct_cpu_us), true},
+    {"cpu_s", "encode", FIELD(encode_cpu_us), true},
+    {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
+    {NULL, "wall_s", FIELD(wall_us), true},
+    {"tiles", "done", FIELD(tiles_done), false},
+    {"tiles", "reissued", FIELD(tiles_reissued), false},
+    {"results", "dropped", FIELD(results_dropped), false},
+    {"results", "corrupt", FIELD(results_corrupt), false},
+    {"pixels", "background", FIELD(pixels_background), false},
+    {"pixels", "sub_samples_unmatched", FIELD(sub_samples_unmatched), false},
+    {NULL, "bytes_received", FIELD(bytes_received), false},
+    {"peak_rss_bytes", "server", FIELD(server_peak_rss_bytes), false},
+    {"peak_rss_bytes", "worker", FIELD(worker_peak_rss_bytes), false},
+};
+#define LINE_COUNT (sizeof lines / sizeof lines[0])
+
+static uint64_t get(const struct statistics *s, const struct line *line)
+{
+    uint64_t value;
+    memcpy(&value, (const char *)s + line->offset, sizeof value);
+    return value;
+}
+
+static json_t *group_of(json_t *root, const char *name)
+{
+    json_t *group = json_object_get(root, name);
+    if (group) return group;
+    json_object_set_new(root, name, json_object());
+    return json_object_get(root, name);
+}
+
+/* Counters of the groups rays and skipped stand under their own keys; times are lines above. */
+static bool is_listed(enum counter_id id)
+{
+    return strcmp(counter_group(id), "time") != 0;
+}
+
+json_t *statistics_json(const struct statistics *s)
+{
+    json_t *root = json_object();
+    uint64_t total_us = 0;
+    for (size_t i = 0; i < LINE_COUNT; i++) {
+        const struct line *line = &lines[i];
+        uint64_t value = get(s, line);
+        json_t *into = line->group ? group_of(root, line->group) : root;
+        json_object_set_new(into, line->key,
+                            line->seconds ? json_real((double)value * 1e-6)
+                                          : json_integer((json_int_t)value));
+        if (line->group && !strcmp(line->group, "cpu_s")) total_us += value;
+    }
+    json_object_set_new(group_of(root, "cpu_s"), "total", json_real((double)total_us * 1e-6));
+    for (unsigned i = 0; i < COUNTER_COUNT; i++)
+        if (is_listed((enum counter_id)i))
+            json_object_set_new(group_of(root, counter_group((enum counter_id)i)),
+                                counter_key((enum counter_id)i),
+                                json_integer((json_int_t)s->counters.value[i]));
+    return root;
+}
+
+static uint64_t number_of(const json_t *json, double scale)
+{
+    double value = json_number_value(json) * scale;
+    return value > 0 && value < 9e15 ? (uint64_t)llround(value) : 0;
+}
+
+void statistics_read(const json_t *json, struct statistics *out)
+{
+    memset(out, 0, sizeof *out);
+    for (size_t i = 0; i < LINE_COUNT; i++) {
+        const struct line *line = &lines[i];
+        const json_t *from = line->group ? json_object_get(json, line->group) : json;
+        uint64_t value = number_of(json_object_get(from, line->key), line->seconds ? 1e6 : 1);
+        memcpy((char *)out + line->offset, &value, sizeof value);
+    }
+    for (unsigned i = 0; i < COUNTER_COUNT; i++) {
+        const json_t *group = json_object_get(json, counter_group((enum counter_id)i));
+        if (is_listed((enum counter_id)i))
+            out->counters.value[i] =
+                number_of(json_object_get(group, counter_key((enum counter_id)i)), 1);
+    }
+}

@@ -1,0 +1,33 @@
+#pragma once
+/* What a job cost: rays, skips, CPU time by stage, bytes. The numbers of --stats. */
+#include <jansson.h>
+#include <stdint.h>
+
+#include "proto/counter.h"
+
+struct statistics {
+    struct counters counters; /* summed over accepted results */
+    uint64_t import_cpu_us;
+    uint64_t decode_cpu_us; /* unpacking and checking samples */
+    uint64_t reconstruct_cpu_us;
+    uint64_t encode_cpu_us;     /* EXR and PNG */
+    uint64_t coordinate_cpu_us; /* the loop's thread while the job was in work: all else */
+    uint64_t wall_us;           /* from import to the last file */
+    uint64_t bytes_received;    /* samples as they came over the wire */
+    uint64_t tiles_done, tiles_reissued;
+    uint64_t results_dropped; /* duplicate, stale, foreign */
+    uint64_t results_corrupt;
+    uint64_t sub_samples_unmatched, pixels_background;
+    uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;
+};
+
+/* Sums; peaks are maxima. */
+void statistics_add(struct statistics *sum, const struct statistics *more);
+
+/* {cpu_s {import, build, trace, pack, decode, reconstruct, encode, coordinate, total}, wall_s,
+ * rays {...}, skipped {...}, tiles {done, reissued}, results {dropped, corrupt}, bytes_received,
+ * peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
+json_t *statistics_json(const struct statistics *s);
+
+/* The other way, as far as the members are there: a job goes on counting after a restart. */
+void statistics_read(const json_t *json, struct statistics *out);
