@@ -1,0 +1,182 @@
+#include "server/reconstruct/compose.h"
+
+#include <string.h>
+
+/* The image's planes by what goes into them; NULL where the image has none. */
+struct targets {
+    const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
+    bool resolved; /* any of the above but emission alone */
+};
+
+static void find_planes(const struct image *image, const char *const *names, int count,
+                        const struct plane **out)
+{
+    for (int c = 0; c < count; c++) out[c] = image_plane(image, names[c]);
+}
+
+static void find_targets(const struct image *image, struct targets *t)
+{
+    static const char *const beauty[] = {"R", "G", "B", "A"};
+    static const char *const direct[] = {"direct.R", "direct.G", "direct.B"};
+    static const char *const indirect[] = {"indirect.R", "indirect.G", "indirect.B"};
+    static const char *const emission[] = {"emission.R", "emission.G", "emission.B"};
+    static const char *const albedo[] = {"albedo.R", "albedo.G", "albedo.B"};
+    find_planes(image, beauty, 4, t->beauty);
+    find_planes(image, direct, 3, t->direct);
+    find_planes(image, indirect, 3, t->indirect);
+    find_planes(image, emission, 3, t->emission);
+    find_planes(image, albedo, 3, t->albedo);
+    t->resolved = t->beauty[0] || t->direct[0] || t->indirect[0] || t->albedo[0];
+}
+
+static void put(const struct plane *plane, int32_t x, int32_t y, float value)
+{
+    if (plane) *plane_at(plane, x, y) = value;
+}
+
+static void put_resolved(const struct targets *t, int32_t x, int32_t y, const struct resolved *p,
+                         const float emission[3])
+{
+    for (int c = 0; c < 3; c++) {
+        put(t->beauty[c], x, y, p->total[c] + emission[c]);
+        put(t->direct[c], x, y, p->direct[c]);
+        put(t->indirect[c], x, y, p->indirect[c]);
+        put(t->albedo[c], x, y, p->albedo[c]);
+    }
+    put(t->beauty[3], x, y, p->coverage);
+}
+
+static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
+{
+    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
+           (size_t)(x - patch->rect.x0);
+}
+
+static void compose_light(const struct resolver *r, const struct targets *t, struct rect block,
+                          struct block_statistics *statistics)
+{
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        size_t i = patch_index(r->patch, block.x0, y);
+        for (int32_t x = block.x0; x < block.x1; x++, i++) {
+            struct resolved pixel;
+            float emission[3] = {0.0f, 0.0f, 0.0f};
+            for (int c = 0; c < 3 && r->patch->emission[0]; c++) {
+                emission[c] = r->patch->emission[c][i];
+                put(t->emission[c], x, y, emission[c]);
+            }
+            if (!t->resolved) continue;
+            resolve_pixel(r, i, &pixel);
+            put_resolved(t, x, y, &pixel, emission);
+            statistics->sub_samples_unmatched += pixel.unmatched;
+            statistics->pixels_background += pixel.coverage == 0.0f;
+        }
+    }
+}
+
+/* A plane of the patch as it is; NULL leaves zeros. */
+static void copy_plane(const struct patch *patch, const float *in, struct rect block,
+                       const struct plane *out)
+{
+    if (!in || !out) return;
+    size_t size_bytes = (size_t)rect_width(block) * sizeof(float);
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        memcpy(plane_at(out, block.x0, y), in + patch_index(patch, block.x0, y), size_bytes);
+    }
+}
+
+static void compose_ids(const struct patch *patch, struct rect block, const struct plane *out)
+{
+    if (!out || !patch->id) return;
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        const uint32_t *in = patch->id + patch_index(patch, block.x0, y);
+        float *to = plane_at(out, block.x0, y);
+        /* At most LIMIT_INSTANCES + 1, far below 2^24: exact. */
+        for (int32_t x = 0; x < rect_width(block); x++) to[x] = (float)in[x];
+    }
+}
+
+static void compose_geometry(const struct patch *patch, struct rect block, struct image *image)
+{
+    static const char *const normal[] = {"normal.X", "normal.Y", "normal.Z"};
+    for (int c = 0; c < 3; c++) {
+        copy_plane(patch, patch->normal[c], block, image_plane(image, normal[c]));
+    }
+    copy_plane(patch, patch->depth, block, image_plane(image, "depth.Z"));
+    compose_ids(patch, block, image_plane(image, "id.I"));
+}
+
+static uint32_t light_strata(const struct plan *plan, uint32_t k)
+{
+    return plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
+}
+
+static void compose_samples(const struct resolver *r, struct rect block, const struct plane *out)
+{
+    const struct plan *plan = r->plan;
+    uint32_t rays = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    if (!out) return;
+    for (uint32_t k = 0; k < plan->light_count; k++) rays += light_strata(plan, k);
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        size_t i = patch_index(r->patch, block.x0, y);
+        for (int32_t x = block.x0; x < block.x1; x++, i++) {
+            *plane_at(out, x, y) = resolve_has_surface(r, i) ? (float)rays : 0.0f;
+        }
+    }
+}
+
+static uint32_t seen_strata(const struct patch *patch, uint32_t k, uint32_t bytes, size_t i)
+{
+    size_t area = (size_t)rect_area(patch->rect);
+    uint32_t seen = 0;
+    for (uint32_t b = 0; b < bytes; b++) {
+        seen += (uint32_t)__builtin_popcount(patch->lights[k].visibility[b * area + i]);
+    }
+    return seen;
+}
+
+static float visibility(const struct resolver *r, size_t i)
+{
+    uint32_t seen = 0, all = 0;
+    if (!resolve_has_surface(r, i)) return 0.0f;
+    for (uint32_t k = 0; k < r->plan->light_count; k++) {
+        uint32_t strata = light_strata(r->plan, k);
+        if (!r->patch->lights[k].visibility || r->plan->lights[k].type != LIGHT_RECTANGLE) continue;
+        seen += seen_strata(r->patch, k, (strata + 7) / 8, i);
+        all += strata;
+    }
+    return all > 0 ? (float)seen / (float)all : 1.0f;
+}
+
+static void compose_visibility(const struct resolver *r, struct rect block, const struct plane *out)
+{
+    if (!out) return;
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        size_t i = patch_index(r->patch, block.x0, y);
+        for (int32_t x = block.x0; x < block.x1; x++, i++) {
+            *plane_at(out, x, y) = visibility(r, i);
+        }
+    }
+}
+
+static void compose_slopes(const struct resolver *r, struct rect block, struct image *image)
+{
+    for (uint32_t k = 0; k < r->plan->light_count; k++) {
+        const struct patch_light *light = &r->patch->lights[k];
+        if (!light->slope_min) continue;
+        copy_plane(r->patch, light->slope_min, block, image_plane(image, "slope_min.S"));
+        copy_plane(r->patch, light->slope_max, block, image_plane(image, "slope_max.S"));
+        return;
+    }
+}
+
+void compose_block(const struct resolver *resolver, struct rect block, struct image *image,
+                   struct block_statistics *statistics)
+{
+    struct targets targets;
+    find_targets(image, &targets);
+    compose_light(resolver, &targets, block, statistics);
+    compose_geometry(resolver->patch, block, image);
+    compose_samples(resolver, block, image_plane(image, "samples.N"));
+    compose_visibility(resolver, block, image_plane(image, "visibility.V"));
+    compose_slopes(resolver, block, image);
+}

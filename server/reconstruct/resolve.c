@@ -1,0 +1,227 @@
+#include "server/reconstruct/resolve.h"
+
+#include <math.h>
+
+/* Less than this is nobody's surface. */
+#define WEIGHT_MIN 1e-6f
+
+/* Even a far corner of the neighbourhood counts where it is the only match. */
+#define TENT_MIN 0.05f
+
+/* A pixel that may lend its lighting. */
+struct lender {
+    size_t pixel;
+    float weight;
+};
+
+/* The pixels that lend lighting to one sub-sample; weights sum to 1. None: unlit. */
+struct lenders {
+    struct lender items[9];
+    int count;
+    bool unmatched;
+};
+
+void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,
+                   const struct lighting *lighting)
+{
+    r->plan = plan;
+    r->patch = patch;
+    r->lighting = lighting;
+    surface_view_init(&r->view, plan);
+    bool comparable = patch->depth && patch->normal[0] && patch->albedo[0] && patch->sub_depth[0] &&
+                      patch->sub_normal[0][0] && patch->sub_albedo[0][0];
+    r->subs = comparable ? plan->sub_samples : 0;
+    r->share = 1.0f / (float)(1 + r->subs);
+}
+
+bool resolve_has_surface(const struct resolver *r, size_t i)
+{
+    const struct patch *p = r->patch;
+    if (p->depth) return p->depth[i] > 0.0f;
+    return !p->id || p->id[i] > 0;
+}
+
+/* -- which pixels lend their lighting -- */
+
+static void add_lender(struct lenders *l, size_t pixel, float weight)
+{
+    if (weight > 0.0f) l->items[l->count++] = (struct lender){pixel, weight};
+}
+
+/* The part of the 3 x 3 pixels around pixel i that the patch has: offsets in columns and rows. */
+static struct rect around(const struct patch *patch, size_t i)
+{
+    int32_t width = rect_width(patch->rect), height = rect_height(patch->rect);
+    int32_t x = (int32_t)(i % (size_t)width), y = (int32_t)(i / (size_t)width);
+    return (struct rect){x > 0 ? -1 : 0, y > 0 ? -1 : 0, x + 1 < width ? 2 : 1,
+                         y + 1 < height ? 2 : 1};
+}
+
+static float tent(float offset, int32_t step)
+{
+    return fmaxf(1.5f - fabsf(offset - 0.5f - (float)step), TENT_MIN);
+}
+
+/* Pixel i + (dx, dy) of the patch. */
+static size_t neighbour(const struct patch *patch, size_t i, int32_t dx, int32_t dy)
+{
+    return (size_t)((int64_t)i + (int64_t)dy * rect_width(patch->rect) + dx);
+}
+
+static void weigh_neighbours(const struct resolver *r, size_t i, const struct surface *sub,
+                             const float offset[2], float left, struct lenders *l)
+{
+    struct rect a = around(r->patch, i);
+    for (int32_t dy = a.y0; dy < a.y1; dy++) {
+        for (int32_t dx = a.x0; dx < a.x1; dx++) {
+            struct surface pixel;
+            if (dx == 0 && dy == 0) continue;
+            size_t q = neighbour(r->patch, i, dx, dy);
+            if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
+            float k = tent(offset[0], dx) * tent(offset[1], dy) * 0.125f;
+            add_lender(l, q, left * k * surface_match(&r->view, sub, &pixel));
+        }
+    }
+}
+
+static void take_nearest(const struct resolver *r, size_t i, const struct surface *sub,
+                         struct lenders *l)
+{
+    struct rect a = around(r->patch, i);
+    float least = INFINITY;
+    l->count = 0;
+    for (int32_t dy = a.y0; dy < a.y1; dy++) {
+        for (int32_t dx = a.x0; dx < a.x1; dx++) {
+            struct surface pixel;
+            size_t q = neighbour(r->patch, i, dx, dy);
+            if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
+            float mismatch = surface_mismatch(&r->view, sub, &pixel);
+            if (!(mismatch < least)) continue;
+            least = mismatch;
+            l->items[0] = (struct lender){q, 1.0f};
+            l->count = 1;
+        }
+    }
+}
+
+/* Scales the weights to a sum of 1; false when there is next to nothing. */
+static bool normalise(struct lenders *l)
+{
+    float sum = 0.0f;
+    for (int n = 0; n < l->count; n++) sum += l->items[n].weight;
+    if (!(sum >= WEIGHT_MIN)) return false;
+    for (int n = 0; n < l->count; n++) l->items[n].weight /= sum;
+    return true;
+}
+
+static void find_lenders(const struct resolver *r, size_t i, const struct surface *sub,
+                         const float offset[2], struct lenders *l)
+{
+    struct surface own;
+    *l = (struct lenders){.count = 0};
+    float match = 0.0f;
+    if (surface_of_pixel(&r->view, r->patch, i, &own)) match = surface_match(&r->view, sub, &own);
+    add_lender(l, i, match);
+    if (match < 1.0f) weigh_neighbours(r, i, sub, offset, 1.0f - match, l);
+    if (normalise(l)) return;
+    l->unmatched = true;
+    take_nearest(r, i, sub, l);
+}
+
+/* -- what a sub-sample sends out -- */
+
+/* A weighted mean of one channel, as a base plus differences, so that a constant field stays what
+ * it is to the last bit. The base has the largest weight: what is left is below 8/9, and the result
+ * stays between the values. */
+static float blend(const struct lenders *l, const float *channel)
+{
+    int base = 0;
+    for (int n = 1; n < l->count; n++) {
+        if (l->items[n].weight > l->items[base].weight) base = n;
+    }
+    float value = channel[l->items[base].pixel], sum = value;
+    for (int n = 0; n < l->count; n++) {
+        if (n != base) sum += l->items[n].weight * (channel[l->items[n].pixel] - value);
+    }
+    return fmaxf(sum, 0.0f);
+}
+
+static void add_lit(const struct resolver *r, const struct lenders *l, const float albedo[3],
+                    struct resolved *sum)
+{
+    if (l->count == 0) return;
+    for (int c = 0; c < 3; c++) {
+        sum->direct[c] += albedo[c] * blend(l, r->lighting->direct[c]);
+        sum->indirect[c] += albedo[c] * blend(l, r->lighting->indirect[c]);
+        sum->total[c] += albedo[c] * blend(l, r->lighting->total[c]);
+    }
+}
+
+static void pixel_offset(const struct resolver *r, size_t i, uint32_t k, float offset[2])
+{
+    const struct rect *rect = &r->patch->rect;
+    size_t width = (size_t)rect_width(*rect);
+    int32_t x = rect->x0 + (int32_t)(i % width), y = rect->y0 + (int32_t)(i / width);
+    pattern_pixel(&r->plan->pattern, x, y, k, r->plan->sub_samples, offset);
+}
+
+/* A sub-sample that is not plainly its own pixel's surface. */
+static void add_foreign_sub(const struct resolver *r, size_t i, uint32_t k, struct resolved *sum)
+{
+    struct surface sub;
+    struct lenders lenders;
+    float offset[2], albedo[3];
+    pixel_offset(r, i, k, offset);
+    if (!surface_of_sub(&r->view, r->patch, i, k, offset, &sub)) return;
+    for (int c = 0; c < 3; c++) albedo[c] = r->patch->sub_albedo[k][c][i];
+    find_lenders(r, i, &sub, offset, &lenders);
+    add_lit(r, &lenders, albedo, sum);
+    for (int c = 0; c < 3; c++) sum->albedo[c] += albedo[c];
+    sum->coverage += 1.0f;
+    sum->unmatched += lenders.unmatched;
+}
+
+static void add_own(const struct resolver *r, size_t i, const float albedo[3], float samples,
+                    struct resolved *sum)
+{
+    for (int c = 0; c < 3; c++) {
+        sum->direct[c] += albedo[c] * r->lighting->direct[c][i];
+        sum->indirect[c] += albedo[c] * r->lighting->indirect[c][i];
+        sum->total[c] += albedo[c] * r->lighting->total[c][i];
+        sum->albedo[c] += albedo[c];
+    }
+    sum->coverage += samples;
+}
+
+static void scale(struct resolved *out, float share)
+{
+    for (int c = 0; c < 3; c++) {
+        out->direct[c] *= share;
+        out->indirect[c] *= share;
+        out->total[c] *= share;
+        out->albedo[c] *= share;
+    }
+    out->coverage *= share;
+}
+
+void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
+{
+    const struct patch *p = r->patch;
+    float own[3] = {0.0f, 0.0f, 0.0f}; /* albedo of all samples that show the pixel's surface */
+    float samples = 0.0f;
+    *out = (struct resolved){.unmatched = 0};
+    if (resolve_has_surface(r, i)) {
+        for (int c = 0; c < 3; c++) own[c] = p->albedo[0] ? p->albedo[c][i] : 1.0f;
+        samples = 1.0f;
+    }
+    for (uint32_t k = 0; k < r->subs; k++) {
+        if (surface_surely_same(&r->view, p, i, k)) {
+            for (int c = 0; c < 3; c++) own[c] += p->sub_albedo[k][c][i];
+            samples += 1.0f;
+        } else if (p->sub_depth[k][i] > 0.0f) {
+            add_foreign_sub(r, i, k, out);
+        }
+    }
+    if (samples > 0.0f) add_own(r, i, own, samples, out);
+    scale(out, r->share);
+}
