@@ -1,0 +1,146 @@
+/* PROTOCOL.md names every message, counter and verdict with its number, and the limits as they are.
+ * The working directory is the repository. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/frame.h"
+#include "proto/message.h"
+#include "proto/plan.h"
+#include "proto/samples.h"
+#include "proto/scene.h"
+
+#define PATH "proto/PROTOCOL.md"
+
+static char page[262144];
+
+static int read_page(void **state)
+{
+    (void)state;
+    FILE *file = fopen(PATH, "rb");
+    if (file == NULL) return -1;
+    size_t size_bytes = fread(page, 1, sizeof page - 1, file);
+    fclose(file);
+    page[size_bytes] = '\0';
+    return size_bytes > 0 && size_bytes < sizeof page - 1 ? 0 : -1;
+}
+
+static void expect(const char *format, ...) __attribute__((format(printf, 1, 2)));
+static void expect(const char *format, ...)
+{
+    char text[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (strstr(page, text) == NULL) fail_msg("%s does not say: %s", PATH, text);
+}
+
+static void names_every_message(void **state)
+{
+    (void)state;
+#define MESSAGE(name, number, type, sender, text)                                                  \
+    expect("\n| %d | " #name " | " #sender " | %s |\n", number, text);                             \
+    expect("\n**" #name "** (%d)", number);
+#include "proto/message.def"
+#undef MESSAGE
+}
+
+static void names_every_counter(void **state)
+{
+    (void)state;
+#define COUNTER(name, group, key, text)                                                            \
+    expect("\n| %d | " #name " | %s (`" #group "." #key "`) |\n", COUNTER_##name, text);
+#include "proto/counter.def"
+#undef COUNTER
+}
+
+static void names_verdicts(void **state)
+{
+    (void)state;
+    expect("\n| %d | ACCEPTED |", VERDICT_ACCEPTED);
+    expect("\n| %d | DUPLICATE |", VERDICT_DUPLICATE);
+    expect("\n| %d | STALE |", VERDICT_STALE);
+    expect("\n| %d | FOREIGN |", VERDICT_FOREIGN);
+    expect("\n| %d | CORRUPT |", VERDICT_CORRUPT);
+}
+
+static void names_planes(void **state)
+{
+    (void)state;
+    static const char *const planes[] = {
+        "DEPTH",           "NORMAL",     "ALBEDO",         "ID",       "SUB_DEPTH",
+        "SUB_NORMAL",      "SUB_ALBEDO", "SUB_ID",         "EMISSION", "INDIRECT_MEAN",
+        "INDIRECT_HALVES", "REFLECTOR",  "INDIRECT_STRATA"};
+    static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
+    _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
+    _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");
+    for (int i = 0; i < PLANE_ID_COUNT; i++) expect("\n| %d | %s |", i, planes[i]);
+    for (int i = 0; i < LIGHT_PLANE_COUNT; i++) expect("\n| %d | %s |", i, light_planes[i]);
+}
+
+static void sizes_are_true(void **state)
+{
+    (void)state;
+    struct plan *plan = calloc(1, sizeof *plan);
+    struct bytes_writer w;
+    assert_non_null(plan);
+    bytes_writer_init(&w);
+    plan_encode(&w, plan);
+    size_t without_bytes = w.size_bytes;
+    plan->light_count = 1;
+    plan_encode(&w, plan);
+    expect("%zu bytes and %zu a light", without_bytes, w.size_bytes - 2 * without_bytes);
+    bytes_writer_fini(&w);
+    free(plan);
+    expect("Header, %zu bytes", sizeof(struct scene_header));
+    expect("sections, %zu bytes each", sizeof(struct scene_section_entry));
+    expect("| 0 | info | %u bytes", scene_record_bytes(SCENE_INFO));
+    expect("| 6 | meshes | %u bytes", scene_record_bytes(SCENE_MESHES));
+    expect("| 7 | instances | %u bytes", scene_record_bytes(SCENE_INSTANCES));
+    expect("| 8 | materials | %u bytes", scene_record_bytes(SCENE_MATERIALS));
+    expect("| 9 | textures | %u bytes", scene_record_bytes(SCENE_TEXTURES));
+    expect("| 10 | images | %u bytes", scene_record_bytes(SCENE_IMAGES));
+    expect("| 12 | lights | %u bytes", scene_record_bytes(SCENE_LIGHTS));
+    expect("| 13 | cameras | %u bytes", scene_record_bytes(SCENE_CAMERAS));
+    expect("`u32` count of sections (%d)", SCENE_SECTION_COUNT);
+}
+
+/* Numbers that the page repeats in prose. */
+static void limits_are_true(void **state)
+{
+    (void)state;
+    expect("| u32 | protocol_version | %u |", PROTOCOL_VERSION);
+    expect("| u32 | threads | 1…%d |", LIMIT_THREADS);
+    expect("| %u | … | payload |", FRAME_HEADER_BYTES);
+    assert_int_equal(LIMIT_HELLO_BYTES, 4096);
+    expect("4,096 bytes (`LIMIT_HELLO_BYTES`)");
+    assert_int_equal(LIMIT_FRAME_BYTES, 134217728);
+    expect("134,217,728 (`LIMIT_FRAME_BYTES`)");
+    expect("%d (`LIMIT_TILES_IN_HAND`)", LIMIT_TILES_IN_HAND);
+    assert_int_equal(LIMIT_BLOB_PART_BYTES, 1u << 20);
+    expect("1 MiB (`LIMIT_BLOB_PART_BYTES`)");
+    assert_true(LIMIT_BLOB_BYTES == 8ull << 30);
+    assert_int_equal(LIMIT_NAME_BYTES, 256);
+    assert_int_equal(LIMIT_DETAIL_BYTES, 512);
+    expect("sides at most %d px", LIMIT_TILE_SIDE_PX);
+    expect("at most %d, then for each light", LIMIT_LIGHTS);
+    expect("anti-aliasing rays a pixel, 0…%d", LIMIT_SUB_SAMPLES);
+    expect("| u32 | bounces | 0…%d |", LIMIT_INDIRECT_BOUNCES);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(names_every_message), cmocka_unit_test(names_every_counter),
+        cmocka_unit_test(names_verdicts),      cmocka_unit_test(names_planes),
+        cmocka_unit_test(sizes_are_true),      cmocka_unit_test(limits_are_true),
+    };
+    return cmocka_run_group_tests_name("protocol_text", tests, read_page, NULL);
+}
