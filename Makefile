@@ -5,7 +5,9 @@ SHELL := /bin/bash
 VERSION := 0.1.0
 PREFIX  ?= /usr/local
 B       ?= build
-CC      ?= gcc
+ifeq ($(origin CC),default)
+CC      := gcc
+endif
 EXTRA   ?=
 STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
