@@ -132,14 +132,9 @@ void bytes_writer_fini(struct bytes_writer *w)
 static bool writer_grow(struct bytes_writer *w, size_t needed_bytes)
 {
     size_t capacity_bytes = w->capacity_bytes;
+    if (needed_bytes > PTRDIFF_MAX) return false; /* no object is that large */
     if (capacity_bytes < FIRST_CAPACITY_BYTES) capacity_bytes = FIRST_CAPACITY_BYTES;
-    while (capacity_bytes < needed_bytes) {
-        if (capacity_bytes > SIZE_MAX / 2) {
-            capacity_bytes = needed_bytes;
-            break;
-        }
-        capacity_bytes *= 2;
-    }
+    while (capacity_bytes < needed_bytes) capacity_bytes *= 2; /* at most PTRDIFF_MAX + 1 */
     uint8_t *data = realloc(w->data, capacity_bytes);
     if (data == NULL) return false;
     w->data = data;

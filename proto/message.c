@@ -271,12 +271,12 @@ int message_decode_tile(const void *payload, size_t size_bytes, struct message_t
 static void write_counters(struct bytes_writer *w, const struct counters *counters)
 {
     uint16_t count = 0;
-    for (uint16_t i = 0; i < COUNTER_COUNT; i++)
+    for (unsigned i = 0; i < COUNTER_COUNT; i++)
         if (counters->value[i] != 0) count++;
     bytes_write_u16(w, count);
-    for (uint16_t i = 0; i < COUNTER_COUNT; i++) {
+    for (unsigned i = 0; i < COUNTER_COUNT; i++) {
         if (counters->value[i] == 0) continue;
-        bytes_write_u16(w, i);
+        bytes_write_u16(w, (uint16_t)i);
         bytes_write_u64(w, counters->value[i]);
     }
 }

@@ -194,6 +194,11 @@ static void writer_bounds(void **state)
     assert_null(bytes_extend(&w, SIZE_MAX));
     assert_true(w.failed);
     bytes_writer_init(&w);
+    bytes_write_u8(&w, 1);
+    assert_null(bytes_extend(&w, SIZE_MAX)); /* the sum overflows */
+    assert_true(w.failed);
+    bytes_writer_fini(&w);
+    bytes_writer_init(&w);
     assert_non_null(bytes_extend(&w, 0));
     bytes_writer_fini(&w);
 }
