@@ -13,6 +13,7 @@ struct material {
     float normal_scale;
     float alpha_cutoff; /* surfaces with less alpha are not there; 0: opaque */
     bool emissive, double_sided, unlit;
+    bool textured; /* reads UVs at all */
     struct texture base_color_texture, normal_texture, emission_texture;
 };
 

@@ -1,0 +1,58 @@
+#include "worker/scene/light_table.h"
+
+#include <math.h>
+
+/* How far a recognised emitter's triangles may lie from the rectangle that stands for them: a part
+ * of its shorter half side, and the rounding of its coordinates. */
+#define CLEARANCE_PART (1.0f / 8192)
+#define CLEARANCE_ULPS 0x1p-20f
+
+/* A cone's soft edge is at least this wide (as a cosine), so that its slope stays finite. */
+#define CONE_EDGE_MIN 1e-6f
+
+static float length(const float v[3])
+{
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void rectangle_init(struct light *light, const struct plan_light *p)
+{
+    float u = length(p->half_u), v = length(p->half_v), magnitude = 0.0f;
+    for (int i = 0; i < 3; i++) {
+        float reach = fabsf(p->position[i]) + fabsf(p->half_u[i]) + fabsf(p->half_v[i]);
+        magnitude = reach > magnitude ? reach : magnitude;
+    }
+    light->area = 4.0f * u * v; /* the halves are orthogonal: plan_decode checks */
+    float shorter = u < v ? u : v;
+    float part = shorter * CLEARANCE_PART, rounding = magnitude * CLEARANCE_ULPS;
+    light->clearance = part > rounding ? part : rounding;
+}
+
+static void light_init(struct light *light, const struct plan_light *p, double power)
+{
+    *light = (struct light){.plan = p};
+    if (p->type == LIGHT_RECTANGLE) rectangle_init(light, p);
+    float edge = p->cos_inner - p->cos_outer;
+    light->cone_scale = 1.0f / (edge > CONE_EDGE_MIN ? edge : CONE_EDGE_MIN);
+    light->inverse_range = p->range > 0.0f ? 1.0f / p->range : 0.0f;
+    light->probability = (float)((double)p->power / power); /* every power is positive */
+}
+
+void light_table_init(struct light_table *t, const struct plan *plan)
+{
+    double power = 0.0, upto = 0.0;
+    t->count = plan->light_count;
+    for (uint32_t i = 0; i < t->count; i++) power += (double)plan->lights[i].power;
+    for (uint32_t i = 0; i < t->count; i++) {
+        light_init(&t->lights[i], &plan->lights[i], power);
+        upto += (double)plan->lights[i].power;
+        t->lights[i].probability_upto = (float)(upto / power);
+    }
+}
+
+uint32_t light_table_choose(const struct light_table *t, float x)
+{
+    uint32_t i = 0;
+    while (i + 1 < t->count && x >= t->lights[i].probability_upto) i++;
+    return i;
+}

@@ -1,0 +1,212 @@
+#include "worker/scene/render_scene.h"
+
+#include <embree3/rtcore.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "proto/build.h"
+#include "worker/scene/alpha.h"
+
+static char version_text[32];
+static pthread_once_t version_once = PTHREAD_ONCE_INIT;
+
+static void version_read(void)
+{
+    RTCDevice device = rtcNewDevice("threads=1");
+    long major = 0, minor = 0, patch = 0;
+    if (device) {
+        major = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR);
+        minor = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MINOR);
+        patch = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_PATCH);
+        rtcReleaseDevice(device);
+    }
+    snprintf(version_text, sizeof version_text, "%ld.%ld.%ld", major, minor, patch);
+}
+
+const char *render_embree_version(void)
+{
+    pthread_once(&version_once, version_read);
+    return version_text;
+}
+
+static int device_create(struct render_scene *s, uint32_t threads, struct fault *fault)
+{
+    const char *isa = build_isa();
+    if (!isa)
+        return fault_set(fault, ERR_UNSUPPORTED, "cpu",
+                         "this CPU lacks SSE 4.2, which tracing needs");
+    char config[64];
+    snprintf(config, sizeof config, "isa=%s,threads=%u", isa, threads ? threads : 1);
+    s->device = rtcNewDevice(config);
+    if (!s->device)
+        return fault_set(fault, ERR_UNSUPPORTED, "embree", "no device for \"%s\": error %d", config,
+                         (int)rtcGetDeviceError(NULL));
+    s->packet_width = 4;
+    if (rtcGetDeviceProperty(s->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
+        s->packet_width = 8;
+    if (rtcGetDeviceProperty(s->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED))
+        s->packet_width = 16;
+    return 0;
+}
+
+/* Embree reports through its device: the first error since the last question. */
+static int device_status(const struct render_scene *s, const char *place, struct fault *fault)
+{
+    enum RTCError error = rtcGetDeviceError(s->device);
+    if (error == RTC_ERROR_NONE) return 0;
+    int code = error == RTC_ERROR_OUT_OF_MEMORY ? ERR_MEMORY : ERR_LIMIT;
+    return fault_set(fault, code, place, "Embree reports error %d", (int)error);
+}
+
+static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, uint32_t index)
+{
+    const struct scene *blob = s->blob;
+    const struct scene_mesh *mesh = &blob->meshes[index];
+    v->positions = blob->positions + (size_t)3 * mesh->first_vertex;
+    v->triangles = blob->triangles + (size_t)3 * mesh->first_triangle;
+    v->normals =
+        mesh->flags & MESH_HAS_NORMALS ? blob->normals + (size_t)3 * mesh->first_normal : NULL;
+    v->material = &s->materials->materials[mesh->material];
+    bool mapped =
+        mesh->flags & MESH_HAS_TANGENTS && v->normals && v->material->normal_texture.texels;
+    v->tangents = mapped ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
+    for (int set = 0; set < 2; set++)
+        v->uvs[set] =
+            mesh->first_uv[set] == SCENE_NONE ? NULL : blob->uvs + (size_t)2 * mesh->first_uv[set];
+    v->triangle_count = mesh->triangle_count;
+    v->flags = mesh->flags;
+}
+
+static RTCScene scene_new(const struct render_scene *s)
+{
+    RTCScene scene = rtcNewScene(s->device);
+    if (!scene) return NULL;
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
+    return scene;
+}
+
+/* The mesh's triangles as geometry `id` of `scene`, read in place from the blob. */
+static void mesh_attach(const struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id)
+{
+    const struct scene_mesh *mesh = &s->blob->meshes[index];
+    struct mesh_view *view = &s->meshes[index];
+    RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (!geometry) return;
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               view->positions, 0, 3 * sizeof(float), mesh->vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               view->triangles, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
+    if (view->material->alpha_cutoff > 0.0f) {
+        rtcSetGeometryUserData(geometry, view);
+        rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
+        rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, id);
+    rtcReleaseGeometry(geometry);
+}
+
+static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault *fault)
+{
+    RTCScene scene = scene_new(s);
+    if (!scene) return device_status(s, "meshes", fault);
+    s->sub_scenes[mesh] = scene;
+    mesh_attach(s, mesh, scene, 0);
+    rtcCommitScene(scene);
+    return device_status(s, "meshes", fault);
+}
+
+static void instance_attach(const struct render_scene *s, uint32_t index)
+{
+    const struct scene_instance *instance = &s->blob->instances[index];
+    RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    if (!geometry) return;
+    rtcSetGeometryInstancedScene(geometry, s->sub_scenes[instance->mesh]);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance->to_world);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s->top, geometry, index);
+    rtcReleaseGeometry(geometry);
+}
+
+/* Attaches instance `index`; a mesh that stands there once and untransformed needs no instance. */
+static int place(struct render_scene *s, uint32_t index, uint32_t uses, struct fault *fault)
+{
+    const struct scene_instance *instance = &s->blob->instances[index];
+    if (s->meshes[instance->mesh].triangle_count == 0) return 0;
+    if (uses == 1 && instance->flags & INSTANCE_IDENTITY) {
+        mesh_attach(s, instance->mesh, s->top, index);
+        return 0;
+    }
+    if (!s->sub_scenes[instance->mesh]) {
+        int rc = sub_scene_create(s, instance->mesh, fault);
+        if (rc) return rc;
+    }
+    instance_attach(s, index);
+    return 0;
+}
+
+static int place_all(struct render_scene *s, struct fault *fault)
+{
+    uint32_t instances = (uint32_t)s->blob->count[SCENE_INSTANCES];
+    uint32_t *uses = calloc((size_t)s->blob->count[SCENE_MESHES] + 1, sizeof *uses);
+    if (!uses) return fault_set(fault, ERR_MEMORY, "meshes", "no memory to count their instances");
+    for (uint32_t i = 0; i < instances; i++) uses[s->blob->instances[i].mesh]++;
+    int rc = 0;
+    for (uint32_t i = 0; i < instances && rc == 0; i++)
+        rc = place(s, i, uses[s->blob->instances[i].mesh], fault);
+    free(uses);
+    return rc ? rc : device_status(s, "instances", fault);
+}
+
+static int build(struct render_scene *s, struct fault *fault)
+{
+    s->top = scene_new(s);
+    if (!s->top) return device_status(s, "scene", fault);
+    int rc = place_all(s, fault);
+    if (rc) return rc;
+    rtcCommitScene(s->top);
+    return device_status(s, "scene", fault);
+}
+
+int render_scene_create(const struct scene *blob, uint32_t threads, struct render_scene **out,
+                        struct fault *fault)
+{
+    struct render_scene *s = calloc(1, sizeof *s);
+    if (!s) return fault_set(fault, ERR_MEMORY, "scene", "no memory for the scene");
+    int rc = ERR_MEMORY;
+    size_t meshes = (size_t)blob->count[SCENE_MESHES];
+    s->blob = blob;
+    s->meshes = calloc(meshes + 1, sizeof *s->meshes);
+    s->sub_scenes = calloc(meshes + 1, sizeof(RTCScene));
+    if (!s->meshes || !s->sub_scenes || material_table_create(blob, &s->materials) != 0) {
+        fault_set(fault, rc, "meshes", "no memory for the tables of %zu meshes", meshes);
+        goto fail;
+    }
+    for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
+    rc = device_create(s, threads, fault);
+    if (rc) goto fail;
+    rc = build(s, fault);
+    if (rc) goto fail;
+    *out = s;
+    return 0;
+fail:
+    render_scene_destroy(&s);
+    return rc;
+}
+
+void render_scene_destroy(struct render_scene **scene)
+{
+    struct render_scene *s = *scene;
+    if (!s) return;
+    if (s->top) rtcReleaseScene(s->top);
+    for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
+        if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);
+    if (s->device) rtcReleaseDevice(s->device);
+    if (s->materials) material_table_destroy(&s->materials);
+    free(s->sub_scenes);
+    free(s->meshes);
+    free(s);
+    *scene = NULL;
+}

@@ -1,0 +1,210 @@
+#include "worker/tile.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <xmmintrin.h>
+
+#include "worker/trace/block_store.h"
+#include "worker/trace/geometry.h"
+#include "worker/trace/indirect.h"
+#include "worker/trace/primary.h"
+#include "worker/trace/shadow.h"
+
+/* Flush to zero and denormals are zero (Intel SDM volume 1, 10.2.3). */
+#define MXCSR_FLUSH 0x8040u
+
+/* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
+#define ALBEDO_BLACK (0.5f / 65535.0f)
+
+struct tile_tracer {
+    struct queries queries;
+    struct light_table lights;
+    struct surface centre, sub;
+    struct lanes3 emission; /* sum over centre and sub-samples */
+    struct shading_point point;
+    struct block block;
+    struct RTCRayHit16 camera, shadow;
+    struct strata strata;
+    struct indirect_scratch indirect;
+};
+
+int tile_tracer_create(struct tile_tracer **out)
+{
+    struct tile_tracer *t = aligned_alloc(LANES_ALIGN, sizeof *t);
+    if (!t) return ERR_MEMORY;
+    memset(t, 0, sizeof *t);
+    queries_init_rays(&t->camera);
+    queries_init_rays(&t->shadow);
+    queries_init_rays(&t->indirect.bounce);
+    queries_init_rays(&t->indirect.shadow);
+    *out = t;
+    return 0;
+}
+
+void tile_tracer_destroy(struct tile_tracer **tracer)
+{
+    free(*tracer);
+    *tracer = NULL;
+}
+
+struct queries *tile_tracer_queries(struct tile_tracer *tracer)
+{
+    return &tracer->queries;
+}
+
+/* Marks lanes whose surface reflects something. */
+static void mark_lit(const struct surface *s, struct lanes_mask *lit)
+{
+    for (int i = 0; i < LANES; i++)
+        lit->on[i] |= -((s->albedo.x[i] >= ALBEDO_BLACK) | (s->albedo.y[i] >= ALBEDO_BLACK) |
+                        (s->albedo.z[i] >= ALBEDO_BLACK));
+}
+
+static void add_emission(const struct surface *s, struct lanes3 *sum)
+{
+    for (int i = 0; i < LANES; i++) {
+        sum->x[i] += s->emission.x[i];
+        sum->y[i] += s->emission.y[i];
+        sum->z[i] += s->emission.z[i];
+    }
+}
+
+static void store_emission(const struct tile_tracer *t, const struct plan *plan,
+                           struct samples *samples)
+{
+    float scale = plan->radiance_scale / (float)(1 + plan->sub_samples);
+    block_store_half(&t->block, t->emission.x, scale, samples_u16(samples, PLANE_EMISSION, 0));
+    block_store_half(&t->block, t->emission.y, scale, samples_u16(samples, PLANE_EMISSION, 1));
+    block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
+}
+
+/* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
+ * centre or at any sub-sample, because sub-samples take the lighting of the centre. */
+static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+                         struct counters *counters)
+{
+    const struct block *b = &t->block;
+    uint32_t pixels = lanes_count(&b->kept);
+    memset(&t->emission, 0, sizeof t->emission);
+    memset(&t->point.lit, 0, sizeof t->point.lit);
+    primary_trace(&t->queries, plan, b, &t->camera, &t->centre);
+    geometry_store(b, &t->centre, samples);
+    mark_lit(&t->centre, &t->point.lit);
+    add_emission(&t->centre, &t->emission);
+    for (uint32_t k = 0; k < plan->sub_samples; k++) {
+        primary_trace_sub(&t->queries, plan, b, k, &t->camera, &t->sub);
+        geometry_store_sub(plan, b, &t->centre, &t->sub, k, samples);
+        mark_lit(&t->sub, &t->point.lit);
+        add_emission(&t->sub, &t->emission);
+    }
+    store_emission(t, plan, samples);
+    counters->value[COUNTER_RAYS_PRIMARY] += pixels;
+    counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
+}
+
+/* Rays that a lit pixel may cost beyond the camera's. */
+static uint64_t light_rays(const struct plan *plan)
+{
+    uint64_t rays = 0;
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
+    if (plan->bounces > 0)
+        rays += (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    return rays;
+}
+
+/* Leaves only lit lanes with a surface; counts the others. Whether any is left. */
+static bool choose_lit(struct tile_tracer *t, const struct plan *plan, struct counters *counters)
+{
+    const struct block *b = &t->block;
+    struct lanes_mask *lit = &t->point.lit;
+    uint64_t background = 0, black = 0;
+    int32_t any = 0;
+    for (int i = 0; i < LANES; i++) {
+        int32_t surface = b->inside.on[i] & t->centre.hit.on[i];
+        background += (uint64_t)(b->kept.on[i] & ~surface & 1);
+        black += (uint64_t)(b->kept.on[i] & surface & ~lit->on[i] & 1);
+        lit->on[i] &= surface;
+        any |= lit->on[i];
+    }
+    counters->value[COUNTER_SKIPPED_BACKGROUND] += background;
+    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * light_rays(plan);
+    return any != 0;
+}
+
+static void trace_block(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+                        struct counters *counters)
+{
+    trace_camera(t, plan, samples, counters);
+    t->point.plan = plan;
+    t->point.block = &t->block;
+    t->point.surface = &t->centre;
+    if (!choose_lit(t, plan, counters)) {
+        for (uint32_t k = 0; k < plan->light_count; k++) shadow_store_unlit(k, &t->point, samples);
+        return;
+    }
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        shadow_trace(&t->queries, &t->lights.lights[k], k, &t->point, &t->strata, &t->shadow,
+                     samples, counters);
+    if (plan->bounces > 0)
+        indirect_trace(&t->queries, &t->lights, &t->point, &t->indirect, samples, counters);
+}
+
+static int trace_rows(struct tile_tracer *t, const struct plan *plan, struct rect rect,
+                      _Atomic uint64_t *progress, const _Atomic bool *stop, struct samples *samples,
+                      struct counters *counters)
+{
+    for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
+        if (stop && atomic_load_explicit(stop, memory_order_relaxed)) return ERR_STATE;
+        for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
+            block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
+            trace_block(t, plan, samples, counters);
+        }
+        int32_t first = y > rect.y0 ? y : rect.y0;
+        int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
+        if (progress)
+            atomic_fetch_add_explicit(progress, (uint64_t)(end - first), memory_order_relaxed);
+    }
+    return 0;
+}
+
+static uint64_t thread_cpu_us(void)
+{
+    struct timespec now;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now) != 0) return 0;
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+static bool rect_fits(const struct plan *plan, struct rect rect)
+{
+    return rect.x0 >= 0 && rect.y0 >= 0 && rect.x0 < rect.x1 && rect.y0 < rect.y1 &&
+           rect.x1 <= plan->width_px && rect.y1 <= plan->height_px &&
+           rect_width(rect) <= LIMIT_TILE_SIDE_PX && rect_height(rect) <= LIMIT_TILE_SIDE_PX;
+}
+
+int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
+               const struct plan *plan, struct rect rect, _Atomic uint64_t *progress,
+               const _Atomic bool *stop, struct samples **out, struct counters *counters)
+{
+    struct samples_layout layout;
+    struct samples *samples = NULL;
+    if (!rect_fits(plan, rect)) return ERR_RANGE;
+    int rc = samples_layout_init(&layout, plan, rect_width(rect), rect_height(rect));
+    if (rc == 0) rc = samples_create(&layout, &samples);
+    if (rc) return rc;
+    uint64_t started_us = thread_cpu_us();
+    unsigned int mode = _mm_getcsr();
+    _mm_setcsr(mode | MXCSR_FLUSH);
+    tracer->queries.scene = scene;
+    tracer->queries.rejected = 0;
+    light_table_init(&tracer->lights, plan);
+    rc = trace_rows(tracer, plan, rect, progress, stop, samples, counters);
+    _mm_setcsr(mode);
+    counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
+    counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;
+    if (rc) samples_destroy(&samples);
+    *out = samples;
+    return rc;
+}

@@ -1,0 +1,31 @@
+#pragma once
+/* Four by four pixels, aligned to the image: one lane each. */
+#include <stdbool.h>
+
+#include "proto/tile.h"
+#include "worker/trace/lanes.h"
+
+struct block {
+    int32_t x_px[LANES], y_px[LANES];
+    struct lanes_mask inside; /* the image: traced */
+    struct lanes_mask kept;   /* the tile as well: stored and counted */
+    uint32_t element[LANES];  /* in the tile's planes, where kept */
+    bool whole;               /* all sixteen are kept */
+};
+
+/* The block whose top left pixel is (x, y), multiples of 4, in an image of width x height. */
+static inline void block_init(struct block *b, int32_t x, int32_t y, int32_t width_px,
+                              int32_t height_px, struct rect tile)
+{
+    b->whole = true;
+    for (int i = 0; i < LANES; i++) {
+        int32_t px = x + i % LANES_ACROSS, py = y + i / LANES_ACROSS;
+        bool kept = px >= tile.x0 && px < tile.x1 && py >= tile.y0 && py < tile.y1;
+        b->x_px[i] = px;
+        b->y_px[i] = py;
+        b->inside.on[i] = px < width_px && py < height_px ? -1 : 0;
+        b->kept.on[i] = kept ? -1 : 0;
+        b->element[i] = kept ? (uint32_t)((py - tile.y0) * rect_width(tile) + (px - tile.x0)) : 0;
+        b->whole = b->whole && kept;
+    }
+}

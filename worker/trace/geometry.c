@@ -1,0 +1,72 @@
+#include "worker/trace/geometry.h"
+
+#include "proto/half.h"
+#include "proto/octahedron.h"
+#include "worker/trace/block_store.h"
+
+/* -0.99951: the half next to SUB_DEPTH_MISS, for surfaces so near that they would round to it. */
+#define HALF_MISS        0xbc00u
+#define HALF_BEFORE_MISS 0xbbffu
+
+/* A number other than 0 for surfaces whose id's low bits are 0. */
+#define ID_LOW_ZERO 0xffffu
+
+static void store_albedo(const struct block *b, const struct surface *s, uint16_t *x, uint16_t *y,
+                         uint16_t *z)
+{
+    block_store_unorm(b, s->albedo.x, x);
+    block_store_unorm(b, s->albedo.y, y);
+    block_store_unorm(b, s->albedo.z, z);
+}
+
+void geometry_store(const struct block *b, const struct surface *s, struct samples *samples)
+{
+    uint32_t packed[LANES];
+    uint32_t *normals = samples_u32(samples, PLANE_NORMAL, 0);
+    block_store_f32(b, s->distance, samples_f32(samples, PLANE_DEPTH, 0));
+    block_store_u32(b, s->id, samples_u32(samples, PLANE_ID, 0));
+    store_albedo(b, s, samples_u16(samples, PLANE_ALBEDO, 0), samples_u16(samples, PLANE_ALBEDO, 1),
+                 samples_u16(samples, PLANE_ALBEDO, 2));
+    if (!normals) return;
+    for (int i = 0; i < LANES; i++) {
+        const float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+        packed[i] = s->hit.on[i] ? octahedron_pack16(n) : 0;
+    }
+    block_store_u32(b, packed, normals);
+}
+
+static void store_sub_depth(const struct plan *plan, const struct block *b,
+                            const struct surface *centre, const struct surface *sub,
+                            uint16_t *plane)
+{
+    float relative[LANES];
+    uint16_t halves[LANES];
+    if (!plane) return;
+    for (int i = 0; i < LANES; i++) {
+        float reference = centre->hit.on[i] ? centre->distance[i] : plan->length_unit;
+        relative[i] = sub->hit.on[i] ? sub->distance[i] / reference - 1.0f : SUB_DEPTH_MISS;
+    }
+    half_from_floats(relative, halves, LANES);
+    for (int i = 0; i < LANES; i++)
+        if (sub->hit.on[i] && halves[i] == HALF_MISS) halves[i] = HALF_BEFORE_MISS;
+    block_store_u16(b, halves, plane);
+}
+
+void geometry_store_sub(const struct plan *plan, const struct block *b,
+                        const struct surface *centre, const struct surface *sub, uint32_t k,
+                        struct samples *samples)
+{
+    uint16_t normals[LANES], ids[LANES];
+    store_sub_depth(plan, b, centre, sub, samples_u16(samples, PLANE_SUB_DEPTH, k));
+    store_albedo(b, sub, samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k),
+                 samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 1),
+                 samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 2));
+    for (int i = 0; i < LANES; i++) {
+        const float n[3] = {sub->normal.x[i], sub->normal.y[i], sub->normal.z[i]};
+        uint16_t low = (uint16_t)(sub->id[i] & 0xffffu);
+        normals[i] = sub->hit.on[i] ? octahedron_pack8(n) : 0;
+        ids[i] = sub->hit.on[i] && low == 0 ? ID_LOW_ZERO : low;
+    }
+    block_store_u16(b, normals, samples_u16(samples, PLANE_SUB_NORMAL, k));
+    block_store_u16(b, ids, samples_u16(samples, PLANE_SUB_ID, k));
+}

@@ -1,0 +1,21 @@
+#pragma once
+/* From Embree's hits to surfaces: position, normals, material. */
+#include "worker/trace/queries.h"
+
+/* The surfaces that sixteen rays met; zeros where `hit` is off. */
+struct surface {
+    struct lanes3 position;
+    struct lanes3 origin; /* where rays that leave the surface start: offset.h */
+    struct lanes3 facet;  /* geometric normal, unit, facing the ray */
+    struct lanes3 normal; /* shading normal, unit, facing the ray and on the facet's side */
+    struct lanes3 albedo;
+    struct lanes3 emission; /* radiance towards the ray's origin */
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    _Alignas(LANES_ALIGN) uint32_t id[LANES]; /* instance index + 1 */
+    struct lanes_mask hit;
+    struct lanes_mask light; /* on a mesh that is a light of the plan */
+};
+
+/* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */
+void hit_resolve(const struct render_scene *scene, const struct lanes_mask *valid,
+                 const struct RTCRayHit16 *rays, struct surface *out);

@@ -1,0 +1,30 @@
+#pragma once
+/* What a light gives to sixteen receivers, before visibility: proto/plan.h's irradiance scalar E of
+ * one sample, the ray that decides whether it arrives, and why no ray is needed. */
+#include "proto/counter.h"
+#include "worker/scene/light_table.h"
+#include "worker/trace/hit.h"
+
+enum light_skip {
+    LIGHT_TRACED = 0,
+    LIGHT_BELOW_HORIZON = 1, /* of the facet or of the shading normal */
+    LIGHT_FACING_AWAY = 2,
+    LIGHT_OUT_OF_RANGE = 3,
+    LIGHT_OUT_OF_CONE = 4
+};
+
+struct light_sample {
+    struct lanes3 way; /* ray from surface.origin, to the light at tfar's 1 or along a direction */
+    float tfar;
+    _Alignas(LANES_ALIGN) float irradiance[LANES]; /* E, without the light's color */
+    _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
+};
+
+/* One sample a lane; (u, v) in [0, 1)^2 place it on a rectangle. E is finite wherever skip is
+ * LIGHT_TRACED and the receiver does not touch the light. */
+void light_sample(const struct light *light, const float u[LANES], const float v[LANES],
+                  const struct surface *receiver, struct light_sample *out);
+
+/* Adds the skips of `lanes` to their counters. */
+void light_count_skips(const struct light_sample *s, const struct lanes_mask *lanes,
+                       struct counters *counters);

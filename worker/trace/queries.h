@@ -1,0 +1,44 @@
+#pragma once
+/* All that is asked of Embree while tracing, sixteen rays at a time.
+ *
+ * Rays that Embree would abort on (not finite, origins beyond 1e18) are switched off and counted
+ * here, so that callers need not look. */
+#include <embree3/rtcore.h>
+
+#include "worker/scene/render_scene.h"
+#include "worker/trace/lanes.h"
+
+enum query_kind {
+    QUERY_CAMERA = 0,  /* closest hit, coherent */
+    QUERY_SHADOW = 1,  /* anything in between? coherent */
+    QUERY_BLOCKER = 2, /* closest blocker's distance, coherent */
+    QUERY_BOUNCE = 3,  /* closest hit, incoherent */
+    QUERY_BOUNCE_SHADOW = 4,
+    QUERY_KIND_COUNT = 5
+};
+
+/* Sees every packet before it is traced: what benchmarks replay. */
+struct query_recorder {
+    void (*record)(struct query_recorder *self, enum query_kind kind,
+                   const struct lanes_mask *valid, const struct RTCRayHit16 *rays);
+};
+
+struct queries {
+    const struct render_scene *scene;
+    struct query_recorder *recorder; /* NULL: nobody looks */
+    uint64_t rejected;               /* rays switched off because they were not finite */
+};
+
+/* Sets the fields that no query changes. */
+void queries_init_rays(struct RTCRayHit16 *rays);
+
+/* Closest hits of the lanes in *valid; rays->ray.tfar becomes the distance and rays->hit is filled,
+ * geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. Lanes of unusable rays leave *valid.
+ */
+void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+                     struct RTCRayHit16 *rays);
+
+/* rays->ray.tfar becomes -infinity where something stands between tnear and tfar; lanes of unusable
+ * rays leave *valid. rays->hit is left alone. */
+void queries_occluded(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+                      struct RTCRayHit16 *rays);

@@ -1,0 +1,24 @@
+#pragma once
+/* Direct light at camera hits: for one light, all strata's visibility, irradiance and slopes. */
+#include "proto/samples.h"
+#include "worker/trace/light.h"
+#include "worker/trace/strata.h"
+
+/* What one block is given: shared by all effects. */
+struct shading_point {
+    const struct plan *plan;
+    const struct block *block;
+    const struct surface *surface;
+    struct lanes_mask lit; /* lanes inside the image with a surface that reflects something */
+};
+
+/* Traces light `index` for the point's lanes into the planes of `samples`. A blocked stratum's
+ * slope is t/(1-t), t the fraction of the way to the light at which it is blocked (filters.md
+ * section 2); blockers' distances are asked for only if the plan has the slopes plane. `strata` and
+ * `rays` are scratch. */
+void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
+                  const struct shading_point *point, struct strata *strata,
+                  struct RTCRayHit16 *rays, struct samples *samples, struct counters *counters);
+
+/* The planes of light `index` where no lane of the block is lit: everything counts as seen. */
+void shadow_store_unlit(uint32_t index, const struct shading_point *point, struct samples *samples);

@@ -1,0 +1,26 @@
+#pragma once
+/* The l x l strata of sixteen pixels in one dimension of the pattern. Sample i lies in column i % l
+ * and row i / l, and uniform jitter makes columns and rows all there is to know: l values an axis
+ * instead of l * l points. */
+#include "proto/limits.h"
+#include "proto/pattern.h"
+#include "worker/trace/block.h"
+
+struct strata {
+    uint32_t l;
+    _Alignas(LANES_ALIGN) float column[LIMIT_STRATA_PER_AXIS][LANES]; /* u of sample i: i % l */
+    _Alignas(LANES_ALIGN) float row[LIMIT_STRATA_PER_AXIS][LANES];    /* v of sample i: i / l */
+};
+
+void strata_init(struct strata *s, const struct pattern *p, const struct block *b,
+                 uint32_t dimension, uint32_t l);
+
+static inline const float *strata_u(const struct strata *s, uint32_t i)
+{
+    return s->column[i % s->l];
+}
+
+static inline const float *strata_v(const struct strata *s, uint32_t i)
+{
+    return s->row[i / s->l];
+}
