@@ -1,0 +1,178 @@
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "server/image/exr.h"
+#include "server/image/exr_file.h"
+
+/* A file being read. */
+struct reader {
+    const char *path;
+    struct fault *fault;
+    struct exr_file file;
+    exr_context_t context;
+    exr_decode_pipeline_t decoder;
+    bool decoding; /* decoder is initialised */
+    exr_attr_box2i_t window;
+    struct image *image;
+};
+
+static int refuse(struct reader *r, int code, const char *why)
+{
+    return fault_set(r->fault, code, r->path, "%s", why);
+}
+
+static int check(struct reader *r, exr_result_t result)
+{
+    return exr_file_fault(&r->file, result, r->path, r->fault);
+}
+
+/* One part, flat. Deep parts are never touched: the library's readers of them are not safe. */
+static int check_storage(struct reader *r, bool *tiled)
+{
+    int parts = 0;
+    exr_storage_t storage;
+    int error = check(r, exr_get_count(r->context, &parts));
+    if (!error && parts != 1)
+        return refuse(r, ERR_UNSUPPORTED, "files of several parts are not read");
+    if (!error) error = check(r, exr_get_storage(r->context, 0, &storage));
+    if (error) return error;
+    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED)
+        return refuse(r, ERR_UNSUPPORTED, "deep files are not read");
+    *tiled = storage == EXR_STORAGE_TILED;
+    return 0;
+}
+
+static int check_window(struct reader *r, int64_t *width, int64_t *height)
+{
+    int error = check(r, exr_get_data_window(r->context, 0, &r->window));
+    if (error) return error;
+    *width = (int64_t)r->window.max.x - r->window.min.x + 1;
+    *height = (int64_t)r->window.max.y - r->window.min.y + 1;
+    if (*width < 1 || *height < 1) return refuse(r, ERR_RANGE, "the data window is empty");
+    if (*width > LIMIT_IMAGE_SIDE_PX || *height > LIMIT_IMAGE_SIDE_PX)
+        return refuse(r, ERR_LIMIT, "the data window is above the limit");
+    return 0;
+}
+
+static int create_image(struct reader *r)
+{
+    const exr_attr_chlist_t *channels;
+    const char *names[IMAGE_CHANNELS];
+    int64_t width = 0, height = 0;
+    int error = check(r, exr_get_channels(r->context, 0, &channels));
+    if (!error) error = check_window(r, &width, &height);
+    if (error) return error;
+    if (channels->num_channels < 1 || channels->num_channels > IMAGE_CHANNELS)
+        return refuse(r, ERR_LIMIT, "the number of channels is out of range");
+    for (int c = 0; c < channels->num_channels; c++) {
+        const exr_attr_chlist_entry_t *entry = &channels->entries[c];
+        if (entry->x_sampling != 1 || entry->y_sampling != 1)
+            return refuse(r, ERR_UNSUPPORTED, "subsampled channels are not read");
+        names[c] = entry->name.str;
+    }
+    error = image_create_named(names, (uint32_t)channels->num_channels, (int32_t)width,
+                               (int32_t)height, &r->image);
+    return error ? refuse(r, error, error_text(error)) : 0;
+}
+
+/* Where a chunk's rows go; the library converts halves and integers to floats. */
+static int bind(struct reader *r, int32_t x, int32_t y)
+{
+    for (int16_t c = 0; c < r->decoder.channel_count; c++) {
+        exr_coding_channel_info_t *channel = &r->decoder.channels[c];
+        const struct plane *plane = image_plane(r->image, channel->channel_name);
+        if (!plane || x < 0 || y < 0 || x + channel->width > plane->width_px ||
+            y + channel->height > plane->height_px)
+            return refuse(r, ERR_CORRUPT, "a chunk lies outside the data window");
+        channel->decode_to_ptr = (uint8_t *)plane_at(plane, x, y);
+        channel->user_bytes_per_element = 4;
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+        channel->user_pixel_stride = 4;
+        channel->user_line_stride = (int32_t)plane->stride * 4;
+    }
+    return 0;
+}
+
+/* x, y: the chunk's corner in the image. */
+static int read_chunk(struct reader *r, const exr_chunk_info_t *chunk, int32_t x, int32_t y)
+{
+    bool first = !r->decoding;
+    int error;
+    if (first) {
+        error = check(r, exr_decoding_initialize(r->context, 0, chunk, &r->decoder));
+        r->decoding = !error;
+    } else {
+        error = check(r, exr_decoding_update(r->context, 0, chunk, &r->decoder));
+    }
+    if (!error) error = bind(r, x, y);
+    if (!error && first)
+        error = check(r, exr_decoding_choose_default_routines(r->context, 0, &r->decoder));
+    return error ? error : check(r, exr_decoding_run(r->context, 0, &r->decoder));
+}
+
+static int read_scanlines(struct reader *r)
+{
+    int32_t rows = 0;
+    int error = check(r, exr_get_scanlines_per_chunk(r->context, 0, &rows));
+    if (!error && rows < 1) return refuse(r, ERR_CORRUPT, "chunks have no rows");
+    for (int32_t y = 0; !error && y < r->image->height_px; y += rows) {
+        exr_chunk_info_t chunk;
+        error = check(r, exr_read_scanline_chunk_info(r->context, 0, r->window.min.y + y, &chunk));
+        if (!error) error = read_chunk(r, &chunk, 0, y);
+    }
+    return error;
+}
+
+/* The finest level alone. */
+static int read_tiles(struct reader *r)
+{
+    int32_t width = 0, height = 0;
+    int error = check(r, exr_get_tile_sizes(r->context, 0, 0, 0, &width, &height));
+    if (!error && (width < 1 || height < 1)) return refuse(r, ERR_CORRUPT, "tiles have no size");
+    for (int32_t y = 0; !error && y < r->image->height_px; y += height) {
+        for (int32_t x = 0; !error && x < r->image->width_px; x += width) {
+            exr_chunk_info_t chunk;
+            error = check(
+                r, exr_read_tile_chunk_info(r->context, 0, x / width, y / height, 0, 0, &chunk));
+            if (!error) error = read_chunk(r, &chunk, x, y);
+        }
+    }
+    return error;
+}
+
+static int read_file(struct reader *r)
+{
+    bool tiled = false;
+    exr_context_initializer_t init;
+    exr_file_context(&r->file, &init);
+    init.write_fn = NULL;
+    int error = check(r, exr_start_read(&r->context, r->path, &init));
+    if (error) return error;
+    error = check_storage(r, &tiled);
+    if (!error) error = create_image(r);
+    if (!error) error = tiled ? read_tiles(r) : read_scanlines(r);
+    if (r->decoding) exr_decoding_destroy(r->context, &r->decoder);
+    exr_finish(&r->context);
+    return error;
+}
+
+int exr_read(const char *path, struct image **out, struct fault *fault)
+{
+    struct reader r = {.path = path, .fault = fault};
+    *out = NULL;
+    r.file.fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (r.file.fd < 0) {
+        int code = errno == ENOENT ? ERR_NOT_FOUND : ERR_IO;
+        return fault_set(fault, code, path, "%s", strerror(errno));
+    }
+    int error = read_file(&r);
+    close(r.file.fd);
+    if (error)
+        image_destroy(&r.image);
+    else
+        *out = r.image;
+    return error;
+}
