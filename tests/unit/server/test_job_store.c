@@ -1,0 +1,482 @@
+/* Jobs on disk: what was answered is there after a restart, keys, listing, cascades, grouping. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "server/store/job_store.h"
+#include "server/store/objects.h"
+
+struct fixture {
+    char dir[64];
+    uv_loop_t loop;
+    struct job_store *store;
+};
+
+static int open_store(struct fixture *f)
+{
+    return job_store_open(&f->loop, f->dir, &f->store);
+}
+
+static void close_store(struct fixture *f)
+{
+    job_store_close(&f->store);
+    uv_run(&f->loop, UV_RUN_DEFAULT);
+}
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof *f);
+    strcpy(f->dir, "/tmp/shearwater-jobs-XXXXXX");
+    if (!mkdtemp(f->dir) || uv_loop_init(&f->loop)) return -1;
+    *state = f;
+    return open_store(f);
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    close_store(f);
+    objects_remove_dir(f->dir);
+    int error = uv_loop_close(&f->loop);
+    free(f);
+    return error;
+}
+
+static void settle(struct fixture *f)
+{
+    uv_run(&f->loop, UV_RUN_DEFAULT);
+}
+
+static struct job_row make_row(int number)
+{
+    struct job_row row = {.document = "{\"scene\":\"x\"}",
+                          .state = "queued",
+                          .created_ms = 1000 + number,
+                          .updated_ms = 1000 + number,
+                          .priority = number % 7 - 3};
+    snprintf(row.id, sizeof row.id, "01JOB%021d", number);
+    return row;
+}
+
+struct insertion {
+    int calls, error;
+    char existing[JOB_ID_BYTES];
+};
+
+static void on_inserted(void *ctx, int error, const char *existing)
+{
+    struct insertion *i = ctx;
+    i->calls++;
+    i->error = error;
+    if (existing) strcpy(i->existing, existing);
+}
+
+static void on_done(void *ctx, int error)
+{
+    *(int *)ctx = error;
+}
+
+static int insert(struct fixture *f, int number, const char *key, const char *body,
+                  struct insertion *out)
+{
+    struct job_row row = make_row(number);
+    struct digest digest;
+    *out = (struct insertion){.error = 1};
+    digest_of(body, strlen(body), &digest);
+    job_store_insert(f->store, &row, key, &digest, on_inserted, out);
+    settle(f);
+    assert_int_equal(out->calls, 1);
+    return out->error;
+}
+
+static void insert_plain(struct fixture *f, int number)
+{
+    struct insertion i;
+    assert_int_equal(insert(f, number, NULL, "", &i), 0);
+}
+
+struct found {
+    int calls, error;
+    bool there;
+    struct job_row row; /* texts are not kept */
+    char state[32], document[128], fault[128], report[128];
+    struct frame_row frames[8];
+    char frame_states[8][16];
+    size_t frame_count;
+};
+
+static void keep_text(char *out, size_t capacity, const char *text)
+{
+    snprintf(out, capacity, "%s", text ? text : "(null)");
+}
+
+static void on_found(void *ctx, int error, const struct job_row *row,
+                     const struct frame_row *frames, size_t frame_count)
+{
+    struct found *f = ctx;
+    f->calls++;
+    f->error = error;
+    f->there = row != NULL;
+    if (!row) return;
+    f->row = *row;
+    keep_text(f->state, sizeof f->state, row->state);
+    keep_text(f->document, sizeof f->document, row->document);
+    keep_text(f->fault, sizeof f->fault, row->error);
+    keep_text(f->report, sizeof f->report, row->report);
+    f->frame_count = frame_count;
+    for (size_t i = 0; i < frame_count && i < 8; i++) {
+        f->frames[i] = frames[i];
+        keep_text(f->frame_states[i], sizeof f->frame_states[i], frames[i].state);
+    }
+}
+
+static struct found get(struct fixture *f, const char *id)
+{
+    struct found found = {0};
+    job_store_get(f->store, id, on_found, &found);
+    settle(f);
+    assert_int_equal(found.calls, 1);
+    assert_int_equal(found.error, 0);
+    return found;
+}
+
+static void a_job_survives_a_restart(void **state)
+{
+    struct fixture *f = *state;
+    insert_plain(f, 1);
+    close_store(f);
+    assert_int_equal(open_store(f), 0);
+    struct found found = get(f, make_row(1).id);
+    assert_true(found.there);
+    assert_string_equal(found.state, "queued");
+    assert_string_equal(found.document, "{\"scene\":\"x\"}");
+    assert_string_equal(found.fault, "(null)");
+    assert_int_equal(found.row.created_ms, 1001);
+    assert_int_equal(found.row.priority, -2);
+    assert_int_equal(found.frame_count, 0);
+}
+
+static void an_unknown_job_is_no_error(void **state)
+{
+    struct fixture *f = *state;
+    char longer[64];
+    insert_plain(f, 1);
+    assert_false(get(f, "nothing").there);
+    snprintf(longer, sizeof longer, "%sX", make_row(1).id);
+    assert_false(get(f, longer).there); /* not cut to an id that exists */
+}
+
+static void keys_make_submission_idempotent(void **state)
+{
+    struct fixture *f = *state;
+    struct insertion i;
+    assert_int_equal(insert(f, 1, "key", "body", &i), 0);
+    assert_int_equal(insert(f, 2, "key", "body", &i), ERR_EXISTS);
+    assert_string_equal(i.existing, make_row(1).id);
+    assert_int_equal(insert(f, 3, "key", "other", &i), ERR_MISMATCH);
+    assert_string_equal(i.existing, "");
+    assert_int_equal(insert(f, 4, "another", "body", &i), 0);
+    assert_false(get(f, make_row(2).id).there);
+    assert_false(get(f, make_row(3).id).there);
+    assert_int_equal(insert(f, 1, NULL, "body", &i), ERR_STATE); /* an id twice */
+}
+
+static void a_key_counts_within_one_commit(void **state)
+{
+    struct fixture *f = *state;
+    struct insertion first = {0}, second = {0};
+    struct job_row a = make_row(1), b = make_row(2);
+    struct digest body;
+    digest_of("b", 1, &body);
+    job_store_insert(f->store, &a, "k", &body, on_inserted, &first);
+    job_store_insert(f->store, &b, "k", &body, on_inserted, &second);
+    settle(f);
+    assert_int_equal(first.error, 0);
+    assert_int_equal(second.error, ERR_EXISTS);
+    assert_string_equal(second.existing, a.id);
+}
+
+static void updates_set_what_is_given(void **state)
+{
+    struct fixture *f = *state;
+    int error = 1;
+    insert_plain(f, 1);
+    job_store_update(f->store, make_row(1).id, "running", NULL, "{\"a\":1}", on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    job_store_update(f->store, make_row(1).id, NULL, "{\"e\":2}", NULL, NULL, NULL);
+    struct found found = get(f, make_row(1).id);
+    assert_string_equal(found.state, "running");
+    assert_string_equal(found.fault, "{\"e\":2}");
+    assert_string_equal(found.report, "{\"a\":1}");
+    assert_true(found.row.updated_ms > 1001);
+    job_store_update(f->store, "none", "running", NULL, NULL, on_done, &error);
+    settle(f);
+    assert_int_equal(error, ERR_NOT_FOUND);
+}
+
+static void put_frame(struct fixture *f, int job, int32_t number, const char *state, bool finished)
+{
+    struct frame_row frame = {.number = number, .state = state};
+    int error = 1;
+    if (finished) {
+        digest_of("exr", 3, &frame.exr);
+        digest_of("png", 3, &frame.png);
+    }
+    job_store_update_frame(f->store, make_row(job).id, &frame, on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+}
+
+static void frames_are_kept_by_number_and_go_with_their_job(void **state)
+{
+    struct fixture *f = *state;
+    int error = 1;
+    struct digest exr;
+    digest_of("exr", 3, &exr);
+    insert_plain(f, 1);
+    put_frame(f, 1, 3, "rendering", false);
+    put_frame(f, 1, 2, "queued", false);
+    put_frame(f, 1, 2, "finished", true);
+    struct found found = get(f, make_row(1).id);
+    assert_int_equal(found.frame_count, 2);
+    assert_int_equal(found.frames[0].number, 2);
+    assert_string_equal(found.frame_states[0], "finished");
+    assert_true(digest_equal(&found.frames[0].exr, &exr));
+    assert_string_equal(found.frame_states[1], "rendering");
+    assert_true(digest_is_zero(&found.frames[1].exr));
+    job_store_remove(f->store, make_row(1).id, on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    insert_plain(f, 1);
+    assert_int_equal(get(f, make_row(1).id).frame_count, 0);
+    struct frame_row frame = {.number = 1, .state = "queued"};
+    job_store_update_frame(f->store, "none", &frame, on_done, &error);
+    settle(f);
+    assert_int_equal(error, ERR_NOT_FOUND);
+}
+
+struct listed {
+    int error;
+    size_t count;
+    bool more;
+    char ids[128][JOB_ID_BYTES];
+};
+
+static void on_listed(void *ctx, int error, const struct job_row *rows, size_t count, bool more)
+{
+    struct listed *l = ctx;
+    l->error = error;
+    l->count = count;
+    l->more = more;
+    for (size_t i = 0; i < count; i++) strcpy(l->ids[i], rows[i].id);
+}
+
+static struct listed *list(struct fixture *f, const char *state, const char *cursor, size_t limit)
+{
+    static struct listed l;
+    l = (struct listed){.error = 1};
+    job_store_list(f->store, state, cursor, limit, on_listed, &l);
+    settle(f);
+    assert_int_equal(l.error, 0);
+    return &l;
+}
+
+static void listing_pages_from_the_newest(void **state)
+{
+    struct fixture *f = *state;
+    for (int i = 0; i < 7; i++) insert_plain(f, i);
+    job_store_update(f->store, make_row(2).id, "finished", NULL, NULL, NULL, NULL);
+    job_store_update(f->store, make_row(5).id, "finished", NULL, NULL, NULL, NULL);
+    struct listed *l = list(f, NULL, NULL, 3);
+    assert_int_equal(l->count, 3);
+    assert_true(l->more);
+    assert_string_equal(l->ids[0], make_row(6).id);
+    l = list(f, NULL, make_row(4).id, 4);
+    assert_int_equal(l->count, 4);
+    assert_false(l->more);
+    assert_string_equal(l->ids[3], make_row(0).id);
+    l = list(f, "finished", NULL, 10);
+    assert_int_equal(l->count, 2);
+    assert_string_equal(l->ids[1], make_row(2).id);
+    assert_int_equal(list(f, "failed", NULL, 10)->count, 0);
+}
+
+struct resumed {
+    int count;
+    char ids[8][JOB_ID_BYTES];
+    size_t frames[8];
+    struct job_store *store;
+};
+
+static void on_unfinished(void *ctx, const struct job_row *row, const struct frame_row *frames,
+                          size_t frame_count)
+{
+    struct resumed *r = ctx;
+    (void)frames;
+    strcpy(r->ids[r->count], row->id);
+    r->frames[r->count++] = frame_count;
+    /* What a restart does, while others are still to be told. */
+    job_store_update(r->store, row->id, "queued", NULL, NULL, NULL, NULL);
+}
+
+static void unfinished_jobs_are_found_oldest_first(void **state)
+{
+    struct fixture *f = *state;
+    struct resumed r = {0};
+    for (int i = 0; i < 5; i++) insert_plain(f, i);
+    job_store_update(f->store, make_row(0).id, "finished", NULL, NULL, NULL, NULL);
+    job_store_update(f->store, make_row(2).id, "cancelled", NULL, NULL, NULL, NULL);
+    job_store_update(f->store, make_row(3).id, "failed", NULL, NULL, NULL, NULL);
+    assert_int_equal(job_store_unfinished(f->store, on_unfinished, &r), ERR_STATE); /* busy */
+    settle(f);
+    put_frame(f, 4, 1, "rendering", false);
+    close_store(f);
+    assert_int_equal(open_store(f), 0);
+    r = (struct resumed){.store = f->store};
+    assert_int_equal(job_store_unfinished(f->store, on_unfinished, &r), 0);
+    settle(f);
+    assert_int_equal(r.count, 2);
+    assert_string_equal(r.ids[0], make_row(1).id);
+    assert_string_equal(r.ids[1], make_row(4).id);
+    assert_int_equal(r.frames[1], 1);
+}
+
+static void on_blob(void *ctx, int error, const struct digest *blob)
+{
+    struct digest *out = ctx;
+    assert_int_equal(error, 0);
+    *out = blob ? *blob : (struct digest){0};
+}
+
+static void blobs_are_remembered(void **state)
+{
+    struct fixture *f = *state;
+    struct digest source, blob, other, found;
+    digest_of("source", 6, &source);
+    digest_of("blob", 4, &blob);
+    digest_of("other", 5, &other);
+    job_store_find_blob(f->store, &source, on_blob, &found);
+    settle(f);
+    assert_true(digest_is_zero(&found));
+    job_store_remember_blob(f->store, &source, &other);
+    job_store_remember_blob(f->store, &source, &blob);
+    job_store_find_blob(f->store, &source, on_blob, &found); /* in order */
+    settle(f);
+    assert_true(digest_equal(&found, &blob));
+}
+
+#define MANY 2000
+
+static void many_submissions_share_commits(void **state)
+{
+    struct fixture *f = *state;
+    static struct insertion results[MANY];
+    struct timespec a, b;
+    struct digest body = {0};
+    clock_gettime(CLOCK_MONOTONIC, &a);
+    for (int i = 0; i < MANY; i++) {
+        struct job_row row = make_row(i);
+        results[i] = (struct insertion){0};
+        job_store_insert(f->store, &row, NULL, &body, on_inserted, &results[i]);
+    }
+    settle(f);
+    clock_gettime(CLOCK_MONOTONIC, &b);
+    for (int i = 0; i < MANY; i++) {
+        assert_int_equal(results[i].calls, 1);
+        assert_int_equal(results[i].error, 0);
+    }
+    double seconds = (double)(b.tv_sec - a.tv_sec) + (double)(b.tv_nsec - a.tv_nsec) * 1e-9;
+    print_message("# %.0f durable submissions a second\n", MANY / seconds);
+}
+
+static void closing_finishes_what_is_queued(void **state)
+{
+    struct fixture *f = *state;
+    static struct insertion results[600];
+    struct digest body = {0};
+    for (int i = 0; i < 600; i++) {
+        struct job_row row = make_row(i);
+        results[i] = (struct insertion){0};
+        job_store_insert(f->store, &row, NULL, &body, on_inserted, &results[i]);
+    }
+    close_store(f);
+    for (int i = 0; i < 600; i++) assert_int_equal(results[i].calls, 1);
+    assert_int_equal(open_store(f), 0);
+    assert_true(get(f, make_row(599).id).there);
+}
+
+static void one_folder_has_one_owner(void **state)
+{
+    struct fixture *f = *state;
+    struct job_store *second;
+    assert_int_equal(job_store_open(&f->loop, f->dir, &second), ERR_STATE);
+    assert_null(second);
+}
+
+static void set_version(struct fixture *f, const char *sql)
+{
+    char path[128];
+    sqlite3 *db;
+    snprintf(path, sizeof path, "%s/jobs.sqlite", f->dir);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, sql, NULL, NULL, NULL), SQLITE_OK);
+    sqlite3_close(db);
+}
+
+static void a_newer_schema_is_refused(void **state)
+{
+    struct fixture *f = *state;
+    close_store(f);
+    set_version(f, "PRAGMA user_version = 1000");
+    assert_int_equal(open_store(f), ERR_VERSION);
+    set_version(f, "PRAGMA user_version = 1");
+    assert_int_equal(open_store(f), 0);
+}
+
+static void a_damaged_file_is_refused(void **state)
+{
+    struct fixture *f = *state;
+    char path[128];
+    close_store(f);
+    snprintf(path, sizeof path, "%s/jobs.sqlite", f->dir);
+    FILE *file = fopen(path, "wb");
+    for (int i = 0; i < 1000; i++) fputs("no database at all ", file);
+    fclose(file);
+    assert_int_equal(open_store(f), ERR_CORRUPT);
+    unlink(path);
+    assert_int_equal(open_store(f), 0);
+}
+
+#define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(a_job_survives_a_restart),
+        TEST(an_unknown_job_is_no_error),
+        TEST(keys_make_submission_idempotent),
+        TEST(a_key_counts_within_one_commit),
+        TEST(updates_set_what_is_given),
+        TEST(frames_are_kept_by_number_and_go_with_their_job),
+        TEST(listing_pages_from_the_newest),
+        TEST(unfinished_jobs_are_found_oldest_first),
+        TEST(blobs_are_remembered),
+        TEST(many_submissions_share_commits),
+        TEST(closing_finishes_what_is_queued),
+        TEST(one_folder_has_one_owner),
+        TEST(a_newer_schema_is_refused),
+        TEST(a_damaged_file_is_refused),
+    };
+    return cmocka_run_group_tests_name("job_store", tests, NULL, NULL);
+}
