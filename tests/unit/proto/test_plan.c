@@ -1,0 +1,265 @@
+/* Frame plans: what is encoded comes back, nothing that is unsafe to trace does, and rays go where
+ * the camera looks. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "tests/unit/proto/golden.h"
+#include "tests/unit/proto/plan_case.h"
+
+static void encode(const struct plan *plan, struct bytes_writer *w)
+{
+    bytes_writer_init(w);
+    plan_encode(w, plan);
+    assert_false(w->failed);
+}
+
+/* Memory of exactly the size, so that a sanitizer sees a read beyond. */
+static int decode(const uint8_t *data, size_t size_bytes, struct plan *out, struct fault *fault)
+{
+    uint8_t *exact = malloc(size_bytes + (size_bytes == 0));
+    assert_non_null(exact);
+    memcpy(exact, data, size_bytes);
+    const int error = plan_decode(exact, size_bytes, out, fault);
+    free(exact);
+    return error;
+}
+
+static void plans_round_trip(void **state)
+{
+    static struct plan sent, got;
+    (void)state;
+    for (uint32_t lights = 0; lights <= 4; lights++) {
+        struct bytes_writer w, again;
+        struct fault fault = {0};
+        plan_case(&sent);
+        sent.light_count = lights;
+        encode(&sent, &w);
+        memset(&got, 0xee, sizeof got);
+        if (decode(w.data, w.size_bytes, &got, &fault))
+            fail_msg("%s: %s", fault.pointer, fault.detail);
+        encode(&got, &again);
+        assert_int_equal(w.size_bytes, again.size_bytes);
+        assert_memory_equal(w.data, again.data, w.size_bytes);
+        assert_memory_equal(&sent.camera, &got.camera, sizeof sent.camera);
+        assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
+        assert_int_equal(sent.pattern.seed, got.pattern.seed);
+        bytes_writer_fini(&w);
+        bytes_writer_fini(&again);
+    }
+}
+
+static void bytes_are_golden(void **state)
+{
+    static struct plan plan;
+    struct bytes_writer w;
+    (void)state;
+    plan_case(&plan);
+    encode(&plan, &w);
+    golden_check("tests/golden/wire/plan.bin", w.data, w.size_bytes);
+    bytes_writer_fini(&w);
+}
+
+static void cut_and_grown_plans_fail(void **state)
+{
+    static struct plan plan, got;
+    struct bytes_writer w;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    encode(&plan, &w);
+    for (size_t size_bytes = 0; size_bytes < w.size_bytes; size_bytes++)
+        assert_int_equal(decode(w.data, size_bytes, &got, &fault), ERR_TRUNCATED);
+    bytes_write_u8(&w, 0);
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_TRAILING);
+    bytes_writer_fini(&w);
+}
+
+/* Changes one thing in the plan and expects a fault, or none for ERR_OK. */
+#define EXPECT(change, expected, place)                                                            \
+    do {                                                                                           \
+        static struct plan plan, got;                                                              \
+        struct bytes_writer w;                                                                     \
+        struct fault fault = {0};                                                                  \
+        plan_case(&plan);                                                                          \
+        change;                                                                                    \
+        encode(&plan, &w);                                                                         \
+        const int error = decode(w.data, w.size_bytes, &got, &fault);                              \
+        if (error != (expected) || strcmp(fault.pointer, place) != 0)                              \
+            fail_msg(#change " gives %s at \"%s\": %s", error_name(error), fault.pointer,          \
+                     fault.detail);                                                                \
+        if (expected) assert_true(fault.code == (expected) && fault.detail[0]);                    \
+        bytes_writer_fini(&w);                                                                     \
+    } while (0)
+
+static void images_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.width_px = 0, ERR_RANGE, "width_px");
+    EXPECT(plan.width_px = INT32_MIN, ERR_RANGE, "width_px");
+    EXPECT(plan.width_px = LIMIT_IMAGE_SIDE_PX + 1, ERR_LIMIT, "width_px");
+    EXPECT(plan.height_px = -1, ERR_RANGE, "height_px");
+    EXPECT(plan.height_px = INT32_MAX, ERR_LIMIT, "height_px");
+    EXPECT(plan.width_px = plan.height_px = 16384, ERR_LIMIT, "height_px");
+    EXPECT((plan.width_px = 16384, plan.height_px = 8192), ERR_OK, "");
+    EXPECT(plan.tile_px = LIMIT_TILE_SIDE_MIN_PX - 1, ERR_RANGE, "tile_px");
+    EXPECT(plan.tile_px = LIMIT_TILE_SIDE_PX + 1, ERR_LIMIT, "tile_px");
+}
+
+static void cameras_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.camera.type = 2, ERR_RANGE, "camera.type");
+    EXPECT(plan.camera.eye[1] = NAN, ERR_NOT_FINITE, "camera.eye");
+    EXPECT(plan.camera.eye[1] = INFINITY, ERR_NOT_FINITE, "camera.eye");
+    EXPECT(plan.camera.eye[2] = 2e15f, ERR_RANGE, "camera.eye");
+    EXPECT(plan.camera.right[0] = 1.1f, ERR_RANGE, "camera.right");
+    EXPECT(plan.camera.right[0] = 0, ERR_RANGE, "camera.right");
+    EXPECT(plan.camera.up[1] = NAN, ERR_NOT_FINITE, "camera.up");
+    EXPECT((plan.camera.up[0] = 0.6f, plan.camera.up[1] = 0.8f), ERR_RANGE, "camera.up");
+    EXPECT(plan.camera.forward[2] = 1, ERR_RANGE, "camera.forward");
+    EXPECT((plan.camera.forward[0] = 1, plan.camera.forward[2] = 0), ERR_RANGE, "camera.forward");
+    EXPECT(plan.camera.half_width = 0, ERR_RANGE, "camera.half_width");
+    EXPECT(plan.camera.half_width = 1e6f, ERR_RANGE, "camera.half_width");
+    EXPECT(plan.camera.half_height = -1, ERR_RANGE, "camera.half_height");
+    EXPECT(plan.camera.half_height = INFINITY, ERR_NOT_FINITE, "camera.half_height");
+    EXPECT((plan.camera.type = CAMERA_ORTHOGRAPHIC, plan.camera.half_width = 1e6f), ERR_OK, "");
+}
+
+static void lights_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.lights[0].type = 4, ERR_RANGE, "lights[0].type");
+    EXPECT(plan.lights[0].profile = 2, ERR_RANGE, "lights[0].profile");
+    EXPECT(plan.lights[0].position[0] = NAN, ERR_NOT_FINITE, "lights[0].position");
+    EXPECT(plan.lights[0].position[0] = -1e16f, ERR_RANGE, "lights[0].position");
+    EXPECT(plan.lights[0].direction[0] = NAN, ERR_NOT_FINITE, "lights[0].direction");
+    EXPECT(plan.lights[0].half_u[0] = INFINITY, ERR_NOT_FINITE, "lights[0].half_u");
+    EXPECT(plan.lights[0].color[2] = -1, ERR_RANGE, "lights[0].color");
+    EXPECT(plan.lights[0].color[2] = 1e13f, ERR_RANGE, "lights[0].color");
+    EXPECT(plan.lights[0].color[2] = 0, ERR_OK, "");
+    EXPECT(plan.lights[0].range = -1, ERR_RANGE, "lights[0].range");
+    EXPECT(plan.lights[0].range = NAN, ERR_NOT_FINITE, "lights[0].range");
+    EXPECT(plan.lights[0].power = 0, ERR_RANGE, "lights[0].power");
+    EXPECT(plan.lights[0].power = INFINITY, ERR_NOT_FINITE, "lights[0].power");
+    EXPECT(plan.lights[0].strata_per_axis = 2, ERR_LIMIT, "lights[0].strata_per_axis");
+    EXPECT(plan.lights[1].direction[1] = -0.5f, ERR_RANGE, "lights[1].direction");
+    EXPECT(plan.lights[1].cos_inner = 0.7f, ERR_RANGE, "lights[1].cos_inner");
+    EXPECT(plan.lights[1].cos_inner = 1.5f, ERR_RANGE, "lights[1].cos_inner");
+    EXPECT(plan.lights[1].cos_outer = -0.1f, ERR_RANGE, "lights[1].cos_outer");
+    EXPECT(plan.lights[1].cos_outer = NAN, ERR_NOT_FINITE, "lights[1].cos_outer");
+    EXPECT(plan.lights[2].direction[0] = 0, ERR_RANGE, "lights[2].direction");
+    EXPECT(plan.lights[3].half_u[0] = 0, ERR_RANGE, "lights[3].half_u");
+    EXPECT(plan.lights[3].half_v[2] = NAN, ERR_NOT_FINITE, "lights[3].half_v");
+    EXPECT((plan.lights[3].half_v[0] = 1, plan.lights[3].half_v[2] = 1e-7f), ERR_RANGE,
+           "lights[3].half_v");
+    EXPECT(plan.lights[3].half_u[0] = -0.5f, ERR_RANGE, "lights[3].direction");
+    EXPECT(plan.lights[3].strata_per_axis = 0, ERR_RANGE, "lights[3].strata_per_axis");
+    EXPECT(plan.lights[3].strata_per_axis = 17, ERR_LIMIT, "lights[3].strata_per_axis");
+    EXPECT((plan.lights[3].strata_per_axis = 256, plan.light_planes = 1), ERR_OK, "");
+    EXPECT((plan.lights[3].strata_per_axis = 257, plan.light_planes = 1), ERR_LIMIT,
+           "lights[3].strata_per_axis");
+}
+
+static void planes_and_counts_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.planes |= 1u << PLANE_ID_COUNT, ERR_RANGE, "planes");
+    EXPECT(plan.light_planes |= 1u << LIGHT_PLANE_COUNT, ERR_RANGE, "light_planes");
+    EXPECT(plan.capabilities = 1u << 31, ERR_RANGE, "capabilities");
+    EXPECT(plan.sub_samples = 4, ERR_LIMIT, "sub_samples");
+    EXPECT(plan.sub_samples = 0, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~(1u << PLANE_DEPTH), ERR_RANGE, "planes");
+    EXPECT((plan.bounces = 0, plan.indirect_strata_per_axis = 0), ERR_RANGE, "planes");
+    EXPECT(plan.bounces = 2, ERR_LIMIT, "bounces");
+    EXPECT(plan.indirect_strata_per_axis = 0, ERR_RANGE, "indirect_strata_per_axis");
+    EXPECT(plan.indirect_strata_per_axis = 17, ERR_LIMIT, "indirect_strata_per_axis");
+    EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~(1u << PLANE_INDIRECT_STRATA)),
+           ERR_OK, "");
+    EXPECT((plan.bounces = 0, plan.planes = 1), ERR_LIMIT, "indirect_strata_per_axis");
+    EXPECT((plan.planes = 0, plan.light_planes = 0, plan.sub_samples = 0), ERR_OK, "");
+    EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.radiance_scale = -1, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.length_unit = 3, ERR_RANGE, "length_unit");
+    EXPECT(plan.length_unit = NAN, ERR_NOT_FINITE, "length_unit");
+}
+
+static void light_count_is_checked(void **state)
+{
+    static struct plan plan, got;
+    struct bytes_writer w;
+    struct fault fault = {0};
+    (void)state;
+    plan_case(&plan);
+    plan.light_count = 0;
+    encode(&plan, &w);
+    memset(w.data + w.size_bytes - 4, 0xff, 4); /* the count is last but the lights */
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_LIMIT);
+    assert_string_equal(fault.pointer, "light_count");
+    w.data[w.size_bytes - 4] = LIMIT_LIGHTS;
+    memset(w.data + w.size_bytes - 3, 0, 3);
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_TRUNCATED);
+    bytes_writer_fini(&w);
+}
+
+static void light_planes_follow_the_type(void **state)
+{
+    static struct plan plan;
+    (void)state;
+    plan_case(&plan);
+    for (uint32_t k = 0; k < 3; k++)
+        assert_int_equal(plan_light_planes(&plan, k),
+                         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY);
+    assert_int_equal(plan_light_planes(&plan, 3), PLAN_CASE_LIGHT_PLANES);
+}
+
+static void is_near(float got, double expected)
+{
+    if (!(fabs((double)got - expected) < 1e-6)) fail_msg("%g is not %g", (double)got, expected);
+}
+
+static void rays_follow_the_camera(void **state)
+{
+    static struct plan plan;
+    float origin[3], direction[3];
+    (void)state;
+    plan_case(&plan);
+    plan_camera_ray(&plan, 360, 240, origin, direction);
+    assert_memory_equal(origin, plan.camera.eye, sizeof origin);
+    assert_memory_equal(direction, plan.camera.forward, sizeof direction);
+    plan_camera_ray(&plan, 0, 0, origin, direction); /* top left */
+    const double length = sqrt(0.75 * 0.75 + 0.5 * 0.5 + 1);
+    is_near(direction[0], -0.75 / length);
+    is_near(direction[1], 0.5 / length);
+    is_near(direction[2], -1 / length);
+    is_near(plan_pixel_size(&plan, 10), 10 * 1.5 / 720);
+    plan.camera.type = CAMERA_ORTHOGRAPHIC;
+    plan_camera_ray(&plan, 720, 480, origin, direction); /* bottom right */
+    is_near(origin[0], 0.75);
+    is_near(origin[1], 0.5);
+    is_near(origin[2], 5);
+    assert_memory_equal(direction, plan.camera.forward, sizeof direction);
+    is_near(plan_pixel_size(&plan, 10), 1.5 / 720);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(plans_round_trip),
+        cmocka_unit_test(bytes_are_golden),
+        cmocka_unit_test(cut_and_grown_plans_fail),
+        cmocka_unit_test(images_are_checked),
+        cmocka_unit_test(cameras_are_checked),
+        cmocka_unit_test(lights_are_checked),
+        cmocka_unit_test(planes_and_counts_are_checked),
+        cmocka_unit_test(light_count_is_checked),
+        cmocka_unit_test(light_planes_follow_the_type),
+        cmocka_unit_test(rays_follow_the_camera),
+    };
+    return cmocka_run_group_tests_name("plan", tests, NULL, NULL);
+}
