@@ -35,7 +35,10 @@ void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
 /* Takes up what the store holds unfinished. Blocking; before the loop runs. */
 int jobs_resume(struct jobs *jobs);
 
-/* Stops importers and drops frames in work (they stay unfinished in the store). */
+/* Stops importers and drops frames in work (they stay unfinished in the store); gives team and store
+ * no more work. After the fleet is closed; then team and store are destroyed, whose last callbacks
+ * still come here, and the loop runs once more; then jobs_destroy frees the rest. */
+void jobs_stop(struct jobs *jobs);
 void jobs_destroy(struct jobs **jobs);
 
 /* Submission. On success `id` names a durable job, existed tells that the key was known. On failure
@@ -51,11 +54,13 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
 
 /* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan {effects,
  * layers, planes, skipped: [{what, why}], lights, camera, warnings}, statistics {...}, warnings,
- * error, frames: [{number, state, exr, png}], revision}. NULL: no such job. Borrowed. */
+ * error, frames: [{number, state, exr, png}], priority, revision}; exr and png are addresses, null
+ * until the file is there. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
-/* {jobs: [...summaries], next: cursor or null}. */
+/* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or null}.
+ * ERR_RANGE for an unknown state or a cursor that is none. */
 void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
                jobs_answer done, void *ctx);
 

@@ -1,0 +1,264 @@
+#include "server/job/jobs.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "server/job/jobs_table.h"
+
+static uint64_t clock_us(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+uint64_t jobs_clock_us(void)
+{
+    return clock_us(CLOCK_MONOTONIC);
+}
+
+uint64_t jobs_loop_cpu_us(void)
+{
+    return clock_us(CLOCK_THREAD_CPUTIME_ID);
+}
+
+int64_t jobs_time_ms(void)
+{
+    return (int64_t)(clock_us(CLOCK_REALTIME) / 1000);
+}
+
+void jobs_set_state(struct jobs *jobs, struct live_job *job, enum job_state state)
+{
+    jobs->in_state[job->state]--;
+    job_state_go(&job->state, state);
+    jobs->in_state[state]++;
+}
+
+void jobs_event(struct live_job *job, const char *name, json_t *data, bool final)
+{
+    if (data && !job->jobs->stopping)
+        stream_event(job->jobs->options.streams, job->id, name, data, final);
+    json_decref(data);
+}
+
+void jobs_event_state(struct live_job *job)
+{
+    jobs_event(job, "state",
+               json_pack("{s:s,s:I,s:o}", "state", job_state_name(job->state), "revision",
+                         (json_int_t)job->revision, "progress", live_job_progress(job)),
+               job_state_is_final(job->state));
+}
+
+void jobs_remember_ended(struct jobs *jobs, const char *id)
+{
+    char *slot = jobs->ended[jobs->ended_next++ % ENDED_STREAMS];
+    if (slot[0]) stream_forget(jobs->options.streams, slot);
+    memcpy(slot, id, JOB_ID_BYTES);
+}
+
+/* Imports and plans the first few jobs before their turn. */
+static void begin_jobs(struct jobs *jobs)
+{
+    unsigned ready = 0;
+    struct live_job *after;
+    for (struct live_job *job = jobs->first; job && ready < READY_AHEAD; job = after) {
+        after = job->after;
+        if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
+        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || live_job_has_unopened(job))
+            ready++;
+    }
+}
+
+static const struct live_job *first_with_tiles(const struct jobs *jobs)
+{
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (frame_tiles_waiting(jobs->open[i].frame->work) > 0) return jobs->open[i].job;
+    return NULL;
+}
+
+static bool has_room(const struct jobs *jobs, const struct live_job *job)
+{
+    uint64_t floats = live_job_frame_floats(job);
+    if (jobs->open_count < 2) return true;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        floats += live_job_frame_floats(jobs->open[i].job);
+    return floats <= OPEN_FLOATS_MOST;
+}
+
+/* The next frame is opened when no open one has tiles left to give, or when it goes before all that
+ * have. */
+static bool open_next(struct jobs *jobs)
+{
+    struct live_job *job = jobs->first;
+    while (job && !live_job_has_unopened(job)) job = job->after;
+    if (!job || jobs->open_count == OPEN_MOST) return false;
+    const struct live_job *giving = first_with_tiles(jobs);
+    if (giving ? !jobs_table_before(job, giving) : !has_room(jobs, job)) return false;
+    live_job_open_frame(job);
+    return true;
+}
+
+static void on_advance(uv_timer_t *timer)
+{
+    struct jobs *jobs = timer->data;
+    if (jobs->stopping) return;
+    begin_jobs(jobs);
+    while (open_next(jobs)) {
+    }
+}
+
+/* Through the loop, so that nothing begins in the middle of something else. */
+void jobs_advance_soon(struct jobs *jobs)
+{
+    if (!jobs->stopping) uv_timer_start(&jobs->advance, on_advance, 0, 0);
+}
+
+static void tell_progress(struct live_job *job)
+{
+    job->progress_due = false;
+    if (job_state_is_final(job->state)) return;
+    json_t *progress = live_job_progress(job);
+    if (progress)
+        json_object_set_new(progress, "revision", json_integer((json_int_t)job->revision));
+    jobs_event(job, "progress", progress, false);
+}
+
+static void on_progress(uv_timer_t *timer)
+{
+    struct jobs *jobs = timer->data;
+    /* Only the first few in order have been begun. */
+    unsigned quiet = 0;
+    for (struct live_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
+        if (job->progress_due)
+            tell_progress(job);
+        else
+            quiet++;
+    }
+}
+
+void jobs_progress_soon(struct jobs *jobs, struct live_job *job)
+{
+    job->revision++;
+    job->progress_due = true;
+    if (!jobs->stopping && !uv_is_active((uv_handle_t *)&jobs->progress))
+        uv_timer_start(&jobs->progress, on_progress, PROGRESS_EVERY_MS, 0);
+}
+
+int jobs_create(const struct jobs_options *options, struct jobs **out)
+{
+    struct jobs *jobs = calloc(1, sizeof *jobs);
+    if (!jobs) return ERR_MEMORY;
+    struct import_options import = {.loop = options->loop,
+                                    .team = options->team,
+                                    .objects = options->objects,
+                                    .program = options->import_program,
+                                    .limit_ms = LIMIT_IMPORT_MS};
+    jobs->options = *options;
+    if (imports_create(&import, options->store, &jobs->imports) != 0) {
+        free(jobs);
+        return ERR_MEMORY;
+    }
+    uv_timer_init(options->loop, &jobs->advance);
+    uv_timer_init(options->loop, &jobs->progress);
+    jobs->advance.data = jobs->progress.data = jobs;
+    *out = jobs;
+    return 0;
+}
+
+void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet)
+{
+    jobs->fleet = fleet;
+}
+
+struct resumption {
+    struct jobs *jobs;
+    int error;
+};
+
+/* Whatever it was doing, it waits for its turn again; what is on disk is found when that comes. */
+static void resume_one(void *ctx, const struct job_row *row, const struct frame_row *frames,
+                       size_t frame_count)
+{
+    struct resumption *resumption = ctx;
+    (void)frames, (void)frame_count;
+    if (resumption->error) return;
+    struct live_job *job =
+        live_job_create(resumption->jobs, row->id, row->priority, row->created_ms);
+    if (!job || jobs_table_add(resumption->jobs, job) != 0) {
+        free(job);
+        resumption->error = ERR_MEMORY;
+    }
+}
+
+int jobs_resume(struct jobs *jobs)
+{
+    struct resumption resumption = {.jobs = jobs};
+    int error = job_store_unfinished(jobs->options.store, resume_one, &resumption);
+    jobs_advance_soon(jobs);
+    return error ? error : resumption.error;
+}
+
+static void stop_dry_runs(struct jobs *jobs)
+{
+    struct fault fault;
+    struct dry_run *run;
+    fault_set(&fault, ERR_STATE, "", "the server is shutting down");
+    while ((run = jobs->dry_runs)) {
+        jobs->dry_runs = run->next;
+        preparation_cancel(&run->preparation);
+        run->done(run->ctx, &fault, NULL);
+        free(run);
+    }
+}
+
+void jobs_stop(struct jobs *jobs)
+{
+    if (jobs->stopping) return;
+    jobs->stopping = true;
+    jobs->fleet = NULL;
+    uv_close((uv_handle_t *)&jobs->advance, NULL);
+    uv_close((uv_handle_t *)&jobs->progress, NULL);
+    for (size_t i = 0; i < jobs->count; i++) live_job_drop(jobs->by_id[i]);
+    stop_dry_runs(jobs);
+    imports_stop(jobs->imports);
+}
+
+void jobs_destroy(struct jobs **jobs_)
+{
+    struct jobs *jobs = *jobs_;
+    *jobs_ = NULL;
+    if (!jobs) return;
+    assert(jobs->stopping && jobs->open_count == 0);
+    for (size_t i = 0; i < jobs->count; i++) {
+        assert(jobs->by_id[i]->holds == 0);
+        live_job_release(jobs->by_id[i]);
+    }
+    imports_destroy(&jobs->imports);
+    free(jobs->by_id);
+    free(jobs);
+}
+
+void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
+{
+    struct statistics sum = jobs->past;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        statistics_add(&sum, frame_statistics(jobs->open[i].frame->work));
+    *out = (struct jobs_totals){.queued = jobs->in_state[JOB_QUEUED],
+                                .importing = jobs->in_state[JOB_IMPORTING],
+                                .running = jobs->in_state[JOB_RUNNING],
+                                .finished = jobs->in_state[JOB_FINISHED],
+                                .failed = jobs->in_state[JOB_FAILED],
+                                .cancelled = jobs->in_state[JOB_CANCELLED],
+                                .submitted = jobs->submitted,
+                                .tiles_done = sum.tiles_done,
+                                .tiles_reissued = sum.tiles_reissued,
+                                .results_dropped = sum.results_dropped,
+                                .samples_rejected = sum.results_corrupt,
+                                .counters = sum.counters,
+                                .import_cpu_us = sum.import_cpu_us,
+                                .reconstruct_cpu_us = sum.reconstruct_cpu_us,
+                                .decode_cpu_us = sum.decode_cpu_us,
+                                .encode_cpu_us = sum.encode_cpu_us};
+}

@@ -1,0 +1,92 @@
+/* What the fleet asks of the jobs. */
+#include <stdio.h>
+#include <string.h>
+
+#include "server/job/jobs_table.h"
+
+static struct frame *work_of(struct jobs *jobs, uint64_t id)
+{
+    struct open_frame *open = jobs_table_frame(jobs, id);
+    return open ? open->frame->work : NULL;
+}
+
+static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+{
+    struct jobs *jobs = ctx;
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        struct frame *work = jobs->open[i].frame->work;
+        if (!frame_lease(work, worker, capabilities, out)) continue;
+        if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);
+        return true;
+    }
+    return false;
+}
+
+static const uint8_t *plan(void *ctx, uint64_t id, uint32_t *size_bytes)
+{
+    struct frame *work = work_of(ctx, id);
+    return work ? frame_plan_bytes(work, size_bytes) : NULL;
+}
+
+static uint32_t result(void *ctx, uint64_t worker, const struct message_result *message,
+                       uint8_t **bytes, uint32_t size_bytes)
+{
+    struct jobs *jobs = ctx;
+    struct frame *work = work_of(jobs, message->frame_id);
+    if (work) return frame_result(work, worker, message, bytes, size_bytes);
+    jobs->past.results_dropped++;
+    return VERDICT_FOREIGN;
+}
+
+static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
+{
+    struct jobs *jobs = ctx;
+    struct frame *work = work_of(jobs, tile->frame_id);
+    if (!work) return;
+    frame_returned(work, worker, tile);
+    if (jobs->fleet) fleet_wake(jobs->fleet);
+}
+
+static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault *fault)
+{
+    struct jobs *jobs = ctx;
+    struct frame *work = work_of(jobs, fault->frame_id);
+    if (!work) return;
+    frame_faulted(work, worker, fault);
+    if (jobs->fleet) fleet_wake(jobs->fleet);
+}
+
+/* Workers may have the blobs of open frames, and nothing else of the store. */
+static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t capacity)
+{
+    struct jobs *jobs = ctx;
+    char path[OBJECTS_PATH_BYTES];
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        const struct plan *p = &jobs->open[i].job->prepared->plan;
+        if (!digest_equal(&p->scene, digest)) continue;
+        objects_path(jobs->options.objects, digest, path);
+        return (size_t)snprintf(out, capacity, "%s", path) < capacity;
+    }
+    return false;
+}
+
+static uint64_t tiles_left(void *ctx)
+{
+    struct jobs *jobs = ctx;
+    uint64_t sum = 0;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        sum += frame_tiles_waiting(jobs->open[i].frame->work);
+    return sum;
+}
+
+struct fleet_client jobs_fleet_client(struct jobs *jobs)
+{
+    return (struct fleet_client){.ctx = jobs,
+                                 .next_tile = next_tile,
+                                 .plan = plan,
+                                 .result = result,
+                                 .returned = returned,
+                                 .faulted = faulted,
+                                 .blob_path = blob_path,
+                                 .tiles_left = tiles_left};
+}

@@ -1,0 +1,221 @@
+/* Taking jobs in, trying them out, calling them off. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/job/jobs_table.h"
+
+static int check_assets(const struct objects *objects, const struct job *job, struct fault *fault)
+{
+    char hex[DIGEST_HEX_BYTES], pointer[LIMIT_POINTER_BYTES];
+    digest_to_hex(&job->scene, hex);
+    if (!objects_have(objects, &job->scene, NULL))
+        return fault_set(fault, ERR_NOT_FOUND, "/scene/asset", "asset %s is not here; PUT it first",
+                         hex);
+    for (uint32_t i = 0; i < job->file_count; i++) {
+        if (objects_have(objects, &job->files[i].asset, NULL)) continue;
+        digest_to_hex(&job->files[i].asset, hex);
+        snprintf(pointer, sizeof pointer, "/scene/files/%.200s", job->files[i].path);
+        return fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
+    }
+    return 0;
+}
+
+static int check_new(const struct jobs *jobs, const struct job *job, struct fault *fault)
+{
+    if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
+    if (jobs->count >= LIMIT_JOBS_WAITING)
+        return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
+    return check_assets(jobs->options.objects, job, fault);
+}
+
+struct submission {
+    struct jobs *jobs;
+    struct live_job *job; /* made beforehand: a durable job must not fail for want of memory */
+    jobs_submitted done;
+    void *ctx;
+};
+
+static void take_in(struct submission *s)
+{
+    struct jobs *jobs = s->jobs;
+    struct live_job *job = s->job;
+    char id[JOB_ID_BYTES];
+    memcpy(id, job->id, sizeof id);
+    /* Without room in the table it is taken up after a restart; accepted it is. */
+    if (jobs->stopping || jobs_table_add(jobs, job) != 0) {
+        live_job_release(job);
+    } else {
+        jobs->submitted++;
+        jobs_event_state(job);
+        jobs_advance_soon(jobs);
+    }
+    s->done(s->ctx, NULL, id, false);
+}
+
+static void on_inserted(void *ctx, int error, const char *existing)
+{
+    struct submission *s = ctx;
+    struct fault fault;
+    if (!error) {
+        take_in(s);
+        free(s);
+        return;
+    }
+    live_job_release(s->job);
+    if (error == ERR_EXISTS) {
+        s->done(s->ctx, NULL, existing, true);
+    } else {
+        fault_set(&fault, error, "",
+                  error == ERR_MISMATCH ? "this Idempotency-Key came with another body before"
+                                        : "the job could not be stored");
+        s->done(s->ctx, &fault, NULL, false);
+    }
+    free(s);
+}
+
+static int insert(struct jobs *jobs, const struct job *job, const char *key,
+                  const struct digest *body, struct submission *s)
+{
+    json_t *document = job_write(job);
+    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    json_decref(document);
+    if (!text) return ERR_MEMORY;
+    struct job_row row = {.document = text,
+                          .state = job_state_name(JOB_QUEUED),
+                          .created_ms = s->job->created_ms,
+                          .updated_ms = s->job->created_ms,
+                          .priority = job->priority};
+    memcpy(row.id, s->job->id, sizeof row.id);
+    job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);
+    free(text);
+    return 0;
+}
+
+static int submit(struct jobs *jobs, const struct job *job, const char *key,
+                  const struct digest *body, jobs_submitted done, void *ctx, struct fault *fault)
+{
+    char id[JOB_ID_BYTES];
+    int64_t now_ms = jobs_time_ms();
+    int error = check_new(jobs, job, fault);
+    if (error) return error;
+    if (job_id_next(&jobs->ids, (uint64_t)now_ms, id) != 0)
+        return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
+    struct submission *s = calloc(1, sizeof *s);
+    struct live_job *live = live_job_create(jobs, id, job->priority, now_ms);
+    if (s && live) {
+        *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
+        if (insert(jobs, job, key, body, s) == 0) return 0;
+    }
+    free(s);
+    free(live);
+    return fault_set(fault, ERR_MEMORY, "", "no memory for one more job");
+}
+
+void jobs_submit(struct jobs *jobs, struct job *job, const char *idempotency_key,
+                 const struct digest *body, jobs_submitted done, void *ctx)
+{
+    struct fault fault;
+    int error = submit(jobs, job, idempotency_key, body, done, ctx, &fault);
+    job_fini(job);
+    if (error) done(ctx, &fault, NULL, false);
+}
+
+static void unlink_dry_run(struct dry_run *run)
+{
+    struct dry_run **at = &run->jobs->dry_runs;
+    while (*at != run) at = &(*at)->next;
+    *at = run->next;
+}
+
+static void on_dry_prepared(void *ctx, const struct fault *fault, struct prepared *prepared)
+{
+    struct dry_run *run = ctx;
+    struct fault memory;
+    unlink_dry_run(run);
+    json_t *plan = prepared ? plan_report_json(&prepared->plan, &prepared->report) : NULL;
+    if (!fault && !plan) {
+        fault_set(&memory, ERR_MEMORY, "", "no memory for the plan");
+        fault = &memory;
+    }
+    run->done(run->ctx, fault, plan);
+    json_decref(plan);
+    prepared_destroy(&prepared);
+    free(run);
+}
+
+void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx)
+{
+    struct fault fault;
+    int error = check_new(jobs, job, &fault);
+    struct dry_run *run = error ? NULL : calloc(1, sizeof *run);
+    if (!run) {
+        job_fini(job);
+        if (!error) fault_set(&fault, ERR_MEMORY, "", "no memory to plan");
+        done(ctx, &fault, NULL);
+        return;
+    }
+    *run = (struct dry_run){.next = jobs->dry_runs, .jobs = jobs, .done = done, .ctx = ctx};
+    jobs->dry_runs = run;
+    error = preparation_start(jobs->imports, jobs->options.team, jobs->options.objects, job,
+                              on_dry_prepared, run, &run->preparation);
+    if (!error) return;
+    unlink_dry_run(run);
+    free(run);
+    fault_set(&fault, error, "", "no memory to plan");
+    done(ctx, &fault, NULL);
+}
+
+/* A cancellation that ends in a removal, or of a job that is not in the table. */
+struct cancellation {
+    struct jobs *jobs;
+    char id[JOB_ID_BYTES];
+    bool purge;
+    job_store_done done;
+    void *ctx;
+};
+
+static void on_removed(void *ctx, int error)
+{
+    struct cancellation *c = ctx;
+    if (!c->jobs->stopping) stream_forget(c->jobs->options.streams, c->id);
+    c->done(c->ctx, error);
+    free(c);
+}
+
+static void on_cancelled(void *ctx, int error)
+{
+    struct cancellation *c = ctx;
+    if (!error && c->purge) {
+        job_store_remove(c->jobs->options.store, c->id, on_removed, c);
+        return;
+    }
+    c->done(c->ctx, error);
+    free(c);
+}
+
+static void on_found_ended(void *ctx, int error, const struct job_row *row,
+                           const struct frame_row *frames, size_t frame_count)
+{
+    struct cancellation *c = ctx;
+    (void)frames, (void)frame_count;
+    if (!error && !row) error = ERR_NOT_FOUND;
+    if (!error && !c->purge) error = ERR_STATE;
+    on_cancelled(c, error);
+}
+
+void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx)
+{
+    struct cancellation *c = job_id_is_valid(id) ? calloc(1, sizeof *c) : NULL;
+    if (!c) {
+        done(ctx, job_id_is_valid(id) ? ERR_MEMORY : ERR_NOT_FOUND);
+        return;
+    }
+    *c = (struct cancellation){.jobs = jobs, .purge = purge, .done = done, .ctx = ctx};
+    memcpy(c->id, id, sizeof c->id);
+    struct live_job *job = jobs_table_find(jobs, id);
+    if (job && !job_state_is_final(job->state) && !jobs->stopping)
+        live_job_cancel(job, on_cancelled, c);
+    else
+        job_store_get(jobs->options.store, id, on_found_ended, c);
+}

@@ -1,0 +1,102 @@
+#include "server/job/jobs_table.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The first place in by_id whose job is not before `id`. */
+static size_t place_of(const struct jobs *jobs, const char *id)
+{
+    size_t low = 0, high = jobs->count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (strcmp(jobs->by_id[middle]->id, id) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+bool jobs_table_before(const struct live_job *a, const struct live_job *b)
+{
+    if (a->priority != b->priority) return a->priority > b->priority;
+    return strcmp(a->id, b->id) < 0;
+}
+
+/* New jobs are mostly the last of their rank: looked for from the end. */
+static void link_in_order(struct jobs *jobs, struct live_job *job)
+{
+    struct live_job *before = jobs->last;
+    while (before && jobs_table_before(job, before)) before = before->before;
+    job->before = before;
+    job->after = before ? before->after : jobs->first;
+    *(before ? &before->after : &jobs->first) = job;
+    *(job->after ? &job->after->before : &jobs->last) = job;
+}
+
+int jobs_table_add(struct jobs *jobs, struct live_job *job)
+{
+    if (jobs->count == jobs->capacity) {
+        size_t capacity = jobs->capacity ? 2 * jobs->capacity : 64;
+        struct live_job **by_id = realloc(jobs->by_id, capacity * sizeof(struct live_job *));
+        if (!by_id) return ERR_MEMORY;
+        jobs->by_id = by_id;
+        jobs->capacity = capacity;
+    }
+    size_t at = place_of(jobs, job->id);
+    memmove(jobs->by_id + at + 1, jobs->by_id + at, (jobs->count - at) * sizeof(struct live_job *));
+    jobs->by_id[at] = job;
+    jobs->count++;
+    jobs->in_state[job->state]++;
+    link_in_order(jobs, job);
+    return 0;
+}
+
+void jobs_table_remove(struct jobs *jobs, struct live_job *job)
+{
+    size_t at = place_of(jobs, job->id);
+    assert(at < jobs->count && jobs->by_id[at] == job);
+    memmove(jobs->by_id + at, jobs->by_id + at + 1,
+            (--jobs->count - at) * sizeof(struct live_job *));
+    *(job->before ? &job->before->after : &jobs->first) = job->after;
+    *(job->after ? &job->after->before : &jobs->last) = job->before;
+    job->before = job->after = NULL;
+}
+
+struct live_job *jobs_table_find(const struct jobs *jobs, const char *id)
+{
+    size_t at = place_of(jobs, id);
+    return at < jobs->count && !strcmp(jobs->by_id[at]->id, id) ? jobs->by_id[at] : NULL;
+}
+
+static bool open_before(const struct live_job *job, const struct live_frame *frame,
+                        const struct open_frame *other)
+{
+    return job == other->job ? frame < other->frame : jobs_table_before(job, other->job);
+}
+
+void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame)
+{
+    assert(jobs->open_count < OPEN_MOST);
+    unsigned at = jobs->open_count++;
+    for (; at > 0 && open_before(job, frame, &jobs->open[at - 1]); at--)
+        jobs->open[at] = jobs->open[at - 1];
+    jobs->open[at] = (struct open_frame){.job = job, .frame = frame};
+}
+
+void jobs_table_close(struct jobs *jobs, struct live_frame *frame)
+{
+    unsigned at = 0;
+    while (at < jobs->open_count && jobs->open[at].frame != frame) at++;
+    assert(at < jobs->open_count);
+    jobs->open_count--;
+    for (; at < jobs->open_count; at++) jobs->open[at] = jobs->open[at + 1];
+}
+
+struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t id)
+{
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (frame_id(jobs->open[i].frame->work) == id) return &jobs->open[i];
+    return NULL;
+}

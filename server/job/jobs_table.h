@@ -1,0 +1,82 @@
+#pragma once
+/* The inside of struct jobs, shared by the files of this room: who is there, in which order they
+ * are served, which frames are open. */
+#include "server/job/job_id.h"
+#include "server/job/live_job.h"
+
+/* Frames in work: two keep workers busy while one is encoded; small images may have more. */
+#define OPEN_MOST 4
+#define OPEN_FLOATS_MOST                                                                           \
+    (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K beauties */
+#define READY_AHEAD       3   /* jobs that are imported and planned before their turn */
+#define ENDED_STREAMS     32  /* ended jobs whose late readers still find the last events */
+#define SENDERS_KNOWN     64  /* workers that sent something corrupt */
+#define CORRUPT_MOST      3   /* results, until a worker is drained */
+#define PROGRESS_EVERY_MS 100
+
+struct open_frame {
+    struct live_job *job;
+    struct live_frame *frame;
+};
+
+struct dry_run {
+    struct dry_run *next;
+    struct jobs *jobs;
+    struct preparation *preparation;
+    jobs_planned done;
+    void *ctx;
+};
+
+struct corrupt_sender {
+    uint64_t worker;
+    unsigned results;
+};
+
+struct jobs {
+    struct jobs_options options;
+    struct fleet *fleet; /* NULL before it is set and after jobs_stop */
+    struct imports *imports;
+    uv_timer_t advance, progress;
+    struct job_id_source ids;
+    uint64_t next_frame_id;
+
+    struct live_job **by_id; /* sorted; jobs that have not ended */
+    size_t count, capacity;
+    struct live_job *first, *last;      /* in order of service: priority, then age */
+    uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
+    uint64_t submitted;
+
+    struct open_frame open[OPEN_MOST]; /* in order of service */
+    unsigned open_count;
+    struct dry_run *dry_runs;
+    char ended[ENDED_STREAMS][JOB_ID_BYTES];
+    unsigned ended_next;
+    struct corrupt_sender senders[SENDERS_KNOWN];
+    unsigned senders_next;
+    struct statistics past; /* of frames that are no longer open, and of imports */
+    bool stopping;
+};
+
+/* jobs_table.c */
+int jobs_table_add(struct jobs *jobs,
+                   struct live_job *job); /* ERR_MEMORY; the table owns it then */
+void jobs_table_remove(struct jobs *jobs, struct live_job *job);
+struct live_job *jobs_table_find(const struct jobs *jobs, const char *id);
+/* Whether a is served before b. */
+bool jobs_table_before(const struct live_job *a, const struct live_job *b);
+void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame);
+void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
+struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
+
+/* jobs.c */
+/* Looks soon for what can be begun. */
+void jobs_advance_soon(struct jobs *jobs);
+void jobs_progress_soon(struct jobs *jobs, struct live_job *job);
+void jobs_set_state(struct jobs *jobs, struct live_job *job, enum job_state state);
+void jobs_event(struct live_job *job, const char *name, json_t *data, bool final); /* takes data */
+void jobs_event_state(struct live_job *job);
+/* Readers of an ended job find its last events for a while. */
+void jobs_remember_ended(struct jobs *jobs, const char *id);
+uint64_t jobs_clock_us(void);
+uint64_t jobs_loop_cpu_us(void);
+int64_t jobs_time_ms(void);

@@ -1,0 +1,285 @@
+/* A job's frames in work: opened, drawn, stored, recorded. */
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/build.h"
+#include "server/job/jobs_table.h"
+
+static int32_t number_of(const struct live_job *job, const struct live_frame *frame)
+{
+    return job->prepared->job.first_frame + (int32_t)(frame - job->frames);
+}
+
+bool live_job_has_unopened(const struct live_job *job)
+{
+    return job->state == JOB_RUNNING &&
+           job->frames_opened + job->frames_finished < job->frame_count;
+}
+
+uint64_t live_job_frame_floats(const struct live_job *job)
+{
+    const struct plan *plan = &job->prepared->plan;
+    /* About three channels a layer. */
+    uint64_t layers = (uint64_t)__builtin_popcount(job->prepared->job.layers);
+    return (uint64_t)plan->width_px * (uint64_t)plan->height_px * (3 * layers + 1);
+}
+
+static void frame_event(const struct live_job *job, const struct live_frame *frame)
+{
+    jobs_event((struct live_job *)job, "frame",
+               live_job_frame_json(job->id, number_of(job, frame), frame->state), false);
+}
+
+/* The pixel feed shows one frame of a job at a time: the first that is in work. */
+static void show(struct live_job *job, struct live_frame *frame)
+{
+    struct streams *streams = job->jobs->options.streams;
+    if (job->shown) stream_image(streams, job->id, NULL);
+    job->shown = frame;
+    if (frame) stream_image(streams, job->id, frame_image(frame->work));
+}
+
+static struct live_frame *first_in_work(const struct live_job *job)
+{
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job) return job->jobs->open[i].frame;
+    return NULL;
+}
+
+/* Takes a frame out of work: its numbers go to the job, its memory back. */
+static void close_work(struct live_job *job, struct live_frame *frame)
+{
+    struct jobs *jobs = job->jobs;
+    uint64_t id = frame_id(frame->work);
+    statistics_add(&job->statistics, frame_statistics(frame->work));
+    statistics_add(&jobs->past, frame_statistics(frame->work));
+    jobs_table_close(jobs, frame);
+    if (jobs->fleet) fleet_cancel(jobs->fleet, id);
+    if (job->shown == frame) show(job, jobs->stopping ? NULL : first_in_work(job));
+    frame_drop(&frame->work);
+}
+
+void live_job_drop_frames(struct live_job *job)
+{
+    struct live_frame *frame;
+    while ((frame = first_in_work(job))) {
+        close_work(job, frame);
+        frame_state_go(&frame->state, FRAME_QUEUED);
+        job->frames_opened--;
+    }
+}
+
+static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
+                               struct live_frame **frame)
+{
+    struct open_frame *open = jobs_table_frame(jobs, frame_id(work));
+    assert(open);
+    *frame = open->frame;
+    return open->job;
+}
+
+/* Counts what a worker sent damaged; after the third it is sent away. */
+static void count_corrupt(struct jobs *jobs, uint64_t worker)
+{
+    struct corrupt_sender *sender = NULL;
+    for (unsigned i = 0; i < SENDERS_KNOWN && !sender; i++)
+        if (jobs->senders[i].worker == worker) sender = &jobs->senders[i];
+    if (!sender) {
+        sender = &jobs->senders[jobs->senders_next++ % SENDERS_KNOWN];
+        *sender = (struct corrupt_sender){.worker = worker};
+    }
+    if (++sender->results >= CORRUPT_MOST) fleet_drain(jobs->fleet, worker, true);
+}
+
+static void tile_event(struct live_job *job, const struct frame *work,
+                       const struct message_ack *ack, uint64_t worker)
+{
+    struct tile_grid grid;
+    const struct plan *plan = &job->prepared->plan;
+    if (streams_readers(job->jobs->options.streams) == 0 ||
+        tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0)
+        return;
+    struct rect r = tile_grid_rect(&grid, ack->index);
+    jobs_event(job, "tile",
+               json_pack("{s:i,s:i,s:i,s:i,s:i,s:I}", "frame", frame_number(work), "x", r.x0, "y",
+                         r.y0, "w", rect_width(r), "h", rect_height(r), "worker",
+                         (json_int_t)worker),
+               false);
+}
+
+static void on_judged(void *ctx, struct frame *work, uint64_t worker, const struct message_ack *ack)
+{
+    struct jobs *jobs = ctx;
+    struct live_frame *frame;
+    struct live_job *job = job_of(jobs, work, &frame);
+    fleet_ack(jobs->fleet, worker, ack);
+    if (ack->verdict == VERDICT_ACCEPTED) {
+        tile_event(job, work, ack, worker);
+        jobs_progress_soon(jobs, job);
+        return;
+    }
+    if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, worker);
+    fleet_wake(jobs->fleet);
+}
+
+static void on_drawn(void *ctx, struct frame *work, struct rect rect)
+{
+    struct jobs *jobs = ctx;
+    struct live_frame *frame;
+    struct live_job *job = job_of(jobs, work, &frame);
+    if (job->shown == frame) stream_pixels(jobs->options.streams, job->id, rect);
+    jobs_progress_soon(jobs, job);
+    if (frame_was_held(work)) fleet_wake(jobs->fleet);
+}
+
+static void on_traced(void *ctx, struct frame *work)
+{
+    struct jobs *jobs = ctx;
+    fleet_cancel(jobs->fleet, frame_id(work));
+    jobs_advance_soon(jobs);
+}
+
+static void on_failed(void *ctx, struct frame *work, const struct fault *fault)
+{
+    struct live_frame *frame;
+    struct live_job *job = job_of(ctx, work, &frame);
+    live_job_fail(job, fault);
+    jobs_advance_soon(ctx);
+}
+
+/* A commit of one frame is on its way. */
+struct recording {
+    struct live_job *job;
+    struct live_frame *frame;
+};
+
+static void on_recorded(void *ctx, int error)
+{
+    struct recording *recording = ctx;
+    struct live_job *job = recording->job;
+    struct live_frame *frame = recording->frame;
+    free(recording);
+    job->holds--;
+    if (job->gone) {
+        live_job_release(job);
+        return;
+    }
+    if (job->jobs->stopping || job_state_is_final(job->state)) return;
+    if (error) {
+        struct fault fault;
+        fault_set(&fault, error, "", "frame %d could not be recorded", number_of(job, frame));
+        live_job_fail(job, &fault);
+        return;
+    }
+    frame_state_go(&frame->state, FRAME_FINISHED);
+    job->frames_opened--;
+    job->frames_finished++;
+    job->revision++;
+    frame_event(job, frame);
+    if (job->frames_finished == job->frame_count)
+        live_job_finish(job);
+    else
+        jobs_progress_soon(job->jobs, job);
+    jobs_advance_soon(job->jobs);
+}
+
+/* Numbers of frames that are done survive a restart together with the frames. */
+static void record_report(struct live_job *job)
+{
+    json_t *report = live_job_report(job);
+    char *text = json_dumps(report, JSON_COMPACT);
+    job_store_update(job->jobs->options.store, job->id, NULL, NULL, text, NULL, NULL);
+    free(text);
+    json_decref(report);
+}
+
+static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
+                       const struct digest *png)
+{
+    struct jobs *jobs = ctx;
+    struct live_frame *frame;
+    struct live_job *job = job_of(jobs, work, &frame);
+    struct recording *recording = malloc(sizeof *recording);
+    if (!recording) {
+        struct fault fault;
+        fault_set(&fault, ERR_MEMORY, "", "no memory to record frame %d", number_of(job, frame));
+        live_job_fail(job, &fault);
+        return;
+    }
+    *recording = (struct recording){.job = job, .frame = frame};
+    frame->exr = *exr;
+    frame->png = *png;
+    if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
+    close_work(job, frame);
+    if (job->frame_count > 1) record_report(job);
+    struct frame_row row = {.number = number_of(job, frame),
+                            .state = frame_state_name(FRAME_FINISHED),
+                            .exr = *exr,
+                            .png = *png};
+    job->holds++;
+    job_store_update_frame(jobs->options.store, job->id, &row, on_recorded, recording);
+    jobs_advance_soon(jobs);
+}
+
+static int start_work(struct live_job *job, struct live_frame *frame)
+{
+    struct jobs *jobs = job->jobs;
+    const struct job *document = &job->prepared->job;
+    struct plan plan = job->prepared->plan;
+    uint32_t l = job_strata_per_axis(document->spp);
+    plan.pattern.frame = (uint32_t)number_of(job, frame);
+    struct frame_options options = {
+        .id = ++jobs->next_frame_id,
+        .number = number_of(job, frame),
+        .layers = document->layers,
+        .metadata = {.job = job->fingerprint,
+                     .build = build_id(),
+                     .seed = document->seed,
+                     .spp = l * l,
+                     .frame = number_of(job, frame),
+                     .half = document->pixel_type == PIXEL_HALF},
+        .plan = &plan,
+        .team = jobs->options.team,
+        .objects = jobs->options.objects,
+        .events = {.ctx = jobs,
+                   .judged = on_judged,
+                   .drawn = on_drawn,
+                   .traced = on_traced,
+                   .encoded = on_encoded,
+                   .failed = on_failed},
+    };
+    return frame_create(&options, &frame->work);
+}
+
+static struct live_frame *first_unopened(const struct live_job *job)
+{
+    struct live_frame *frame = job->frames;
+    while (frame->state != FRAME_QUEUED) frame++;
+    return frame;
+}
+
+void live_job_open_frame(struct live_job *job)
+{
+    struct jobs *jobs = job->jobs;
+    assert(live_job_has_unopened(job));
+    struct live_frame *frame = first_unopened(job);
+    int error = start_work(job, frame);
+    if (error) {
+        struct fault fault;
+        fault_set(&fault, error, "/image", "no memory for frame %d", number_of(job, frame));
+        live_job_fail(job, &fault);
+        return;
+    }
+    frame_state_go(&frame->state, FRAME_RENDERING);
+    job->frames_opened++;
+    jobs_table_open(jobs, job, frame);
+    if (job->trace_started_us == 0) {
+        job->trace_started_us = jobs_clock_us();
+        job->trace_started_fraction = live_job_fraction(job);
+    }
+    if (!job->shown) show(job, frame);
+    job->revision++;
+    frame_event(job, frame);
+    if (jobs->fleet) fleet_wake(jobs->fleet);
+}

@@ -1,0 +1,246 @@
+#include "server/job/live_job.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/build.h"
+#include "server/job/jobs_table.h"
+
+struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
+                                 int64_t created_ms)
+{
+    struct live_job *job = calloc(1, sizeof *job);
+    if (!job) return NULL;
+    job->jobs = jobs;
+    memcpy(job->id, id, JOB_ID_BYTES - 1);
+    job->priority = priority;
+    job->created_ms = created_ms;
+    job->state = JOB_QUEUED;
+    job->revision = (uint64_t)jobs_time_ms();
+    return job;
+}
+
+static void destroy(struct live_job *job)
+{
+    prepared_destroy(&job->prepared);
+    json_decref(job->plan);
+    json_decref(job->error);
+    free(job->frames);
+    free(job);
+}
+
+void live_job_release(struct live_job *job)
+{
+    job->gone = true;
+    if (job->holds == 0) destroy(job);
+}
+
+/* A store callback came. False when the job is no longer there (and maybe freed). */
+static bool unhold(struct live_job *job)
+{
+    assert(job->holds > 0);
+    job->holds--;
+    if (!job->gone) return !job->jobs->stopping;
+    if (job->holds == 0) destroy(job);
+    return false;
+}
+
+void live_job_drop(struct live_job *job)
+{
+    preparation_cancel(&job->preparation);
+    live_job_drop_frames(job);
+}
+
+static void go(struct live_job *job, enum job_state state)
+{
+    jobs_set_state(job->jobs, job, state);
+    job->revision++;
+}
+
+/* {type, title, detail, pointer} (RFC 9457), for GET and for the event. */
+static json_t *problem_of(const struct fault *fault)
+{
+    char type[64] = "urn:shearwater:error:";
+    size_t at = strlen(type);
+    for (const char *c = error_name(fault->code); *c && at < sizeof type - 1; c++)
+        type[at++] = (char)(*c == '_' ? '-' : *c >= 'A' && *c <= 'Z' ? *c - 'A' + 'a' : *c);
+    type[at] = '\0';
+    json_t *problem = json_pack("{s:s,s:s}", "type", type, "title", error_text(fault->code));
+    if (fault->detail[0]) json_object_set_new(problem, "detail", json_string(fault->detail));
+    if (fault->pointer[0]) json_object_set_new(problem, "pointer", json_string(fault->pointer));
+    return problem;
+}
+
+static void on_ended(void *ctx, int error)
+{
+    struct live_job *job = ctx;
+    struct jobs *jobs = job->jobs;
+    if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
+    job->cancelled = NULL;
+    if (!unhold(job)) return;
+    jobs_event_state(job);
+    jobs_remember_ended(jobs, job->id);
+    if (!error) {
+        /* What could not be recorded stays in the table: GET must not fall back to the old state.
+         */
+        jobs_table_remove(jobs, job);
+        live_job_release(job);
+    }
+    jobs_advance_soon(jobs);
+}
+
+/* Stops the clocks, so that the report has the whole job. */
+static void close_statistics(struct live_job *job)
+{
+    live_job_statistics(job, &job->statistics);
+    job->work_started_us = 0;
+}
+
+static void end(struct live_job *job, enum job_state state)
+{
+    go(job, state);
+    live_job_drop(job);
+    close_statistics(job);
+    json_t *report = live_job_report(job);
+    char *report_text = json_dumps(report, JSON_COMPACT);
+    char *error_text_ = job->error ? json_dumps(job->error, JSON_COMPACT) : NULL;
+    job->holds++;
+    job_store_update(job->jobs->options.store, job->id, job_state_name(state), error_text_,
+                     report_text, on_ended, job);
+    json_decref(report);
+    free(report_text);
+    free(error_text_);
+}
+
+void live_job_fail(struct live_job *job, const struct fault *fault)
+{
+    assert(!job_state_is_final(job->state));
+    job->error = problem_of(fault);
+    jobs_event(job, "error", json_incref(job->error), false);
+    end(job, JOB_FAILED);
+}
+
+void live_job_finish(struct live_job *job)
+{
+    end(job, JOB_FINISHED);
+}
+
+void live_job_cancel(struct live_job *job, job_store_done done, void *ctx)
+{
+    assert(!job_state_is_final(job->state) && !job->cancelled);
+    job->cancelled = done;
+    job->cancelled_ctx = ctx;
+    end(job, JOB_CANCELLED);
+}
+
+/* Frames of an earlier run whose files are still there need not be made again. */
+static int take_frames(struct live_job *job, const struct frame_row *rows, size_t count,
+                       int32_t first, int32_t last)
+{
+    const struct objects *objects = job->jobs->options.objects;
+    job->frame_count = (uint32_t)(last - first + 1);
+    job->frames = calloc(job->frame_count, sizeof *job->frames);
+    if (!job->frames) return ERR_MEMORY;
+    for (size_t i = 0; i < count; i++) {
+        const struct frame_row *row = &rows[i];
+        enum frame_state state;
+        if (row->number < first || row->number > last || !row->state ||
+            !frame_state_from_name(row->state, &state) || state != FRAME_FINISHED ||
+            !objects_have(objects, &row->exr, NULL) || !objects_have(objects, &row->png, NULL))
+            continue;
+        struct live_frame *frame = &job->frames[row->number - first];
+        *frame = (struct live_frame){.state = FRAME_FINISHED, .exr = row->exr, .png = row->png};
+        job->frames_finished++;
+    }
+    return 0;
+}
+
+static void on_prepared(void *ctx, const struct fault *fault, struct prepared *prepared)
+{
+    struct live_job *job = ctx;
+    job->preparation = NULL;
+    if (fault) {
+        live_job_fail(job, fault);
+        return;
+    }
+    job->prepared = prepared;
+    job->statistics.import_cpu_us += prepared->import_cpu_us;
+    job->jobs->past.import_cpu_us += prepared->import_cpu_us;
+    job->plan = plan_report_json(&prepared->plan, &prepared->report);
+    if (!job->plan || fingerprint_of(&prepared->job, job->fingerprint) != 0) {
+        struct fault memory;
+        fault_set(&memory, ERR_MEMORY, "", "no memory for the job's plan");
+        live_job_fail(job, &memory);
+        return;
+    }
+    go(job, JOB_RUNNING);
+    json_t *report = live_job_report(job);
+    char *text = json_dumps(report, JSON_COMPACT);
+    job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, text,
+                     NULL, NULL);
+    free(text);
+    json_decref(report);
+    jobs_event_state(job);
+    if (job->frames_finished == job->frame_count) live_job_finish(job);
+    jobs_advance_soon(job->jobs);
+}
+
+/* Numbers of an earlier run go on growing. */
+static void take_report(struct live_job *job, const char *text)
+{
+    json_t *report = text ? json_loads(text, 0, NULL) : NULL;
+    statistics_read(json_object_get(report, "statistics"), &job->statistics);
+    json_decref(report);
+}
+
+static int load(struct live_job *job, const struct job_row *row, const struct frame_row *frames,
+                size_t frame_count, struct fault *fault)
+{
+    struct job document;
+    struct jobs *jobs = job->jobs;
+    if (!row || !row->document)
+        return fault_set(fault, ERR_NOT_FOUND, "", "the job's document is not in the store");
+    int error = job_read(row->document, strlen(row->document), &document, fault);
+    if (error) return error;
+    take_report(job, row->report);
+    error = take_frames(job, frames, frame_count, document.first_frame, document.last_frame);
+    if (error) {
+        job_fini(&document);
+        return fault_set(fault, error, "", "no memory for the job's frames");
+    }
+    error = preparation_start(jobs->imports, jobs->options.team, jobs->options.objects, &document,
+                              on_prepared, job, &job->preparation);
+    return error ? fault_set(fault, error, "", "no memory to import the scene") : 0;
+}
+
+static void on_loaded(void *ctx, int error, const struct job_row *row,
+                      const struct frame_row *frames, size_t frame_count)
+{
+    struct live_job *job = ctx;
+    struct fault fault;
+    job->loading = false;
+    if (!unhold(job) || job_state_is_final(job->state)) return;
+    job->work_started_us = jobs_clock_us();
+    job->work_started_cpu_us = jobs_loop_cpu_us();
+    go(job, JOB_IMPORTING);
+    if (error)
+        fault_set(&fault, error, "", "the job could not be read from the store");
+    else
+        error = load(job, row, frames, frame_count, &fault);
+    if (error) {
+        live_job_fail(job, &fault);
+        return;
+    }
+    job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, NULL,
+                     NULL, NULL);
+    jobs_event_state(job);
+}
+
+void live_job_begin(struct live_job *job)
+{
+    assert(job->state == JOB_QUEUED && !job->loading);
+    job->loading = true;
+    job->holds++;
+    job_store_get(job->jobs->options.store, job->id, on_loaded, job);
+}

@@ -1,0 +1,85 @@
+#pragma once
+/* A job that has not ended: from its row in the store to its last file, one small step a function.
+ *
+ * A queued job is only its name and rank; document, plan and frames are loaded when its turn comes,
+ * so that a long queue costs little. */
+#include "server/job/fingerprint.h"
+#include "server/job/frame.h"
+#include "server/job/jobs.h"
+#include "server/job/preparation.h"
+#include "server/job/state.h"
+#include "server/job/statistics.h"
+
+/* One of a job's frames. */
+struct live_frame {
+    enum frame_state state;
+    struct digest exr, png; /* zero until stored */
+    struct frame *work;     /* while rendering and encoding */
+};
+
+struct live_job {
+    struct jobs *jobs;
+    char id[JOB_ID_BYTES];
+    int32_t priority;
+    int64_t created_ms;
+    enum job_state state;
+    uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
+                          goes on growing after a restart */
+    struct live_job *before, *after; /* in order of service */
+    uint32_t holds;                  /* store callbacks that will come */
+    bool gone;                       /* out of the table; freed with the last hold */
+
+    bool loading;
+    struct preparation *preparation;
+    struct prepared *prepared; /* job, plan, report */
+    json_t *plan;              /* its JSON */
+    char fingerprint[FINGERPRINT_BYTES];
+    struct live_frame *frames; /* frame_count, in order of their numbers */
+    uint32_t frame_count, frames_opened, frames_finished;
+    struct live_frame *shown; /* whose image the pixel feed shows */
+
+    struct statistics statistics; /* of frames that are no longer in work, and of earlier runs */
+    uint64_t work_started_us;     /* clock; 0: not in work */
+    uint64_t work_started_cpu_us; /* of the loop's thread */
+    uint64_t trace_started_us;
+    double trace_started_fraction;
+    bool progress_due;
+
+    json_t *error;            /* problem document of a failed job */
+    job_store_done cancelled; /* who waits for the end; NULL: nobody */
+    void *cancelled_ctx;
+};
+
+struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
+                                 int64_t created_ms);
+/* Drops what is in work without a word to the store or the streams. */
+void live_job_drop(struct live_job *job);
+/* Frees it, now or with its last hold. */
+void live_job_release(struct live_job *job);
+
+/* Loads the document and starts the import. */
+void live_job_begin(struct live_job *job);
+
+/* Ends it: drops its work, records state and report; leaves the table when that is durable. */
+void live_job_fail(struct live_job *job, const struct fault *fault);
+void live_job_finish(struct live_job *job);
+void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
+
+/* live_frames.c: a running job with a frame that is not yet opened; opening the next. */
+bool live_job_has_unopened(const struct live_job *job);
+void live_job_open_frame(struct live_job *job);
+void live_job_drop_frames(struct live_job *job);
+/* Pixels of an image, all channels counted: what opening a frame costs. */
+uint64_t live_job_frame_floats(const struct live_job *job);
+
+/* live_report.c: what GET shows and what is kept: {progress, plan, statistics, warnings, revision}.
+ * New references. */
+json_t *live_job_report(const struct live_job *job);
+json_t *live_job_progress(const struct live_job *job);
+json_t *live_job_frames(const struct live_job *job);
+void live_job_statistics(const struct live_job *job, struct statistics *out);
+double live_job_fraction(const struct live_job *job);
+
+/* The address of a frame's picture: kind "exr" or "png". */
+void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96]);
+json_t *live_job_frame_json(const char *id, int32_t number, enum frame_state state);

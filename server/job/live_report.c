@@ -1,0 +1,126 @@
+/* What is told of a job while it lives. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "server/job/jobs_table.h"
+
+/* Part of a frame's work that is over once all its tiles have landed; the rest are its files. */
+#define TRACED_SHARE  0.97
+#define ENCODED_SHARE 0.99 /* stored, but not yet recorded */
+
+static double frame_fraction(const struct live_frame *frame)
+{
+    if (frame->state == FRAME_FINISHED) return 1;
+    if (!frame->work) return frame->state == FRAME_ENCODING ? ENCODED_SHARE : 0;
+    return TRACED_SHARE * frame_tiles_landed(frame->work) / frame_tiles_total(frame->work);
+}
+
+double live_job_fraction(const struct live_job *job)
+{
+    double sum = job->frames_finished;
+    if (job->frame_count == 0) return 0;
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job) sum += frame_fraction(job->jobs->open[i].frame);
+    return sum / job->frame_count;
+}
+
+/* From the pace since tracing began in this run; null until there is one. */
+static json_t *eta_of(const struct live_job *job, double fraction)
+{
+    double gained = fraction - job->trace_started_fraction;
+    if (job->state != JOB_RUNNING || job->trace_started_us == 0 || gained < 0.005)
+        return json_null();
+    double elapsed_s = (double)(jobs_clock_us() - job->trace_started_us) * 1e-6;
+    double eta_s = elapsed_s * (1 - fraction) / gained;
+    return json_real(round(eta_s * 10) / 10);
+}
+
+static uint64_t tiles_a_frame(const struct live_job *job)
+{
+    struct tile_grid grid;
+    const struct plan *plan = job->prepared ? &job->prepared->plan : NULL;
+    if (!plan || tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0)
+        return 0;
+    return tile_grid_count(&grid);
+}
+
+json_t *live_job_progress(const struct live_job *job)
+{
+    uint64_t each = tiles_a_frame(job), done = each * job->frames_finished;
+    for (uint32_t i = 0; i < job->frame_count; i++) {
+        const struct live_frame *frame = &job->frames[i];
+        if (frame->work)
+            done += frame_tiles_landed(frame->work);
+        else if (frame->state == FRAME_ENCODING)
+            done += each;
+    }
+    double fraction = live_job_fraction(job);
+    return json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
+                     (json_int_t)(each * job->frame_count), "fraction", round(fraction * 1e4) / 1e4,
+                     "eta_s", eta_of(job, fraction), "frames_done", (int)job->frames_finished,
+                     "frames_total", (int)job->frame_count);
+}
+
+void live_job_statistics(const struct live_job *job, struct statistics *out)
+{
+    struct rusage usage;
+    struct fleet_totals totals = {0};
+    *out = job->statistics;
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job)
+            statistics_add(out, frame_statistics(job->jobs->open[i].frame->work));
+    if (job->work_started_us) {
+        out->wall_us += jobs_clock_us() - job->work_started_us;
+        out->coordinate_cpu_us += jobs_loop_cpu_us() - job->work_started_cpu_us;
+    }
+    getrusage(RUSAGE_SELF, &usage);
+    if (job->jobs->fleet) fleet_totals(job->jobs->fleet, &totals);
+    struct statistics peaks = {.server_peak_rss_bytes = (uint64_t)usage.ru_maxrss * 1024,
+                               .worker_peak_rss_bytes = totals.peak_rss_bytes};
+    statistics_add(out, &peaks);
+}
+
+json_t *live_job_report(const struct live_job *job)
+{
+    struct statistics statistics;
+    live_job_statistics(job, &statistics);
+    json_t *warnings = json_object_get(job->plan, "warnings");
+    return json_pack("{s:o,s:O?,s:o,s:o,s:I}", "progress", live_job_progress(job), "plan",
+                     job->plan, "statistics", statistics_json(&statistics), "warnings",
+                     warnings ? json_incref(warnings) : json_array(), "revision",
+                     (json_int_t)job->revision);
+}
+
+void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])
+{
+    snprintf(out, 96, "/v1/jobs/%s/frames/%d/image.%s", id, number, kind);
+}
+
+json_t *live_job_frame_json(const char *id, int32_t number, enum frame_state state)
+{
+    char exr[96], png[96];
+    bool there = state == FRAME_FINISHED;
+    live_job_picture_path(id, number, "exr", exr);
+    live_job_picture_path(id, number, "png", png);
+    return json_pack("{s:i,s:s,s:s?,s:s?}", "number", number, "state", frame_state_name(state),
+                     "exr", there ? exr : NULL, "png", there ? png : NULL);
+}
+
+/* Long jobs would make long answers: of frames that wait only the first are listed. */
+#define WAITING_LISTED 100
+
+json_t *live_job_frames(const struct live_job *job)
+{
+    json_t *list = json_array();
+    unsigned waiting = 0;
+    for (uint32_t i = 0; i < job->frame_count; i++) {
+        const struct live_frame *frame = &job->frames[i];
+        enum frame_state state = frame->work ? frame_state(frame->work) : frame->state;
+        if (state == FRAME_QUEUED && ++waiting > WAITING_LISTED) continue;
+        int32_t number = job->prepared->job.first_frame + (int32_t)i;
+        json_array_append_new(list, live_job_frame_json(job->id, number, state));
+    }
+    return list;
+}
