@@ -11,7 +11,7 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
-    const char *listen; /* "ADDR:PORT"; loopback only; port 0: any free one */
+    const char *listen;  /* "ADDR:PORT"; loopback only; port 0: any free one */
     const char *web_dir; /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
@@ -25,6 +25,7 @@ struct http_options {
 int http_create(const struct http_options *options, struct http **out, struct fault *fault);
 int http_port(const struct http *http);
 
-/* Answers new requests with 503, ends streams; then destroy. */
+/* Answers new requests with 503 (but /livez, /readyz and /metrics), ends streams; then destroy,
+ * after which the loop must run once more. The process ignores SIGPIPE. streams must outlive it. */
 void http_drain(struct http *http);
 void http_destroy(struct http **http);

@@ -17,6 +17,14 @@ struct MHD_Connection;
 int streams_create(struct streams **out);
 void streams_destroy(struct streams **streams);
 
+/* Heartbeats, clients that have left, progress that was held back: the HTTP side calls this about
+ * four times a second. */
+void streams_tick(struct streams *streams);
+
+/* The id that a Last-Event-ID field names; 0 when it is none of this coordinator's life. On the
+ * wire an id is EPOCH-NUMBER, so that ids from before a restart replay nothing. */
+uint64_t streams_event_id(const struct streams *streams, const char *text);
+
 /* Called after connections were resumed; the HTTP side runs MHD soon. */
 void streams_set_kick(struct streams *streams, void (*kick)(void *ctx), void *ctx);
 
@@ -25,8 +33,8 @@ void streams_end_all(struct streams *streams);
 
 /* An event of a job: name is state, progress, tile, frame, error or snapshot. data is written as
  * compact JSON in one line and borrowed. Ids grow by one per job, from 1. `final` ends the readers
- * after it. Kept in a ring of LIMIT_EVENT_RING; progress and tile events replace an unsent older one
- * of their kind for slow readers. */
+ * after it. Kept in a ring of LIMIT_EVENT_RING; progress and tile events replace an unsent older
+ * one of their kind for slow readers. */
 void stream_event(struct streams *streams, const char *job, const char *name, json_t *data,
                   bool final);
 
@@ -39,16 +47,21 @@ void stream_pixels(struct streams *streams, const char *job, struct rect changed
 void stream_forget(struct streams *streams, const char *job);
 
 /* A reader as an MHD response; NULL on failed allocation. `snapshot` (taken) is sent first when
- * last_event_id (0: none) cannot be replayed from the ring. For jobs that have ended, the snapshot is
- * the only event. */
+ * last_event_id (0: none) cannot be replayed from the ring. For jobs that have ended, the snapshot
+ * is the only event. */
 struct MHD_Response *stream_events_response(struct streams *streams, const char *job,
                                             struct MHD_Connection *connection,
                                             uint64_t last_event_id, json_t *snapshot, bool ended);
 
 /* The pixel feed of a layer: blocks "SWPX" (see PROTOCOL.md): u32 magic, u16 version, u16 format
- * (1: 3 x f16), u32 x, y, w, h, u64 revision, then w*h*3 half floats, row by row. First message: the
- * image's size (w = 0, h = 0, x = width, y = height). */
+ * (1: 3 x f16), u32 x, y, w, h, u64 revision, then w*h*3 half floats, row by row. First message:
+ * the image's size (w = 0, h = 0, x = width, y = height). */
 struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,
                                             struct MHD_Connection *connection, const char *layer);
+
+/* The same of an image that will not change any more (taken): all of it once, then the end. */
+struct MHD_Response *stream_still_response(struct streams *streams,
+                                           struct MHD_Connection *connection, struct image *image,
+                                           const char *layer);
 
 unsigned streams_readers(const struct streams *streams);

@@ -1,0 +1,284 @@
+#include "server/http/daemon.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "server/http/listen.h"
+#include "server/http/request.h"
+#include "server/http/static_files.h"
+
+#define TICK_MS                 250u
+#define CONNECTION_MEMORY_BYTES 32768u
+
+/* MHD's own words are about single connections and come as fast as clients send nonsense. */
+static void count_log(void *ctx, const char *format, va_list arguments)
+{
+    struct http *http = ctx;
+    (void)format;
+    (void)arguments;
+    http->log_lines++;
+}
+
+void peer_deadline(struct peer *peer, uint64_t ms)
+{
+    peer->deadline_ms = ms ? uv_now(peer->http->options.loop) + ms : 0;
+}
+
+void peer_abort(struct peer *peer, unsigned status)
+{
+    enum problem_id id = status == 413 ? PROBLEM_TOO_LARGE : PROBLEM_TIMEOUT;
+    const struct problem *p = problem_of(id);
+    char body[256], text[640];
+    int body_bytes =
+        snprintf(body, sizeof body,
+                 "{\"type\":\"urn:shearwater:problem:%s\",\"title\":\"%s\",\"status\":%u}", p->slug,
+                 p->title, p->status);
+    int text_bytes = snprintf(text, sizeof text,
+                              "HTTP/1.1 %u %s\r\nContent-Type: application/problem+json\r\n"
+                              "Content-Length: %d\r\nCache-Control: no-store\r\n"
+                              "Connection: close\r\n\r\n%s",
+                              p->status, p->title, body_bytes, body);
+    (void)send(peer->fd, text, (size_t)text_bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+    (void)shutdown(peer->fd, SHUT_RDWR);
+    peer->deadline_ms = 0;
+}
+
+/* A request that has begun is told why; one that has not is only closed. */
+static void expire(struct peer *peer)
+{
+    struct request *r = peer->request;
+    if (r && r->status == 0) {
+        r->status = 408;
+        peer_abort(peer, 408);
+        return;
+    }
+    (void)shutdown(peer->fd, SHUT_RDWR);
+    peer->deadline_ms = 0;
+}
+
+static void *begin_request(void *ctx, const char *uri, struct MHD_Connection *connection)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    struct peer *peer = info ? info->socket_context : NULL;
+    return peer ? request_create(ctx, peer, connection, uri) : NULL;
+}
+
+static enum MHD_Result step(void *ctx, struct MHD_Connection *connection, const char *url,
+                            const char *method, const char *version, const char *data,
+                            size_t *size_bytes, void **request)
+{
+    (void)ctx;
+    (void)connection;
+    (void)url;
+    return *request ? request_step(*request, method, version, data, size_bytes) : MHD_NO;
+}
+
+static void end_request(void *ctx, struct MHD_Connection *connection, void **request,
+                        enum MHD_RequestTerminationCode code)
+{
+    struct http *http = ctx;
+    struct request *r = *request;
+    (void)connection;
+    (void)code;
+    if (!r) return;
+    peer_deadline(r->peer, http->request_ms);
+    request_done(r);
+    *request = NULL;
+}
+
+static void begin_peer(struct http *http, struct MHD_Connection *connection, void **context)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    struct peer *peer = info ? calloc(1, sizeof *peer) : NULL;
+    *context = peer;
+    if (!peer) return; /* its requests are refused */
+    peer->http = http;
+    peer->fd = info->connect_fd;
+    peer->next = http->peers;
+    peer->link = &http->peers;
+    if (peer->next) peer->next->link = &peer->next;
+    http->peers = peer;
+    http->connections++;
+    peer_deadline(peer, http->request_ms);
+}
+
+static void end_peer(struct http *http, struct peer *peer)
+{
+    if (!peer) return;
+    if (peer->request) request_done(peer->request);
+    *peer->link = peer->next;
+    if (peer->next) peer->next->link = peer->link;
+    http->connections--;
+    free(peer);
+}
+
+static void connection_changed(void *ctx, struct MHD_Connection *connection, void **context,
+                               enum MHD_ConnectionNotificationCode code)
+{
+    if (code == MHD_CONNECTION_NOTIFY_STARTED)
+        begin_peer(ctx, connection, context);
+    else
+        end_peer(ctx, *context);
+}
+
+static void run(struct http *http);
+
+static void on_run(uv_timer_t *timer)
+{
+    run(timer->data);
+}
+
+static void on_poll(uv_poll_t *poll, int status, int events)
+{
+    (void)status;
+    (void)events;
+    run(poll->data);
+}
+
+static void run(struct http *http)
+{
+    MHD_UNSIGNED_LONG_LONG wait_ms;
+    MHD_run(http->mhd);
+    if (MHD_get_timeout(http->mhd, &wait_ms) == MHD_YES)
+        uv_timer_start(&http->run, on_run, wait_ms, 0);
+}
+
+void http_kick(struct http *http)
+{
+    if (http->mhd) uv_timer_start(&http->run, on_run, 0, 0);
+}
+
+static void on_kick(void *ctx)
+{
+    http_kick(ctx);
+}
+
+static void on_tick(uv_timer_t *timer)
+{
+    struct http *http = timer->data;
+    uint64_t now = uv_now(http->options.loop);
+    for (struct peer *p = http->peers; p; p = p->next)
+        if (p->deadline_ms && p->deadline_ms <= now) expire(p);
+    streams_tick(http->options.streams);
+}
+
+/* Milliseconds from the environment, so that tests need not wait for the real ones. */
+static uint64_t ms_from_env(const char *name, uint64_t usual)
+{
+    const char *text = getenv(name);
+    uint64_t ms = text ? strtoull(text, NULL, 10) : 0;
+    return ms >= 1 && ms <= 86400000 ? ms : usual;
+}
+
+static int start_mhd(struct http *http, int listen_fd)
+{
+    http->mhd = MHD_start_daemon(
+        MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, step, http,
+        MHD_OPTION_EXTERNAL_LOGGER, count_log, http,                   /* first, as MHD demands */
+        MHD_OPTION_LISTEN_SOCKET, listen_fd,                           /**/
+        MHD_OPTION_CONNECTION_LIMIT, (unsigned)LIMIT_HTTP_CONNECTIONS, /**/
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
+        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
+        MHD_OPTION_STRICT_FOR_CLIENT, 1,                  /**/
+        MHD_OPTION_URI_LOG_CALLBACK, begin_request, http, /**/
+        MHD_OPTION_NOTIFY_COMPLETED, end_request, http,   /**/
+        MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http, MHD_OPTION_END);
+    return http->mhd ? 0 : ERR_IO;
+}
+
+static int start_handles(struct http *http)
+{
+    uv_loop_t *loop = http->options.loop;
+    const union MHD_DaemonInfo *info = MHD_get_daemon_info(http->mhd, MHD_DAEMON_INFO_EPOLL_FD);
+    if (!info || uv_poll_init(loop, &http->poll, info->epoll_fd) != 0) return ERR_IO;
+    uv_timer_init(loop, &http->run);
+    uv_timer_init(loop, &http->tick);
+    http->poll.data = http->run.data = http->tick.data = http;
+    http->open_handles = 3;
+    uv_poll_start(&http->poll, UV_READABLE, on_poll);
+    uv_timer_start(&http->tick, on_tick, TICK_MS, TICK_MS);
+    return 0;
+}
+
+int http_create(const struct http_options *options, struct http **out, struct fault *fault)
+{
+    int fd = -1, error;
+    struct http *http = calloc(1, sizeof *http);
+    if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    http->options = *options;
+    http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
+    http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
+    http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
+    error = static_files_load(options->web_dir, options->openapi_path, &http->files, fault);
+    if (!error) error = listen_open(options->listen, &fd, &http->port, fault);
+    if (error) goto fail;
+    error = start_mhd(http, fd);
+    if (error) {
+        close(fd);
+        fault_set(fault, error, "listen", "the HTTP server did not start");
+        goto fail;
+    }
+    error = start_handles(http);
+    if (error) {
+        MHD_stop_daemon(http->mhd);
+        fault_set(fault, error, "", "the HTTP server could not join the loop");
+        goto fail;
+    }
+    streams_set_kick(options->streams, on_kick, http);
+    *out = http;
+    return 0;
+fail:
+    static_files_destroy(&http->files);
+    free(http);
+    return error;
+}
+
+int http_port(const struct http *http)
+{
+    return http->port;
+}
+
+void http_drain(struct http *http)
+{
+    http->draining = true;
+    streams_end_all(http->options.streams);
+    http_kick(http);
+}
+
+static void on_closed(uv_handle_t *handle)
+{
+    struct http *http = handle->data;
+    if (--http->open_handles == 0) free(http);
+}
+
+/* MHD stops only when no connection sleeps: those that wait for an answer get one. */
+static void release_requests(struct http *http)
+{
+    for (struct request *r = http->requests; r; r = r->next)
+        if (r->suspended && !r->response)
+            request_problem(r, PROBLEM_DRAINING, "the server has stopped", NULL);
+}
+
+void http_destroy(struct http **http)
+{
+    struct http *h = *http;
+    if (!h) return;
+    h->draining = true;
+    streams_set_kick(h->options.streams, NULL, NULL);
+    streams_end_all(h->options.streams);
+    release_requests(h);
+    MHD_run(h->mhd);
+    uv_poll_stop(&h->poll);
+    MHD_stop_daemon(h->mhd);
+    h->mhd = NULL;
+    static_files_destroy(&h->files);
+    uv_close((uv_handle_t *)&h->poll, on_closed);
+    uv_close((uv_handle_t *)&h->run, on_closed);
+    uv_close((uv_handle_t *)&h->tick, on_closed);
+    *http = NULL;
+}

@@ -1,0 +1,49 @@
+#pragma once
+/* MHD inside the uv loop: what request handlers share. */
+#include <microhttpd.h>
+#include <uv.h>
+
+#include "server/http/http.h"
+#include "server/http/request_count.h"
+
+struct request;
+struct static_files;
+
+/* A connection, and the time until which the request on it must have arrived (or its answer gone).
+ */
+struct peer {
+    struct peer *next, **link;
+    struct http *http;
+    int fd;
+    uint64_t deadline_ms;    /* of the loop's clock; 0: none */
+    struct request *request; /* in work; NULL between requests */
+};
+
+struct http {
+    struct http_options options; /* pointers to other rooms; texts are not kept */
+    struct MHD_Daemon *mhd;
+    uv_poll_t poll;  /* MHD's epoll descriptor */
+    uv_timer_t run;  /* when MHD wants to run again, or has been kicked */
+    uv_timer_t tick; /* deadlines, heartbeats */
+    int open_handles;
+    int port;
+    bool draining;
+    uint64_t request_ms, upload_ms;
+    uint64_t start_ns; /* tells tags of this life from another's */
+    struct peer *peers;
+    struct request *requests;
+    struct static_files *files;
+    unsigned connections, uploads, encodings;
+    uint64_t log_lines; /* messages of MHD: counted, not printed */
+    struct request_count count;
+};
+
+/* MHD has something to do: it runs before the loop sleeps. */
+void http_kick(struct http *http);
+
+/* Sets the connection's deadline; 0 ms: none. */
+void peer_deadline(struct peer *peer, uint64_t ms);
+
+/* Sends a bare problem answer past MHD and shuts the connection: for requests that MHD lets nobody
+ * answer because their body has not ended. */
+void peer_abort(struct peer *peer, unsigned status);

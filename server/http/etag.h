@@ -1,0 +1,15 @@
+#pragma once
+/* Entity tags (RFC 9110, section 8.8.3). */
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "proto/digest.h"
+
+#define ETAG_BYTES 72
+
+/* The strong tag of bytes with this digest. */
+void etag_of_digest(const struct digest *digest, char out[ETAG_BYTES]);
+void etag_of_bytes(const void *data, size_t size_bytes, char out[ETAG_BYTES]);
+
+/* Does a list of tags as in If-None-Match (weak comparison) name `etag`? "*" names all. */
+bool etag_listed(const char *list, const char *etag);

@@ -1,0 +1,17 @@
+#pragma once
+/* What every request must pass before its route is looked at: framing of the body, host, origin. */
+#include "server/http/request.h"
+
+/* What a request says about its body. */
+struct body_claim {
+    bool present;
+    bool chunked;
+    uint64_t size_bytes; /* 0 when chunked */
+};
+
+/* True when the request may go on; else it has its answer. */
+bool guard_pass(struct request *r, const char *version, struct body_claim *claim);
+
+/* "localhost", "127.0.0.1" or "[::1]", with or without a port: names that no page of another site
+ * can stand behind (DNS rebinding). */
+bool guard_host_is_local(const char *host);

@@ -1,0 +1,202 @@
+/* /v1/jobs and /v1/jobs/{id}: submit, list, look at, cancel. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/http/etag.h"
+#include "server/http/request.h"
+#include "server/job/job_id.h"
+#include "server/job/state.h"
+
+/* What the store or the jobs' side failed with, for requests that sent no document. */
+static void answer_error(struct request *r, int error)
+{
+    if (error == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, "there is no such job", NULL);
+    else
+        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
+}
+
+static void on_submitted(void *ctx, const struct fault *fault, const char *id, bool existed)
+{
+    struct request *r = ctx;
+    char path[64];
+    if (!request_back(r)) return;
+    if (fault && fault->code) {
+        request_fault(r, fault);
+        return;
+    }
+    snprintf(path, sizeof path, "/v1/jobs/%s", id);
+    json_t *body = json_pack("{s:s, s:s, s:b}", "id", id, "url", path, "existed", (int)existed);
+    struct MHD_Response *response = response_of_json(body, "application/json");
+    json_decref(body);
+    if (response) response_header(response, "Location", path);
+    request_answer(r, 202, response);
+}
+
+static void on_planned(void *ctx, const struct fault *fault, json_t *plan)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (fault && fault->code)
+        request_fault(r, fault);
+    else
+        request_json(r, 200, json_pack("{s:O}", "plan", plan));
+}
+
+/* Visible ASCII, so that it can be logged and compared byte by byte. False: a problem was sent. */
+static bool read_key(struct request *r, const char **key)
+{
+    *key = request_header(r, "Idempotency-Key");
+    if (!*key) return true;
+    size_t n = strlen(*key);
+    bool plain = n >= 1 && n <= LIMIT_IDEMPOTENCY_KEY_BYTES;
+    for (size_t i = 0; plain && i < n; i++) plain = (*key)[i] > 0x20 && (*key)[i] < 0x7f;
+    if (!plain)
+        request_problem(r, PROBLEM_MALFORMED,
+                        "an Idempotency-Key has 1 to 128 visible ASCII characters", NULL);
+    return plain;
+}
+
+void route_job_submit(struct request *r)
+{
+    bool dry_run;
+    const char *key;
+    struct job job;
+    struct digest digest;
+    struct fault fault = {0};
+    if (!request_flag(r, "dry_run", &dry_run) || !read_key(r, &key)) return;
+    const char *text = r->body ? r->body : "";
+    if (job_read(text, r->body_bytes, &job, &fault) != 0) {
+        request_fault(r, &fault);
+        return;
+    }
+    request_hold(r);
+    if (dry_run) {
+        jobs_dry_run(r->http->options.jobs, &job, on_planned, r);
+        return;
+    }
+    digest_of(text, r->body_bytes, &digest);
+    jobs_submit(r->http->options.jobs, &job, key, &digest, on_submitted, r);
+}
+
+/* The query of a listing, checked. */
+struct listing {
+    size_t limit;
+    const char *cursor, *state;
+};
+
+static bool read_listing(struct request *r, struct listing *out)
+{
+    const char *limit = target_parameter(&r->target, "limit"), *fault = NULL;
+    enum job_state state;
+    out->cursor = target_parameter(&r->target, "cursor");
+    out->state = target_parameter(&r->target, "state");
+    out->limit = LIMIT_LIST_ROWS / 2;
+    if (limit) {
+        size_t digits = strspn(limit, "0123456789");
+        out->limit = digits >= 1 && digits <= 4 && !limit[digits] ? (size_t)atoi(limit) : 0;
+    }
+    if (out->limit < 1 || out->limit > LIMIT_LIST_ROWS)
+        fault = "limit must be a number from 1 to 100";
+    else if (out->state && !job_state_from_name(out->state, &state))
+        fault = "state must be queued, importing, running, finished, failed or cancelled";
+    else if (out->cursor && !job_id_is_valid(out->cursor))
+        fault = "cursor must be the next of an earlier page";
+    if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);
+    return !fault;
+}
+
+/* RFC 8288: where the next page is. */
+static void add_next_link(struct request *r, struct MHD_Response *response, const char *next)
+{
+    struct listing listing;
+    char link[256];
+    if (!next || !read_listing(r, &listing)) return;
+    snprintf(link, sizeof link, "</v1/jobs?limit=%zu&cursor=%.64s%s%s>; rel=\"next\"",
+             listing.limit, next, listing.state ? "&state=" : "",
+             listing.state ? listing.state : "");
+    response_header(response, "Link", link);
+}
+
+static void on_listed(void *ctx, int error, json_t *body)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (error) {
+        answer_error(r, error);
+        return;
+    }
+    struct MHD_Response *response = response_of_json(body, "application/json");
+    if (response) {
+        response_header(response, "Cache-Control", "no-store");
+        add_next_link(r, response, json_string_value(json_object_get(body, "next")));
+    }
+    request_answer(r, 200, response);
+}
+
+void route_job_list(struct request *r)
+{
+    struct listing listing;
+    if (!read_listing(r, &listing)) return;
+    request_hold(r);
+    jobs_list(r->http->options.jobs, listing.state, listing.cursor, listing.limit, on_listed, r);
+}
+
+static void on_got(void *ctx, int error, json_t *body)
+{
+    struct request *r = ctx;
+    char etag[ETAG_BYTES];
+    if (!request_back(r)) return;
+    if (error || !body) {
+        answer_error(r, error ? error : ERR_NOT_FOUND);
+        return;
+    }
+    char *text = json_dumps(body, JSON_COMPACT);
+    if (!text) {
+        answer_error(r, ERR_MEMORY);
+        return;
+    }
+    etag_of_bytes(text, strlen(text), etag);
+    if (request_unchanged(r, etag)) {
+        free(text);
+        return;
+    }
+    struct MHD_Response *response = response_of_taken(text, strlen(text), "application/json");
+    if (response) {
+        response_header(response, "ETag", etag);
+        response_header(response, "Cache-Control", "no-cache");
+    }
+    request_answer(r, 200, response);
+}
+
+void route_job_get(struct request *r)
+{
+    request_hold(r);
+    jobs_get(r->http->options.jobs, r->match.job, on_got, r);
+}
+
+static void on_cancelled(void *ctx, int error)
+{
+    struct request *r = ctx;
+    const char *purge = NULL;
+    if (!request_back(r)) return;
+    purge = target_parameter(&r->target, "purge");
+    bool purged = purge && (*purge == '1' || *purge == 't');
+    if (error == ERR_STATE)
+        request_problem(r, PROBLEM_ENDED, "it can only be removed now, with purge=1", NULL);
+    else if (error)
+        answer_error(r, error);
+    else if (purged)
+        request_answer(r, 204, response_empty());
+    else
+        request_json(r, 202, json_pack("{s:s, s:b}", "id", r->match.job, "cancelled", 1));
+}
+
+void route_job_delete(struct request *r)
+{
+    bool purge;
+    if (!request_flag(r, "purge", &purge)) return;
+    request_hold(r);
+    jobs_cancel(r->http->options.jobs, r->match.job, purge, on_cancelled, r);
+}

@@ -1,0 +1,198 @@
+/* /metrics: Prometheus' text format, base units. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "proto/build.h"
+#include "server/http/request.h"
+
+static void family(FILE *out, const char *name, const char *type, const char *help)
+{
+    fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
+}
+
+static void single(FILE *out, const char *name, const char *type, const char *help, uint64_t value)
+{
+    family(out, name, type, help);
+    fprintf(out, "%s %" PRIu64 "\n", name, value);
+}
+
+/* A family with one label; values may be scaled to base units. */
+struct sample {
+    const char *label;
+    uint64_t value;
+};
+
+static void labelled(FILE *out, const char *name, const char *label, const struct sample *samples,
+                     size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        fprintf(out, "%s{%s=\"%s\"} %" PRIu64 "\n", name, label, samples[i].label,
+                samples[i].value);
+}
+
+static void cpu(FILE *out, const char *stage, uint64_t us)
+{
+    fprintf(out, "shearwater_cpu_seconds_total{stage=\"%s\"} %.6f\n", stage, (double)us * 1e-6);
+}
+
+static void write_build(FILE *out)
+{
+    const char *isa = build_isa();
+    family(out, "shearwater_build_info", "gauge", "What this build is; always 1.");
+    fprintf(out, "shearwater_build_info{build=\"%s\",isa=\"%s\"} 1\n", build_id(),
+            isa ? isa : "none");
+}
+
+static void write_jobs(FILE *out, const struct jobs_totals *t)
+{
+    const struct sample now[] = {
+        {"queued", t->queued}, {"importing", t->importing}, {"running", t->running}};
+    const struct sample ended[] = {
+        {"finished", t->finished}, {"failed", t->failed}, {"cancelled", t->cancelled}};
+    family(out, "shearwater_jobs", "gauge", "Jobs that have not ended, by state.");
+    labelled(out, "shearwater_jobs", "state", now, 3);
+    family(out, "shearwater_jobs_ended_total", "counter", "Jobs that have ended, by state.");
+    labelled(out, "shearwater_jobs_ended_total", "state", ended, 3);
+    single(out, "shearwater_jobs_submitted_total", "counter", "Jobs accepted.", t->submitted);
+    single(out, "shearwater_tiles_done_total", "counter", "Tiles whose samples landed.",
+           t->tiles_done);
+    single(out, "shearwater_tiles_reissued_total", "counter", "Tiles leased again.",
+           t->tiles_reissued);
+    single(out, "shearwater_results_dropped_total", "counter",
+           "Results that were late, duplicate or foreign.", t->results_dropped);
+    single(out, "shearwater_samples_rejected_total", "counter", "Samples that were not finite.",
+           t->samples_rejected);
+}
+
+static void write_group(FILE *out, const struct counters *c, const char *group, const char *name,
+                        const char *label)
+{
+    for (int i = 0; i < COUNTER_COUNT; i++)
+        if (strcmp(counter_group((enum counter_id)i), group) == 0)
+            fprintf(out, "%s{%s=\"%s\"} %" PRIu64 "\n", name, label,
+                    counter_key((enum counter_id)i), c->value[i]);
+}
+
+static void write_work(FILE *out, const struct jobs_totals *t)
+{
+    family(out, "shearwater_rays_total", "counter", "Rays traced, by kind.");
+    write_group(out, &t->counters, "rays", "shearwater_rays_total", "kind");
+    family(out, "shearwater_skipped_total", "counter", "Work that was not needed, by reason.");
+    write_group(out, &t->counters, "skipped", "shearwater_skipped_total", "reason");
+    family(out, "shearwater_cpu_seconds_total", "counter", "CPU time of jobs, by stage.");
+    cpu(out, "import", t->import_cpu_us);
+    cpu(out, "build", t->counters.value[COUNTER_BUILD_CPU_US]);
+    cpu(out, "trace", t->counters.value[COUNTER_TRACE_CPU_US]);
+    cpu(out, "pack", t->counters.value[COUNTER_PACK_CPU_US]);
+    cpu(out, "decode", t->decode_cpu_us);
+    cpu(out, "reconstruct", t->reconstruct_cpu_us);
+    cpu(out, "encode", t->encode_cpu_us);
+}
+
+static void write_fleet(FILE *out, const struct fleet *fleet)
+{
+    struct fleet_totals t;
+    fleet_totals(fleet, &t);
+    const struct sample verdicts[] = {{"accepted", t.results},
+                                      {"stale", t.stale},
+                                      {"duplicate", t.duplicate},
+                                      {"foreign", t.foreign},
+                                      {"corrupt", t.corrupt}};
+    single(out, "shearwater_workers", "gauge", "Workers that may work.", fleet_count(fleet));
+    family(out, "shearwater_results_total", "counter", "Results that came, by verdict.");
+    labelled(out, "shearwater_results_total", "verdict", verdicts, 5);
+    single(out, "shearwater_leases_returned_total", "counter", "Tiles that came back unfinished.",
+           t.returned);
+    single(out, "shearwater_workers_refused_total", "counter", "Workers turned away.", t.refused);
+    single(out, "shearwater_workers_respawned_total", "counter", "Local workers started again.",
+           t.respawned);
+    single(out, "shearwater_link_received_bytes_total", "counter", "Bytes from workers.",
+           t.bytes_received);
+    single(out, "shearwater_link_sent_bytes_total", "counter", "Bytes to workers.", t.bytes_sent);
+    single(out, "shearwater_worker_resident_peak_bytes", "gauge",
+           "Most memory that any worker has held.", t.peak_rss_bytes);
+}
+
+static void write_route(FILE *out, const struct http *http, int route)
+{
+    bool known = route < ROUTE_COUNT;
+    const char *path = known ? route_of((enum route_id)route)->path : "none";
+    const char *method = known ? method_name(route_of((enum route_id)route)->method) : "none";
+    for (unsigned i = 0; i < STATUS_COUNT; i++)
+        if (http->count.ended[route][i])
+            fprintf(out,
+                    "shearwater_http_requests_total{method=\"%s\",route=\"%s\",status=\"%u\"} "
+                    "%" PRIu64 "\n",
+                    method, path, STATUS_FIRST + i, http->count.ended[route][i]);
+}
+
+static void write_http(FILE *out, const struct http *http)
+{
+    family(out, "shearwater_http_requests_total", "counter", "Requests, by route and status.");
+    for (int route = 0; route <= ROUTE_COUNT; route++) write_route(out, http, route);
+    family(out, "shearwater_http_request_seconds_total", "counter",
+           "Time from request line to end of answer, without streams, by route.");
+    for (int route = 0; route < ROUTE_COUNT; route++)
+        fprintf(out, "shearwater_http_request_seconds_total{method=\"%s\",route=\"%s\"} %.6f\n",
+                method_name(route_of((enum route_id)route)->method),
+                route_of((enum route_id)route)->path,
+                (double)http->count.duration_us[route] * 1e-6);
+    single(out, "shearwater_http_connections", "gauge", "Open connections.", http->connections);
+    single(out, "shearwater_http_log_lines_total", "counter",
+           "Complaints of the HTTP library about connections.", http->log_lines);
+    single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",
+           streams_readers(http->options.streams));
+}
+
+static uint64_t resident_bytes(void)
+{
+    unsigned long total = 0, resident = 0;
+    FILE *f = fopen("/proc/self/statm", "re");
+    if (f && fscanf(f, "%lu %lu", &total, &resident) != 2) resident = 0;
+    if (f) fclose(f);
+    return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+static void write_process(FILE *out)
+{
+    struct rusage use;
+    getrusage(RUSAGE_SELF, &use);
+    family(out, "process_cpu_seconds_total", "counter", "CPU time of the coordinator.");
+    fprintf(out, "process_cpu_seconds_total %.6f\n",
+            (double)(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+                (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec) * 1e-6);
+    single(out, "process_resident_memory_bytes", "gauge", "Memory that the coordinator holds.",
+           resident_bytes());
+}
+
+void route_metrics(struct request *r)
+{
+    char *text = NULL;
+    size_t size_bytes = 0;
+    struct jobs_totals totals;
+    FILE *out = open_memstream(&text, &size_bytes);
+    if (!out) {
+        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        return;
+    }
+    jobs_totals(r->http->options.jobs, &totals);
+    write_build(out);
+    write_jobs(out, &totals);
+    write_work(out, &totals);
+    write_fleet(out, r->http->options.fleet);
+    write_http(out, r->http);
+    write_process(out);
+    if (fclose(out) != 0) {
+        free(text);
+        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        return;
+    }
+    struct MHD_Response *response =
+        response_of_taken(text, size_bytes, "text/plain; version=0.0.4; charset=utf-8");
+    if (response) response_header(response, "Cache-Control", "no-store");
+    request_answer(r, 200, response);
+}

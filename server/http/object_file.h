@@ -1,0 +1,7 @@
+#pragma once
+/* A stored object as an answer: strong tag, conditions, byte ranges (RFC 9110). */
+#include "server/http/request.h"
+
+/* ending: "exr", for the name that a browser saves it by. */
+void object_file_answer(struct request *r, const struct digest *digest, const char *type,
+                        const char *ending);

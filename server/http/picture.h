@@ -1,0 +1,14 @@
+#pragma once
+/* A frame's picture in its forms: the finished file, what there is so far, another layer or
+ * exposure of either, the pixel feed of a finished frame. Encoding runs on the team. */
+#include "server/http/request.h"
+
+/* The layer that the query asks for; default beauty. */
+const char *picture_layer(const struct request *r);
+
+/* False, and a problem is sent, for a name that is no layer's. */
+bool picture_layer_is_known(struct request *r);
+
+/* Answers with the pixel feed of the finished frame r->match.frame: all of it once, then the end.
+ */
+void picture_feed(struct request *r);

@@ -1,0 +1,72 @@
+#include "server/http/problem.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+static const struct problem problems[PROBLEM_COUNT] = {
+#define PROBLEM(name, status, slug, title) [PROBLEM_##name] = {status, slug, title},
+#include "server/http/problem.def"
+#undef PROBLEM
+};
+
+const struct problem *problem_of(enum problem_id id)
+{
+    return &problems[id];
+}
+
+/* Details quote input, which may be cut inside a UTF-8 sequence or hold none at all: jansson
+ * refuses such text, so every byte beyond ASCII is shown as a question mark then. */
+static json_t *text_json(const char *text)
+{
+    json_t *value = json_string(text);
+    if (value) return value;
+    char plain[LIMIT_DETAIL_BYTES];
+    size_t n = 0;
+    for (; text[n] && n + 1 < sizeof plain; n++)
+        plain[n] = (unsigned char)text[n] < 0x80 ? text[n] : '?';
+    plain[n] = '\0';
+    return json_string(plain);
+}
+
+json_t *problem_json(enum problem_id id, const char *detail, const char *pointer)
+{
+    const struct problem *p = &problems[id];
+    char type[96];
+    snprintf(type, sizeof type, "urn:shearwater:problem:%s", p->slug);
+    json_t *body = json_object();
+    int failed = !body;
+    failed |= json_object_set_new(body, "type", json_string(type));
+    failed |= json_object_set_new(body, "title", json_string(p->title));
+    failed |= json_object_set_new(body, "status", json_integer((json_int_t)p->status));
+    if (detail && *detail) failed |= json_object_set_new(body, "detail", text_json(detail));
+    if (pointer && *pointer) failed |= json_object_set_new(body, "pointer", text_json(pointer));
+    if (failed) {
+        json_decref(body);
+        return NULL;
+    }
+    return body;
+}
+
+enum problem_id problem_of_document(const struct fault *fault)
+{
+    bool whole = fault->pointer[0] == '\0';
+    switch (fault->code) {
+    case ERR_SYNTAX:
+    case ERR_TRUNCATED:
+    case ERR_TRAILING:
+    case ERR_LIMIT:
+        return whole ? PROBLEM_SYNTAX : PROBLEM_INVALID;
+    case ERR_NOT_FOUND:
+        return PROBLEM_MISSING_ASSET;
+    case ERR_MISMATCH:
+        return PROBLEM_KEY_REUSED;
+    case ERR_FULL:
+        return PROBLEM_BUSY;
+    case ERR_MEMORY:
+    case ERR_IO:
+    case ERR_STATE:
+        return PROBLEM_INTERNAL;
+    default:
+        return PROBLEM_INVALID;
+    }
+}

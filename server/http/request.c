@@ -1,0 +1,317 @@
+#include "server/http/request.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "server/http/etag.h"
+#include "server/http/guard.h"
+#include "server/http/static_files.h"
+
+#define UPLOADS_MOST 64u /* files that arrive at once: each holds a descriptor and a hash */
+
+struct request *request_create(struct http *http, struct peer *peer,
+                               struct MHD_Connection *connection, const char *raw)
+{
+    struct request *r = calloc(1, sizeof *r);
+    if (!r) return NULL;
+    r->http = http;
+    r->peer = peer;
+    r->connection = connection;
+    r->match.id = ROUTE_COUNT;
+    r->start_us = uv_hrtime() / 1000;
+    (void)target_read(raw, &r->target, &r->target_fault);
+    r->next = http->requests;
+    r->link = &http->requests;
+    if (r->next) r->next->link = &r->next;
+    http->requests = r;
+    peer->request = r;
+    return r;
+}
+
+static void request_free(struct request *r)
+{
+    if (r->writer) object_writer_abort(&r->writer);
+    if (r->response) MHD_destroy_response(r->response);
+    target_fini(&r->target);
+    free(r->body);
+    free(r);
+}
+
+void request_done(struct request *r)
+{
+    struct http *http = r->http;
+    *r->link = r->next;
+    if (r->next) r->next->link = r->link;
+    if (r->peer->request == r) r->peer->request = NULL;
+    if (r->uploads) http->uploads--;
+    if (r->encodes) http->encodings--;
+    uint64_t duration_us = r->streams ? 0 : uv_hrtime() / 1000 - r->start_us;
+    request_count_add(&http->count, r->match.id, r->status, duration_us);
+    r->http = NULL;
+    if (!r->held) request_free(r);
+}
+
+void request_hold(struct request *r)
+{
+    r->held = true;
+}
+
+bool request_back(struct request *r)
+{
+    r->held = false;
+    if (r->http) return true;
+    request_free(r);
+    return false;
+}
+
+void request_answer(struct request *r, unsigned status, struct MHD_Response *response)
+{
+    if (r->response) { /* the first answer holds */
+        if (response) MHD_destroy_response(response);
+        return;
+    }
+    if (!response) {
+        status = 500;
+        response = response_empty();
+    }
+    r->response = response;
+    r->status = status;
+    if (r->suspended) {
+        r->suspended = false;
+        MHD_resume_connection(r->connection);
+        http_kick(r->http);
+    }
+}
+
+void request_json(struct request *r, unsigned status, json_t *body)
+{
+    request_answer(r, status, response_of_json(body, "application/json"));
+    json_decref(body);
+}
+
+void request_problem(struct request *r, enum problem_id id, const char *detail, const char *pointer)
+{
+    json_t *body = problem_json(id, detail, pointer);
+    struct MHD_Response *response = response_of_json(body, "application/problem+json");
+    json_decref(body);
+    if (response) {
+        response_header(response, "Cache-Control", "no-store");
+        if (id == PROBLEM_METHOD) response_header(response, "Allow", r->match.allow);
+        if (id == PROBLEM_BUSY || id == PROBLEM_NO_WORKER || id == PROBLEM_DRAINING)
+            response_header(response, "Retry-After", "5");
+    }
+    request_answer(r, problem_of(id)->status, response);
+}
+
+void request_fault(struct request *r, const struct fault *fault)
+{
+    enum problem_id id = problem_of_document(fault);
+    const char *detail = fault->detail[0] ? fault->detail : error_text(fault->code);
+    bool names_asset = id == PROBLEM_MISSING_ASSET && !fault->pointer[0];
+    request_problem(r, id, detail, names_asset ? "/scene/asset" : fault->pointer);
+}
+
+const char *request_header(const struct request *r, const char *name)
+{
+    return MHD_lookup_connection_value(r->connection, MHD_HEADER_KIND, name);
+}
+
+bool request_is_head(const struct request *r)
+{
+    return r->method == METHOD_HEAD;
+}
+
+bool request_flag(struct request *r, const char *name, bool *out)
+{
+    const char *value = target_parameter(&r->target, name);
+    *out = value && (strcmp(value, "1") == 0 || strcmp(value, "true") == 0);
+    if (!value || *out || strcmp(value, "0") == 0 || strcmp(value, "false") == 0) return true;
+    char detail[96];
+    snprintf(detail, sizeof detail, "%s must be 0, 1, false or true", name);
+    request_problem(r, PROBLEM_MALFORMED, detail, NULL);
+    return false;
+}
+
+bool request_unchanged(struct request *r, const char *etag)
+{
+    const char *known = request_header(r, "If-None-Match");
+    if (!known || !etag_listed(known, etag)) return false;
+    struct MHD_Response *response = response_empty();
+    if (response) {
+        response_header(response, "ETag", etag);
+        response_header(response, "Cache-Control", "no-cache");
+    }
+    request_answer(r, 304, response);
+    return true;
+}
+
+/* Requests that are still served while the server shuts down: those that people watch it with. */
+static bool served_while_draining(enum route_id id)
+{
+    return id == ROUTE_LIVEZ || id == ROUTE_READYZ || id == ROUTE_METRICS;
+}
+
+static bool find_route(struct request *r, const char *method)
+{
+    struct fault fault = r->target_fault;
+    bool known = method_from_name(method, &r->method);
+    int error = fault.code;
+    if (!error) {
+        bool is_file = static_files_find(r->http->files, r->target.path) != NULL;
+        error = route_find(r->method, known, &r->target, is_file, &r->match, &fault);
+    }
+    if (error == 0) return true;
+    if (error == ERR_LIMIT)
+        request_problem(r, PROBLEM_URL_TOO_LONG, fault.detail, NULL);
+    else if (error == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, fault.detail, NULL);
+    else if (error == ERR_STATE)
+        request_problem(r, PROBLEM_METHOD, fault.detail, NULL);
+    else if (error == ERR_MEMORY)
+        request_problem(r, PROBLEM_INTERNAL, fault.detail, NULL);
+    else
+        request_problem(r, PROBLEM_MALFORMED, fault.detail, NULL);
+    return false;
+}
+
+static bool check_media_type(struct request *r)
+{
+    const char *type = request_header(r, "Content-Type");
+    size_t n = type ? strcspn(type, "; \t") : 0;
+    if (n == 16 && strncasecmp(type, "application/json", 16) == 0) return true;
+    request_problem(r, PROBLEM_MEDIA_TYPE, "the body must be application/json", NULL);
+    return false;
+}
+
+static bool check_size(struct request *r, uint64_t size_bytes, uint64_t limit_bytes)
+{
+    char detail[96];
+    if (size_bytes <= limit_bytes) return true;
+    snprintf(detail, sizeof detail, "at most %llu bytes are taken here",
+             (unsigned long long)limit_bytes);
+    request_problem(r, PROBLEM_TOO_LARGE, detail, NULL);
+    return false;
+}
+
+static bool begin_file(struct request *r)
+{
+    if (r->http->uploads >= UPLOADS_MOST) {
+        request_problem(r, PROBLEM_BUSY, "too many files arrive at once", NULL);
+        return false;
+    }
+    if (object_writer_begin(r->http->options.objects, &r->writer) != 0) {
+        request_problem(r, PROBLEM_INTERNAL, "no file could be made for the body", NULL);
+        return false;
+    }
+    r->http->uploads++;
+    r->uploads = true;
+    peer_deadline(r->peer, r->http->upload_ms);
+    return true;
+}
+
+static bool check_body(struct request *r, const struct body_claim *claim)
+{
+    switch (route_of(r->match.id)->body) {
+    case BODY_JSON:
+        return check_media_type(r) && check_size(r, claim->size_bytes, LIMIT_JOB_BYTES);
+    case BODY_FILE:
+        return check_size(r, claim->size_bytes, LIMIT_ASSET_BYTES) && begin_file(r);
+    case BODY_NONE:
+        break;
+    }
+    if (!claim->present) return true;
+    request_problem(r, PROBLEM_MALFORMED, "this request takes no body", NULL);
+    return false;
+}
+
+static bool check(struct request *r, const char *method, const char *version)
+{
+    struct body_claim claim;
+    r->checked = r->close = true;
+    (void)method_from_name(method, &r->method);
+    if (!guard_pass(r, version, &claim)) return false;
+    r->close = claim.present;
+    if (!find_route(r, method)) return false;
+    if (r->http->draining && !served_while_draining(r->match.id)) {
+        request_problem(r, PROBLEM_DRAINING, "ask again when it is back", NULL);
+        return false;
+    }
+    return check_body(r, &claim);
+}
+
+static enum MHD_Result queue(struct request *r)
+{
+    if (r->http->draining || (r->close && !r->handled))
+        response_header(r->response, "Connection", "close");
+    if (r->streams) {
+        MHD_set_connection_option(r->connection, MHD_CONNECTION_OPTION_TIMEOUT, 0u);
+        peer_deadline(r->peer, 0);
+    } else {
+        peer_deadline(r->peer, r->http->upload_ms);
+    }
+    enum MHD_Result result = MHD_queue_response(r->connection, r->status, r->response);
+    MHD_destroy_response(r->response);
+    r->response = NULL;
+    return result;
+}
+
+/* Past its cap a body without a stated length can only be cut off. */
+static enum MHD_Result take_json(struct request *r, const char *data, size_t size_bytes)
+{
+    if (r->body_bytes + size_bytes > LIMIT_JOB_BYTES) {
+        r->status = 413;
+        peer_abort(r->peer, 413);
+        return MHD_NO;
+    }
+    char *grown = realloc(r->body, r->body_bytes + size_bytes + 1);
+    if (!grown) return MHD_NO;
+    memcpy(grown + r->body_bytes, data, size_bytes);
+    r->body = grown;
+    r->body_bytes += size_bytes;
+    r->body[r->body_bytes] = '\0';
+    return MHD_YES;
+}
+
+/* After a failed write the rest of the body is let pass, so that the answer can be sent. */
+static enum MHD_Result take_file(struct request *r, const char *data, size_t size_bytes)
+{
+    r->file_bytes += size_bytes;
+    if (r->file_bytes > LIMIT_ASSET_BYTES) {
+        r->status = 413;
+        peer_abort(r->peer, 413);
+        return MHD_NO;
+    }
+    if (!r->file_error) r->file_error = object_writer_append(r->writer, data, size_bytes);
+    return MHD_YES;
+}
+
+static enum MHD_Result handle(struct request *r)
+{
+    if (!r->handled) {
+        r->handled = true;
+        peer_deadline(r->peer, 0);
+        route_of(r->match.id)->handle(r);
+        if (!r->response && !r->held) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
+    }
+    if (r->response) return queue(r);
+    r->suspended = true;
+    MHD_suspend_connection(r->connection);
+    return MHD_YES;
+}
+
+enum MHD_Result request_step(struct request *r, const char *method, const char *version,
+                             const char *data, size_t *size_bytes)
+{
+    if (!r->checked) {
+        if (check(r, method, version)) return MHD_YES;
+        if (r->close) return queue(r);
+        r->handled = true; /* without a body the connection can go on: queued in the next call */
+        return MHD_YES;
+    }
+    if (*size_bytes == 0) return handle(r);
+    size_t n = *size_bytes;
+    *size_bytes = 0;
+    return route_of(r->match.id)->body == BODY_FILE ? take_file(r, data, n) : take_json(r, data, n);
+}

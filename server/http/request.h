@@ -1,0 +1,76 @@
+#pragma once
+/* One request from its first line to the end of its answer.
+ *
+ * checked -> body taken in -> handled: a handler answers at once, or holds the request (the
+ * connection is suspended) and answers from a callback. A request that is held outlives its
+ * connection: the callback asks request_back first. */
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "server/http/daemon.h"
+#include "server/http/problem.h"
+#include "server/http/response.h"
+#include "server/http/route.h"
+#include "server/store/objects.h"
+
+struct request {
+    struct http *http; /* NULL: the connection is gone */
+    struct request *next, **link;
+    struct MHD_Connection *connection;
+    struct peer *peer;
+    struct target target;
+    struct fault target_fault; /* of reading it */
+    struct route_match match;
+    enum method method;
+    bool checked;   /* its head was looked at */
+    bool close;     /* its body, if any, is not read: the connection cannot go on */
+    bool handled;   /* its handler was called */
+    bool held;      /* a callback will come */
+    bool suspended; /* its connection sleeps */
+    bool streams;   /* its answer has no end in sight */
+    bool uploads;   /* it is counted in http->uploads */
+    bool encodes;   /* and in http->encodings */
+    /* The body. */
+    char *body; /* owned; collected when the route's body is JSON */
+    size_t body_bytes;
+    struct object_writer *writer; /* owned; when it is a FILE */
+    uint64_t file_bytes;
+    int file_error;
+    /* The answer. */
+    struct MHD_Response *response; /* owned until it is queued */
+    unsigned status;
+    uint64_t start_us;
+};
+
+/* raw: the request target as it came. NULL on failed allocation. */
+struct request *request_create(struct http *http, struct peer *peer,
+                               struct MHD_Connection *connection, const char *raw);
+
+/* MHD's access handler. */
+enum MHD_Result request_step(struct request *r, const char *method, const char *version,
+                             const char *data, size_t *size_bytes);
+
+/* MHD is done with it: freed now, or by request_back. */
+void request_done(struct request *r);
+
+/* Answers. The response is taken; NULL becomes an internal error. */
+void request_answer(struct request *r, unsigned status, struct MHD_Response *response);
+void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
+void request_problem(struct request *r, enum problem_id id, const char *detail,
+                     const char *pointer);
+/* A fault of the document that came in the body. */
+void request_fault(struct request *r, const struct fault *fault);
+
+/* Before an operation that calls back; the callback calls request_back, which is false (and the
+ * request freed) when nobody waits for the answer any more. */
+void request_hold(struct request *r);
+bool request_back(struct request *r);
+
+const char *request_header(const struct request *r, const char *name);
+bool request_is_head(const struct request *r);
+/* Is the parameter there as "1" or "true"? False and a problem is sent for other values than these
+ * and "0", "false". */
+bool request_flag(struct request *r, const char *name, bool *out);
+
+/* Answers 304 if the client has this version. Else false. */
+bool request_unchanged(struct request *r, const char *etag);

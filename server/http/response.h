@@ -1,0 +1,27 @@
+#pragma once
+/* What is sent: bodies as MHD responses, with the headers that every answer carries. All functions
+ * return NULL on failed allocation; the caller owns the response. */
+#include <jansson.h>
+#include <microhttpd.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+/* The bytes are copied. */
+struct MHD_Response *response_of_copy(const void *data, size_t size_bytes, const char *type);
+/* The bytes are borrowed for the daemon's life. */
+struct MHD_Response *response_of_borrowed(const void *data, size_t size_bytes, const char *type);
+/* The bytes were malloc'ed and are taken, even on failure. */
+struct MHD_Response *response_of_taken(void *data, size_t size_bytes, const char *type);
+/* Compact JSON. */
+struct MHD_Response *response_of_json(const json_t *body, const char *type);
+/* A part of an open file; takes the descriptor, even on failure. */
+struct MHD_Response *response_of_file(int fd, uint64_t first_byte, uint64_t size_bytes,
+                                      const char *type);
+struct MHD_Response *response_empty(void);
+/* For HEAD alone: the length that a body would have. */
+struct MHD_Response *response_of_length(uint64_t size_bytes);
+
+/* Headers of every answer, added by the functions above; streams call it themselves. False on
+ * failed allocation. */
+bool response_protect(struct MHD_Response *response, const char *type);
+void response_header(struct MHD_Response *response, const char *name, const char *value);

@@ -1,0 +1,122 @@
+#include "server/stream/pixels.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/error.h"
+#include "proto/half.h"
+
+static size_t word_count(const struct pixel_blocks *b)
+{
+    return ((size_t)b->columns * (size_t)b->rows + 63) / 64;
+}
+
+int pixel_blocks_init(struct pixel_blocks *b, int32_t width_px, int32_t height_px)
+{
+    *b = (struct pixel_blocks){.width_px = width_px, .height_px = height_px};
+    if (width_px <= 0 || height_px <= 0) return 0;
+    b->columns = (width_px + PIXELS_BLOCK_PX - 1) / PIXELS_BLOCK_PX;
+    b->rows = (height_px + PIXELS_BLOCK_PX - 1) / PIXELS_BLOCK_PX;
+    b->bits = calloc(word_count(b), sizeof *b->bits);
+    return b->bits ? 0 : ERR_MEMORY;
+}
+
+void pixel_blocks_fini(struct pixel_blocks *b)
+{
+    free(b->bits);
+    *b = (struct pixel_blocks){0};
+}
+
+static void set(struct pixel_blocks *b, uint32_t index)
+{
+    uint64_t bit = UINT64_C(1) << (index % 64);
+    if (!(b->bits[index / 64] & bit)) b->count++;
+    b->bits[index / 64] |= bit;
+}
+
+void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed)
+{
+    struct rect r = rect_intersect(changed, (struct rect){0, 0, b->width_px, b->height_px});
+    if (!b->bits || rect_is_empty(r)) return;
+    for (int32_t y = r.y0 / PIXELS_BLOCK_PX; y <= (r.y1 - 1) / PIXELS_BLOCK_PX; y++)
+        for (int32_t x = r.x0 / PIXELS_BLOCK_PX; x <= (r.x1 - 1) / PIXELS_BLOCK_PX; x++)
+            set(b, (uint32_t)(y * b->columns + x));
+}
+
+void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_blocks *from)
+{
+    if (!b->bits || !from->bits || b->columns != from->columns || b->rows != from->rows) return;
+    b->count = 0;
+    for (size_t i = 0; i < word_count(b); i++) {
+        b->bits[i] |= from->bits[i];
+        b->count += (uint32_t)__builtin_popcountll(b->bits[i]);
+    }
+}
+
+bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block)
+{
+    if (b->count == 0) return false;
+    uint32_t total = (uint32_t)b->columns * (uint32_t)b->rows;
+    uint32_t index = b->next < total ? b->next : 0;
+    for (;; index = index + 1 < total ? index + 1 : 0) {
+        uint64_t word = b->bits[index / 64] >> (index % 64);
+        if (word & 1) break;
+        if (word == 0) /* on to the last bit of the word; the loop steps over it */
+            index = (index | 63) < total ? (index | 63) : total - 1;
+    }
+    b->bits[index / 64] &= ~(UINT64_C(1) << (index % 64));
+    b->count--;
+    b->next = index + 1;
+    int32_t x = (int32_t)(index % (uint32_t)b->columns) * PIXELS_BLOCK_PX;
+    int32_t y = (int32_t)(index / (uint32_t)b->columns) * PIXELS_BLOCK_PX;
+    *block = rect_intersect((struct rect){x, y, x + PIXELS_BLOCK_PX, y + PIXELS_BLOCK_PX},
+                            (struct rect){0, 0, b->width_px, b->height_px});
+    return true;
+}
+
+static uint8_t *put(uint8_t *out, uint64_t v, int bytes)
+{
+    for (int i = 0; i < bytes; i++) *out++ = (uint8_t)(v >> (8 * i));
+    return out;
+}
+
+static void write_header(uint8_t *out, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
+                         uint64_t revision)
+{
+    out = put(out, PIXELS_MAGIC, 4);
+    out = put(out, PIXELS_VERSION, 2);
+    out = put(out, PIXELS_FORMAT_RGB_F16, 2);
+    out = put(out, x, 4);
+    out = put(out, y, 4);
+    out = put(out, w, 4);
+    out = put(out, h, 4);
+    put(out, revision, 8);
+}
+
+void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,
+                       uint64_t revision)
+{
+    write_header(out, (uint32_t)width_px, (uint32_t)height_px, 0, 0, revision);
+}
+
+size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
+                          const char *layer, struct rect block, uint64_t revision)
+{
+    const struct plane *rgb[3];
+    float row[PIXELS_BLOCK_PX * 3];
+    uint16_t halves[PIXELS_BLOCK_PX * 3];
+    size_t width = (size_t)rect_width(block), row_bytes = width * 3 * sizeof *halves;
+    if (!image_layer_planes(image, layer, rgb)) return 0;
+    write_header(out, (uint32_t)block.x0, (uint32_t)block.y0, (uint32_t)width,
+                 (uint32_t)rect_height(block), revision);
+    uint8_t *at = out + PIXELS_HEADER_BYTES;
+    for (int32_t y = block.y0; y < block.y1; y++, at += row_bytes) {
+        for (int c = 0; c < 3; c++) {
+            const float *in = plane_at(rgb[c], block.x0, y);
+            for (size_t x = 0; x < width; x++) row[x * 3 + (size_t)c] = in[x];
+        }
+        half_from_floats(row, halves, width * 3);
+        memcpy(at, halves, row_bytes); /* little-endian, as every CPU that Embree runs on here */
+    }
+    return (size_t)(at - out);
+}

@@ -1,0 +1,47 @@
+#pragma once
+/* What a reader of the pixel feed has yet to see: a bit for each block of 64 x 64 pixels.
+ *
+ * A block that changes ten times before the reader is ready is sent once, with its newest pixels; a
+ * reader's memory is a bit a block and one block of bytes. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/tile.h"
+#include "server/image/image.h"
+
+#define PIXELS_BLOCK_PX       64
+#define PIXELS_HEADER_BYTES   32u
+#define PIXELS_MESSAGE_BYTES  (PIXELS_HEADER_BYTES + PIXELS_BLOCK_PX * PIXELS_BLOCK_PX * 3u * 2u)
+#define PIXELS_MAGIC          0x58505753u /* "SWPX", little-endian */
+#define PIXELS_VERSION        1u
+#define PIXELS_FORMAT_RGB_F16 1u
+
+struct pixel_blocks {
+    int32_t width_px, height_px, columns, rows;
+    uint64_t *bits; /* owned; NULL for an image without pixels */
+    uint32_t count; /* of set bits */
+    uint32_t next;  /* where the search goes on, so that no block starves */
+};
+
+/* No block set. ERR_MEMORY. */
+int pixel_blocks_init(struct pixel_blocks *b, int32_t width_px, int32_t height_px);
+void pixel_blocks_fini(struct pixel_blocks *b);
+
+/* Sets every block that the rectangle touches; what lies outside the image is ignored. */
+void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed);
+
+/* Sets all that `from` has; both are of the same image. */
+void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_blocks *from);
+
+/* Takes the next set block; false when there is none. */
+bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block);
+
+/* The message that tells the image's size, PIXELS_HEADER_BYTES long. */
+void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,
+                       uint64_t revision);
+
+/* The message of a block of a layer: its bytes, at most PIXELS_MESSAGE_BYTES; 0 when the image has
+ * no such layer. */
+size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
+                          const char *layer, struct rect block, uint64_t revision);

@@ -1,0 +1,231 @@
+#include "server/stream/streams.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define BEAT_MS     15000u
+#define PEEK_MS     2000u
+#define PROGRESS_MS 100u /* readers are woken for progress at most this often */
+
+static uint64_t now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u;
+}
+
+int streams_create(struct streams **out)
+{
+    struct timespec t;
+    struct streams *s = calloc(1, sizeof *s);
+    if (!s) return ERR_MEMORY;
+    /* Milliseconds of the wall clock tell one life of the coordinator from the next. */
+    clock_gettime(CLOCK_REALTIME, &t);
+    s->epoch = (uint32_t)((uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u);
+    s->beat_ms = s->peek_ms = now_ms();
+    *out = s;
+    return 0;
+}
+
+static struct stream **bucket_of(struct streams *s, const char *job)
+{
+    uint32_t hash = 2166136261u; /* FNV-1a */
+    for (; *job; job++) hash = (hash ^ (unsigned char)*job) * 16777619u;
+    return &s->bucket[hash % STREAM_BUCKETS];
+}
+
+struct stream *streams_find(struct streams *s, const char *job)
+{
+    struct stream *stream = *bucket_of(s, job);
+    while (stream && strcmp(stream->job, job) != 0) stream = stream->next;
+    return stream;
+}
+
+struct stream *streams_obtain(struct streams *s, const char *job)
+{
+    struct stream *stream = streams_find(s, job), **bucket = bucket_of(s, job);
+    if (stream || strlen(job) >= STREAM_JOB_BYTES) return stream;
+    stream = calloc(1, sizeof *stream);
+    if (!stream) return NULL;
+    strcpy(stream->job, job);
+    stream->streams = s;
+    event_ring_init(&stream->ring, s->epoch);
+    stream->next = *bucket;
+    *bucket = stream;
+    return stream;
+}
+
+/* Readers whose stream goes are kept in a list of their own until MHD lets go of them. */
+static void detach_all(struct streams *s, struct reader **list)
+{
+    while (*list) {
+        struct reader *r = *list;
+        *list = r->next;
+        if (r->next) r->next->link = list;
+        r->stream = NULL;
+        r->next = s->detached;
+        r->link = &s->detached;
+        if (r->next) r->next->link = &r->next;
+        s->detached = r;
+        reader_wake(r);
+    }
+}
+
+static void stream_destroy(struct stream *stream)
+{
+    struct streams *s = stream->streams;
+    struct stream **at = bucket_of(s, stream->job);
+    while (*at != stream) at = &(*at)->next;
+    *at = stream->next;
+    detach_all(s, &stream->event_readers);
+    detach_all(s, &stream->pixel_readers);
+    event_ring_fini(&stream->ring);
+    pixel_blocks_fini(&stream->touched);
+    free(stream);
+}
+
+void stream_settle(struct stream *stream)
+{
+    if (stream->final && !stream->event_readers && !stream->pixel_readers) stream_destroy(stream);
+}
+
+void streams_destroy(struct streams **streams)
+{
+    struct streams *s = *streams;
+    if (!s) return;
+    for (uint32_t i = 0; i < STREAM_BUCKETS; i++)
+        while (s->bucket[i]) stream_destroy(s->bucket[i]);
+    while (s->detached) {
+        struct reader *r = s->detached;
+        s->detached = r->next;
+        r->streams = NULL;
+        r->next = NULL;
+        r->link = NULL;
+    }
+    free(s);
+    *streams = NULL;
+}
+
+void streams_set_kick(struct streams *s, void (*kick)(void *ctx), void *ctx)
+{
+    s->kick = kick;
+    s->kick_ctx = ctx;
+}
+
+void streams_kick(struct streams *s)
+{
+    if (s->kick) s->kick(s->kick_ctx);
+}
+
+static void end_readers(struct reader *list)
+{
+    for (struct reader *r = list; r; r = r->next) {
+        r->ending = true;
+        reader_wake(r);
+    }
+}
+
+void streams_end_all(struct streams *s)
+{
+    for (uint32_t i = 0; i < STREAM_BUCKETS; i++)
+        for (struct stream *stream = s->bucket[i]; stream; stream = stream->next) {
+            end_readers(stream->event_readers);
+            end_readers(stream->pixel_readers);
+        }
+    end_readers(s->detached);
+    streams_kick(s);
+}
+
+/* Progress wakes readers ten times a second at most; what waits is told by the tick. */
+static bool may_wake(struct stream *stream, const char *name)
+{
+    if (strcmp(name, "progress") != 0) return true;
+    uint64_t now = now_ms();
+    stream->progress_waits = now - stream->progress_ms < PROGRESS_MS;
+    if (!stream->progress_waits) stream->progress_ms = now;
+    return !stream->progress_waits;
+}
+
+void stream_event(struct streams *s, const char *job, const char *name, json_t *data, bool final)
+{
+    struct stream *stream = streams_obtain(s, job);
+    if (!stream) return; /* out of memory: readers find out from the job's state */
+    (void)event_ring_push(&stream->ring, name, data); /* a failure counts as lost there */
+    stream->final |= final;
+    if (may_wake(stream, name) || final) readers_wake(stream->event_readers);
+    if (final) readers_wake(stream->pixel_readers);
+    stream_settle(stream);
+    streams_kick(s);
+}
+
+void stream_image(struct streams *s, const char *job, const struct image *image)
+{
+    struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
+    if (!stream) return;
+    pixel_blocks_fini(&stream->touched);
+    if (image && pixel_blocks_init(&stream->touched, image->width_px, image->height_px) != 0)
+        image = NULL; /* out of memory: no feed, but the frame goes on */
+    stream->image = image;
+    stream->generation++;
+    stream->revision++;
+    readers_wake(stream->pixel_readers);
+    streams_kick(s);
+}
+
+void stream_pixels(struct streams *s, const char *job, struct rect changed)
+{
+    struct stream *stream = streams_find(s, job);
+    if (!stream || !stream->image) return;
+    stream->revision++;
+    pixel_blocks_mark(&stream->touched, changed);
+    for (struct reader *r = stream->pixel_readers; r; r = r->next) pixel_reader_mark(r, changed);
+    readers_wake(stream->pixel_readers);
+    streams_kick(s);
+}
+
+void stream_forget(struct streams *s, const char *job)
+{
+    struct stream *stream = streams_find(s, job);
+    if (stream) stream_destroy(stream);
+    streams_kick(s);
+}
+
+static void tick_readers(struct reader *list, bool beat, bool peek)
+{
+    for (struct reader *r = list; r; r = r->next) {
+        if (!r->suspended) continue;
+        r->ending |= peek && reader_is_gone(r);
+        r->beat |= beat;
+        if (beat || r->ending) reader_wake(r);
+    }
+}
+
+void streams_tick(struct streams *s)
+{
+    uint64_t now = now_ms();
+    bool beat = now - s->beat_ms >= BEAT_MS, peek = now - s->peek_ms >= PEEK_MS;
+    if (beat) s->beat_ms = now;
+    if (peek) s->peek_ms = now;
+    for (uint32_t i = 0; s->readers > 0 && i < STREAM_BUCKETS; i++)
+        for (struct stream *stream = s->bucket[i]; stream; stream = stream->next) {
+            tick_readers(stream->event_readers, beat, peek);
+            tick_readers(stream->pixel_readers, beat, peek);
+            if (stream->progress_waits) {
+                stream->progress_waits = false;
+                stream->progress_ms = now;
+                readers_wake(stream->event_readers);
+            }
+        }
+    if (s->readers > 0) streams_kick(s);
+}
+
+uint64_t streams_event_id(const struct streams *s, const char *text)
+{
+    return event_id_read(s->epoch, text);
+}
+
+unsigned streams_readers(const struct streams *s)
+{
+    return s->readers;
+}

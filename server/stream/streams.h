@@ -1,0 +1,47 @@
+#pragma once
+/* The streams of all jobs and their readers, as the files of this folder see them.
+ *
+ * A stream comes with its job's first event or reader and goes after the final event with its last
+ * reader, or when it is forgotten. Readers that outlive their stream end. */
+#include "proto/limits.h"
+#include "server/stream/events.h"
+#include "server/stream/pixels.h"
+#include "server/stream/reader.h"
+#include "server/stream/stream.h"
+
+#define STREAM_JOB_BYTES 32
+#define STREAM_BUCKETS   1024u
+
+struct stream {
+    struct streams *streams;
+    struct stream *next; /* in its bucket */
+    char job[STREAM_JOB_BYTES];
+    struct event_ring ring;
+    struct reader *event_readers, *pixel_readers;
+    const struct image *image;   /* borrowed from the job's side */
+    struct pixel_blocks touched; /* blocks of the image that have pixels: for readers that join */
+    uint64_t generation;         /* of the image: grows with stream_image */
+    uint64_t revision;           /* of its pixels */
+    uint64_t progress_ms;        /* when readers were last woken for progress */
+    bool progress_waits;         /* an event that streams_tick will wake readers for */
+    bool final;
+};
+
+struct streams {
+    struct stream *bucket[STREAM_BUCKETS];
+    struct reader *detached; /* readers whose stream is gone */
+    void (*kick)(void *ctx);
+    void *kick_ctx;
+    uint64_t beat_ms, peek_ms; /* when these were last done */
+    uint32_t epoch;
+    unsigned readers;
+};
+
+struct stream *streams_find(struct streams *streams, const char *job);
+
+/* Finds or makes; NULL on failed allocation or a job id that is too long. */
+struct stream *streams_obtain(struct streams *streams, const char *job);
+
+/* Frees the stream if nobody needs it any more. */
+void stream_settle(struct stream *stream);
+void streams_kick(struct streams *streams);
