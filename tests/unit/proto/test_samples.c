@@ -1,0 +1,418 @@
+/* Sample buffers: sizes as promised, every way of packing comes back, damage is refused. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "tests/unit/proto/golden.h"
+#include "tests/unit/proto/samples_case.h"
+
+static struct plan plan;
+static const int32_t sizes[][2] = {{1, 1}, {7, 3}, {64, 64}, {33, 1}, {1, 19}};
+#define SIZES (sizeof sizes / sizeof sizes[0])
+
+#define BIT(plane) (1u << PLANE_##plane)
+
+/* One rectangle light at 9 samples, one bounce, as the size formula of samples.h counts. */
+static void plan_of_formula(uint32_t without)
+{
+    plan_case(&plan);
+    plan.lights[0] = plan.lights[3];
+    plan.light_count = 1;
+    plan.planes &= ~without;
+}
+
+static uint32_t bytes_per_pixel(uint32_t without)
+{
+    struct samples_layout layout;
+    plan_of_formula(without);
+    assert_int_equal(samples_layout_init(&layout, &plan, 32, 32), 0);
+    assert_int_equal(layout.group_bytes[0] + layout.group_bytes[1] + layout.group_bytes[2],
+                     layout.total_bytes);
+    return layout.total_bytes / (32 * 32);
+}
+
+static void sizes_follow_the_formula(void **state)
+{
+    (void)state;
+    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN);
+    assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 78);
+    assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 138);
+    assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
+    assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
+    assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 76);
+}
+
+static void layouts_do_not_overlap(void **state)
+{
+    struct samples_layout layout;
+    (void)state;
+    plan_case(&plan);
+    assert_int_equal(samples_layout_init(&layout, &plan, 5, 3), 0);
+    uint64_t sum = 0;
+    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
+        assert_true(layout.offset[p] < layout.total_bytes);
+        for (uint32_t q = 0; q < p; q++) assert_true(layout.offset[p] != layout.offset[q]);
+        sum += layout.offset[p];
+    }
+    assert_true(sum > 0);
+    for (uint32_t k = 0; k < 3; k++)
+        assert_int_equal(layout.light_offset[k][LIGHT_PLANE_SLOPES], SAMPLES_ABSENT);
+    assert_true(layout.light_offset[3][LIGHT_PLANE_SLOPES] < layout.total_bytes);
+}
+
+static void large_layouts_are_refused(void **state)
+{
+    struct samples_layout layout;
+    (void)state;
+    plan_case(&plan);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 8), ERR_LIMIT);
+    assert_int_equal(samples_layout_init(&layout, &plan, 8, LIMIT_TILE_SIDE_PX + 1), ERR_LIMIT);
+    plan.indirect_strata_per_axis = 16;
+    assert_int_equal(samples_layout_init(&layout, &plan, 256, 256), ERR_LIMIT);
+    assert_int_equal(samples_layout_init(&layout, &plan, 128, 128), 0);
+}
+
+static struct samples *create(int32_t width, int32_t height)
+{
+    struct samples_layout layout;
+    struct samples *s;
+    assert_int_equal(samples_layout_init(&layout, &plan, width, height), 0);
+    assert_int_equal(samples_create(&layout, &s), 0);
+    assert_int_equal((uintptr_t)s->data % 64, 0);
+    return s;
+}
+
+static void pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
+{
+    bytes_writer_init(w);
+    assert_int_equal(samples_pack(s, w, dropped), 0);
+    assert_false(w->failed);
+}
+
+/* Memory of exactly the size, so that a sanitizer sees a read beyond. */
+static int unpack(const uint8_t *data, size_t size_bytes, int32_t width, int32_t height,
+                  struct samples **out, struct fault *fault)
+{
+    uint8_t *exact = malloc(size_bytes + (size_bytes == 0));
+    assert_non_null(exact);
+    memcpy(exact, data, size_bytes);
+    *out = NULL;
+    const int error = samples_unpack(exact, size_bytes, &plan, width, height, out, fault);
+    assert_true((error == 0) == (*out != NULL));
+    free(exact);
+    return error;
+}
+
+#define ANY UINT64_MAX /* small tiles may be zero by chance */
+
+static void round_trip(struct samples *s, uint64_t expected_dropped)
+{
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault = {0};
+    uint64_t dropped = 99;
+    pack(s, &w, &dropped);
+    if (expected_dropped != ANY) assert_int_equal(dropped, expected_dropped);
+    if (unpack(w.data, w.size_bytes, s->layout.width_px, s->layout.height_px, &back, &fault))
+        fail_msg("%s: %s", fault.pointer, fault.detail);
+    assert_int_equal(back->layout.total_bytes, s->layout.total_bytes);
+    assert_memory_equal(back->data, s->data, s->layout.total_bytes);
+    assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
+    samples_destroy(&back);
+    assert_null(back);
+    bytes_writer_fini(&w);
+}
+
+static void planes_round_trip(void **state)
+{
+    (void)state;
+    plan_case(&plan);
+    for (size_t i = 0; i < SIZES; i++) {
+        struct samples *s = create(sizes[i][0], sizes[i][1]);
+        samples_case_fill(s, UINT32_MAX, 15, i);
+        round_trip(s, i == 0 ? ANY : 0);
+        samples_destroy(&s);
+    }
+}
+
+/* Planes that the buffer has but that hold nothing are left out on the way. */
+static void every_set_of_filled_planes_round_trips(void **state)
+{
+    (void)state;
+    plan_case(&plan);
+    for (uint32_t planes = 0; planes <= PLAN_CASE_PLANES; planes++) {
+        struct samples *s = create(7, 3);
+        samples_case_fill(s, planes, planes, planes);
+        uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcount(planes);
+        for (uint32_t k = 0; k < 4; k++)
+            if (!(planes >> k & 1)) dropped += k == 3 ? 3 : 2;
+        round_trip(s, dropped);
+        samples_destroy(&s);
+    }
+}
+
+/* Any plan: what it does not ask for has no place. */
+static void every_set_of_planned_planes_round_trips(void **state)
+{
+    (void)state;
+    for (uint32_t planes = 0; planes <= PLAN_CASE_PLANES; planes++) {
+        plan_case(&plan);
+        plan.planes = planes;
+        plan.light_planes = planes & PLAN_CASE_LIGHT_PLANES;
+        plan.light_count = planes % 5;
+        struct samples *s = create(5, 4);
+        for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
+            assert_true((s->layout.offset[p] == SAMPLES_ABSENT) == !(planes >> p & 1));
+        samples_case_fill(s, UINT32_MAX, 15, planes);
+        round_trip(s, 0);
+        samples_destroy(&s);
+    }
+}
+
+static void absent_planes_have_no_address(void **state)
+{
+    (void)state;
+    plan_case(&plan);
+    plan.planes = plan.light_planes = 0;
+    struct samples *s = create(8, 8);
+    assert_int_equal(s->layout.total_bytes, 0);
+    assert_null(samples_f32(s, PLANE_DEPTH, 0));
+    assert_null(samples_u32(s, PLANE_ID, 0));
+    assert_null(samples_u16(s, PLANE_ALBEDO, 2));
+    assert_null(samples_light_irradiance(s, 0));
+    assert_null(samples_light_visibility(s, 3, 1));
+    assert_null(samples_light_slope(s, 3, 1));
+    samples_destroy(&s);
+    samples_destroy(&s);
+}
+
+static void quiet_planes_compress(void **state)
+{
+    struct bytes_writer w;
+    (void)state;
+    plan_of_formula(0);
+    struct samples *s = create(64, 64);
+    for (size_t i = 0; i < 64 * 64; i++) samples_f32(s, PLANE_DEPTH, 0)[i] = 3.0f;
+    pack(s, &w, NULL);
+    assert_true(w.size_bytes < 500);
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
+/* Surplus bits of the last visibility byte mean nothing and must not reach the coordinator. */
+static void surplus_bits_are_cleared(void **state)
+{
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault;
+    (void)state;
+    plan_of_formula(0);
+    struct samples *s = create(7, 3);
+    memset(samples_light_visibility(s, 0, 0), 0xff, 7 * 3 * 2);
+    pack(s, &w, NULL);
+    assert_int_equal(unpack(w.data, w.size_bytes, 7, 3, &back, &fault), 0);
+    assert_int_equal(samples_light_visibility(back, 0, 0)[20], 0xff);
+    assert_int_equal(samples_light_visibility(back, 0, 1)[20], 0x01);
+    samples_destroy(&back);
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
+static void cut_samples_fail(void **state)
+{
+    struct bytes_writer w;
+    struct samples *s, *back;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    for (size_t i = 0; i < 2; i++) {
+        s = create(sizes[i][0] + 8, sizes[i][1]);
+        samples_case_fill(s, UINT32_MAX, 15, i);
+        pack(s, &w, NULL);
+        for (size_t size_bytes = 0; size_bytes < w.size_bytes; size_bytes++)
+            assert_int_equal(
+                unpack(w.data, size_bytes, sizes[i][0] + 8, sizes[i][1], &back, &fault),
+                ERR_TRUNCATED);
+        bytes_write_u8(&w, 0);
+        assert_int_equal(unpack(w.data, w.size_bytes, sizes[i][0] + 8, sizes[i][1], &back, &fault),
+                         ERR_TRAILING);
+        bytes_writer_fini(&w);
+        samples_destroy(&s);
+    }
+}
+
+static void foreign_sizes_and_planes_fail(void **state)
+{
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    struct samples *s = create(8, 8);
+    samples_case_fill(s, UINT32_MAX, 15, 1);
+    pack(s, &w, NULL);
+    assert_int_equal(unpack(w.data, w.size_bytes, 8, 7, &back, &fault), ERR_MISMATCH);
+    plan.planes &= ~BIT(REFLECTOR);
+    assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
+    plan.planes |= BIT(REFLECTOR);
+    w.data[8 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
+    assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
+/* A group that declares sizes of its own: none may decide what is allocated or written. */
+static void declared_sizes_are_not_believed(void **state)
+{
+    static const uint32_t declared[] = {0, 15, 16, 1000, 0x7fffffff, 0xffffffff};
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    plan.light_count = 0;
+    plan.planes = BIT(DEPTH);
+    struct samples *s = create(64, 64);
+    for (size_t i = 0; i < 64 * 64; i++) samples_f32(s, PLANE_DEPTH, 0)[i] = (float)(i / 64);
+    pack(s, &w, NULL);
+    assert_true(w.size_bytes < 64 * 64 * 4);
+    for (size_t field = 12 + 4; field <= 12 + 12; field += 4)
+        for (size_t i = 0; i < sizeof declared / sizeof declared[0]; i++) {
+            uint8_t kept[4];
+            memcpy(kept, w.data + field, 4); /* blosc: size, block size, packed size */
+            memcpy(w.data + field, &declared[i], 4);
+            assert_int_equal(unpack(w.data, w.size_bytes, 64, 64, &back, &fault), ERR_CORRUPT);
+            assert_string_equal(fault.pointer, "group 4");
+            memcpy(w.data + field, kept, 4);
+        }
+    memset(w.data + 8, 0xff, 4); /* the group's own size */
+    assert_int_equal(unpack(w.data, w.size_bytes, 64, 64, &back, &fault), ERR_TRUNCATED);
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
+/* Damaged bytes are refused or unpack to numbers that are still allowed. */
+static void damage_does_no_harm(void **state)
+{
+    struct bytes_writer w;
+    uint64_t random = 5;
+    uint32_t refused = 0;
+    (void)state;
+    plan_case(&plan);
+    struct samples *s = create(24, 16);
+    samples_case_fill(s, 0x1f0f, 15, 3);
+    pack(s, &w, NULL);
+    for (int i = 0; i < 4000; i++) {
+        struct samples *back;
+        struct fault fault;
+        const size_t at = samples_case_random(&random) % w.size_bytes;
+        const uint8_t flip = (uint8_t)(1 + samples_case_random(&random) % 255);
+        w.data[at] ^= flip;
+        refused += unpack(w.data, w.size_bytes, 24, 16, &back, &fault) != 0;
+        samples_destroy(&back);
+        w.data[at] ^= flip;
+    }
+    assert_in_range(refused, 100, 3999);
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
+/* Changes one number in a filled buffer and expects a fault at its plane and pixel (3, 2). */
+#define EXPECT(change, expected, place)                                                            \
+    do {                                                                                           \
+        const size_t at = 2 * 7 + 3;                                                               \
+        struct bytes_writer w;                                                                     \
+        struct samples *s, *back;                                                                  \
+        struct fault fault = {0};                                                                  \
+        plan_case(&plan);                                                                          \
+        s = create(7, 3);                                                                          \
+        samples_case_fill(s, UINT32_MAX, 15, 1);                                                   \
+        change;                                                                                    \
+        pack(s, &w, NULL);                                                                         \
+        const int error = unpack(w.data, w.size_bytes, 7, 3, &back, &fault);                       \
+        if (error != (expected) || strcmp(fault.pointer, place) != 0)                              \
+            fail_msg(#change " gives %s at \"%s\": %s", error_name(error), fault.pointer,          \
+                     fault.detail);                                                                \
+        if (expected) assert_non_null(strstr(fault.detail, "(3, 2)"));                             \
+        samples_destroy(&back);                                                                    \
+        bytes_writer_fini(&w);                                                                     \
+        samples_destroy(&s);                                                                       \
+    } while (0)
+
+#define HALF_NAN        0x7e00
+#define HALF_INFINITE   0x7c00
+#define HALF_NEGATIVE   0x8001
+#define HALF_MINUS_ZERO 0x8000
+
+static void numbers_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = NAN, ERR_NOT_FINITE, "depth[0]");
+    EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = INFINITY, ERR_NOT_FINITE, "depth[0]");
+    EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = -1, ERR_RANGE, "depth[0]");
+    EXPECT(samples_u32(s, PLANE_ID, 0)[at] = LIMIT_INSTANCES + 1, ERR_RANGE, "id[0]");
+    EXPECT(samples_u16(s, PLANE_SUB_DEPTH, 2)[at] = 0xbc01, ERR_RANGE, "sub_depth[2]");
+    EXPECT(samples_u16(s, PLANE_SUB_DEPTH, 1)[at] = HALF_NAN, ERR_NOT_FINITE, "sub_depth[1]");
+    EXPECT(samples_u16(s, PLANE_EMISSION, 1)[at] = HALF_NEGATIVE, ERR_RANGE, "emission[1]");
+    EXPECT(samples_u16(s, PLANE_EMISSION, 1)[at] = HALF_MINUS_ZERO, ERR_OK, "");
+    EXPECT(samples_u16(s, PLANE_INDIRECT_MEAN, 2)[at] = HALF_INFINITE, ERR_NOT_FINITE,
+           "indirect_mean[2]");
+    EXPECT(samples_u16(s, PLANE_INDIRECT_HALVES, 5)[at] = HALF_NAN, ERR_NOT_FINITE,
+           "indirect_halves[5]");
+    EXPECT(samples_u16(s, PLANE_REFLECTOR, 0)[at] = 0xfc00, ERR_NOT_FINITE, "reflector[0]");
+    EXPECT(samples_u16(s, PLANE_INDIRECT_STRATA, 35)[at] = 0xffff, ERR_NOT_FINITE,
+           "indirect_strata[35]");
+    EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
+    EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
+    EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");
+    EXPECT(samples_light_slope(s, 3, 1)[at] = HALF_INFINITE, ERR_NOT_FINITE, "lights[3].slopes");
+    EXPECT((samples_light_slope(s, 3, 0)[at] = 2, samples_light_slope(s, 3, 1)[at] = 1), ERR_RANGE,
+           "lights[3].slopes");
+}
+
+/* The compressor's bytes are a library's; what unpacks from old bytes must stay. */
+static void bytes_are_golden(void **state)
+{
+    static uint8_t packed[1 << 16];
+    struct bytes_writer w;
+    struct samples *s, *back;
+    struct fault fault = {0};
+    (void)state;
+    plan_case(&plan);
+    s = create(7, 3);
+    samples_case_fill(s, 0x1fef, 13, 42);
+    pack(s, &w, NULL);
+    golden_check("tests/golden/wire/samples.bin", w.data, w.size_bytes);
+    memcpy(packed, w.data, w.size_bytes);
+    assert_int_equal(unpack(packed, w.size_bytes, 7, 3, &back, &fault), 0);
+    assert_memory_equal(back->data, s->data, s->layout.total_bytes);
+    samples_destroy(&back);
+    samples_destroy(&s);
+    bytes_writer_fini(&w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sizes_follow_the_formula),
+        cmocka_unit_test(layouts_do_not_overlap),
+        cmocka_unit_test(large_layouts_are_refused),
+        cmocka_unit_test(planes_round_trip),
+        cmocka_unit_test(every_set_of_filled_planes_round_trips),
+        cmocka_unit_test(every_set_of_planned_planes_round_trips),
+        cmocka_unit_test(absent_planes_have_no_address),
+        cmocka_unit_test(quiet_planes_compress),
+        cmocka_unit_test(surplus_bits_are_cleared),
+        cmocka_unit_test(cut_samples_fail),
+        cmocka_unit_test(foreign_sizes_and_planes_fail),
+        cmocka_unit_test(declared_sizes_are_not_believed),
+        cmocka_unit_test(damage_does_no_harm),
+        cmocka_unit_test(numbers_are_checked),
+        cmocka_unit_test(bytes_are_golden),
+    };
+    return cmocka_run_group_tests_name("samples", tests, NULL, NULL);
+}
