@@ -1,0 +1,393 @@
+#include "worker/hand.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+
+struct hand_frame {
+    struct hand_frame *next;
+    uint64_t id;
+    struct shelf_scene *scene; /* a reference while tiles are open; NULL otherwise */
+    uint32_t tiles;            /* all that point here */
+    uint32_t open;             /* of them, not DONE and not dropped */
+    bool gone;                 /* cancelled: freed with its last tile */
+    struct plan plan;
+};
+
+enum tile_state { TILE_WAITING, TILE_QUEUED, TILE_DONE, TILE_DROPPED };
+
+struct hand_tile {
+    struct crew_task task;
+    struct hand_tile *next, *previous;
+    struct hand *hand;
+    struct hand_frame *frame;
+    enum tile_state state;
+    uint64_t request_id;
+    struct message_tile lease;
+    _Atomic bool stop;
+    const void *scene;
+    struct bytes_writer packed;
+    struct counters counters;
+    int error;
+    struct parcel *samples; /* DONE */
+};
+
+struct hand {
+    struct crew *crew;
+    struct shelf *shelf;
+    const struct tracing *tracing;
+    struct hand_client client;
+    struct hand_frame *frames;
+    struct hand_tile *first, *last; /* in the order of their leases */
+    struct hand_counts counts;
+    _Atomic uint64_t rows;
+};
+
+/* ---- lists ---- */
+
+static struct hand_frame *find_frame(const struct hand *hand, uint64_t id)
+{
+    for (struct hand_frame *f = hand->frames; f; f = f->next)
+        if (f->id == id && !f->gone) return f;
+    return NULL;
+}
+
+static void free_frame(struct hand *hand, struct hand_frame *f)
+{
+    struct hand_frame **at = &hand->frames;
+    while (*at != f) at = &(*at)->next;
+    *at = f->next;
+    if (f->scene) shelf_release(hand->shelf, f->scene);
+    free(f);
+}
+
+static void append(struct hand *hand, struct hand_tile *t)
+{
+    t->previous = hand->last;
+    if (hand->last)
+        hand->last->next = t;
+    else
+        hand->first = t;
+    hand->last = t;
+}
+
+static void unlink_tile(struct hand *hand, struct hand_tile *t)
+{
+    if (t->previous)
+        t->previous->next = t->next;
+    else
+        hand->first = t->next;
+    if (t->next)
+        t->next->previous = t->previous;
+    else
+        hand->last = t->previous;
+}
+
+/* Frees a tile that no thread has. */
+static void free_tile(struct hand *hand, struct hand_tile *t)
+{
+    struct hand_frame *f = t->frame;
+    unlink_tile(hand, t);
+    bytes_writer_fini(&t->packed);
+    parcel_unref(&t->samples);
+    free(t);
+    if (--f->tiles == 0 && f->gone) free_frame(hand, f);
+}
+
+/* ---- counts: a tile is open, kept, or neither; the scene is held while tiles are open ---- */
+
+static void leave_open(struct hand *hand, struct hand_tile *t)
+{
+    struct hand_frame *f = t->frame;
+    hand->counts.open--;
+    if (--f->open > 0) return;
+    struct shelf_scene *scene = f->scene;
+    f->scene = NULL;
+    if (scene) shelf_release(hand->shelf, scene);
+}
+
+/* ---- tracing ---- */
+
+static struct hand_tile *tile_of(struct crew_task *task)
+{
+    return (struct hand_tile *)((char *)task - offsetof(struct hand_tile, task));
+}
+
+static void run_tile(struct crew_task *task, void *tracer)
+{
+    struct hand_tile *t = tile_of(task);
+    struct hand *hand = t->hand;
+    t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, &t->frame->plan,
+                                    t->lease.rect, &hand->rows, &t->stop, &t->packed, &t->counters);
+}
+
+static void send_result(struct hand *hand, const struct hand_tile *t)
+{
+    struct hand_result result = {.request_id = t->request_id,
+                                 .message = {.frame_id = t->lease.frame_id,
+                                             .index = t->lease.index,
+                                             .generation = t->lease.generation,
+                                             .counters = t->counters},
+                                 .samples = t->samples};
+    hand->client.result(hand->client.ctx, &result);
+}
+
+/* Tells the coordinator that the tile cannot be rendered, and forgets it. */
+static void give_up(struct hand *hand, struct hand_tile *t, int code, const char *place,
+                    const char *detail)
+{
+    struct message_tile_fault m = {.frame_id = t->lease.frame_id,
+                                   .index = t->lease.index,
+                                   .generation = t->lease.generation,
+                                   .code = code};
+    struct fault text;
+    fault_set(&text, code, "", "%s%s%s", place, place[0] ? ": " : "", detail);
+    for (size_t i = 0; i < sizeof m.text && i < sizeof text.detail; i++) m.text[i] = text.detail[i];
+    m.text[sizeof m.text - 1] = '\0';
+    hand->client.faulted(hand->client.ctx, t->request_id, &m);
+    leave_open(hand, t);
+    free_tile(hand, t);
+}
+
+static void done_tile(struct crew_task *task)
+{
+    struct hand_tile *t = tile_of(task);
+    struct hand *hand = t->hand;
+    if (t->state == TILE_DROPPED) {
+        leave_open(hand, t);
+        free_tile(hand, t);
+        hand->client.moved(hand->client.ctx);
+        return;
+    }
+    if (t->error == 0) {
+        t->samples = parcel_take(&t->packed);
+        if (!t->samples) t->error = ERR_MEMORY;
+    }
+    if (t->error) {
+        give_up(hand, t, t->error, "tile", error_text(t->error));
+    } else {
+        /* What loading the scene cost is told once, with the first result after it. */
+        t->counters.value[COUNTER_BUILD_CPU_US] += t->frame->scene->cpu_us;
+        t->frame->scene->cpu_us = 0;
+        t->state = TILE_DONE;
+        leave_open(hand, t);
+        hand->counts.kept++;
+        send_result(hand, t);
+    }
+    hand->client.moved(hand->client.ctx);
+}
+
+static void queue_tile(struct hand *hand, struct hand_tile *t)
+{
+    t->state = TILE_QUEUED;
+    t->scene = t->frame->scene->scene;
+    t->task = (struct crew_task){.run = run_tile, .done = done_tile};
+    crew_submit(hand->crew, &t->task);
+}
+
+void hand_scene_settled(struct hand *hand, struct shelf_scene *s)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        if (t->state != TILE_WAITING || t->frame->scene != s) continue;
+        if (s->state == SHELF_READY)
+            queue_tile(hand, t);
+        else
+            give_up(hand, t, s->fault.code, s->fault.pointer, s->fault.detail);
+    }
+    hand->client.moved(hand->client.ctx);
+}
+
+/* ---- the coordinator's messages ---- */
+
+int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
+                const struct hand_client *client, struct hand **out)
+{
+    struct hand *hand = calloc(1, sizeof *hand);
+    if (!hand) return ERR_MEMORY;
+    hand->crew = crew;
+    hand->shelf = shelf;
+    hand->tracing = tracing;
+    hand->client = *client;
+    *out = hand;
+    return 0;
+}
+
+void hand_destroy(struct hand **hand)
+{
+    struct hand *h = *hand;
+    *hand = NULL;
+    if (!h) return;
+    while (h->first) free_tile(h, h->first);
+    while (h->frames) free_frame(h, h->frames);
+    free(h);
+}
+
+int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
+{
+    struct fault fault;
+    if (find_frame(hand, m->frame_id)) return 0;
+    struct hand_frame *f = calloc(1, sizeof *f);
+    if (!f) return ERR_MEMORY;
+    int e = plan_decode(m->plan, m->plan_bytes, &f->plan, &fault);
+    if (e) {
+        free(f);
+        return e;
+    }
+    f->id = m->frame_id;
+    f->next = hand->frames;
+    hand->frames = f;
+    return 0;
+}
+
+static int check_tile(const struct hand *hand, const struct hand_frame *f,
+                      const struct message_tile *m)
+{
+    const struct rect r = m->rect;
+    if (!f) return ERR_STATE;
+    if (r.x0 < 0 || r.y0 < 0 || r.x1 <= r.x0 || r.y1 <= r.y0 || r.x1 > f->plan.width_px ||
+        r.y1 > f->plan.height_px || rect_width(r) > LIMIT_TILE_SIDE_PX ||
+        rect_height(r) > LIMIT_TILE_SIDE_PX)
+        return ERR_RANGE;
+    return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
+}
+
+int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
+{
+    struct hand_frame *f = find_frame(hand, m->frame_id);
+    int e = check_tile(hand, f, m);
+    if (e) return e;
+    if (!f->scene) f->scene = shelf_take(hand->shelf, &f->plan.scene);
+    struct hand_tile *t = f->scene ? calloc(1, sizeof *t) : NULL;
+    if (!t) return ERR_MEMORY;
+    t->hand = hand;
+    t->frame = f;
+    t->lease = *m;
+    t->request_id = request_id;
+    t->state = TILE_WAITING;
+    bytes_writer_init(&t->packed);
+    append(hand, t);
+    f->tiles++;
+    f->open++;
+    hand->counts.open++;
+    if (f->scene->state == SHELF_READY)
+        queue_tile(hand, t);
+    else if (f->scene->state == SHELF_FAILED)
+        give_up(hand, t, f->scene->fault.code, f->scene->fault.pointer, f->scene->fault.detail);
+    return 0;
+}
+
+void hand_acknowledge(struct hand *hand, const struct message_ack *m)
+{
+    for (struct hand_tile *t = hand->first; t; t = t->next) {
+        const struct message_tile *lease = &t->lease;
+        if (t->state != TILE_DONE || lease->index != m->index || lease->frame_id != m->frame_id ||
+            lease->generation != m->generation)
+            continue;
+        hand->counts.kept--;
+        free_tile(hand, t);
+        return;
+    }
+}
+
+/* Forgets a tile in any state; one that is being traced is stopped and freed when it is done. */
+static void drop(struct hand *hand, struct hand_tile *t)
+{
+    if (t->state == TILE_DROPPED) return;
+    if (t->state == TILE_DONE) {
+        hand->counts.kept--;
+        free_tile(hand, t);
+        return;
+    }
+    if (t->state == TILE_QUEUED && !crew_withdraw(hand->crew, &t->task)) {
+        atomic_store(&t->stop, true);
+        t->state = TILE_DROPPED;
+        return;
+    }
+    leave_open(hand, t);
+    free_tile(hand, t);
+}
+
+static void drop_frame(struct hand *hand, struct hand_frame *f)
+{
+    f->gone = true;
+    f->tiles++; /* holds it while its tiles go */
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        if (t->frame == f) drop(hand, t);
+    }
+    if (--f->tiles == 0) free_frame(hand, f);
+}
+
+void hand_cancel(struct hand *hand, uint64_t frame_id)
+{
+    struct hand_frame *f = find_frame(hand, frame_id);
+    if (f) drop_frame(hand, f);
+}
+
+void hand_drop_all(struct hand *hand)
+{
+    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+        next = f->next;
+        if (!f->gone) drop_frame(hand, f);
+    }
+}
+
+/* ---- leaving and coming back ---- */
+
+static bool is_begun(struct hand *hand, struct hand_tile *t)
+{
+    if (t->state != TILE_QUEUED) return t->state != TILE_WAITING;
+    if (!crew_withdraw(hand->crew, &t->task)) return true;
+    t->state = TILE_WAITING;
+    return false;
+}
+
+void hand_link_lost(struct hand *hand)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        if (!is_begun(hand, t)) drop(hand, t);
+    }
+    /* Frames that come again are told again. */
+    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+        next = f->next;
+        if (f->tiles == 0) free_frame(hand, f);
+    }
+}
+
+void hand_resend(struct hand *hand)
+{
+    for (struct hand_tile *t = hand->first; t; t = t->next)
+        if (t->state == TILE_DONE) send_result(hand, t);
+}
+
+void hand_return(struct hand *hand, bool all)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        bool begun = is_begun(hand, t);
+        if (begun && (!all || t->state != TILE_QUEUED)) continue;
+        struct message_returned m = {.frame_id = t->lease.frame_id,
+                                     .index = t->lease.index,
+                                     .generation = t->lease.generation};
+        hand->client.returned(hand->client.ctx, t->request_id, &m);
+        drop(hand, t);
+    }
+}
+
+struct hand_counts hand_counts(const struct hand *hand)
+{
+    return hand->counts;
+}
+
+bool hand_is_tracing(const struct hand *hand)
+{
+    for (const struct hand_tile *t = hand->first; t; t = t->next)
+        if (t->state == TILE_QUEUED || t->state == TILE_DROPPED) return true;
+    return false;
+}
+
+uint64_t hand_rows(const struct hand *hand)
+{
+    return atomic_load_explicit(&hand->rows, memory_order_relaxed);
+}

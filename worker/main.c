@@ -1,0 +1,124 @@
+/* shearwater-worker: dials a coordinator and traces tiles for it. */
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include "proto/build.h"
+#include "worker/options.h"
+#include "worker/session.h"
+
+#define STATUS_USAGE 2
+
+struct program {
+    uv_loop_t *loop;
+    struct session *session;
+    const struct options *options;
+    uv_signal_t term, interrupt;
+    enum session_end end;
+};
+
+static void say(void *ctx, const char *text)
+{
+    (void)ctx;
+    fprintf(stderr, "shearwater-worker: %s\n", text);
+}
+
+static void on_closed(void *ctx)
+{
+    struct program *p = ctx;
+    uv_close((uv_handle_t *)&p->term, NULL);
+    uv_close((uv_handle_t *)&p->interrupt, NULL);
+}
+
+static void on_ended(void *ctx, enum session_end end, const char *text)
+{
+    struct program *p = ctx;
+    p->end = end;
+    if (text[0]) say(p, text);
+    session_close(p->session, on_closed, p);
+    p->session = NULL;
+}
+
+/* A scene that loads cannot be stopped, and nobody waits for it: the process may end under it. */
+static void on_flushed(void *ctx, bool is_loading)
+{
+    struct program *p = ctx;
+    if (is_loading) _exit(p->end);
+}
+
+static void on_signal(uv_signal_t *signal, int number)
+{
+    (void)number;
+    struct program *p = signal->data;
+    if (p->session) session_stop(p->session);
+}
+
+/* A terminal's Ctrl-C reaches the coordinator's children, too: it decides for them. */
+static void on_ignored(uv_signal_t *signal, int number)
+{
+    (void)signal;
+    (void)number;
+}
+
+static void watch_signals(struct program *p)
+{
+    uv_signal_init(p->loop, &p->term);
+    uv_signal_init(p->loop, &p->interrupt);
+    p->term.data = p->interrupt.data = p;
+    uv_signal_start(&p->term, on_signal, SIGTERM);
+    uv_signal_start(&p->interrupt, p->options->exit_with_parent ? on_ignored : on_signal, SIGINT);
+    signal(SIGPIPE, SIG_IGN);
+}
+
+/* The parent may be gone before the kernel knows that we want to hear of it. Had it gone even
+ * earlier, its socket does not answer, and the session ends by that. */
+static bool tie_to_parent(void)
+{
+    pid_t parent = getppid();
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() == parent;
+}
+
+static int run(const struct options *options)
+{
+    uv_loop_t loop;
+    struct fault fault = {0};
+    struct program p = {.loop = &loop, .options = options};
+    const struct session_client client = {&p, say, on_ended, on_flushed};
+    uv_loop_init(&loop);
+    int e = session_create(&loop, options, &tracing_embree, &client, &p.session, &fault);
+    if (e) {
+        fprintf(stderr, "shearwater-worker: %s: %s\n", fault.pointer, fault.detail);
+        p.end = SESSION_END_FAILED;
+    } else {
+        watch_signals(&p);
+        session_start(p.session);
+    }
+    uv_run(&loop, UV_RUN_DEFAULT);
+    uv_loop_close(&loop);
+    return p.end;
+}
+
+int main(int argc, char **argv)
+{
+    static char cache_dir[4096];
+    struct options options;
+    struct fault fault = {0};
+    if (options_read(argc, argv, &options, &fault) != 0) {
+        fprintf(stderr, "shearwater-worker: %s: %s\n", fault.pointer, fault.detail);
+        return STATUS_USAGE;
+    }
+    if (options.help || options.version) {
+        if (options.help)
+            fputs(options_help(), stdout);
+        else
+            printf("shearwater-worker %s\n", build_id());
+        return 0;
+    }
+    if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
+    if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
+        options.cache_dir = cache_dir;
+    return run(&options);
+}

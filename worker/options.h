@@ -1,0 +1,29 @@
+#pragma once
+/* The worker's command line. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/error.h"
+
+struct options {
+    const char *connect;    /* "unix:PATH" or "HOST:PORT"; required */
+    const char *cache_dir;  /* blobs fetched over the link; default: options_default_cache */
+    const char *blob_dir;   /* objects of a coordinator on this machine: mapped, not fetched */
+    const char *name;       /* for people; default host:pid */
+    uint64_t cache_bytes;   /* bound of the cache; default 16 GiB */
+    uint32_t threads;       /* 1..LIMIT_THREADS; default: the CPUs this process may use */
+    uint32_t tiles_in_hand; /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
+    bool exit_with_parent;  /* end when the parent or the link is gone */
+    bool help, version;
+};
+
+/* Reads argv; strings are borrowed from it. *fault names the argument at fault and what is allowed.
+ */
+int options_read(int argc, char **argv, struct options *out, struct fault *fault);
+
+/* $XDG_CACHE_HOME/shearwater, else ~/.cache/shearwater, else /tmp/shearwater-UID. */
+int options_default_cache(char *out, size_t capacity);
+
+/* The text of --help. */
+const char *options_help(void);
