@@ -31,6 +31,7 @@
 
 /* Assets and scene blobs. */
 #define LIMIT_ASSET_BYTES 2147483648ULL    /* bytes of an uploaded file */
+#define LIMIT_SCENE_JSON_BYTES 134217728   /* bytes of a glTF's JSON; jansson needs 13 times that */
 #define LIMIT_BLOB_BYTES 8589934592ULL     /* bytes of a scene blob */
 #define LIMIT_BLOB_PART_BYTES 1048576      /* bytes of a blob in one message; a link stays lively */
 #define LIMIT_VERTICES 200000000u          /* vertices of a scene */

@@ -1,0 +1,89 @@
+#include "server/import/import.h"
+
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "server/import/blob_writer.h"
+#include "server/import/cameras.h"
+#include "server/import/emitters.h"
+#include "server/import/files.h"
+#include "server/import/gltf.h"
+#include "server/import/obj.h"
+
+enum format { FORMAT_GLTF, FORMAT_OBJ, FORMAT_OTHER };
+
+/* By extension where there is one, else by the first bytes. */
+static enum format format_of(const char *name, const struct file_view *main)
+{
+    const char *slash = strrchr(name, '/');
+    const char *dot = strrchr(slash != NULL ? slash : name, '.');
+    if (dot != NULL && (strcasecmp(dot, ".glb") == 0 || strcasecmp(dot, ".gltf") == 0))
+        return FORMAT_GLTF;
+    if (dot != NULL && strcasecmp(dot, ".obj") == 0) return FORMAT_OBJ;
+    if (dot != NULL) return FORMAT_OTHER;
+    if (main->size_bytes >= 4 && memcmp(main->data, "glTF", 4) == 0) return FORMAT_GLTF;
+    size_t i = 0;
+    while (i < main->size_bytes && memchr(" \t\r\n", main->data[i], 4) != NULL) i++;
+    return i < main->size_bytes && main->data[i] == '{' ? FORMAT_GLTF : FORMAT_OBJ;
+}
+
+static int read_scene(struct files *files, const char *name, struct builder *b, struct fault *fault)
+{
+    struct file_view main;
+    int rc = files_map(files, name, name, &main, fault);
+    if (rc != 0) return rc;
+    switch (format_of(name, &main)) {
+    case FORMAT_GLTF:
+        rc = gltf_import(files, name, &main, b, fault);
+        break;
+    case FORMAT_OBJ:
+        rc = obj_import(files, name, &main, b, fault);
+        break;
+    default:
+        rc = fault_set(fault, ERR_UNSUPPORTED, name, "scenes are .glb, .gltf or .obj files");
+    }
+    files_unmap(&main);
+    return rc;
+}
+
+static int build_scene(const char *root, const char *name, struct builder *b, struct fault *fault)
+{
+    struct files files;
+    int rc = files_open(&files, root, fault);
+    if (rc != 0) return rc;
+    rc = read_scene(&files, name, b, fault);
+    files_close(&files);
+    if (rc == 0) rc = emitters_find(b, fault);
+    if (rc == 0 && builder_count(b, SCENE_CAMERAS) == 0) rc = camera_append_default(b, fault);
+    if (rc == 0) rc = builder_finish(b, fault);
+    return rc;
+}
+
+/* What was written must be what workers accept. */
+static int verify(const char *out, struct import_stats *stats, struct fault *fault)
+{
+    struct scene scene;
+    int rc = scene_map(out, &scene, fault);
+    if (rc != 0) {
+        unlink(out);
+        return rc;
+    }
+    stats->triangles = scene.count[SCENE_TRIANGLES];
+    stats->placed_triangles = scene.info->placed_triangles;
+    scene_unmap(&scene);
+    return 0;
+}
+
+int import_scene(const char *root, const char *name, const char *out, struct warnings *warnings,
+                 struct import_stats *stats, struct fault *fault)
+{
+    struct builder b;
+    *stats = (struct import_stats){0};
+    int rc = builder_init(&b, fault);
+    if (rc == 0) rc = build_scene(root, name, &b, fault);
+    if (rc == 0) rc = blob_write(&b, out, fault);
+    *warnings = b.warnings;
+    builder_fini(&b);
+    return rc == 0 ? verify(out, stats, fault) : rc;
+}
