@@ -76,18 +76,29 @@ static void finish(struct import_process *p)
     team_submit(p->options.team, &p->task);
 }
 
-/* What the importer says about a file: {"error": {"code", "pointer", "detail"}}, or the members at
- * the top. Its places are the file's own, so they go into the sentence. */
+/* The code of a name, "RANGE" for ERR_RANGE; ERR_CORRUPT for one that is unknown here. */
+static int code_of(const char *name)
+{
+    static const int codes[] = {
+#define ERROR(name, number, text) number,
+#include "proto/error.def"
+#undef ERROR
+    };
+    for (size_t i = 0; name && i < sizeof codes / sizeof codes[0]; i++)
+        if (codes[i] < 0 && !strcmp(error_name(codes[i]), name))
+            return codes[i];
+    return ERR_CORRUPT;
+}
+
+/* {"ok": false, "code": "RANGE", "pointer": "meshes[3]", "detail": "..."}. The places are the scene
+ * file's own, so they go into the sentence. */
 static void read_refusal(struct import_process *p, const json_t *answer)
 {
-    const json_t *error = json_object_get(answer, "error");
-    if (!json_is_object(error)) error = answer;
-    const char *place = json_string_value(json_object_get(error, "pointer"));
-    const char *detail = json_string_value(json_object_get(error, "detail"));
-    const json_t *code = json_object_get(error, "code");
-    bool known = json_is_integer(code) && json_integer_value(code) < 0;
-    fault_set(&p->fault, known ? (int)json_integer_value(code) : ERR_CORRUPT, "/scene/asset",
-              "%s%s%s", place ? place : "", place && *place ? ": " : "",
+    const char *place = json_string_value(json_object_get(answer, "pointer"));
+    const char *detail = json_string_value(json_object_get(answer, "detail"));
+    int code = code_of(json_string_value(json_object_get(answer, "code")));
+    fault_set(&p->fault, code, "/scene/asset", "%s%s%s", place ? place : "",
+              place && *place ? ": " : "",
               detail ? detail : "the importer refused the file without a reason");
 }
 

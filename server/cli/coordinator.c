@@ -1,0 +1,179 @@
+#include "server/cli/coordinator.h"
+
+#include <assert.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <unistd.h>
+#include <uv.h>
+
+#include "server/http/http.h"
+
+/* What is being answered when the end begins has this long to get out. */
+#define FAREWELL_MS 100
+
+struct coordinator {
+    uv_loop_t loop;
+    uv_signal_t term, interrupt;
+    uv_timer_t farewell;
+    struct objects objects;
+    struct job_store *store;
+    struct team *team;
+    struct streams *streams;
+    struct jobs *jobs;
+    struct fleet *fleet;
+    struct http *http;
+    void (*stopping)(int signal);
+    bool ending, closed;
+};
+
+/* Everything in reverse. First no more work is given out; then threads and store finish what they
+ * have, whose answers still find the HTTP side; then that goes, and the workers. */
+static void close_rooms(struct coordinator *c)
+{
+    if (c->closed) return;
+    c->closed = true;
+    if (c->jobs) jobs_stop(c->jobs);
+    team_destroy(&c->team);
+    job_store_close(&c->store);
+    http_destroy(&c->http);
+    if (c->fleet) fleet_close(c->fleet, NULL, NULL);
+    c->fleet = NULL;
+    uv_close((uv_handle_t *)&c->farewell, NULL);
+}
+
+static void on_farewell(uv_timer_t *timer)
+{
+    close_rooms(timer->data);
+}
+
+static void on_signal(uv_signal_t *handle, int signal)
+{
+    struct coordinator *c = handle->data;
+    if (c->ending) _exit(128 + signal);
+    c->ending = true;
+    if (c->stopping) c->stopping(signal);
+    http_drain(c->http);
+    uv_timer_start(&c->farewell, on_farewell, FAREWELL_MS, 0);
+}
+
+/* Signals and the farewell do not keep the loop alive. */
+static void init_loop(struct coordinator *c)
+{
+    int error = uv_loop_init(&c->loop);
+    error |= uv_signal_init(&c->loop, &c->term);
+    error |= uv_signal_init(&c->loop, &c->interrupt);
+    error |= uv_timer_init(&c->loop, &c->farewell);
+    assert(error == 0);
+    c->term.data = c->interrupt.data = c->farewell.data = c;
+    uv_signal_start(&c->term, on_signal, SIGTERM);
+    uv_signal_start(&c->interrupt, on_signal, SIGINT);
+    uv_unref((uv_handle_t *)&c->term);
+    uv_unref((uv_handle_t *)&c->interrupt);
+}
+
+static int open_store(struct coordinator *c, const struct coordinator_options *options,
+                      struct fault *fault)
+{
+    const char *data = options->places->data;
+    int error = objects_open(&c->objects, data);
+    if (!error) error = job_store_open(&c->loop, data, &c->store);
+    return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
+}
+
+static int open_jobs(struct coordinator *c, const struct coordinator_options *options,
+                     struct fault *fault)
+{
+    int error = team_create(&c->loop, "team", options->team_threads, &c->team);
+    if (!error) error = streams_create(&c->streams);
+    struct jobs_options jobs = {.loop = &c->loop,
+                                .store = c->store,
+                                .objects = &c->objects,
+                                .streams = c->streams,
+                                .team = c->team,
+                                .import_program = options->places->import};
+    if (!error) error = jobs_create(&jobs, &c->jobs);
+    return error ? fault_set(fault, error, "", "%s", error_text(error)) : 0;
+}
+
+static int open_fleet(struct coordinator *c, const struct coordinator_options *options,
+                      struct fault *fault)
+{
+    struct fleet_client client = jobs_fleet_client(c->jobs);
+    struct fleet_options fleet = {.socket_path = options->places->socket,
+                                  .listen = options->worker_listen,
+                                  .worker_program = options->places->worker,
+                                  .cache_dir = options->places->cache,
+                                  .blob_dir = options->places->blobs,
+                                  .local_workers = options->workers,
+                                  .worker_threads = options->worker_threads};
+    int error = fleet_create(&c->loop, &fleet, &client, &c->fleet, fault);
+    if (!error) jobs_set_fleet(c->jobs, c->fleet);
+    return error;
+}
+
+static int open_http(struct coordinator *c, const struct coordinator_options *options,
+                     struct fault *fault)
+{
+    struct http_options http = {.loop = &c->loop,
+                                .listen = options->listen,
+                                .web_dir = options->places->web,
+                                .openapi_path = options->places->openapi,
+                                .objects = &c->objects,
+                                .team = c->team,
+                                .jobs = c->jobs,
+                                .fleet = c->fleet,
+                                .streams = c->streams};
+    return http_create(&http, &c->http, fault);
+}
+
+int coordinator_create(const struct coordinator_options *options, struct coordinator **out,
+                       struct fault *fault)
+{
+    struct coordinator *c = calloc(1, sizeof *c);
+    if (!c) return fault_set(fault, ERR_MEMORY, "", "no memory to start");
+    init_loop(c);
+    int error = open_store(c, options, fault);
+    if (!error) error = open_jobs(c, options, fault);
+    if (!error) error = open_fleet(c, options, fault);
+    if (!error) error = open_http(c, options, fault);
+    if (!error && (error = jobs_resume(c->jobs)) != 0)
+        fault_set(fault, error, options->places->data, "unfinished jobs could not be read");
+    if (error)
+        coordinator_destroy(&c);
+    else
+        *out = c;
+    return error;
+}
+
+int coordinator_http_port(const struct coordinator *c)
+{
+    return http_port(c->http);
+}
+
+int coordinator_worker_port(const struct coordinator *c)
+{
+    return fleet_port(c->fleet);
+}
+
+void coordinator_run(struct coordinator *c, void (*stopping)(int signal))
+{
+    c->stopping = stopping;
+    uv_run(&c->loop, UV_RUN_DEFAULT);
+}
+
+void coordinator_destroy(struct coordinator **coordinator)
+{
+    struct coordinator *c = *coordinator;
+    *coordinator = NULL;
+    if (!c) return;
+    close_rooms(c);
+    uv_run(&c->loop, UV_RUN_DEFAULT);
+    uv_close((uv_handle_t *)&c->term, NULL);
+    uv_close((uv_handle_t *)&c->interrupt, NULL);
+    uv_run(&c->loop, UV_RUN_DEFAULT);
+    jobs_destroy(&c->jobs);
+    streams_destroy(&c->streams);
+    int error = uv_loop_close(&c->loop);
+    assert(error == 0);
+    free(c);
+}

@@ -1,0 +1,29 @@
+#pragma once
+/* The coordinator: every room of the server, put together around one loop. */
+#include <stdbool.h>
+
+#include "proto/error.h"
+#include "server/cli/places.h"
+
+struct coordinator;
+
+struct coordinator_options {
+    const struct places *places; /* must outlive the coordinator */
+    const char *listen;          /* HTTP, "ADDR:PORT" */
+    const char *worker_listen;   /* TCP for workers; NULL: none */
+    unsigned workers;            /* local ones */
+    unsigned worker_threads;     /* of each */
+    unsigned team_threads;       /* reconstruction and encoding */
+};
+
+/* Takes up unfinished jobs and listens. On failure nothing is left; *fault says what and why. */
+int coordinator_create(const struct coordinator_options *options, struct coordinator **out,
+                       struct fault *fault);
+int coordinator_http_port(const struct coordinator *c);
+int coordinator_worker_port(const struct coordinator *c); /* 0: none */
+
+/* Serves until SIGTERM or SIGINT, then ends in order: answers in flight go out, work stops where it
+ * can go on from disk, workers leave. A second signal ends the process at once. `stopping` (may be
+ * NULL) is called at the first. */
+void coordinator_run(struct coordinator *c, void (*stopping)(int signal));
+void coordinator_destroy(struct coordinator **c);

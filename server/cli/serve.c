@@ -1,0 +1,115 @@
+#include "server/cli/serve.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <time.h>
+#include <unistd.h>
+#include <uv.h>
+
+#include "proto/build.h"
+#include "server/cli/cli.h"
+#include "server/cli/coordinator.h"
+#include "server/cli/option.h"
+
+static bool quiet;
+
+/* One line a fact: time, level, what, details as key=value. */
+static void log_line(const char *level, const char *what, const char *details)
+{
+    char time_text[32];
+    struct tm parts;
+    time_t now = time(NULL);
+    if (quiet && !strcmp(level, "info")) return;
+    gmtime_r(&now, &parts);
+    strftime(time_text, sizeof time_text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    fprintf(stderr, "%s %s %s%s%s\n", time_text, level, what, *details ? " " : "", details);
+}
+
+static void on_stopping(int signal)
+{
+    log_line("info", "stopping", strsignal(signal));
+}
+
+static int refuse(const struct fault *fault)
+{
+    char text[LIMIT_POINTER_BYTES + LIMIT_DETAIL_BYTES + 2];
+    snprintf(text, sizeof text, "%s%s%s", fault->pointer, fault->pointer[0] ? ": " : "",
+             fault->detail[0] ? fault->detail : error_text(fault->code));
+    log_line("error", "cannot serve", text);
+    return 1;
+}
+
+/* What `render` and other parents wait for. */
+static void announce(const struct coordinator *c, const char *listen, const struct places *places,
+                     long workers)
+{
+    char details[PLACES_PATH_BYTES + 128];
+    int host = (int)(strrchr(listen, ':') - listen);
+    printf("listening on http://%.*s:%d\n", host, listen, coordinator_http_port(c));
+    fflush(stdout);
+    snprintf(details, sizeof details, "build=%s pid=%d workers=%ld worker_port=%d data=%s",
+             build_id(), (int)getpid(), workers, coordinator_worker_port(c), places->data);
+    log_line("info", "serving", details);
+}
+
+static int serve(const struct coordinator_options *options, const struct places *places)
+{
+    struct coordinator *c;
+    struct fault fault = {0};
+    int error = coordinator_create(options, &c, &fault);
+    if (error) return refuse(&fault);
+    announce(c, options->listen, places, (long)options->workers);
+    coordinator_run(c, on_stopping);
+    coordinator_destroy(&c);
+    log_line("info", "stopped", "");
+    return 0;
+}
+
+int cli_serve(int argc, char **argv)
+{
+    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web;
+    static bool with_parent;
+    long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
+    const struct option_line lines[] = {
+        {"listen", 0, OPTION_TEXT, "ADDR:PORT",
+         "HTTP, on loopback only; port 0 takes a free one; default " SERVE_LISTEN, 0, 0, &listen},
+        {"data", 0, OPTION_TEXT, "DIR",
+         "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0, &data},
+        {"workers", 0, OPTION_NUMBER, "N", "local workers; default 2, or 1 on a single core", 0,
+         LIMIT_WORKERS, &workers},
+        {"worker-threads", 0, OPTION_NUMBER, "N",
+         "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS, &threads},
+        {"worker-listen", 0, OPTION_TEXT, "ADDR:PORT",
+         "TCP for further workers, on loopback only; default none", 0, 0, &worker_listen},
+        {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &web},
+        {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &quiet},
+        {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
+         0, &with_parent},
+    };
+    const struct option_table table = {
+        .usage = "shearwater serve [options]",
+        .summary = "Runs the coordinator. Prints \"listening on URL\" when it is ready; SIGTERM or "
+                   "Ctrl-C ends it in order.",
+        .lines = lines,
+        .line_count = sizeof lines / sizeof lines[0],
+    };
+    static struct places places;
+    struct fault fault = {0};
+    int arguments, status = option_parse(&table, argc, argv, &arguments);
+    if (status != OPTION_GO_ON) return status;
+    signal(SIGPIPE, SIG_IGN);
+    if (with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (places_find(data, web, &places, &fault) != 0) return refuse(&fault);
+    if (threads == 0 && workers > 0) threads = (cores + workers - 1) / workers;
+    const struct coordinator_options options = {.places = &places,
+                                                .listen = listen,
+                                                .worker_listen = worker_listen,
+                                                .workers = (unsigned)workers,
+                                                .worker_threads = (unsigned)threads,
+                                                .team_threads = (unsigned)cores};
+    status = serve(&options, &places);
+    places_leave(&places);
+    return status;
+}
