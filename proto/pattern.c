@@ -26,9 +26,6 @@ static const uint64_t lattices[2][2][2] = {
 
 #define BELOW_ONE 0x1.fffffep-1f
 
-/* Keeps stratum + jitter below the next stratum after rounding, for 256 strata an axis. */
-#define JITTER_MAX (65535.0f / 65536.0f)
-
 #define SCRAMBLE_ROUNDS 8
 
 /* Purposes that must not share a hash. */
@@ -79,19 +76,28 @@ static void lattice_phase(uint32_t dimension, int32_t x, int32_t y, uint64_t pha
     if (signs & 2) phase[1] = 0 - phase[1];
 }
 
+void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
+                     uint32_t dimension, float *out0, float *out1)
+{
+    const uint64_t origin_0 = frame_key(p, dimension, PURPOSE_ORIGIN_0);
+    const uint64_t origin_1 = frame_key(p, dimension, PURPOSE_ORIGIN_1);
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t phase[2];
+        lattice_phase(dimension, x[i], y[i], phase);
+        out0[i] = unit_float(phase[0] + origin_0);
+        out1[i] = unit_float(phase[1] + origin_1);
+    }
+}
+
 void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, float out[2])
 {
-    uint64_t phase[2];
-    lattice_phase(dimension, x, y, phase);
-    out[0] = unit_float(phase[0] + frame_key(p, dimension, PURPOSE_ORIGIN_0));
-    out[1] = unit_float(phase[1] + frame_key(p, dimension, PURPOSE_ORIGIN_1));
+    pattern_jitters(p, &x, &y, 1, dimension, &out[0], &out[1]);
 }
 
 void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2])
 {
-    const float side = (float)l;
-    out[0] = ((float)(i % l) + fminf(jitter[0], JITTER_MAX)) / side;
-    out[1] = ((float)(i / l) + fminf(jitter[1], JITTER_MAX)) / side;
+    out[0] = pattern_axis(jitter[0], l, i % l);
+    out[1] = pattern_axis(jitter[1], l, i / l);
 }
 
 /* A keyed bijection of 0..mask, mask = 2^k - 1: addition, multiplication by odd numbers and xor

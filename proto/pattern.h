@@ -25,6 +25,19 @@ struct pattern {
 /* The pixel's jitter in a dimension: both in [0,1). */
 void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, float out[2]);
 
+/* The jitters of `count` pixels at once, as pattern_jitter's two numbers each. */
+void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
+                     uint32_t dimension, float *out0, float *out1);
+
+/* Keeps stratum + jitter below the next stratum after rounding, for 256 strata an axis. */
+#define PATTERN_JITTER_MAX (65535.0f / 65536.0f)
+
+/* Stratum k of l along one axis, in [0,1): what pattern_stratum puts together from two axes. */
+static inline float pattern_axis(float jitter, uint32_t l, uint32_t k)
+{
+    return ((float)k + (jitter < PATTERN_JITTER_MAX ? jitter : PATTERN_JITTER_MAX)) / (float)l;
+}
+
 /* Sample i of l x l in the dimension: ((i % l + j0) / l, (i / l + j1) / l), both in [0,1). */
 void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2]);
 
