@@ -35,19 +35,19 @@ static void become_server(const struct private_server *s, unsigned workers, unsi
     program[n] = '\0';
     snprintf(worker_text, sizeof worker_text, "%u", workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
-    char *argv[] = {program,
-                    "serve",
-                    "--listen",
-                    "127.0.0.1:0",
-                    "--data",
-                    (char *)s->data_dir,
-                    "--workers",
-                    worker_text,
-                    "--quiet",
-                    "--exit-with-parent",
-                    threads > 0 ? "--worker-threads" : NULL,
-                    thread_text,
-                    NULL};
+    char *argv[14] = {program,    "serve",
+                      "--listen", "127.0.0.1:0",
+                      "--data",   (char *)s->data_dir,
+                      "--quiet",  "--exit-with-parent"};
+    int n_args = 8;
+    if (workers > 0) {
+        argv[n_args++] = "--workers";
+        argv[n_args++] = worker_text;
+    }
+    if (threads > 0) {
+        argv[n_args++] = "--worker-threads";
+        argv[n_args++] = thread_text;
+    }
     dup2(out, STDOUT_FILENO);
     /* Ctrl-C goes to the command, which then stops its server in order. */
     setpgid(0, 0);
