@@ -27,9 +27,9 @@ static void append(struct json_cursor *at, const char *text)
 
 size_t json_cursor_enter(struct json_cursor *at, const char *key)
 {
-    const size_t length = at->length;
-    char printable[LIMIT_POINTER_BYTES];
-    json_printable(key, printable, sizeof printable);
+    const size_t length = at->length, room = sizeof at->pointer - 1 - length;
+    char printable[LIMIT_POINTER_BYTES] = "";
+    if (room > sizeof "/...") json_printable(key, printable, room);
     append(at, "/");
     for (const char *c = printable; *c; c++) {
         const char one[2] = {*c, '\0'};
@@ -234,13 +234,24 @@ static void *field(const struct json_member *m, void *object)
     return (char *)object + m->offset;
 }
 
-int json_member_f32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+/* Compared as floats, so that a limit that is no exact float admits its own decimal. */
+static int read_f32(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                    float *out)
 {
     double number;
-    const int error = json_cursor_number(at, v, m->min, m->max, &number);
+    const int error = json_cursor_number(at, v, -INFINITY, INFINITY, &number);
     if (error) return error;
-    *(float *)field(m, o) = (float)number;
+    *out = (float)number;
+    if (*out < (float)m->min)
+        return json_cursor_refuse(at, ERR_RANGE, "%.9g is below %.7g", number, m->min);
+    if (*out > (float)m->max)
+        return json_cursor_refuse(at, ERR_RANGE, "%.9g is above %.7g", number, m->max);
     return 0;
+}
+
+int json_member_f32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    return read_f32(at, m, v, field(m, o));
 }
 
 int json_member_f32x3(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
@@ -252,11 +263,9 @@ int json_member_f32x3(struct json_cursor *at, const struct json_member *m, const
         return json_cursor_refuse(at, ERR_TYPE, "it has %zu elements and must have 3",
                                   json_array_size(v));
     for (size_t i = 0; i < 3; i++) {
-        double number;
         const size_t length = json_cursor_enter_index(at, i);
-        error = json_cursor_number(at, json_array_get(v, i), m->min, m->max, &number);
+        error = read_f32(at, m, json_array_get(v, i), &out[i]);
         if (error) return error;
-        out[i] = (float)number;
         json_cursor_leave(at, length);
     }
     return 0;

@@ -62,7 +62,7 @@ struct scene_info {
 
 enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 
-/* One glTF primitive or OBJ group: one material. A triangle belongs to one mesh at most. Optional
+/* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index is
  * 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT: its
  * emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
