@@ -8,9 +8,7 @@
 #include "proto/half.h"
 #include "server/image/exr.h"
 #include "server/image/exr_file.h"
-
-/* Noisy floats gain 2 % of size and cost 4 times the time at zlib's default level. */
-#define ZIP_LEVEL 1
+#include "server/image/exr_zip.h"
 
 /* A file in the making. */
 struct writer {
@@ -72,7 +70,6 @@ static exr_result_t write_header(struct writer *w)
     if (!r)
         r = exr_initialize_required_attr_simple(w->context, 0, w->image->width_px,
                                                 w->image->height_px, EXR_COMPRESSION_ZIP);
-    if (!r) r = exr_set_zip_compression_level(w->context, 0, ZIP_LEVEL);
     if (!r) r = add_channels(w);
     if (!r) r = add_metadata(w);
     if (!r) r = exr_write_header(w->context);
@@ -131,7 +128,10 @@ static exr_result_t write_chunk(struct writer *w, int32_t y)
         r = exr_encoding_update(w->context, 0, &chunk, &w->encoder);
     }
     if (!r) r = bind(w, y);
-    if (!r && first) r = exr_encoding_choose_default_routines(w->context, 0, &w->encoder);
+    if (!r && first) {
+        r = exr_encoding_choose_default_routines(w->context, 0, &w->encoder);
+        w->encoder.compress_fn = exr_zip_compress;
+    }
     return r ? r : exr_encoding_run(w->context, 0, &w->encoder);
 }
 
@@ -155,7 +155,6 @@ static exr_result_t write_file(struct writer *w)
     exr_context_initializer_t init;
     exr_file_context(&w->file, &init);
     init.read_fn = NULL;
-    init.zip_level = ZIP_LEVEL;
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (r) return r;
     r = write_header(w);
