@@ -18,7 +18,9 @@ static bool is_end(const char *state)
 static bool on_event(void *ctx, const char *name, const json_t *data)
 {
     struct watch *w = ctx;
-    const char *state = json_string_value(json_object_get(data, "state"));
+    /* Other events have states of their own: a frame's is not the job's. */
+    const bool of_job = strcmp(name, "state") == 0 || strcmp(name, "snapshot") == 0;
+    const char *state = of_job ? json_string_value(json_object_get(data, "state")) : NULL;
     if (state) snprintf(w->state, sizeof w->state, "%s", state);
     if (strcmp(name, "progress") == 0)
         progress_show(w->progress, w->state, data);
