@@ -33,8 +33,9 @@ struct session {
     uint32_t asked; /* tiles asked for that have not come */
     bool was_told_offline;
     /* Progress of loading: beats in which a load used CPU time. */
-    uint64_t load_beats, load_ms, cpu_us;
-    unsigned open; /* what must close before the memory goes */
+    uint64_t load_beats, load_from_ms, cpu_us;
+    uint64_t last_beat_ms; /* 0: none on this link */
+    unsigned open;         /* what must close before the memory goes */
     bool closing;
     void (*closed)(void *ctx);
     void *closed_ctx;
@@ -160,20 +161,20 @@ static enum beat_phase phase(const struct session *s)
  * bound, since a load that hangs may use CPU time, too. */
 static void watch_loading(struct session *s, uint64_t cpu_us)
 {
-    uint64_t used_us = cpu_us - s->cpu_us;
+    const uint64_t now = uv_now(s->beat.loop), used_us = cpu_us - s->cpu_us;
     s->cpu_us = cpu_us;
     if (!shelf_is_loading(s->shelf)) {
-        s->load_ms = 0;
+        s->load_from_ms = now;
         return;
     }
-    s->load_ms += s->beat_ms;
-    if (s->load_ms <= SESSION_LOADING_MS && used_us >= 100u * (uint64_t)s->beat_ms) s->load_beats++;
+    if (now - s->load_from_ms <= SESSION_LOADING_MS && used_us >= 100u * (uint64_t)s->beat_ms)
+        s->load_beats++;
 }
 
-static void on_beat(uv_timer_t *timer)
+static void send_beat(struct session *s)
 {
-    struct session *s = timer->data;
     struct vitals v;
+    s->last_beat_ms = uv_now(s->beat.loop);
     vitals_read(&v);
     watch_loading(s, v.cpu_us);
     struct message_beat m = {.progress = hand_rows(s->hand) + shelf_parts(s->shelf) + s->load_beats,
@@ -186,12 +187,19 @@ static void on_beat(uv_timer_t *timer)
     link_put(s->link, MESSAGE_BEAT, s->next_request++);
 }
 
+static void on_beat(uv_timer_t *timer)
+{
+    send_beat(timer->data);
+}
+
 /* ---- what the hand and the shelf say ---- */
 
 static void on_result(void *ctx, const struct hand_result *result)
 {
     struct session *s = ctx;
     if (!is_on(s)) return; /* kept; said again when the link is back */
+    /* Short jobs end between two beats: their results tell of us, too. */
+    if (uv_now(s->beat.loop) - s->last_beat_ms >= s->beat_ms / 4) send_beat(s);
     struct message_result m = result->message;
     m.samples_bytes = (uint32_t)result->samples->size_bytes;
     message_encode_result(link_payload(s->link), &m);
@@ -248,6 +256,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
                  : m.beat_ms > BEAT_MAX_MS ? BEAT_MAX_MS
                                            : m.beat_ms;
     enter(s, SESSION_WORKING);
+    s->load_from_ms = uv_now(s->beat.loop);
     uv_timer_stop(&s->patience);
     uv_timer_start(&s->beat, on_beat, s->beat_ms, s->beat_ms);
     link_settle(s->link);
@@ -381,6 +390,7 @@ static void on_up(void *ctx)
     if (s->state == SESSION_ENDED) return;
     enter(s, SESSION_GREETING);
     s->asked = 0;
+    s->last_beat_ms = 0;
     say_hello(s);
     uv_timer_start(&s->patience, on_greeting_patience, SESSION_GREETING_MS, 0);
 }
@@ -393,7 +403,8 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
     if (s->state == SESSION_ENDED) return;
     uv_timer_stop(&s->beat);
     uv_timer_stop(&s->patience);
-    if (s->state == SESSION_LEAVING) {
+    const bool meant = s->state == SESSION_DRAINING && s->options->exit_with_parent;
+    if (s->state == SESSION_LEAVING || meant) {
         end(s, SESSION_END_TOLD, "");
         return;
     }

@@ -234,8 +234,8 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
 }
 
-/* True when the tile was leased in this coordinator's life, lately, and is not another session's
- * now. Ends the lease. */
+/* True when this session holds the lease, which ends, or holds the tile in another generation, or
+ * when the lease has ended lately, whoever held it: then it is the client's to judge. */
 static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
 {
     uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
@@ -497,6 +497,14 @@ static void on_processes_closed(void *ctx)
     release_one(ctx);
 }
 
+/* A worker that was told to drain knows that the end of the link is meant. */
+static void say_goodbye(struct session *s)
+{
+    if (s->state == SESSION_WORKING) session_drain(s, true);
+    if (s->state != SESSION_CLOSING) outbox_flush(&s->outbox);
+    session_drop(s);
+}
+
 void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx)
 {
     fleet->closing = true;
@@ -505,7 +513,7 @@ void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx)
     listener_close(&fleet->local, on_listener_closed);
     listener_close(&fleet->tcp, on_listener_closed);
     if (fleet->processes) processes_close(fleet->processes, on_processes_closed, fleet);
-    for (size_t i = 0; i < fleet->session_count; i++) session_drop(fleet->sessions[i]);
+    for (size_t i = 0; i < fleet->session_count; i++) say_goodbye(fleet->sessions[i]);
     uv_close((uv_handle_t *)&fleet->turn, on_handle_closed);
     uv_close((uv_handle_t *)&fleet->tick, on_handle_closed);
 }

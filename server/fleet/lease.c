@@ -40,6 +40,13 @@ void lease_remove(struct lease_table *t, uint32_t at)
     memmove(&t->at[at], &t->at[at + 1], (t->count - at) * sizeof t->at[0]);
 }
 
+bool lease_has_tile(const struct lease_table *t, uint64_t frame_id, uint32_t index)
+{
+    for (uint32_t i = 0; i < t->count; i++)
+        if (t->at[i].tile.index == index && t->at[i].tile.frame_id == frame_id) return true;
+    return false;
+}
+
 bool lease_has_frame(const struct lease_table *t, uint64_t frame_id)
 {
     for (uint32_t i = 0; i < t->count; i++)

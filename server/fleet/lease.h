@@ -29,6 +29,8 @@ int lease_add(struct lease_table *t, const struct lease *lease);
 uint32_t lease_find(const struct lease_table *t, uint64_t frame_id, uint32_t index,
                     uint32_t generation);
 void lease_remove(struct lease_table *t, uint32_t at);
+/* A lease on the tile in any generation. */
+bool lease_has_tile(const struct lease_table *t, uint64_t frame_id, uint32_t index);
 bool lease_has_frame(const struct lease_table *t, uint64_t frame_id);
 void lease_forget_frame(struct lease_table *t, uint64_t frame_id);
 

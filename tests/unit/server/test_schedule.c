@@ -1,0 +1,126 @@
+/* The schedule: queues are filled evenly, never beyond what was asked for, and thinner when the
+ * supply ends. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdlib.h>
+
+#include "server/fleet/schedule.h"
+
+static uint64_t sum(const uint32_t *give, size_t count)
+{
+    uint64_t total = 0;
+    for (size_t i = 0; i < count; i++) total += give[i];
+    return total;
+}
+
+static void fills_two_tiles_a_thread(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{4, 100, 0}, {1, 100, 0}, {2, 100, 3}};
+    uint32_t give[3];
+    schedule_share(w, 3, UINT64_MAX, give);
+    assert_int_equal(give[0], 8);
+    assert_int_equal(give[1], 2);
+    assert_int_equal(give[2], 1);
+    schedule_share(w, 3, 1000000, give);
+    assert_int_equal(give[0], 8);
+}
+
+static void gives_no_more_than_wanted(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{4, 3, 0}, {4, 0, 0}, {4, 100, 8}, {4, 100, 200}};
+    uint32_t give[4];
+    schedule_share(w, 4, UINT64_MAX, give);
+    assert_int_equal(give[0], 3);
+    assert_int_equal(give[1], 0);
+    assert_int_equal(give[2], 0);
+    assert_int_equal(give[3], 0);
+}
+
+static void spreads_a_short_supply(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{4, 8, 0}, {4, 8, 0}, {4, 8, 0}};
+    uint32_t give[3];
+    schedule_share(w, 3, 6, give);
+    assert_int_equal(sum(give, 3), 6);
+    for (int i = 0; i < 3; i++) assert_int_equal(give[i], 2);
+    schedule_share(w, 3, 1, give);
+    assert_int_equal(give[0], 1); /* ties go to the first */
+    schedule_share(w, 3, 0, give);
+    assert_int_equal(sum(give, 3), 0);
+}
+
+static void serves_the_idle_first(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{2, 4, 2}, {2, 4, 0}};
+    uint32_t give[2];
+    schedule_share(w, 2, 2, give);
+    assert_int_equal(give[0], 0);
+    assert_int_equal(give[1], 2);
+}
+
+static void gives_by_threads(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{16, 32, 0}, {1, 2, 0}};
+    uint32_t give[2];
+    schedule_share(w, 2, 17, give);
+    assert_int_equal(sum(give, 2), 17);
+    assert_int_equal(give[1], 1);
+}
+
+/* The nearer the end, the fewer tiles wait in a queue; every thread keeps its one. */
+static void queues_thin_out(void **state)
+{
+    (void)state;
+    uint32_t before = UINT32_MAX;
+    for (uint64_t supply = 64; supply > 0; supply--) {
+        uint32_t depth = schedule_depth(4, 16, supply);
+        assert_in_range(depth, 4, 8);
+        assert_true(depth <= before);
+        before = depth;
+    }
+    assert_int_equal(schedule_depth(4, 16, 32), 8);
+    assert_int_equal(schedule_depth(4, 16, 1), 5);
+}
+
+static void holds_for_any_input(void **state)
+{
+    (void)state;
+    enum { WORKERS = 40 };
+    uint64_t x = 88172645463325252u;
+    for (int round = 0; round < 500; round++) {
+        struct schedule_worker w[WORKERS];
+        uint32_t give[WORKERS];
+        for (int i = 0; i < WORKERS; i++) {
+            x ^= x << 13, x ^= x >> 7, x ^= x << 17;
+            w[i] = (struct schedule_worker){1 + (uint32_t)(x % 128), (uint32_t)(x >> 20) % 257,
+                                            (uint32_t)(x >> 40) % 257};
+        }
+        uint64_t supply = x % 3000;
+        schedule_share(w, WORKERS, supply, give);
+        assert_true(sum(give, WORKERS) <= supply);
+        for (int i = 0; i < WORKERS; i++) {
+            assert_true(give[i] <= w[i].want);
+            assert_true(give[i] == 0 || give[i] + w[i].in_hand <= 2 * w[i].threads);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fills_two_tiles_a_thread), cmocka_unit_test(gives_no_more_than_wanted),
+        cmocka_unit_test(spreads_a_short_supply),   cmocka_unit_test(serves_the_idle_first),
+        cmocka_unit_test(gives_by_threads),         cmocka_unit_test(queues_thin_out),
+        cmocka_unit_test(holds_for_any_input),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
