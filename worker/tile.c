@@ -1,6 +1,5 @@
 #include "worker/tile.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -9,6 +8,7 @@
 #include "worker/trace/block_store.h"
 #include "worker/trace/geometry.h"
 #include "worker/trace/indirect.h"
+#include "worker/trace/lane_kernels.h"
 #include "worker/trace/primary.h"
 #include "worker/trace/shadow.h"
 
@@ -90,7 +90,7 @@ static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct 
     memset(&t->emission, 0, sizeof t->emission);
     memset(&t->point.lit, 0, sizeof t->point.lit);
     primary_trace(&t->queries, plan, b, &t->camera, &t->centre);
-    geometry_store(b, &t->centre, samples);
+    geometry_store(&t->queries, b, &t->centre, samples);
     mark_lit(&t->centre, &t->point.lit);
     add_emission(&t->centre, &t->emission);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
@@ -121,17 +121,17 @@ static bool choose_lit(struct tile_tracer *t, const struct plan *plan, struct co
     const struct block *b = &t->block;
     struct lanes_mask *lit = &t->point.lit;
     uint64_t background = 0, black = 0;
-    int32_t any = 0;
     for (int i = 0; i < LANES; i++) {
         int32_t surface = b->inside.on[i] & t->centre.hit.on[i];
         background += (uint64_t)(b->kept.on[i] & ~surface & 1);
         black += (uint64_t)(b->kept.on[i] & surface & ~lit->on[i] & 1);
         lit->on[i] &= surface;
-        any |= lit->on[i];
+        t->point.counted.on[i] = lit->on[i] & b->kept.on[i];
     }
+    t->point.lit_count = lanes_count(lit);
     counters->value[COUNTER_SKIPPED_BACKGROUND] += background;
     counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * light_rays(plan);
-    return any != 0;
+    return t->point.lit_count > 0;
 }
 
 static void trace_block(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
@@ -198,6 +198,7 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     tracer->queries.scene = scene;
+    tracer->queries.kernels = lane_kernels_for(scene->isa);
     tracer->queries.rejected = 0;
     light_table_init(&tracer->lights, plan);
     rc = trace_rows(tracer, plan, rect, progress, stop, samples, counters);

@@ -42,6 +42,7 @@ static int device_create(struct render_scene *s, uint32_t threads, struct fault 
     if (!s->device)
         return fault_set(fault, ERR_UNSUPPORTED, "embree", "no device for \"%s\": error %d", config,
                          (int)rtcGetDeviceError(NULL));
+    s->isa = isa;
     s->packet_width = 4;
     if (rtcGetDeviceProperty(s->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
         s->packet_width = 8;

@@ -33,6 +33,7 @@ struct render_scene {
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;
+    const char *isa;       /* what build_isa() said */
     uint32_t packet_width; /* rays that this CPU traces at once: 16, 8 or 4 */
 };
 

@@ -3,6 +3,7 @@
 #include "proto/half.h"
 #include "proto/octahedron.h"
 #include "worker/trace/block_store.h"
+#include "worker/trace/lane_kernels.h"
 
 /* -0.99951: the half next to SUB_DEPTH_MISS, for surfaces so near that they would round to it. */
 #define HALF_MISS        0xbc00u
@@ -19,19 +20,18 @@ static void store_albedo(const struct block *b, const struct surface *s, uint16_
     block_store_unorm(b, s->albedo.z, z);
 }
 
-void geometry_store(const struct block *b, const struct surface *s, struct samples *samples)
+void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
+                    struct samples *samples)
 {
-    uint32_t packed[LANES];
+    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
     uint32_t *normals = samples_u32(samples, PLANE_NORMAL, 0);
     block_store_f32(b, s->distance, samples_f32(samples, PLANE_DEPTH, 0));
     block_store_u32(b, s->id, samples_u32(samples, PLANE_ID, 0));
     store_albedo(b, s, samples_u16(samples, PLANE_ALBEDO, 0), samples_u16(samples, PLANE_ALBEDO, 1),
                  samples_u16(samples, PLANE_ALBEDO, 2));
     if (!normals) return;
-    for (int i = 0; i < LANES; i++) {
-        const float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
-        packed[i] = s->hit.on[i] ? octahedron_pack16(n) : 0;
-    }
+    q->kernels->pack_normals(&s->normal, packed);
+    for (int i = 0; i < LANES; i++) packed[i] &= (uint32_t)s->hit.on[i];
     block_store_u32(b, packed, normals);
 }
 

@@ -5,7 +5,8 @@
 #include "worker/trace/block.h"
 #include "worker/trace/hit.h"
 
-void geometry_store(const struct block *b, const struct surface *s, struct samples *samples);
+void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
+                    struct samples *samples);
 
 /* Anti-aliasing ray k; `centre` is the pixel's own surface, which its depth is relative to. */
 void geometry_store_sub(const struct plan *plan, const struct block *b,

@@ -2,7 +2,8 @@
 /* From Embree's hits to surfaces: position, normals, material. */
 #include "worker/trace/queries.h"
 
-/* The surfaces that sixteen rays met; zeros where `hit` is off. */
+/* The surfaces that sixteen rays met. Where `hit` is off, distance, id, albedo and emission are 0
+ * and the vectors mean nothing. */
 struct surface {
     struct lanes3 position;
     struct lanes3 origin; /* where rays that leave the surface start: offset.h */
@@ -17,5 +18,5 @@ struct surface {
 };
 
 /* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */
-void hit_resolve(const struct render_scene *scene, const struct lanes_mask *valid,
+void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out);

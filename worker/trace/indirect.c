@@ -5,6 +5,7 @@
 
 #include "worker/shade/lambert.h"
 #include "worker/trace/block_store.h"
+#include "worker/trace/lane_kernels.h"
 
 /* Beyond this the pole is near and 1/(1+z) loses its digits. */
 #define POLE (-0.9999f)
@@ -63,10 +64,10 @@ static void bounce_rays(const struct lanes3 *local, const struct lanes3 *tangent
 
 /* Each landing point's light and the point on it, for sample i of n = l * l. Lights that several
  * lanes chose are evaluated once for all of them. */
-static void sample_lights(const struct light_table *lights, const struct shading_point *p,
-                          const struct surface *landing, const struct lanes_mask *active,
-                          uint32_t i, uint32_t chosen[LANES], struct light_sample *out,
-                          float tfar[LANES])
+static void sample_lights(const struct queries *q, const struct light_table *lights,
+                          const struct shading_point *p, const struct surface *landing,
+                          const struct lanes_mask *active, uint32_t i, uint32_t chosen[LANES],
+                          struct light_sample *out, float tfar[LANES])
 {
     const struct pattern *pattern = &p->plan->pattern;
     uint32_t l = p->plan->indirect_strata_per_axis;
@@ -87,7 +88,7 @@ static void sample_lights(const struct light_table *lights, const struct shading
     for (uint64_t rest = used; rest; rest &= rest - 1) {
         uint32_t index = (uint32_t)__builtin_ctzll(rest);
         struct light_sample one;
-        light_sample(&lights->lights[index], u, v, landing, &one);
+        q->kernels->sample_light(&lights->lights[index], u, v, landing, &one);
         for (int k = 0; k < LANES; k++) {
             if (chosen[k] != index) continue;
             out->way.x[k] = one.way.x[k];
@@ -153,7 +154,7 @@ static void light_landings(struct queries *q, const struct light_table *lights,
     uint32_t chosen[LANES];
     _Alignas(LANES_ALIGN) float tfar[LANES] = {0};
     lit_landings(landing, p->block, &active, counters);
-    sample_lights(lights, p, landing, &active, i, chosen, &sample, tfar);
+    sample_lights(q, lights, p, landing, &active, i, chosen, &sample, tfar);
     for (int k = 0; k < LANES; k++) counted.on[k] = active.on[k] & p->block->kept.on[k];
     light_count_skips(&sample, &counted, counters);
     for (int k = 0; k < LANES; k++) active.on[k] &= -(sample.skip[k] == LIGHT_TRACED);
@@ -202,10 +203,9 @@ static void trace_sample(struct queries *q, const struct light_table *lights,
     bounce_rays(&local, tangent, bitangent, p->surface, &valid, &scratch->bounce.ray);
     uint32_t traced = lanes_count_both(&valid, &p->block->kept);
     counters->value[COUNTER_RAYS_INDIRECT] += traced;
-    counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
-        lanes_count_both(&p->lit, &p->block->kept) - traced;
+    counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&p->counted) - traced;
     queries_closest(q, QUERY_BOUNCE, &valid, &scratch->bounce);
-    hit_resolve(q->scene, &valid, &scratch->bounce, &scratch->landing);
+    hit_resolve(q, &valid, &scratch->bounce, &scratch->landing);
     memcpy(out->distance, scratch->landing.distance, sizeof out->distance);
     add_emission(&scratch->landing, &out->radiance);
     if (lights->count > 0) light_landings(q, lights, p, scratch, i, &out->radiance, counters);

@@ -1,6 +1,7 @@
 #pragma once
 /* What a light gives to sixteen receivers, before visibility: proto/plan.h's irradiance scalar E of
- * one sample, the ray that decides whether it arrives, and why no ray is needed. */
+ * one sample, the ray that decides whether it arrives, and why no ray is needed. Computed by
+ * lane_kernels' sample_light. */
 #include "proto/counter.h"
 #include "worker/scene/light_table.h"
 #include "worker/trace/hit.h"
@@ -13,17 +14,13 @@ enum light_skip {
     LIGHT_OUT_OF_CONE = 4
 };
 
+/* E is finite wherever skip is LIGHT_TRACED and the receiver does not touch the light. */
 struct light_sample {
-    struct lanes3 way; /* ray from surface.origin, to the light at tfar's 1 or along a direction */
-    float tfar;
+    struct lanes3 way; /* ray from surface.origin, to the light at t = 1 or along a direction */
     _Alignas(LANES_ALIGN) float irradiance[LANES]; /* E, without the light's color */
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
+    float tfar;                                    /* where shadow rays end */
 };
-
-/* One sample a lane; (u, v) in [0, 1)^2 place it on a rectangle. E is finite wherever skip is
- * LIGHT_TRACED and the receiver does not touch the light. */
-void light_sample(const struct light *light, const float u[LANES], const float v[LANES],
-                  const struct surface *receiver, struct light_sample *out);
 
 /* Adds the skips of `lanes` to their counters. */
 void light_count_skips(const struct light_sample *s, const struct lanes_mask *lanes,

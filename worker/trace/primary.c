@@ -58,7 +58,7 @@ static void trace(struct queries *q, const struct plan *plan, const struct block
     struct lanes_mask valid = b->inside;
     primary_rays(plan, px, py, rays);
     queries_closest(q, QUERY_CAMERA, &valid, rays);
-    hit_resolve(q->scene, &valid, rays, out);
+    hit_resolve(q, &valid, rays, out);
 }
 
 void primary_trace(struct queries *q, const struct plan *plan, const struct block *b,

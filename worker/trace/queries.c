@@ -1,31 +1,13 @@
 #include "worker/trace/queries.h"
 
-#include <math.h>
 #include <string.h>
 
-/* Embree's own bound is 1e18; farther origins abort the process. */
-#define ORIGIN_MAX 1e18f
+#include "worker/trace/lane_kernels.h"
 
 void queries_init_rays(struct RTCRayHit16 *rays)
 {
     memset(rays, 0, sizeof *rays);
     memset(rays->ray.mask, 0xff, sizeof rays->ray.mask);
-}
-
-/* Lanes with a usable ray stay on. Comparisons are false for NaN. */
-static void sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *r)
-{
-    int32_t rejected = 0;
-    for (int i = 0; i < LANES; i++) {
-        int32_t origin = (fabsf(r->org_x[i]) < ORIGIN_MAX) & (fabsf(r->org_y[i]) < ORIGIN_MAX) &
-                         (fabsf(r->org_z[i]) < ORIGIN_MAX);
-        int32_t direction = (fabsf(r->dir_x[i]) < INFINITY) & (fabsf(r->dir_y[i]) < INFINITY) &
-                            (fabsf(r->dir_z[i]) < INFINITY);
-        int32_t usable = -(origin & direction & (r->tnear[i] >= 0.0f) & (r->tfar[i] > r->tnear[i]));
-        rejected -= valid->on[i] & ~usable;
-        valid->on[i] &= usable;
-    }
-    q->rejected += (uint64_t)(uint32_t)rejected;
 }
 
 static void clear_hits(struct RTCHit16 *hit)
@@ -88,7 +70,7 @@ DEFINE_NARROW(4)
 void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
                      struct RTCRayHit16 *rays)
 {
-    sanitise(q, valid, &rays->ray);
+    q->rejected += q->kernels->sanitise(&rays->ray, valid);
     clear_hits(&rays->hit);
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
@@ -103,7 +85,7 @@ void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask 
 void queries_occluded(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
                       struct RTCRayHit16 *rays)
 {
-    sanitise(q, valid, &rays->ray);
+    q->rejected += q->kernels->sanitise(&rays->ray, valid);
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
     if (q->scene->packet_width == 16)

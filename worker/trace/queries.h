@@ -23,8 +23,11 @@ struct query_recorder {
                    const struct lanes_mask *valid, const struct RTCRayHit16 *rays);
 };
 
+struct lane_kernels;
+
 struct queries {
     const struct render_scene *scene;
+    const struct lane_kernels *kernels;
     struct query_recorder *recorder; /* NULL: nobody looks */
     uint64_t rejected;               /* rays switched off because they were not finite */
 };

@@ -1,19 +1,9 @@
 #include "worker/trace/shadow.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "worker/trace/block_store.h"
-
-/* A light's results while its strata are traced. */
-struct shadow_sums {
-    _Alignas(LANES_ALIGN) float irradiance[LANES]; /* of finished rows of strata */
-    _Alignas(LANES_ALIGN) float row[LANES];
-    _Alignas(LANES_ALIGN) float least[LANES], most[LANES]; /* blocked t */
-    struct lanes_mask blocked;                             /* any stratum */
-    _Alignas(LANES_ALIGN) int32_t seen[LANES];             /* bits of eight strata */
-    int32_t rejected;
-};
+#include "worker/trace/lane_kernels.h"
 
 static void sums_init(struct shadow_sums *s)
 {
@@ -28,35 +18,6 @@ static void start_rays(const struct surface *s, struct RTCRay16 *r)
     memcpy(r->org_y, s->origin.y, sizeof r->org_y);
     memcpy(r->org_z, s->origin.z, sizeof r->org_z);
     memset(r->tnear, 0, sizeof r->tnear);
-}
-
-static void aim_rays(const struct light_sample *s, struct RTCRay16 *r)
-{
-    memcpy(r->dir_x, s->way.x, sizeof r->dir_x);
-    memcpy(r->dir_y, s->way.y, sizeof r->dir_y);
-    memcpy(r->dir_z, s->way.z, sizeof r->dir_z);
-    for (int i = 0; i < LANES; i++) r->tfar[i] = s->tfar;
-}
-
-/* Adds one stratum. Blocked rays have a tfar before the light's end: -infinity from occlusion
- * queries, the blocker's t from closest-hit ones. */
-static void add_stratum(const struct light_sample *s, const struct lanes_mask *traced,
-                        const float tfar[LANES], uint32_t bit, struct shadow_sums *sums)
-{
-    int32_t rejected = 0;
-    for (int i = 0; i < LANES; i++) {
-        int32_t blocked = traced->on[i] & -(tfar[i] < s->tfar);
-        int32_t finite = -(s->irradiance[i] < INFINITY);
-        int32_t arrives = traced->on[i] & ~blocked & finite;
-        sums->row[i] += arrives ? s->irradiance[i] : 0.0f;
-        sums->seen[i] |= (~blocked & 1) << bit;
-        sums->blocked.on[i] |= blocked;
-        float t = blocked ? tfar[i] : 1.0f, far = blocked ? tfar[i] : 0.0f;
-        sums->least[i] = t < sums->least[i] ? t : sums->least[i];
-        sums->most[i] = far > sums->most[i] ? far : sums->most[i];
-        rejected -= traced->on[i] & ~finite;
-    }
-    sums->rejected += rejected;
 }
 
 static void end_row(struct shadow_sums *sums)
@@ -83,8 +44,7 @@ static void store_slopes(const struct shading_point *p, const struct shadow_sums
 {
     _Alignas(LANES_ALIGN) float least[LANES], most[LANES];
     for (int i = 0; i < LANES; i++) {
-        /* t ends at SHADOW_END, short of 1; a blocker at the receiver itself is no blocker's
-         * absence, so that 0 stays below */
+        /* blocked t ends short of 1; a blocker at the receiver itself must not read as none */
         float low = sums->least[i] > 0x1p-14f ? sums->least[i] : 0x1p-14f;
         float high = sums->most[i] > 0x1p-14f ? sums->most[i] : 0x1p-14f;
         least[i] = sums->blocked.on[i] ? low / (1.0f - low) : 0.0f;
@@ -100,24 +60,18 @@ static void trace_stratum(struct queries *q, const struct light *light, bool slo
                           struct counters *counters)
 {
     struct light_sample sample;
-    struct lanes_mask traced, counted;
-    light_sample(light, strata_u(strata, i), strata_v(strata, i), p->surface, &sample);
-    int32_t any = 0;
-    for (int k = 0; k < LANES; k++) {
-        traced.on[k] = p->lit.on[k] & -(sample.skip[k] == LIGHT_TRACED);
-        counted.on[k] = p->lit.on[k] & p->block->kept.on[k];
-        any |= traced.on[k];
-    }
-    light_count_skips(&sample, &counted, counters);
-    if (any) {
-        aim_rays(&sample, &rays->ray);
+    struct lanes_mask traced;
+    q->kernels->sample_light(light, strata_u(strata, i), strata_v(strata, i), p->surface, &sample);
+    uint32_t count = q->kernels->aim(&sample, &p->lit, &rays->ray, &traced);
+    if (count < p->lit_count) light_count_skips(&sample, &p->counted, counters);
+    if (count > 0) {
         counters->value[COUNTER_RAYS_SHADOW] += lanes_count_both(&traced, &p->block->kept);
         if (slopes)
             queries_closest(q, QUERY_BLOCKER, &traced, rays);
         else
             queries_occluded(q, QUERY_SHADOW, &traced, rays);
     }
-    add_stratum(&sample, &traced, rays->ray.tfar, i & 7, sums);
+    q->kernels->add_stratum(&sample, &traced, rays->ray.tfar, i & 7, sums);
 }
 
 void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct samples *samples)
@@ -153,5 +107,7 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     for (int i = 0; i < LANES; i++) sums.irradiance[i] /= (float)count;
     block_store_f32(p->block, sums.irradiance, samples_light_irradiance(samples, index));
     if (slopes) store_slopes(p, &sums, samples, index);
-    counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint64_t)(uint32_t)sums.rejected;
+    for (int i = 0; i < LANES; i++)
+        counters->value[COUNTER_REJECTED_NOT_FINITE] +=
+            (uint32_t) - (sums.rejected.on[i] & p->counted.on[i]);
 }

@@ -9,7 +9,9 @@ struct shading_point {
     const struct plan *plan;
     const struct block *block;
     const struct surface *surface;
-    struct lanes_mask lit; /* lanes inside the image with a surface that reflects something */
+    struct lanes_mask lit;     /* lanes inside the image with a surface that reflects something */
+    struct lanes_mask counted; /* of these, the tile's own */
+    uint32_t lit_count;
 };
 
 /* Traces light `index` for the point's lanes into the planes of `samples`. A blocked stratum's

@@ -4,13 +4,11 @@ void strata_init(struct strata *s, const struct pattern *p, const struct block *
                  uint32_t dimension, uint32_t l)
 {
     s->l = l;
-    for (int i = 0; i < LANES; i++) {
-        float jitter[2], at[2];
-        pattern_jitter(p, b->x_px[i], b->y_px[i], dimension, jitter);
-        for (uint32_t k = 0; k < l; k++) {
-            pattern_stratum(jitter, l, k * l + k, at); /* the diagonal meets every row and column */
-            s->column[k][i] = at[0];
-            s->row[k][i] = at[1];
+    _Alignas(LANES_ALIGN) float jitter0[LANES], jitter1[LANES];
+    pattern_jitters(p, b->x_px, b->y_px, LANES, dimension, jitter0, jitter1);
+    for (uint32_t k = 0; k < l; k++)
+        for (int i = 0; i < LANES; i++) {
+            s->column[k][i] = pattern_axis(jitter0[i], l, k);
+            s->row[k][i] = pattern_axis(jitter1[i], l, k);
         }
-    }
 }

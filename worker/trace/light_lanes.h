@@ -1,0 +1,128 @@
+#pragma once
+/* lane_kernels' sample_light. Included by lane_kernels_body.h only. */
+#include <math.h>
+
+#include "worker/trace/light.h"
+
+/* Shadow rays end this little short of their light, so that what the light is set into (a bulb, a
+ * ceiling) does not hide it by rounding. */
+#define SHADOW_END 0.9999f
+
+/* exp(-x) for x in [0, 4], relative error below 2e-6: a series on [0, 1/4], squared four times. Our
+ * own, so that bits do not hang on the C library. */
+static inline float gaussian(float x)
+{
+    float y = x * (1.0f / 16);
+    float s = 1.0f - y * (1.0f - y * (0.5f - y * (1.0f / 6 - y * (1.0f / 24 - y / 120))));
+    s *= s;
+    s *= s;
+    s *= s;
+    return s * s;
+}
+
+static void sample_rectangle(const struct light *light, const float *restrict u,
+                             const float *restrict v, const struct surface *restrict r,
+                             struct light_sample *restrict out)
+{
+    const struct plan_light *p = light->plan;
+    const float *c = p->position, *hu = p->half_u, *hv = p->half_v, *n = p->direction;
+    out->tfar = SHADOW_END;
+    for (int i = 0; i < LANES; i++) {
+        float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
+        float x = c[0] + a * hu[0] + b * hv[0], y = c[1] + a * hu[1] + b * hv[1];
+        float z = c[2] + a * hu[2] + b * hv[2];
+        float wx = x - r->position.x[i], wy = y - r->position.y[i], wz = z - r->position.z[i];
+        float squared = wx * wx + wy * wy + wz * wz;
+        float shading = wx * r->normal.x[i] + wy * r->normal.y[i] + wz * r->normal.z[i];
+        float facet = wx * r->facet.x[i] + wy * r->facet.y[i] + wz * r->facet.z[i];
+        float front = -(wx * n[0] + wy * n[1] + wz * n[2]);
+        int below = !((shading > 0.0f) & (facet > 0.0f)), away = !(front > 0.0f);
+        out->skip[i] = below ? LIGHT_BELOW_HORIZON : away ? LIGHT_FACING_AWAY : LIGHT_TRACED;
+        /* squared is positive where traced, since front is */
+        float inverse = 1.0f / squared;
+        out->irradiance[i] = (shading * inverse) * (front * inverse) * light->area;
+        float half_way = 0.5f * front;
+        float clear = light->clearance < half_way ? light->clearance : half_way;
+        out->way.x[i] = x + clear * n[0] - r->origin.x[i];
+        out->way.y[i] = y + clear * n[1] - r->origin.y[i];
+        out->way.z[i] = z + clear * n[2] - r->origin.z[i];
+    }
+}
+
+/* The profile of a Gaussian rectangle. */
+static void apply_profile(const float *restrict u, const float *restrict v,
+                          struct light_sample *restrict out)
+{
+    for (int i = 0; i < LANES; i++) {
+        float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
+        out->irradiance[i] *= gaussian(2.0f * (a * a + b * b));
+    }
+}
+
+/* Point and spot; a point's cone lets everything through. */
+static void sample_point(const struct light *light, const struct surface *restrict r,
+                         struct light_sample *restrict out)
+{
+    const struct plan_light *p = light->plan;
+    const float *c = p->position, *along = p->direction;
+    float has_cone = p->type == LIGHT_SPOT ? 1.0f : 0.0f;
+    out->tfar = SHADOW_END;
+    for (int i = 0; i < LANES; i++) {
+        float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
+        float wz = c[2] - r->position.z[i];
+        float squared = wx * wx + wy * wy + wz * wz;
+        float distance = sqrtf(squared), inverse = 1.0f / distance; /* used only above horizons */
+        float shading = wx * r->normal.x[i] + wy * r->normal.y[i] + wz * r->normal.z[i];
+        float facet = wx * r->facet.x[i] + wy * r->facet.y[i] + wz * r->facet.z[i];
+        float ratio = distance * light->inverse_range, ratio2 = ratio * ratio;
+        float window = 1.0f - ratio2 * ratio2;
+        float cosine = -(wx * along[0] + wy * along[1] + wz * along[2]) * inverse;
+        float cone = (cosine - p->cos_outer) * light->cone_scale;
+        cone = cone < 1.0f ? cone : 1.0f;
+        cone = has_cone > 0.0f ? cone : 1.0f;
+        int below = !((shading > 0.0f) & (facet > 0.0f));
+        out->skip[i] = below              ? LIGHT_BELOW_HORIZON
+                       : !(window > 0.0f) ? LIGHT_OUT_OF_RANGE
+                       : !(cone > 0.0f)   ? LIGHT_OUT_OF_CONE
+                                          : LIGHT_TRACED;
+        out->irradiance[i] = cone * cone * window * (shading * inverse) / squared;
+        out->way.x[i] = c[0] - r->origin.x[i];
+        out->way.y[i] = c[1] - r->origin.y[i];
+        out->way.z[i] = c[2] - r->origin.z[i];
+    }
+}
+
+static void sample_directional(const struct light *light, const struct surface *restrict r,
+                               struct light_sample *restrict out)
+{
+    const float *d = light->plan->direction;
+    out->tfar = INFINITY;
+    for (int i = 0; i < LANES; i++) {
+        float shading = -(d[0] * r->normal.x[i] + d[1] * r->normal.y[i] + d[2] * r->normal.z[i]);
+        float facet = -(d[0] * r->facet.x[i] + d[1] * r->facet.y[i] + d[2] * r->facet.z[i]);
+        int below = !((shading > 0.0f) & (facet > 0.0f));
+        out->skip[i] = below ? LIGHT_BELOW_HORIZON : LIGHT_TRACED;
+        out->irradiance[i] = shading;
+        out->way.x[i] = -d[0];
+        out->way.y[i] = -d[1];
+        out->way.z[i] = -d[2];
+    }
+}
+
+static void kernel_sample_light(const struct light *light, const float *u, const float *v,
+                                const struct surface *receiver, struct light_sample *out)
+{
+    switch ((enum light_type)light->plan->type) {
+    case LIGHT_POINT:
+    case LIGHT_SPOT:
+        sample_point(light, receiver, out);
+        break;
+    case LIGHT_DIRECTIONAL:
+        sample_directional(light, receiver, out);
+        break;
+    case LIGHT_RECTANGLE:
+        sample_rectangle(light, u, v, receiver, out);
+        if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
+        break;
+    }
+}
