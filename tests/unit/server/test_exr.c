@@ -1,0 +1,436 @@
+/* EXR files: what was written comes back, bytes depend on content alone, hostile files are errors.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <OpenEXR/openexr.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "proto/half.h"
+#include "server/image/exr.h"
+
+static char dir[64];
+
+static int make_dir(void **state)
+{
+    (void)state;
+    strcpy(dir, "/tmp/shearwater-exr-XXXXXX");
+    return mkdtemp(dir) ? 0 : -1;
+}
+
+static int remove_dir(void **state)
+{
+    char command[96];
+    (void)state;
+    snprintf(command, sizeof command, "rm -r '%s'", dir);
+    return system(command);
+}
+
+static const char *path_of(const char *name)
+{
+    static char path[128];
+    snprintf(path, sizeof path, "%s/%s", dir, name);
+    return path;
+}
+
+static const struct exr_metadata metadata = {
+    .job = "01JOB", .build = "0.1.0+abc", .seed = 9007199254740992u, .spp = 9, .frame = 3};
+
+static uint32_t random_state = 7;
+
+static float noise(void)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return (float)(random_state >> 8) * 0x1p-24f;
+}
+
+/* Noise, ramps and constants, so that all ways of the codec are taken. */
+static void fill(struct image *image)
+{
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        for (int32_t y = 0; y < image->height_px; y++) {
+            float *row = plane_row(&image->channels[c].plane, y);
+            for (int32_t x = 0; x < image->width_px; x++) {
+                if (c % 3 == 0)
+                    row[x] = noise() * 10.0f;
+                else if (c % 3 == 1)
+                    row[x] = (float)(x + y) * 0.01f;
+                else
+                    row[x] = 0.25f;
+            }
+        }
+    }
+}
+
+static struct image *make_image(uint32_t layers, int32_t width, int32_t height)
+{
+    struct image *image;
+    assert_int_equal(image_create(layers, width, height, &image), 0);
+    fill(image);
+    return image;
+}
+
+static struct image *read_back(const char *path)
+{
+    struct image *image;
+    struct fault fault = {0};
+    if (exr_read(path, &image, &fault)) fail_msg("%s: %s", fault.pointer, fault.detail);
+    return image;
+}
+
+static void write_file(const char *path, const struct image *image, const struct exr_metadata *m)
+{
+    struct fault fault = {0};
+    if (exr_write(path, image, m, &fault)) fail_msg("%s: %s", fault.pointer, fault.detail);
+}
+
+static void assert_channels(const struct image *a, const struct image *b)
+{
+    assert_int_equal(a->channel_count, b->channel_count);
+    assert_int_equal(a->width_px, b->width_px);
+    assert_int_equal(a->height_px, b->height_px);
+    size_t bytes = (size_t)a->width_px * (size_t)a->height_px * sizeof(float);
+    for (uint32_t c = 0; c < a->channel_count; c++) {
+        const struct plane *other = image_plane(b, a->channels[c].name);
+        assert_non_null(other);
+        assert_memory_equal(a->channels[c].plane.data, other->data, bytes);
+    }
+}
+
+static void floats_come_back_bit_by_bit(void **state)
+{
+    (void)state;
+    static const int32_t sizes[][2] = {{1, 1}, {1, 40}, {40, 1}, {97, 33}, {720, 70}, {2000, 17}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        struct image *image = make_image(0xfff, sizes[i][0], sizes[i][1]);
+        write_file(path_of("a.exr"), image, &metadata);
+        struct image *back = read_back(path_of("a.exr"));
+        assert_channels(image, back);
+        image_destroy(&back);
+        image_destroy(&image);
+    }
+}
+
+static void strange_floats_come_back(void **state)
+{
+    (void)state;
+    struct image *image = make_image(1, 8, 2);
+    static const float values[] = {INFINITY, -INFINITY, -0.0f, 1e-45f, 3.4e38f, -7.0f, 65520.0f, 0};
+    memcpy(image->data, values, sizeof values);
+    image->data[9] = NAN;
+    write_file(path_of("a.exr"), image, &metadata);
+    struct image *back = read_back(path_of("a.exr"));
+    assert_channels(image, back);
+    image_destroy(&back);
+    image_destroy(&image);
+}
+
+static void halves_are_rounded_and_clamped(void **state)
+{
+    (void)state;
+    struct exr_metadata m = metadata;
+    m.half = true;
+    struct image *image = make_image(0xfff, 50, 20);
+    const struct plane *red = image_plane(image, "R");
+    red->data[0] = 1e9f;
+    red->data[1] = -1e9f;
+    image_plane(image, "id.I")->data[0] = 4000001.0f;
+    write_file(path_of("a.exr"), image, &m);
+    struct image *back = read_back(path_of("a.exr"));
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        const char *name = image->channels[c].name;
+        bool whole =
+            !strcmp(name, "depth.Z") || !strcmp(name, "id.I") || !strcmp(name, "samples.N");
+        for (size_t i = 0; i < 1000; i++) {
+            float v = image->channels[c].plane.data[i];
+            float expected = whole ? v : half_to_float(half_from_float(v));
+            assert_true(image_plane(back, name)->data[i] == expected);
+        }
+    }
+    assert_true(image_plane(back, "R")->data[0] == HALF_MAX);
+    image_destroy(&back);
+    image_destroy(&image);
+}
+
+static char *slurp(const char *path, size_t *size_bytes)
+{
+    FILE *f = fopen(path, "rb");
+    assert_non_null(f);
+    fseek(f, 0, SEEK_END);
+    *size_bytes = (size_t)ftell(f);
+    rewind(f);
+    char *data = malloc(*size_bytes + 1);
+    assert_int_equal(fread(data, 1, *size_bytes, f), *size_bytes);
+    fclose(f);
+    return data;
+}
+
+static void spill(const char *path, const char *data, size_t size_bytes)
+{
+    FILE *f = fopen(path, "wb");
+    assert_int_equal(fwrite(data, 1, size_bytes, f), size_bytes);
+    fclose(f);
+}
+
+static void equal_images_are_equal_files(void **state)
+{
+    (void)state;
+    size_t a_bytes, b_bytes;
+    struct image *image = make_image(0xfff, 200, 90);
+    write_file(path_of("a.exr"), image, &metadata);
+    char *a = slurp(path_of("a.exr"), &a_bytes);
+    write_file(path_of("b.exr"), image, &metadata);
+    char *b = slurp(path_of("b.exr"), &b_bytes);
+    assert_int_equal(a_bytes, b_bytes);
+    assert_memory_equal(a, b, a_bytes);
+    free(a);
+    free(b);
+    image_destroy(&image);
+}
+
+static void metadata_is_in_the_header(void **state)
+{
+    (void)state;
+    exr_context_t file;
+    const char *text;
+    int32_t length, number;
+    struct image *image = make_image(1, 10, 10);
+    write_file(path_of("a.exr"), image, &metadata);
+    assert_int_equal(exr_start_read(&file, path_of("a.exr"), NULL), 0);
+    assert_int_equal(exr_attr_get_string(file, 0, "shearwater:job", &length, &text), 0);
+    assert_string_equal(text, "01JOB");
+    assert_int_equal(exr_attr_get_string(file, 0, "shearwater:build", &length, &text), 0);
+    assert_string_equal(text, "0.1.0+abc");
+    assert_int_equal(exr_attr_get_string(file, 0, "shearwater:seed", &length, &text), 0);
+    assert_string_equal(text, "9007199254740992");
+    assert_int_equal(exr_attr_get_int(file, 0, "shearwater:spp", &number), 0);
+    assert_int_equal(number, 9);
+    assert_int_equal(exr_attr_get_int(file, 0, "shearwater:frame", &number), 0);
+    assert_int_equal(number, 3);
+    exr_finish(&file);
+    image_destroy(&image);
+}
+
+static void a_file_is_replaced_or_left_alone(void **state)
+{
+    (void)state;
+    struct fault fault = {0};
+    struct stat st;
+    struct image *image = make_image(1, 10, 10);
+    write_file(path_of("a.exr"), image, &metadata);
+    write_file(path_of("a.exr"), image, &metadata);
+    assert_int_equal(exr_write(path_of("none/a.exr"), image, &metadata, &fault), ERR_IO);
+    assert_true(strlen(fault.detail) > 0);
+    assert_int_equal(mkdir(path_of("taken"), 0777), 0);
+    assert_int_equal(exr_write(path_of("taken"), image, &metadata, &fault), ERR_IO);
+    char command[96];
+    snprintf(command, sizeof command, "ls '%s' | grep -q tmp", dir);
+    assert_int_not_equal(system(command), 0); /* nothing is left beside */
+    assert_int_equal(stat(path_of("a.exr"), &st), 0);
+    image_destroy(&image);
+}
+
+/* A file as another program may write it: tiled or not, any pixel type, any codec. */
+static void write_foreign(const char *path, bool tiled, exr_pixel_type_t type,
+                          exr_compression_t codec, int32_t offset)
+{
+    exr_context_t file;
+    int part;
+    static uint8_t data[64 * 48 * 4];
+    exr_attr_box2i_t window;
+    for (int i = 0; i < 64 * 48; i++) {
+        float v = (float)(i % 100) * 0.5f;
+        uint32_t u = (uint32_t)i;
+        uint16_t h = half_from_float(v);
+        if (type == EXR_PIXEL_UINT) memcpy(data + i * 4, &u, 4);
+        if (type == EXR_PIXEL_FLOAT) memcpy(data + i * 4, &v, 4);
+        if (type == EXR_PIXEL_HALF) memcpy(data + i * 2, &h, 2);
+    }
+    int bytes = type == EXR_PIXEL_HALF ? 2 : 4;
+    window.min.x = window.min.y = offset;
+    window.max.x = offset + 63;
+    window.max.y = offset + 47;
+    assert_int_equal(exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, NULL), 0);
+    assert_int_equal(
+        exr_add_part(file, NULL, tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &part), 0);
+    assert_int_equal(exr_initialize_required_attr_simple(file, 0, 64, 48, codec), 0);
+    assert_int_equal(exr_set_data_window(file, 0, &window), 0);
+    assert_int_equal(exr_add_channel(file, 0, "V", type, EXR_PERCEPTUALLY_LINEAR, 1, 1), 0);
+    if (tiled)
+        assert_int_equal(
+            exr_set_tile_descriptor(file, 0, 20, 30, EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN), 0);
+    assert_int_equal(exr_write_header(file), 0);
+    exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
+    int32_t step_x = tiled ? 20 : 64, step_y = 30;
+    if (!tiled) exr_get_scanlines_per_chunk(file, 0, &step_y);
+    bool first = true;
+    for (int32_t y = 0; y < 48; y += step_y) {
+        for (int32_t x = 0; x < 64; x += step_x) {
+            exr_chunk_info_t chunk;
+            if (tiled)
+                exr_write_tile_chunk_info(file, 0, x / 20, y / 30, 0, 0, &chunk);
+            else
+                exr_write_scanline_chunk_info(file, 0, offset + y, &chunk);
+            if (first)
+                assert_int_equal(exr_encoding_initialize(file, 0, &chunk, &encoder), 0);
+            else
+                assert_int_equal(exr_encoding_update(file, 0, &chunk, &encoder), 0);
+            encoder.channels[0].encode_from_ptr = data + (y * 64 + x) * bytes;
+            encoder.channels[0].user_pixel_stride = bytes;
+            encoder.channels[0].user_line_stride = 64 * bytes;
+            if (first) assert_int_equal(exr_encoding_choose_default_routines(file, 0, &encoder), 0);
+            first = false;
+            assert_int_equal(exr_encoding_run(file, 0, &encoder), 0);
+        }
+    }
+    exr_encoding_destroy(file, &encoder);
+    assert_int_equal(exr_finish(&file), 0);
+}
+
+static void files_of_other_programs_are_read(void **state)
+{
+    (void)state;
+    static const exr_compression_t codecs[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_RLE,
+                                               EXR_COMPRESSION_ZIPS, EXR_COMPRESSION_ZIP,
+                                               EXR_COMPRESSION_PIZ};
+    static const exr_pixel_type_t types[] = {EXR_PIXEL_UINT, EXR_PIXEL_HALF, EXR_PIXEL_FLOAT};
+    for (int n = 0; n < 5 * 3 * 2; n++) {
+        exr_pixel_type_t type = types[n % 3];
+        write_foreign(path_of("f.exr"), n >= 15, type, codecs[n % 5], n % 2 ? -13 : 40);
+        struct image *image = read_back(path_of("f.exr"));
+        assert_int_equal(image->width_px, 64);
+        assert_int_equal(image->height_px, 48);
+        for (int i = 0; i < 64 * 48; i++) {
+            float expected = type == EXR_PIXEL_UINT ? (float)i : (float)(i % 100) * 0.5f;
+            assert_true(image->data[i] == expected);
+        }
+        image_destroy(&image);
+    }
+}
+
+static void a_reference_picture_is_read(void **state)
+{
+    (void)state;
+    const char *scenes = getenv("SHEARWATER_SCENES");
+    char path[4096];
+    snprintf(path, sizeof path, "%s/cornell-box-bitterli/TungstenRender.exr",
+             scenes ? scenes : "../shared/scenes");
+    if (access(path, R_OK)) skip();
+    struct image *image = read_back(path);
+    const struct plane *rgb[3];
+    assert_true(image->width_px >= 100 && image->height_px >= 100);
+    assert_true(image_layer_planes(image, "beauty", rgb));
+    double sum = 0.0;
+    size_t pixels = (size_t)image->width_px * (size_t)image->height_px;
+    for (size_t i = 0; i < pixels; i++) {
+        assert_true(isfinite(rgb[0]->data[i]) && rgb[0]->data[i] >= 0.0f);
+        sum += (double)rgb[0]->data[i];
+    }
+    assert_true(sum / (double)pixels > 0.01 && sum / (double)pixels < 10.0);
+    image_destroy(&image);
+}
+
+/* Must end in an error or in an image; what it must not do the sanitizers see. */
+static int try_read(const char *data, size_t size_bytes)
+{
+    struct image *image;
+    struct fault fault = {0};
+    spill(path_of("m.exr"), data, size_bytes);
+    int error = exr_read(path_of("m.exr"), &image, &fault);
+    if (error) {
+        assert_null(image);
+        assert_int_equal(fault.code, error);
+        assert_true(strlen(fault.detail) > 0);
+    }
+    image_destroy(&image);
+    return error;
+}
+
+static void damaged_files_are_errors(void **state)
+{
+    (void)state;
+    size_t size;
+    struct image *image = make_image(3, 70, 40);
+    write_file(path_of("a.exr"), image, &metadata);
+    char *data = slurp(path_of("a.exr"), &size);
+    assert_int_equal(try_read(data, size), 0);
+    assert_int_not_equal(try_read("", 0), 0);
+    assert_int_not_equal(try_read("not an EXR file at all, but long enough to be one", 49), 0);
+    for (size_t cut = 1; cut < size; cut += cut < 600 ? 7 : 997)
+        assert_int_not_equal(try_read(data, cut), 0);
+    for (int i = 0; i < 600; i++) {
+        size_t at = (size_t)(noise() * (i < 400 ? 700.0f : (float)size)) % size;
+        char kept = data[at];
+        data[at] = (char)(data[at] ^ (1 << (i % 8)));
+        try_read(data, size);
+        data[at] = kept;
+    }
+    free(data);
+    image_destroy(&image);
+}
+
+static void what_is_not_read_is_refused(void **state)
+{
+    (void)state;
+    struct image *image;
+    struct fault fault = {0};
+    assert_int_equal(exr_read(path_of("missing.exr"), &image, &fault), ERR_NOT_FOUND);
+    assert_int_not_equal(exr_read(dir, &image, &fault), 0);
+    exr_context_t file;
+    int part;
+    assert_int_equal(exr_start_write(&file, path_of("s.exr"), EXR_WRITE_FILE_DIRECTLY, NULL), 0);
+    exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
+    exr_initialize_required_attr_simple(file, 0, 4, 4, EXR_COMPRESSION_NONE);
+    exr_add_channel(file, 0, "BY", EXR_PIXEL_HALF, EXR_PERCEPTUALLY_LINEAR, 2, 2);
+    assert_int_equal(exr_write_header(file), 0);
+    static const uint8_t row[4];
+    for (int y = 0; y < 4; y++) exr_write_scanline_chunk(file, 0, y, row, y % 2 ? 0 : 4);
+    exr_finish(&file);
+    if (!access(path_of("s.exr"), R_OK))
+        assert_int_equal(exr_read(path_of("s.exr"), &image, &fault), ERR_UNSUPPORTED);
+}
+
+static void it_is_quick(void **state)
+{
+    (void)state;
+    struct timespec a, b;
+    struct stat st;
+    struct image *image = make_image(1, 720, 720);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
+    write_file(path_of("q.exr"), image, &metadata);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &b);
+    stat(path_of("q.exr"), &st);
+    double ms = (double)(b.tv_sec - a.tv_sec) * 1e3 + (double)(b.tv_nsec - a.tv_nsec) * 1e-6;
+    print_message("# 720 x 720 float: %.1f ms, %ld bytes\n", ms, (long)st.st_size);
+    image_destroy(&image);
+}
+
+#define TEST(f) cmocka_unit_test_setup_teardown(f, make_dir, remove_dir)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(floats_come_back_bit_by_bit),
+        TEST(strange_floats_come_back),
+        TEST(halves_are_rounded_and_clamped),
+        TEST(equal_images_are_equal_files),
+        TEST(metadata_is_in_the_header),
+        TEST(a_file_is_replaced_or_left_alone),
+        TEST(files_of_other_programs_are_read),
+        TEST(a_reference_picture_is_read),
+        TEST(damaged_files_are_errors),
+        TEST(what_is_not_read_is_refused),
+        TEST(it_is_quick),
+    };
+    return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
+}
