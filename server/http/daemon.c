@@ -42,6 +42,7 @@ void peer_abort(struct peer *peer, unsigned status)
                               "Connection: close\r\n\r\n%s",
                               p->status, p->title, body_bytes, body);
     (void)send(peer->fd, text, (size_t)text_bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
+    lingering_add(&peer->http->lingering, peer->fd);
     (void)shutdown(peer->fd, SHUT_RDWR);
     peer->deadline_ms = 0;
 }
@@ -83,8 +84,9 @@ static void end_request(void *ctx, struct MHD_Connection *connection, void **req
     struct http *http = ctx;
     struct request *r = *request;
     (void)connection;
-    (void)code;
     if (!r) return;
+    if (code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->close && !r->handled)
+        lingering_add(&http->lingering, r->peer->fd);
     peer_deadline(r->peer, http->request_ms);
     request_done(r);
     *request = NULL;
@@ -164,6 +166,7 @@ static void on_tick(uv_timer_t *timer)
     uint64_t now = uv_now(http->options.loop);
     for (struct peer *p = http->peers; p; p = p->next)
         if (p->deadline_ms && p->deadline_ms <= now) expire(p);
+    lingering_tick(&http->lingering);
     streams_tick(http->options.streams);
 }
 
@@ -276,6 +279,7 @@ void http_destroy(struct http **http)
     uv_poll_stop(&h->poll);
     MHD_stop_daemon(h->mhd);
     h->mhd = NULL;
+    lingering_close_all(&h->lingering);
     static_files_destroy(&h->files);
     uv_close((uv_handle_t *)&h->poll, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);

@@ -4,6 +4,7 @@
 #include <uv.h>
 
 #include "server/http/http.h"
+#include "server/http/lingering.h"
 #include "server/http/request_count.h"
 
 struct request;
@@ -35,6 +36,7 @@ struct http {
     struct static_files *files;
     unsigned connections, uploads, encodings;
     uint64_t log_lines; /* messages of MHD: counted, not printed */
+    struct lingering lingering;
     struct request_count count;
 };
 

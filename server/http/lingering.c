@@ -1,0 +1,47 @@
+#include "server/http/lingering.h"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#define DRAIN_MOST_BYTES (1u << 20)
+
+static void drain(int fd)
+{
+    char waste[16384];
+    for (size_t at = 0; at < DRAIN_MOST_BYTES;) {
+        ssize_t got = recv(fd, waste, sizeof waste, MSG_DONTWAIT);
+        if (got <= 0) return;
+        at += (size_t)got;
+    }
+}
+
+void lingering_add(struct lingering *l, int fd)
+{
+    int own = l->count < LINGERING_MOST ? fcntl(fd, F_DUPFD_CLOEXEC, 0) : -1;
+    drain(fd);
+    if (own < 0) return;
+    (void)shutdown(own, SHUT_WR);
+    l->fd[l->count] = own;
+    l->ticks[l->count++] = 0;
+}
+
+void lingering_tick(struct lingering *l)
+{
+    for (unsigned i = 0; i < l->count;) {
+        drain(l->fd[i]);
+        if (++l->ticks[i] < LINGERING_TICKS) {
+            i++;
+            continue;
+        }
+        close(l->fd[i]);
+        l->count--;
+        l->fd[i] = l->fd[l->count];
+        l->ticks[i] = l->ticks[l->count];
+    }
+}
+
+void lingering_close_all(struct lingering *l)
+{
+    while (l->count > 0) close(l->fd[--l->count]);
+}

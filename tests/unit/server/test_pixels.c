@@ -1,0 +1,170 @@
+/* The pixel feed's blocks: every changed pixel is sent, once, newest, inside the image. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/half.h"
+#include "proto/job.h"
+#include "server/stream/pixels.h"
+
+static const struct {
+    int32_t width_px, height_px;
+} sizes[] = {{1, 1}, {64, 64}, {65, 64}, {64, 65}, {250, 200}, {720, 720}, {63, 4097}, {8192, 3}};
+#define SIZES (sizeof sizes / sizeof sizes[0])
+
+static uint32_t read_u32(const uint8_t *at)
+{
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+static void whole_image_comes_once(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < SIZES; i++) {
+        struct pixel_blocks b;
+        struct rect block;
+        int64_t area = 0;
+        int32_t w = sizes[i].width_px, h = sizes[i].height_px;
+        assert_int_equal(pixel_blocks_init(&b, w, h), 0);
+        assert_false(pixel_blocks_take(&b, &block));
+        pixel_blocks_mark(&b, (struct rect){0, 0, w, h});
+        assert_int_equal(b.count, b.columns * b.rows);
+        while (pixel_blocks_take(&b, &block)) {
+            assert_true(block.x0 >= 0 && block.y0 >= 0 && block.x1 <= w && block.y1 <= h);
+            assert_true(rect_width(block) <= 64 && rect_height(block) <= 64);
+            area += rect_area(block);
+        }
+        assert_int_equal(area, (int64_t)w * h);
+        pixel_blocks_fini(&b);
+    }
+}
+
+static void random_marks_match_a_plain_map(void **state)
+{
+    (void)state;
+    enum { COLUMNS = 12, ROWS = 9 };
+    struct pixel_blocks b;
+    bool map[ROWS][COLUMNS] = {{false}};
+    srand(5);
+    assert_int_equal(pixel_blocks_init(&b, COLUMNS * 64 - 13, ROWS * 64 - 1), 0);
+    for (int round = 0; round < 2000; round++) {
+        int x = rand() % 900 - 60, y = rand() % 700 - 60;
+        struct rect r = {x, y, x + rand() % 90, y + rand() % 90}, block;
+        pixel_blocks_mark(&b, r);
+        for (int j = 0; j < ROWS; j++)
+            for (int i = 0; i < COLUMNS; i++) {
+                struct rect cell = {i * 64, j * 64, i * 64 + 64, j * 64 + 64};
+                cell = rect_intersect(cell, (struct rect){0, 0, b.width_px, b.height_px});
+                map[j][i] |= !rect_is_empty(rect_intersect(cell, r));
+            }
+        for (int n = rand() % 4; n > 0 && pixel_blocks_take(&b, &block); n--) {
+            assert_true(map[block.y0 / 64][block.x0 / 64]);
+            map[block.y0 / 64][block.x0 / 64] = false;
+        }
+        uint32_t left = 0;
+        for (int j = 0; j < ROWS; j++)
+            for (int i = 0; i < COLUMNS; i++) left += map[j][i];
+        assert_int_equal(b.count, left);
+    }
+    pixel_blocks_fini(&b);
+}
+
+static void no_block_starves(void **state)
+{
+    (void)state;
+    struct pixel_blocks b;
+    struct rect block;
+    bool last_seen = false;
+    assert_int_equal(pixel_blocks_init(&b, 640, 640), 0);
+    pixel_blocks_mark(&b, (struct rect){639, 639, 640, 640});
+    for (int i = 0; i < 3 && !last_seen; i++) { /* the first block changes all the time */
+        pixel_blocks_mark(&b, (struct rect){0, 0, 1, 1});
+        assert_true(pixel_blocks_take(&b, &block));
+        last_seen = block.x0 == 576 && block.y0 == 576;
+    }
+    assert_true(last_seen);
+    pixel_blocks_fini(&b);
+}
+
+static void joiners_see_what_is_there(void **state)
+{
+    (void)state;
+    struct pixel_blocks touched, reader;
+    struct rect block;
+    assert_int_equal(pixel_blocks_init(&touched, 300, 300), 0);
+    assert_int_equal(pixel_blocks_init(&reader, 300, 300), 0);
+    pixel_blocks_mark(&touched, (struct rect){100, 100, 101, 101});
+    pixel_blocks_join(&reader, &touched);
+    pixel_blocks_join(&reader, &touched);
+    assert_int_equal(reader.count, 1);
+    assert_true(pixel_blocks_take(&reader, &block));
+    assert_int_equal(block.x0, 64);
+    assert_int_equal(touched.count, 1); /* untouched itself */
+    pixel_blocks_fini(&touched);
+    pixel_blocks_fini(&reader);
+}
+
+static void block_bytes(void **state)
+{
+    (void)state;
+    static uint8_t out[PIXELS_MESSAGE_BYTES];
+    struct image *image = NULL;
+    assert_int_equal(image_create(LAYER_BEAUTY | LAYER_DEPTH, 70, 66, &image), 0);
+    const struct plane *green = image_plane(image, "G"), *depth = image_plane(image, "depth.Z");
+    *plane_at(green, 65, 64) = 0.5f;
+    *plane_at(green, 69, 65) = 1e9f; /* clamped, not infinite */
+    *plane_at(depth, 64, 64) = 3;
+    struct rect block = {64, 64, 70, 66};
+    size_t n = pixels_write_block(out, image, "beauty", block, UINT64_C(0x100000002));
+    assert_int_equal(n, PIXELS_HEADER_BYTES + 6 * 2 * 3 * 2);
+    assert_memory_equal(out, "SWPX\1\0\1\0", 8);
+    assert_int_equal(read_u32(out + 8), 64);
+    assert_int_equal(read_u32(out + 12), 64);
+    assert_int_equal(read_u32(out + 16), 6);
+    assert_int_equal(read_u32(out + 20), 2);
+    assert_int_equal(read_u32(out + 24), 2);
+    assert_int_equal(read_u32(out + 28), 1);
+    uint16_t halves[36];
+    memcpy(halves, out + PIXELS_HEADER_BYTES, sizeof halves);
+    for (int i = 0; i < 36; i++) {
+        float want = i == 1 * 3 + 1 ? 0.5f : i == (6 + 5) * 3 + 1 ? HALF_MAX : 0;
+        assert_true(half_to_float(halves[i]) == want);
+    }
+    assert_int_equal(pixels_write_block(out, image, "depth", block, 1), n);
+    memcpy(halves, out + PIXELS_HEADER_BYTES, sizeof halves);
+    assert_true(half_to_float(halves[0]) == 3 && half_to_float(halves[2]) == 3);
+    assert_int_equal(pixels_write_block(out, image, "normal", block, 1), 0);
+    image_destroy(&image);
+}
+
+static void size_bytes(void **state)
+{
+    (void)state;
+    uint8_t out[PIXELS_HEADER_BYTES];
+    pixels_write_size(out, 3840, 2160, 9);
+    assert_int_equal(read_u32(out), PIXELS_MAGIC);
+    assert_int_equal(read_u32(out + 8), 3840);
+    assert_int_equal(read_u32(out + 12), 2160);
+    assert_int_equal(read_u32(out + 16), 0);
+    assert_int_equal(read_u32(out + 20), 0);
+    assert_int_equal(read_u32(out + 24), 9);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(whole_image_comes_once),
+        cmocka_unit_test(random_marks_match_a_plain_map),
+        cmocka_unit_test(no_block_starves),
+        cmocka_unit_test(joiners_see_what_is_there),
+        cmocka_unit_test(block_bytes),
+        cmocka_unit_test(size_bytes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
