@@ -26,6 +26,7 @@ static void destroy(struct live_job *job)
     prepared_destroy(&job->prepared);
     json_decref(job->plan);
     json_decref(job->error);
+    json_decref(job->last_progress);
     free(job->frames);
     free(job);
 }
@@ -99,6 +100,7 @@ static void close_statistics(struct live_job *job)
 
 static void end(struct live_job *job, enum job_state state)
 {
+    job->last_progress = live_job_progress(job);
     go(job, state);
     live_job_drop(job);
     close_statistics(job);

@@ -44,6 +44,7 @@ struct live_job {
     uint64_t trace_started_us;
     double trace_started_fraction;
     bool progress_due;
+    json_t *last_progress; /* where it stood when it ended; NULL before */
 
     json_t *error;            /* problem document of a failed job */
     job_store_done cancelled; /* who waits for the end; NULL: nobody */

@@ -48,6 +48,7 @@ static uint64_t tiles_a_frame(const struct live_job *job)
 
 json_t *live_job_progress(const struct live_job *job)
 {
+    if (job->last_progress) return json_incref(job->last_progress);
     uint64_t each = tiles_a_frame(job), done = each * job->frames_finished;
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct live_frame *frame = &job->frames[i];

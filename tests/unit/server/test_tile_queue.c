@@ -1,0 +1,214 @@
+/* Every tile is given once while its lease holds, and a result counts only under it. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "proto/error.h"
+#include "server/job/tile_queue.h"
+
+#define ALICE 101u
+#define BOB   102u
+#define CAROL 103u
+
+static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int32_t cell)
+{
+    struct tile_grid grid;
+    struct tile_queue *q = NULL;
+    assert_int_equal(tile_grid_init(&grid, width, height, side), 0);
+    assert_int_equal(tile_queue_create(&grid, cell, &q), 0);
+    return q;
+}
+
+static void gives_each_tile_once(void **state)
+{
+    (void)state;
+    static const int32_t sizes[][3] = {{720, 720, 32}, {1000, 37, 16},  {9, 700, 8},
+                                       {333, 517, 24}, {640, 480, 256}, {1, 1, 8}};
+    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
+        struct tile_queue *q = make(sizes[s][0], sizes[s][1], sizes[s][2], 64);
+        uint32_t count = tile_queue_count(q), tile, generation;
+        bool *seen = calloc(count, sizeof *seen);
+        for (uint32_t i = 0; i < count; i++) {
+            assert_int_equal(tile_queue_waiting(q), count - i);
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            assert_true(tile < count && !seen[tile]);
+            assert_int_equal(generation, 1);
+            seen[tile] = true;
+        }
+        assert_false(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_reissued(q), 0);
+        free(seen);
+        tile_queue_destroy(&q);
+        assert_null(q);
+    }
+}
+
+/* Cells of 64 px with tiles of 32: four leases in a row fill one cell, and the next cell touches
+ * it. */
+static void fills_cell_after_cell(void **state)
+{
+    (void)state;
+    struct tile_grid grid;
+    struct tile_queue *q = make(512, 512, 32, 64);
+    tile_grid_init(&grid, 512, 512, 32);
+    int32_t last_x = -1, last_y = -1;
+    for (int cell = 0; cell < 64; cell++) {
+        int32_t x = -1, y = -1;
+        for (int i = 0; i < 4; i++) {
+            uint32_t tile, generation;
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            struct rect r = tile_grid_rect(&grid, tile);
+            if (i == 0) {
+                x = r.x0 / 64;
+                y = r.y0 / 64;
+            }
+            assert_int_equal(r.x0 / 64, x);
+            assert_int_equal(r.y0 / 64, y);
+        }
+        if (last_x >= 0) assert_int_equal(abs(x - last_x) + abs(y - last_y), 1);
+        last_x = x;
+        last_y = y;
+    }
+    tile_queue_destroy(&q);
+}
+
+static void counts_a_result_once(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t tile, generation;
+    assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+    assert_int_equal(tile_queue_receive(q, BOB, tile, generation), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation + 1), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, 4, 1), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, 0), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_DUPLICATE);
+    tile_queue_land(q, tile);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_landed(q), 1);
+    /* A return after the result is void. */
+    assert_true(tile_queue_return(q, ALICE, tile, generation));
+    assert_int_equal(tile_queue_waiting(q), 3);
+    tile_queue_destroy(&q);
+}
+
+static void passes_a_lease_on(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t first, again, generation, next;
+    assert_true(tile_queue_lease(q, ALICE, &first, &generation));
+    assert_true(tile_queue_return(q, BOB, first, generation)); /* not his: ignored */
+    assert_int_equal(tile_queue_waiting(q), 3);
+    assert_true(tile_queue_return(q, ALICE, first, generation));
+    assert_int_equal(tile_queue_receive(q, ALICE, first, generation), VERDICT_STALE);
+    assert_true(tile_queue_lease(q, BOB, &again, &next));
+    assert_int_equal(again, first); /* what came back goes first */
+    assert_int_equal(next, generation + 1);
+    assert_int_equal(tile_queue_reissued(q), 1);
+    assert_int_equal(tile_queue_receive(q, ALICE, first, generation), VERDICT_STALE);
+    assert_int_equal(tile_queue_receive(q, BOB, first, next), VERDICT_ACCEPTED);
+    tile_queue_reject(q, first);
+    assert_int_equal(tile_queue_waiting(q), 4);
+    assert_true(tile_queue_lease(q, CAROL, &again, &next));
+    assert_int_equal(again, first);
+    assert_int_equal(next, generation + 2);
+    tile_queue_destroy(&q);
+}
+
+static bool fault_once(struct tile_queue *q, uint64_t worker)
+{
+    uint32_t tile, generation;
+    assert_true(tile_queue_lease(q, worker, &tile, &generation));
+    assert_int_equal(tile, 0);
+    return tile_queue_fault(q, worker, tile, generation);
+}
+
+static void fails_by_three_different_workers(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    assert_true(fault_once(q, ALICE));
+    assert_false(fault_once(q, CAROL));
+    assert_false(fault_once(q, 104)); /* and stays failed */
+    tile_queue_destroy(&q);
+}
+
+static void fails_when_a_tile_never_stays(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (int i = 1; i <= TILE_QUEUE_RETURNS; i++) {
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation), i < TILE_QUEUE_RETURNS);
+    }
+    tile_queue_destroy(&q);
+}
+
+/* Random workers that finish, return, fault and send late: in the end every tile landed once. */
+static void survives_any_order(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(300, 200, 16, 64);
+    uint32_t count = tile_queue_count(q), landed = 0, seed = 7;
+    struct {
+        uint32_t tile, generation;
+        uint64_t worker;
+    } held[64];
+    unsigned holding = 0;
+    while (!tile_queue_complete(q)) {
+        seed = seed * 1664525u + 1013904223u;
+        uint64_t worker = 1 + (seed >> 20) % 5;
+        if (holding < 64 && (seed >> 28) < 9) {
+            uint32_t tile, generation;
+            if (tile_queue_lease(q, worker, &tile, &generation)) {
+                held[holding].tile = tile;
+                held[holding].generation = generation;
+                held[holding++].worker = worker;
+                continue;
+            }
+        }
+        if (holding == 0) continue;
+        unsigned at = (seed >> 8) % holding;
+        uint32_t tile = held[at].tile, generation = held[at].generation;
+        worker = held[at].worker;
+        unsigned what = (seed >> 16) % 8;
+        if (what == 0) assert_true(tile_queue_return(q, worker, tile, generation));
+        if (tile_queue_receive(q, worker, tile, generation) == VERDICT_ACCEPTED) {
+            assert_int_not_equal(what, 0);
+            if (what == 1)
+                tile_queue_reject(q, tile);
+            else {
+                tile_queue_land(q, tile);
+                landed++;
+            }
+        }
+        held[at] = held[--holding];
+    }
+    assert_int_equal(landed, count);
+    assert_int_equal(tile_queue_landed(q), count);
+    tile_queue_destroy(&q);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gives_each_tile_once),
+        cmocka_unit_test(fills_cell_after_cell),
+        cmocka_unit_test(counts_a_result_once),
+        cmocka_unit_test(passes_a_lease_on),
+        cmocka_unit_test(fails_by_three_different_workers),
+        cmocka_unit_test(fails_when_a_tile_never_stays),
+        cmocka_unit_test(survives_any_order),
+    };
+    return cmocka_run_group_tests_name("tile_queue", tests, NULL, NULL);
+}
