@@ -239,7 +239,9 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
 static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
 {
     uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
-    if (at == LEASE_NONE) return lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
+    if (at == LEASE_NONE)
+        return lease_has_tile(&s->leases, r->frame_id, r->index) ||
+               lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
     lease_remove(&s->leases, at);
     lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
     return true;

@@ -2,7 +2,8 @@
 /* The workers: their links, sessions, roster, and the local worker processes.
  *
  * The fleet knows tiles as numbers and plans as bytes; what they mean is its client's. It calls the
- * client on the loop's thread. It never calls back from inside a fleet_ function. */
+ * client on the loop's thread. It never calls back from inside a fleet_ function. The process must
+ * ignore SIGPIPE. */
 #include <jansson.h>
 #include <stdbool.h>
 #include <uv.h>
