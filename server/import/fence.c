@@ -11,8 +11,14 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-/* Sanitizers reserve terabytes of address space for their shadow. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+/* Sanitizers reserve terabytes of address space for their shadow, and read /proc at the end. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define UNDER_SANITIZER true
+#endif
+#endif
+#if defined(UNDER_SANITIZER)
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define UNDER_SANITIZER true
 #else
 #define UNDER_SANITIZER false
@@ -105,7 +111,7 @@ int fence_raise(const char *root, const char *out, struct fault *fault)
     if (rc != 0) return rc;
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0)
         return fault_set(fault, ERR_IO, "fence", "no_new_privs is refused: %s", strerror(errno));
-    if (!raise_landlock(root, out))
+    if (!UNDER_SANITIZER && !raise_landlock(root, out))
         return fault_set(fault, ERR_IO, "fence", "Landlock rules for \"%s\" are refused: %s", root,
                          strerror(errno));
     return 0;

@@ -82,6 +82,15 @@ static int split_glb(struct gltf *g, const struct file_view *main, struct chunk 
     return rc;
 }
 
+static int check_begins_as_json(const struct file_view *main, struct fault *fault)
+{
+    size_t i = 0;
+    while (i < main->size_bytes && memchr(" \t\r\n", main->data[i], 4) != NULL) i++;
+    if (i == main->size_bytes) return fault_set(fault, ERR_TRUNCATED, "", "the file is empty");
+    if (main->data[i] == '{') return 0;
+    return fault_set(fault, ERR_MAGIC, "", "the file is neither a GLB nor JSON");
+}
+
 static int check_version(const json_t *root, struct fault *fault)
 {
     const json_t *asset;
@@ -153,6 +162,8 @@ int gltf_document_read(struct gltf *g, const struct file_view *main, struct faul
     int rc = 0;
     if (main->size_bytes >= 4 && memcmp(main->data, "glTF", 4) == 0)
         rc = split_glb(g, main, &json, fault);
+    else
+        rc = check_begins_as_json(main, fault);
     if (rc != 0) return rc;
     rc = json_read((const char *)json.data, json.size_bytes, LIMIT_SCENE_JSON_BYTES, &g->root,
                    fault);

@@ -11,7 +11,7 @@ struct import_stats {
 };
 
 /* Imports `name` beneath the directory `root` and writes the blob to `out`, which is checked by
- * opening it before this returns. On failure there is no file at `out`. *warnings is filled in
- * both cases. */
+ * opening it before this returns. A failure leaves no part of a blob behind. *warnings is filled in
+ * in both cases. */
 int import_scene(const char *root, const char *name, const char *out, struct warnings *warnings,
                  struct import_stats *stats, struct fault *fault);

@@ -1,0 +1,98 @@
+/* OBJ with MTL, through assimp and our own file access. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/unit/import/scene_room.h"
+
+#define QUAD "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+static void reads_faces_and_materials(void **state)
+{
+    (void)state;
+    struct scene s;
+    const char mtl[] =
+        "newmtl red\nKd 0.5 0 0\nKs 0.1 0.1 0.1\nd 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 8 7\n";
+    room_write("m.mtl", mtl, strlen(mtl));
+    const char *text = "mtllib m.mtl\n" QUAD "g wall\nusemtl red\nf 1 2 3 4\n"
+                       "g light\nusemtl lamp\nf -4 -3 -2 -1\n";
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    assert_int_equal(s.count[SCENE_MESHES], 2);
+    assert_int_equal(s.count[SCENE_TRIANGLES], 4);
+    assert_int_equal(s.count[SCENE_MATERIALS], 2); /* and no phantom default */
+    assert_int_equal(s.meshes[0].flags & MESH_HAS_NORMALS, 0);
+    const struct scene_material *red = &s.materials[s.meshes[0].material];
+    assert_string_equal(scene_name(&s, red->name), "red");
+    assert_true(red->base_color[0] == 0.5f && red->metallic == 0 && red->roughness == 1);
+    assert_int_equal(red->flags, MATERIAL_DOUBLE_SIDED);
+    assert_string_equal(scene_name(&s, s.meshes[1].name), "light");
+    assert_int_equal(s.count[SCENE_LIGHTS], 1);
+    assert_true(s.lights[0].color[0] == 9 && s.lights[0].direction[2] == 1);
+    assert_int_equal(s.meshes[1].flags & MESH_IS_LIGHT, MESH_IS_LIGHT);
+    assert_true(room_warned("Ks and Ns are ignored"));
+    assert_true(room_warned("d and Tr are ignored"));
+    scene_unmap(&s);
+}
+
+static void turns_v_over(void **state)
+{
+    (void)state;
+    struct scene s;
+    const char *text = QUAD "vt 0 0\nvt 1 0.25\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    assert_int_equal(s.meshes[0].flags, MESH_HAS_NORMALS);
+    assert_true(s.uvs[1] == 1 && s.uvs[3] == 0.75f && s.uvs[5] == 0);
+    scene_unmap(&s);
+}
+
+static void reads_scenes_without_extension(void **state)
+{
+    (void)state;
+    struct scene s;
+    assert_int_equal(room_import_text("deadbeef", "# a comment\n" QUAD "f 1 2 3\n", &s), 0);
+    assert_int_equal(s.count[SCENE_TRIANGLES], 1);
+    scene_unmap(&s);
+}
+
+static void names_missing_and_forbidden_libraries(void **state)
+{
+    (void)state;
+    room_refuses("a.obj", "mtllib gone.mtl\n" QUAD "f 1 2 3\n", ERR_NOT_FOUND, "mtllib");
+    assert_non_null(strstr(room_fault.detail, "gone.mtl"));
+    room_refuses("a.obj", "mtllib ../../etc/passwd\n" QUAD "f 1 2 3\n", ERR_RANGE, "mtllib");
+    room_refuses("a.obj", "mtllib /etc/passwd\n" QUAD "f 1 2 3\n", ERR_RANGE, "mtllib");
+    const char mtl[] = "newmtl red\nKd 1 0 0\nmap_Kd gone.png\n";
+    room_write("t.mtl", mtl, strlen(mtl));
+    room_refuses("a.obj", "mtllib t.mtl\n" QUAD "usemtl red\nf 1 2 3\n", ERR_NOT_FOUND,
+                 "newmtl red.map_Kd");
+}
+
+static void refuses_what_is_no_geometry(void **state)
+{
+    (void)state;
+    struct scene s;
+    assert_int_equal(room_import_text("a.obj", "", &s), ERR_TRUNCATED);
+    assert_int_not_equal(room_import_text("a.obj", "nothing of this is a scene\n", &s), 0);
+    assert_int_not_equal(room_import_text("a.obj", QUAD "l 1 2\nl 2 3\n", &s), 0);
+    assert_int_equal(room_import_text("a.obj", "v nan 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", &s),
+                     ERR_NOT_FINITE);
+    assert_int_equal(room_import_text("a.obj", "v 1e20 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", &s),
+                     ERR_LIMIT);
+    assert_int_equal(room_import_text("a.stl", QUAD "f 1 2 3\n", &s), ERR_UNSUPPORTED);
+    assert_int_not_equal(room_import_text("a.obj", QUAD "f 1 2 99\n", &s), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(reads_faces_and_materials),
+        cmocka_unit_test(turns_v_over),
+        cmocka_unit_test(reads_scenes_without_extension),
+        cmocka_unit_test(names_missing_and_forbidden_libraries),
+        cmocka_unit_test(refuses_what_is_no_geometry),
+    };
+    return cmocka_run_group_tests_name("obj", tests, room_open, room_close);
+}
