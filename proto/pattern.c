@@ -21,7 +21,8 @@ static const uint64_t lattices[2][2][2] = {
     {{H_C, 0 - H_D}, {H_D, H_C}},
 };
 
-/* The golden ratio's fraction: spaces the radii of a pixel's anti-aliasing rays. */
+/* The golden ratio's fraction: spaces the radii of a pixel's anti-aliasing rays, sets hashes apart.
+ */
 #define GOLDEN_FRACTION UINT64_C(0x9e3779b97f4a7c15)
 
 #define BELOW_ONE 0x1.fffffep-1f
@@ -29,7 +30,7 @@ static const uint64_t lattices[2][2][2] = {
 #define SCRAMBLE_ROUNDS 8
 
 /* Purposes that must not share a hash. */
-enum pattern_purpose { PURPOSE_ORIGIN_0 = 1, PURPOSE_ORIGIN_1, PURPOSE_OFFSET, PURPOSE_ORDER };
+enum pattern_purpose { PURPOSE_ORIGIN_0 = 1, PURPOSE_ORIGIN_1, PURPOSE_DECK };
 
 /* A bijection of 64 bits in which every input bit moves every output bit (two rounds of
  * multiply and xor-shift; constants of Stafford's variant 13, also used by SplitMix64). */
@@ -45,14 +46,14 @@ static uint64_t mix(uint64_t v)
 
 static uint64_t frame_key(const struct pattern *p, uint32_t dimension, enum pattern_purpose purpose)
 {
-    uint64_t h = mix(p->seed + UINT64_C(0x9e3779b97f4a7c15));
+    uint64_t h = mix(p->seed + GOLDEN_FRACTION);
     return mix(h ^ ((uint64_t)p->frame << 32 | dimension << 3 | (uint32_t)purpose));
 }
 
-static uint64_t pixel_key(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension,
-                          enum pattern_purpose purpose)
+static uint64_t pixel_key(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension)
 {
-    return mix(frame_key(p, dimension, purpose) ^ ((uint64_t)(uint32_t)y << 32 | (uint32_t)x));
+    const uint64_t pixel = (uint64_t)(uint32_t)y << 32 | (uint32_t)x;
+    return mix(frame_key(p, dimension, PURPOSE_DECK) ^ pixel);
 }
 
 static float unit_float(uint64_t fraction)
@@ -113,11 +114,10 @@ static uint32_t scramble(uint32_t v, uint32_t mask, uint32_t half_bits, uint64_t
     return v;
 }
 
-/* Element i of a hashed permutation of 0..count-1: values that the bijection of the next power of
- * two puts outside are sent through it again, which ends because its cycles do. */
+/* Element i of a hashed permutation of 0..count-1, count > 1: values that the bijection of the next
+ * power of two puts outside are sent through it again, which ends because its cycles do. */
 static uint32_t permute(uint32_t i, uint32_t count, uint64_t key)
 {
-    if (count <= 1) return 0;
     const uint32_t bits = 32 - (uint32_t)__builtin_clz(count - 1);
     const uint32_t mask = (uint32_t)((UINT64_C(1) << bits) - 1);
     const uint32_t half_bits = (bits + 1) / 2;
@@ -127,13 +127,44 @@ static uint32_t permute(uint32_t i, uint32_t count, uint64_t key)
     return i;
 }
 
+/* Fisher-Yates, drawing from the high bits of a linear congruential generator (Knuth's MMIX). */
+static void shuffle(uint8_t *order, uint32_t count, uint64_t state)
+{
+    for (uint32_t i = 0; i < count; i++) order[i] = (uint8_t)i;
+    for (uint32_t i = count; i > 1; i--) {
+        state = state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        const uint32_t pick = (uint32_t)((state >> 32) * i >> 32);
+        const uint8_t card = order[pick];
+        order[pick] = order[i - 1];
+        order[i - 1] = card;
+    }
+}
+
+void pattern_deck_init(struct pattern_deck *deck, const struct pattern *p, int32_t x, int32_t y,
+                       uint32_t dimension, uint32_t l)
+{
+    const uint64_t offset = pixel_key(p, x, y, dimension);
+    deck->order_key = mix(offset + GOLDEN_FRACTION);
+    deck->jitter[0] = unit_float(offset);
+    deck->jitter[1] = unit_float(offset << 32);
+    deck->l = l;
+    if (l * l <= PATTERN_DECK_CARDS) shuffle(deck->order, l * l, deck->order_key);
+}
+
+void pattern_deck_draw(const struct pattern_deck *deck, uint32_t i, float out[2])
+{
+    const uint32_t count = deck->l * deck->l;
+    const uint32_t stratum =
+        count <= PATTERN_DECK_CARDS ? deck->order[i] : permute(i, count, deck->order_key);
+    pattern_stratum(deck->jitter, deck->l, stratum, out);
+}
+
 void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, uint32_t l,
                       uint32_t i, float out[2])
 {
-    const uint64_t offset = pixel_key(p, x, y, dimension, PURPOSE_OFFSET);
-    const uint64_t order = pixel_key(p, x, y, dimension, PURPOSE_ORDER);
-    const float jitter[2] = {unit_float(offset), unit_float(offset << 32)};
-    pattern_stratum(jitter, l, permute(i, l * l, order), out);
+    struct pattern_deck deck;
+    pattern_deck_init(&deck, p, x, y, dimension, l);
+    pattern_deck_draw(&deck, i, out);
 }
 
 /* The point at fraction s along the edge of the square [-1,1]^2. */

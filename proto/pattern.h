@@ -14,7 +14,7 @@ enum pattern_dimension {
     PATTERN_INDIRECT_CHOICE = 2, /* which light the bounce point samples (x) */
     PATTERN_INDIRECT_LIGHT = 3,  /* where on that light */
     PATTERN_LENS = 4,
-    PATTERN_LIGHT = 16,          /* + light index: position on that light */
+    PATTERN_LIGHT = 16, /* + light index: position on that light */
 };
 
 struct pattern {
@@ -23,7 +23,8 @@ struct pattern {
 };
 
 /* The pixel's jitter in a dimension: both in [0,1). */
-void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, float out[2]);
+void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension,
+                    float out[2]);
 
 /* The jitters of `count` pixels at once, as pattern_jitter's two numbers each. */
 void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
@@ -45,6 +46,19 @@ void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2]
  * dimensions that must not move in step with another one. Both in [0,1). */
 void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, uint32_t l,
                       uint32_t i, float out[2]);
+
+/* All of a pixel's shuffled samples in a dimension: init once, then draw each for next to nothing.
+ * pattern_deck_draw(deck, i, out) gives pattern_shuffled's numbers. */
+#define PATTERN_DECK_CARDS 64 /* above, the order is computed card by card */
+struct pattern_deck {
+    uint64_t order_key;
+    float jitter[2];
+    uint32_t l;
+    uint8_t order[PATTERN_DECK_CARDS];
+};
+void pattern_deck_init(struct pattern_deck *deck, const struct pattern *p, int32_t x, int32_t y,
+                       uint32_t dimension, uint32_t l);
+void pattern_deck_draw(const struct pattern_deck *deck, uint32_t i, float out[2]);
 
 /* Position of anti-aliasing ray k of `count` inside the pixel, in [0,1)^2; the primary ray itself
  * goes through (0.5, 0.5). */
