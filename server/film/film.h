@@ -1,8 +1,9 @@
 #pragma once
 /* Where a frame's samples land: tiles in, patches out, memory bounded by what is still needed.
  *
- * Book-keeping (land, the ready list, release) is for the loop's thread. film_gather reads tiles that
- * have landed and may run on any thread for blocks that were reported ready and are not yet done. */
+ * Book-keeping (land, the ready list, release) is for the loop's thread. film_gather reads tiles
+ * that have landed and may run on any thread for blocks that were reported ready and are not yet
+ * done. */
 #include <stdbool.h>
 
 #include "proto/samples.h"
@@ -15,8 +16,9 @@ struct film;
 int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile. ERR_EXISTS (samples not taken) when the tile has landed before. Blocks
- * whose every tile is now there are queued; film_next_ready takes them in order. */
+/* Takes the samples of a tile. Not taken: ERR_EXISTS when the tile has landed before, ERR_RANGE for
+ * a tile that is none, ERR_MISMATCH for samples of another size. Blocks whose every tile is now
+ * there are queued; film_next_ready takes them in order. */
 int film_land(struct film *film, uint32_t tile, struct samples *samples);
 
 /* The next block that can be reconstructed; false when there is none. */

@@ -15,5 +15,6 @@ int exr_write(const char *path, const struct image *image, const struct exr_meta
               struct fault *fault);
 
 /* Reads a flat scan-line or tiled file of half, float or uint channels, any compression of the core
- * library (PIZ too), the data window as the image. Owned by the caller. */
+ * library (PIZ too), the data window as the image. Owned by the caller. ERR_NOT_FOUND, ERR_IO,
+ * ERR_CORRUPT, ERR_LIMIT, and ERR_UNSUPPORTED for several parts, deep or subsampled channels. */
 int exr_read(const char *path, struct image **out, struct fault *fault);

@@ -56,7 +56,7 @@ int image_create_named(const char *const *names, uint32_t count, int32_t width_p
         if (strlen(names[c]) >= sizeof image->channels[c].name)
             error = ERR_LIMIT;
         else
-            strcpy(image->channels[c].name, names[c]);
+            memcpy(image->channels[c].name, names[c], strlen(names[c]) + 1);
     }
     if (!error) {
         image->data = calloc((size_t)width_px * (size_t)height_px * count, sizeof(float));

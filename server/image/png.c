@@ -99,7 +99,7 @@ static void shader_init(struct shader *s, const char *layer, const struct plane 
 static uint8_t linear_byte(float v)
 {
     if (!(v > 0.0f)) return 0;
-    return v >= 1.0f ? 255 : (uint8_t)(255.0f * v + 0.5f);
+    return v >= 1.0f ? 255 : (uint8_t)lrintf(255.0f * v);
 }
 
 static void shade_row(const struct shader *s, const struct plane *rgb[3], int32_t y, uint8_t *out)

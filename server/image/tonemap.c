@@ -32,7 +32,7 @@ float tonemap_srgb(float linear)
 
 static uint8_t encode(float v)
 {
-    return (uint8_t)(255.0f * tonemap_srgb(v) + 0.5f);
+    return (uint8_t)lrintf(255.0f * tonemap_srgb(v));
 }
 
 uint8_t tonemap_byte(float linear, float scale)

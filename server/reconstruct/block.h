@@ -14,7 +14,7 @@ struct block_statistics {
 /* Pixels around a block that its reconstruction reads under this plan. */
 int32_t block_halo_px(const struct plan *plan);
 
-/* Writes `block` (inside patch->rect, which is block grown by the halo and cut at the image) of every
- * channel that `image` has. `layers` as in proto/job.h. */
+/* Writes `block` (inside patch->rect, which is block grown by the halo and cut at the image) of
+ * every channel that `image` has. `layers` as in proto/job.h. */
 int block_reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics);

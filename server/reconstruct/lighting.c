@@ -24,7 +24,8 @@ static void add_halves(const struct plan *plan, const struct patch *patch, size_
 {
     uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     /* With bounces n is at least 1. */
-    float even = (float)((n + 1) / 2) / (float)n, odd = (float)(n / 2) / (float)n;
+    uint32_t odd_count = n / 2, even_count = n - odd_count;
+    float even = (float)even_count / (float)n, odd = (float)odd_count / (float)n;
     for (int c = 0; c < 3; c++) {
         for (size_t i = 0; i < area; i++) {
             out[c][i] = patch->indirect_even[c][i] * even + patch->indirect_odd[c][i] * odd;

@@ -2,12 +2,13 @@
 /* The samples of a block and its halo as float arrays: what reconstruction reads.
  *
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
- * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border. */
+ * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
+ * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include "proto/plan.h"
 
 struct patch_light {
-    float *irradiance;          /* E of plan.h */
-    uint8_t *visibility;        /* visibility_bytes planes of w*h bytes, as samples.h */
+    float *irradiance;   /* E of plan.h */
+    uint8_t *visibility; /* visibility_bytes planes of w*h bytes, as samples.h */
     float *slope_min, *slope_max;
 };
 
@@ -17,15 +18,15 @@ struct patch {
     float *normal[3];
     float *albedo[3];
     uint32_t *id;
-    float *sub_depth[LIMIT_SUB_SAMPLES];  /* absolute distance along the sub-sample's ray; 0: none */
+    float *sub_depth[LIMIT_SUB_SAMPLES]; /* absolute distance along the sub-sample's ray; 0: none */
     float *sub_normal[LIMIT_SUB_SAMPLES][3];
     float *sub_albedo[LIMIT_SUB_SAMPLES][3];
-    uint32_t *sub_id[LIMIT_SUB_SAMPLES];  /* low 16 bits */
-    float *emission[3];                   /* radiance, scale taken out */
-    float *indirect[3];                   /* mean radiance, scale taken out */
+    uint32_t *sub_id[LIMIT_SUB_SAMPLES]; /* low 16 bits */
+    float *emission[3];                  /* radiance, scale taken out */
+    float *indirect[3];                  /* mean radiance, scale taken out */
     float *indirect_even[3], *indirect_odd[3];
-    float *reflector;                     /* scene units; 0: none */
-    float *indirect_strata;               /* l_i^2 * 4 planes */
+    float *reflector;       /* scene units; 0: none */
+    float *indirect_strata; /* l_i^2 * 4 planes */
     struct patch_light lights[LIMIT_LIGHTS];
     void *memory; /* owned */
 };

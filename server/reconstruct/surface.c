@@ -129,7 +129,7 @@ bool surface_surely_same(const struct surface_view *view, const struct patch *pa
     float step = fabsf(sub - own);
     if (corner + step <= allowed) return true;
     struct surface surface;
-    surface_of_pixel(view, patch, i, &surface);
+    if (!surface_of_pixel(view, patch, i, &surface)) return false;
     float along = dot(surface.point, surface.normal) / own;
     if (view->orthographic) along = surface.normal[2];
     float across =

@@ -6,8 +6,6 @@
 
 #include "server/store/job_schema.h"
 
-#define JOB_COLUMNS "id, document, state, error, report, created_ms, updated_ms, priority"
-
 /* Prepared when first needed, kept until the end. */
 enum query {
     QUERY_BEGIN,
@@ -40,7 +38,8 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_KEEP] = "RELEASE change",
     [QUERY_UNDO] = "ROLLBACK TO change",
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
-    [QUERY_INSERT] = "INSERT INTO jobs (" JOB_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+    [QUERY_INSERT] =
+        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
@@ -49,13 +48,14 @@ static const char *const query_text[QUERY_COUNT] = {
                            " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
                            " exr = excluded.exr, png = excluded.png",
     [QUERY_REMOVE] = "DELETE FROM jobs WHERE id = ?1",
-    [QUERY_GET] = "SELECT " JOB_COLUMNS " FROM jobs WHERE id = ?1",
-    [QUERY_FRAMES] = "SELECT number, state, exr, png FROM frames WHERE job = ?1 ORDER BY number",
-    [QUERY_LIST] = "SELECT " JOB_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)"
+    [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
+    [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"
+                     " ORDER BY number",
+    [QUERY_LIST] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)"
                    " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_STATE] = "SELECT " JOB_COLUMNS " FROM jobs WHERE state = ?3"
+    [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?3"
                          " AND (?1 IS NULL OR id < ?1) ORDER BY id DESC LIMIT ?2",
-    [QUERY_UNFINISHED] = "SELECT " JOB_COLUMNS " FROM jobs"
+    [QUERY_UNFINISHED] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs"
                          " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
     [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"
                             " ON CONFLICT (source) DO UPDATE SET blob = excluded.blob",
@@ -176,22 +176,6 @@ static int64_t now_ms(void)
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 
-static bool read_digest(sqlite3_stmt *s, int column, struct digest *out)
-{
-    *out = (struct digest){0};
-    const void *bytes = sqlite3_column_blob(s, column);
-    if (!bytes || sqlite3_column_bytes(s, column) != DIGEST_BYTES) return false;
-    memcpy(out->bytes, bytes, DIGEST_BYTES);
-    return true;
-}
-
-static void read_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES])
-{
-    const unsigned char *text = sqlite3_column_text(s, column);
-    out[0] = 0;
-    if (text) strncat(out, (const char *)text, JOB_ID_BYTES - 1);
-}
-
 /* 0 when the key is new. */
 static int check_key(struct job_database *db, const char *key, const struct digest *body,
                      char existing[JOB_ID_BYTES])
@@ -202,8 +186,8 @@ static int check_key(struct job_database *db, const char *key, const struct dige
     int code = sqlite3_step(s), error = job_schema_error(code);
     if (code == SQLITE_ROW) {
         struct digest known;
-        bool same = read_digest(s, 0, &known) && digest_equal(&known, body);
-        if (same) read_id(s, 1, existing);
+        bool same = job_record_digest(s, 0, &known) && digest_equal(&known, body);
+        if (same) job_record_id(s, 1, existing);
         error = same ? ERR_EXISTS : ERR_MISMATCH;
     }
     sqlite3_reset(s);
@@ -300,83 +284,23 @@ int job_database_find_blob(struct job_database *db, const struct digest *source,
     sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
     int code = sqlite3_step(s), error = job_schema_error(code);
     if (code == SQLITE_DONE) error = ERR_NOT_FOUND;
-    if (code == SQLITE_ROW && !read_digest(s, 0, blob)) error = ERR_CORRUPT;
+    if (code == SQLITE_ROW && !job_record_digest(s, 0, blob)) error = ERR_CORRUPT;
     sqlite3_reset(s);
     return error;
 }
 
 /* -- reading jobs -- */
 
-static const char *const frame_states[] = {"queued", "rendering", "encoding", "finished"};
-
-/* The static text of a frame's state; an unknown one (there is none) reads as the first. */
-static const char *frame_state(const unsigned char *text)
-{
-    size_t count = sizeof frame_states / sizeof frame_states[0];
-    for (size_t i = 0; text && i < count; i++) {
-        if (!strcmp((const char *)text, frame_states[i])) return frame_states[i];
-    }
-    return frame_states[0];
-}
-
-static int add_frame(struct job_record *job, size_t *capacity, sqlite3_stmt *s)
-{
-    if (job->frame_count == *capacity) {
-        size_t grown = *capacity ? *capacity * 2 : 8;
-        struct frame_row *frames = realloc(job->frames, grown * sizeof *frames);
-        if (!frames) return ERR_MEMORY;
-        job->frames = frames;
-        *capacity = grown;
-    }
-    struct frame_row *frame = &job->frames[job->frame_count++];
-    frame->number = sqlite3_column_int(s, 0);
-    frame->state = frame_state(sqlite3_column_text(s, 1));
-    read_digest(s, 2, &frame->exr);
-    read_digest(s, 3, &frame->png);
-    return 0;
-}
-
 static int read_frames(struct job_database *db, struct job_record *job)
 {
     sqlite3_stmt *s = statement(db, QUERY_FRAMES);
     if (!s) return finish(db, s);
     bind_text(s, 1, job->row.id);
-    size_t capacity = 0;
     int code, error = 0;
     while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
-        error = code == SQLITE_ROW ? add_frame(job, &capacity, s) : job_schema_error(code);
+        error = code == SQLITE_ROW ? job_record_add_frame(job, s) : job_schema_error(code);
     }
     sqlite3_reset(s);
-    return error;
-}
-
-static int copy_text(sqlite3_stmt *s, int column, const char **out)
-{
-    const unsigned char *text = sqlite3_column_text(s, column);
-    *out = text ? strdup((const char *)text) : NULL;
-    return text && !*out ? ERR_MEMORY : 0;
-}
-
-/* The new record is in *out even when a copy fails, so that fini finds it. */
-static int add_job(struct job_records *out, sqlite3_stmt *s)
-{
-    if (out->count == out->capacity) {
-        size_t grown = out->capacity ? out->capacity * 2 : 8;
-        struct job_record *items = realloc(out->items, grown * sizeof *items);
-        if (!items) return ERR_MEMORY;
-        out->items = items;
-        out->capacity = grown;
-    }
-    struct job_record *job = &out->items[out->count++];
-    *job = (struct job_record){0};
-    read_id(s, 0, job->row.id);
-    int error = copy_text(s, 1, &job->row.document);
-    if (!error) error = copy_text(s, 2, &job->row.state);
-    if (!error) error = copy_text(s, 3, &job->row.error);
-    if (!error) error = copy_text(s, 4, &job->row.report);
-    job->row.created_ms = sqlite3_column_int64(s, 5);
-    job->row.updated_ms = sqlite3_column_int64(s, 6);
-    job->row.priority = sqlite3_column_int(s, 7);
     return error;
 }
 
@@ -384,7 +308,7 @@ static int read_jobs(struct job_database *db, sqlite3_stmt *s, bool frames, stru
 {
     int code, error = 0;
     while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
-        error = code == SQLITE_ROW ? add_job(out, s) : job_schema_error(code);
+        error = code == SQLITE_ROW ? job_records_add(out, s) : job_schema_error(code);
     }
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);
@@ -419,18 +343,4 @@ int job_database_unfinished(struct job_database *db, struct job_records *out)
 {
     sqlite3_stmt *s = statement(db, QUERY_UNFINISHED);
     return s ? read_jobs(db, s, true, out) : finish(db, s);
-}
-
-void job_records_fini(struct job_records *records)
-{
-    for (size_t i = 0; i < records->count; i++) {
-        struct job_row *row = &records->items[i].row;
-        free((void *)(uintptr_t)row->document);
-        free((void *)(uintptr_t)row->state);
-        free((void *)(uintptr_t)row->error);
-        free((void *)(uintptr_t)row->report);
-        free(records->items[i].frames);
-    }
-    free(records->items);
-    *records = (struct job_records){0};
 }

@@ -1,22 +1,9 @@
 #pragma once
 /* The queries of the job store, blocking. One connection, one thread at a time. job_store.h says
  * what they mean; job_store.c runs them elsewhere than on the loop. */
-#include "server/store/job_store.h"
+#include "server/store/job_record.h"
 
 struct job_database;
-
-/* A job as read: texts owned by the record. */
-struct job_record {
-    struct job_row row;
-    struct frame_row *frames; /* owned; their states are static text */
-    size_t frame_count;
-};
-
-struct job_records {
-    struct job_record *items; /* owned */
-    size_t count, capacity;
-    bool more;
-};
 
 int job_database_open(const char *path, struct job_database **out);
 void job_database_close(struct job_database **db);
@@ -49,4 +36,3 @@ int job_database_get(struct job_database *db, const char *id, struct job_records
 int job_database_list(struct job_database *db, const char *state, const char *cursor, size_t limit,
                       struct job_records *out);
 int job_database_unfinished(struct job_database *db, struct job_records *out);
-void job_records_fini(struct job_records *records);

@@ -31,7 +31,9 @@ struct frame_row {
     struct digest exr, png; /* objects; zero until finished */
 };
 
-/* Opens or creates DIR/jobs.sqlite. ERR_IO, ERR_VERSION for a newer schema. */
+/* Opens or creates DIR/jobs.sqlite and holds DIR/jobs.lock. ERR_IO, ERR_VERSION for a newer schema,
+ * ERR_CORRUPT for a file that is no database, ERR_STATE when another process has the folder open.
+ */
 int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out);
 
 /* Lets pending writes finish. Nulls the pointer. The loop must run once more afterwards. */
@@ -39,14 +41,15 @@ void job_store_close(struct job_store **store);
 
 typedef void (*job_store_done)(void *ctx, int error);
 
-/* Durable when `done` is called with 0. With idempotency_key (may be NULL): if the key is known with
- * the same body digest, nothing is inserted and done gets ERR_EXISTS with `existing` the first job's
- * id; with another body, ERR_MISMATCH. */
+/* Durable when `done` is called with 0. With idempotency_key (may be NULL): if the key is known
+ * with the same body digest, nothing is inserted and done gets ERR_EXISTS with `existing` the first
+ * job's id; with another body, ERR_MISMATCH. ERR_STATE when the row's own id is taken. */
 typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
 
-/* Sets state, error, report (each if not NULL). done may be NULL. */
+/* Sets state, error, report (each if not NULL). ERR_NOT_FOUND when there is no such job, here and
+ * below. done may be NULL. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
                       const char *report, job_store_done done, void *ctx);
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
@@ -66,14 +69,14 @@ void job_store_list(struct job_store *s, const char *state, const char *cursor, 
                     job_store_listed done, void *ctx);
 
 /* Start-up, blocking: every job that is not finished, failed or cancelled, oldest first. The
- * callback's pointers are borrowed. */
+ * callback's pointers are borrowed; it may submit changes. ERR_STATE while requests are pending. */
 int job_store_unfinished(struct job_store *s,
                          void (*each)(void *ctx, const struct job_row *row,
                                       const struct frame_row *frames, size_t frame_count),
                          void *ctx);
 
-/* Which blob an import gave. `source` is a digest over the importer's build, the scene asset and its
- * files. */
+/* Which blob an import gave. `source` is a digest over the importer's build, the scene asset and
+ * its files. */
 void job_store_remember_blob(struct job_store *s, const struct digest *source,
                              const struct digest *blob);
 typedef void (*job_store_blob)(void *ctx, int error, const struct digest *blob); /* NULL: unknown */

@@ -70,8 +70,7 @@ static void tmp_path(const struct objects *o, char out[OBJECTS_PATH_BYTES], cons
 
 int objects_open(struct objects *o, const char *dir)
 {
-    if (strlen(dir) >= sizeof o->dir) return ERR_LIMIT;
-    strcpy(o->dir, dir);
+    if (snprintf(o->dir, sizeof o->dir, "%s", dir) >= (int)sizeof o->dir) return ERR_LIMIT;
     char path[OBJECTS_PATH_BYTES];
     snprintf(path, sizeof path, "%s/objects", o->dir);
     int error = make_dirs(path);

@@ -34,8 +34,8 @@ const char *object_writer_path(const struct object_writer *w);
 /* Syncs and renames. With `expected`, ERR_MISMATCH (and nothing kept) when the bytes' digest is
  * another. *out is the digest in any case. A file that is already there is kept and this one
  * dropped: 0 with *existed = true. */
-int object_writer_finish(struct object_writer **w, const struct digest *expected, struct digest *out,
-                         bool *existed);
+int object_writer_finish(struct object_writer **w, const struct digest *expected,
+                         struct digest *out, bool *existed);
 void object_writer_abort(struct object_writer **w);
 
 /* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. */

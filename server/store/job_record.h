@@ -1,0 +1,30 @@
+#pragma once
+/* Jobs as read from the database: copies that outlive the query. */
+#include <sqlite3.h>
+
+#include "server/store/job_store.h"
+
+/* Columns in the order that job_records_add reads. */
+#define JOB_RECORD_COLUMNS       "id, document, state, error, report, created_ms, updated_ms, priority"
+#define JOB_RECORD_FRAME_COLUMNS "number, state, exr, png"
+
+struct job_record {
+    struct job_row row;       /* texts owned */
+    struct frame_row *frames; /* owned; their states are static text */
+    size_t frame_count, frame_capacity;
+};
+
+struct job_records {
+    struct job_record *items; /* owned */
+    size_t count, capacity;
+    bool more;
+};
+
+/* Append the statement's current row. ERR_MEMORY; then, too, fini frees what is there. */
+int job_records_add(struct job_records *out, sqlite3_stmt *s);
+int job_record_add_frame(struct job_record *job, sqlite3_stmt *s);
+void job_records_fini(struct job_records *records);
+
+/* Single columns. False, and a zero digest, for NULL and for a wrong size. */
+bool job_record_digest(sqlite3_stmt *s, int column, struct digest *out);
+void job_record_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES]);

@@ -1,0 +1,133 @@
+#include "server/store/job_request.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx)
+{
+    struct job_request *r = calloc(1, sizeof *r);
+    if (!r) return NULL;
+    r->kind = kind;
+    r->ctx = ctx;
+    /* One that is too long names no job: it must not be cut to one that does. */
+    if (id && strlen(id) < sizeof r->id) memcpy(r->id, id, strlen(id) + 1);
+    return r;
+}
+
+void job_request_free(struct job_request *r)
+{
+    free(r->state);
+    free(r->fault);
+    free(r->report);
+    free(r->document);
+    free(r->key);
+    free(r->cursor);
+    job_records_fini(&r->records);
+    free(r);
+}
+
+char *job_request_copy(const char *text, int *error)
+{
+    char *out = text ? strdup(text) : NULL;
+    if (text && !out) *error = ERR_MEMORY;
+    return out;
+}
+
+bool job_request_is_write(const struct job_request *r)
+{
+    return r->kind <= REQUEST_REMEMBER_BLOB;
+}
+
+static int perform_insert(struct job_database *db, struct job_request *r)
+{
+    struct job_row row = {.document = r->document,
+                          .state = r->state,
+                          .error = r->fault,
+                          .report = r->report,
+                          .created_ms = r->created_ms,
+                          .updated_ms = r->updated_ms,
+                          .priority = r->priority};
+    memcpy(row.id, r->id, sizeof row.id);
+    return job_database_insert(db, &row, r->key, &r->body, r->existing);
+}
+
+static int perform_update_frame(struct job_database *db, struct job_request *r)
+{
+    struct frame_row frame = r->frame;
+    frame.state = r->state;
+    return job_database_update_frame(db, r->id, &frame);
+}
+
+int job_request_perform(struct job_request *r, struct job_database *db)
+{
+    switch (r->kind) {
+    case REQUEST_INSERT:
+        return perform_insert(db, r);
+    case REQUEST_UPDATE:
+        return job_database_update(db, r->id, r->state, r->fault, r->report);
+    case REQUEST_UPDATE_FRAME:
+        return perform_update_frame(db, r);
+    case REQUEST_REMOVE:
+        return job_database_remove(db, r->id);
+    case REQUEST_REMEMBER_BLOB:
+        return job_database_remember_blob(db, &r->source, &r->blob);
+    case REQUEST_GET:
+        return job_database_get(db, r->id, &r->records);
+    case REQUEST_LIST:
+        return job_database_list(db, r->state, r->cursor, r->limit, &r->records);
+    case REQUEST_FIND_BLOB:
+        return job_database_find_blob(db, &r->source, &r->blob);
+    }
+    return ERR_STATE;
+}
+
+static void answer_found(const struct job_request *r)
+{
+    const struct job_record *job = r->records.count ? r->records.items : NULL;
+    if (r->error || !job)
+        r->call.found(r->ctx, r->error, NULL, NULL, 0);
+    else
+        r->call.found(r->ctx, 0, &job->row, job->frames, job->frame_count);
+}
+
+static void answer_listed(const struct job_request *r)
+{
+    size_t count = r->records.count < r->limit ? r->records.count : r->limit;
+    struct job_row *rows = calloc(count ? count : 1, sizeof *rows);
+    int error = rows ? r->error : ERR_MEMORY;
+    if (error) count = 0;
+    for (size_t i = 0; i < count; i++) rows[i] = r->records.items[i].row;
+    r->call.listed(r->ctx, error, rows, count, !error && r->records.more);
+    free(rows);
+}
+
+static void answer_blob(const struct job_request *r)
+{
+    bool unknown = r->error == ERR_NOT_FOUND;
+    r->call.blob(r->ctx, unknown ? 0 : r->error, r->error ? NULL : &r->blob);
+}
+
+void job_request_answer(const struct job_request *r)
+{
+    switch (r->kind) {
+    case REQUEST_INSERT:
+        if (r->call.inserted)
+            r->call.inserted(r->ctx, r->error, r->error == ERR_EXISTS ? r->existing : NULL);
+        break;
+    case REQUEST_UPDATE:
+    case REQUEST_UPDATE_FRAME:
+    case REQUEST_REMOVE:
+    case REQUEST_REMEMBER_BLOB:
+        if (r->call.done) r->call.done(r->ctx, r->error);
+        break;
+    case REQUEST_GET:
+        answer_found(r);
+        break;
+    case REQUEST_LIST:
+        answer_listed(r);
+        break;
+    case REQUEST_FIND_BLOB:
+        answer_blob(r);
+        break;
+    }
+}

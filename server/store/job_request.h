@@ -1,0 +1,54 @@
+#pragma once
+/* One request to the job store on its way: from the loop's thread to the store's and back. */
+#include "server/store/job_database.h"
+
+enum request_kind {
+    REQUEST_INSERT,
+    REQUEST_UPDATE,
+    REQUEST_UPDATE_FRAME,
+    REQUEST_REMOVE,
+    REQUEST_REMEMBER_BLOB,
+    REQUEST_GET,
+    REQUEST_LIST,
+    REQUEST_FIND_BLOB,
+};
+
+/* What is asked, and then what came of it. Written by the loop's thread, then by the store's, then
+ * read by the loop's: the team's queue hands it over. Texts are owned copies, NULL where absent. */
+struct job_request {
+    struct job_request *next;
+    enum request_kind kind;
+    int error;
+    void *ctx;
+    char id[JOB_ID_BYTES];
+    char *state, *fault, *report, *document, *key, *cursor;
+    int64_t created_ms, updated_ms;
+    int32_t priority;
+    struct frame_row frame; /* its state is `state` */
+    struct digest body, source, blob;
+    size_t limit;
+    char existing[JOB_ID_BYTES];
+    struct job_records records;
+    union {
+        job_store_inserted inserted;
+        job_store_done done;
+        job_store_found found;
+        job_store_listed listed;
+        job_store_blob blob;
+    } call;
+};
+
+/* NULL on failed allocation. */
+struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx);
+void job_request_free(struct job_request *r);
+
+/* Copies text (NULL: none); notes a failed copy in *error. */
+char *job_request_copy(const char *text, int *error);
+
+bool job_request_is_write(const struct job_request *r);
+
+/* On the store's thread: runs the query, returns its error. */
+int job_request_perform(struct job_request *r, struct job_database *db);
+
+/* On the loop's thread: calls back with what came of it. */
+void job_request_answer(const struct job_request *r);
