@@ -1,0 +1,774 @@
+/* The worker's side of the protocol against a scripted coordinator on a real Unix socket, with
+ * tracing that costs nothing and waits when it is told to. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "proto/build.h"
+#include "proto/message.h"
+#include "tests/unit/proto/plan_case.h"
+#include "worker/link.h"
+#include "worker/session.h"
+
+#define PATIENCE_MS 5000
+#define BLOB_BYTES  (LIMIT_BLOB_PART_BYTES + 5000u)
+#define LIFE        (5ull << WORKER_ID_LIFE_SHIFT)
+
+/* ---- tracing without rays ---- */
+
+static _Atomic bool hold;        /* tiles wait, and end when they are stopped */
+static _Atomic unsigned tracing; /* tiles that a thread has begun */
+static _Atomic unsigned loads, unloads;
+
+static const char *embree_version(void *ctx)
+{
+    (void)ctx;
+    return "3.13.5";
+}
+
+static int load(void *ctx, const char *path, unsigned threads, void **scene, uint64_t *bytes,
+                uint64_t *cpu_us, struct fault *fault)
+{
+    (void)ctx;
+    (void)threads;
+    struct stat st;
+    if (stat(path, &st) != 0) return fault_set(fault, ERR_IO, path, "is not there");
+    *scene = malloc(1);
+    *bytes = (uint64_t)st.st_size;
+    *cpu_us = 1000;
+    loads++;
+    return 0;
+}
+
+static void unload(void *ctx, void **scene)
+{
+    (void)ctx;
+    free(*scene);
+    *scene = NULL;
+    unloads++;
+}
+
+static int tracer_create(void *ctx, void **tracer)
+{
+    (void)ctx;
+    *tracer = malloc(1);
+    return 0;
+}
+
+static void tracer_destroy(void *ctx, void **tracer)
+{
+    (void)ctx;
+    free(*tracer);
+    *tracer = NULL;
+}
+
+static int trace(void *ctx, void *tracer, const void *scene, const struct plan *plan,
+                 struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
+                 struct bytes_writer *packed, struct counters *counters)
+{
+    (void)ctx;
+    assert_true(tracer && scene && plan->width_px == 720);
+    tracing++;
+    while (hold && !*stop) usleep(1000);
+    *progress += (uint64_t)rect_height(rect);
+    counters->value[COUNTER_RAYS_PRIMARY] = (uint64_t)rect_area(rect);
+    bytes_write_u32(packed, (uint32_t)rect.x0);
+    return *stop ? ERR_STATE : 0;
+}
+
+static const struct tracing fake_tracing = {.capabilities = CAPABILITY_DIRECT,
+                                            .embree_version = embree_version,
+                                            .load = load,
+                                            .unload = unload,
+                                            .tracer_create = tracer_create,
+                                            .tracer_destroy = tracer_destroy,
+                                            .trace = trace};
+
+/* ---- a worker and its coordinator ---- */
+
+struct world {
+    uv_loop_t loop;
+    char dir[64], address[100], cache[100], blobs[100];
+    struct options options;
+    struct session *session;
+    bool ended, closed;
+    enum session_end end;
+    char text[LIMIT_DETAIL_BYTES];
+    unsigned notices;
+    int listener, fd;
+    struct frame_inbox inbox;
+    struct bytes_writer w;
+    struct plan plan;
+    uint8_t *blob;
+    uint32_t asked; /* tiles that the worker wants, as far as we read */
+};
+
+static void on_notice(void *ctx, const char *text)
+{
+    struct world *w = ctx;
+    assert_true(text[0] != '\0');
+    w->notices++;
+}
+
+static void on_ended(void *ctx, enum session_end end, const char *text)
+{
+    struct world *w = ctx;
+    w->ended = true;
+    w->end = end;
+    snprintf(w->text, sizeof w->text, "%s", text);
+}
+
+static void on_closed(void *ctx)
+{
+    struct world *w = ctx;
+    w->closed = true;
+}
+
+static void turn(struct world *w)
+{
+    uv_run(&w->loop, UV_RUN_NOWAIT);
+    usleep(500);
+    uv_update_time(&w->loop);
+}
+
+static void listen_there(struct world *w)
+{
+    struct sockaddr_un a = {.sun_family = AF_UNIX};
+    snprintf(a.sun_path, sizeof a.sun_path, "%s/s", w->dir);
+    w->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    assert_int_equal(bind(w->listener, (struct sockaddr *)&a, sizeof a), 0);
+    assert_int_equal(listen(w->listener, 5), 0);
+}
+
+static struct world *world_open(uint32_t threads, bool with_blobs)
+{
+    struct world *w = calloc(1, sizeof *w);
+    const struct session_client client = {w, on_notice, on_ended, NULL};
+    struct fault fault = {0};
+    snprintf(w->dir, sizeof w->dir, "/tmp/shearwater-test-session-XXXXXX");
+    assert_non_null(mkdtemp(w->dir));
+    snprintf(w->address, sizeof w->address, "unix:%s/s", w->dir);
+    snprintf(w->cache, sizeof w->cache, "%s/cache", w->dir);
+    snprintf(w->blobs, sizeof w->blobs, "%s/blobs", w->dir);
+    w->options = (struct options){.connect = w->address,
+                                  .cache_dir = w->cache,
+                                  .blob_dir = with_blobs ? w->blobs : NULL,
+                                  .cache_bytes = 100 << 20,
+                                  .threads = threads,
+                                  .tiles_in_hand = 2 * threads,
+                                  .name = "tester"};
+    w->fd = -1;
+    w->blob = malloc(BLOB_BYTES);
+    for (size_t i = 0; i < BLOB_BYTES; i++) w->blob[i] = (uint8_t)(i * 7 + (i >> 9));
+    plan_case(&w->plan);
+    digest_of(w->blob, BLOB_BYTES, &w->plan.scene);
+    hold = false;
+    tracing = loads = unloads = 0;
+    listen_there(w);
+    uv_loop_init(&w->loop);
+    frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
+    bytes_writer_init(&w->w);
+    if (session_create(&w->loop, &w->options, &fake_tracing, &client, &w->session, &fault) != 0)
+        fail_msg("%s: %s", fault.pointer, fault.detail);
+    session_start(w->session);
+    return w;
+}
+
+static void world_close(struct world *w)
+{
+    char command[100];
+    session_close(w->session, on_closed, w);
+    while (!w->closed) uv_run(&w->loop, UV_RUN_ONCE);
+    assert_int_equal(uv_loop_close(&w->loop), 0);
+    assert_int_equal(loads, unloads);
+    if (w->fd >= 0) close(w->fd);
+    close(w->listener);
+    frame_inbox_fini(&w->inbox);
+    bytes_writer_fini(&w->w);
+    snprintf(command, sizeof command, "rm -rf %s", w->dir);
+    assert_int_equal(system(command), 0);
+    free(w->blob);
+    free(w);
+}
+
+static void accept_link(struct world *w)
+{
+    frame_inbox_fini(&w->inbox);
+    frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
+    for (int i = 0; i < 2 * PATIENCE_MS && w->fd < 0; i++) {
+        w->fd = accept4(w->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+        turn(w);
+    }
+    assert_true(w->fd >= 0);
+    w->asked = 0;
+}
+
+static void drop_link(struct world *w)
+{
+    close(w->fd);
+    w->fd = -1;
+}
+
+static void put(struct world *w, uint16_t type, const void *tail, uint32_t tail_bytes)
+{
+    uint8_t header[FRAME_HEADER_BYTES];
+    struct bytes_writer whole;
+    frame_header(header, type, 1, w->w.data, (uint32_t)w->w.size_bytes, tail, tail_bytes);
+    bytes_writer_init(&whole);
+    bytes_write_raw(&whole, header, sizeof header);
+    bytes_write_raw(&whole, w->w.data, w->w.size_bytes);
+    if (tail_bytes > 0) bytes_write_raw(&whole, tail, tail_bytes);
+    for (size_t at = 0; at < whole.size_bytes;) {
+        ssize_t n = send(w->fd, whole.data + at, whole.size_bytes - at, MSG_NOSIGNAL);
+        assert_true(n > 0 || errno == EAGAIN);
+        if (n > 0) at += (size_t)n;
+        if (n < 0) turn(w);
+    }
+    bytes_writer_fini(&whole);
+    w->w.size_bytes = 0;
+}
+
+static bool read_some(struct world *w)
+{
+    size_t space_bytes = 0;
+    uint8_t *space = frame_inbox_space(&w->inbox, &space_bytes);
+    ssize_t n = recv(w->fd, space, space_bytes, 0);
+    if (n == 0 || (n < 0 && errno != EAGAIN)) return false;
+    if (n > 0) frame_inbox_filled(&w->inbox, (size_t)n);
+    return true;
+}
+
+/* The next frame but beats and wants. False: the worker closed the link, or nothing came. */
+static bool next(struct world *w, struct frame_view *f, int patience_ms)
+{
+    for (int waited = 0; waited < patience_ms; waited++) {
+        while (frame_inbox_next(&w->inbox, f) == 0) {
+            struct message_want m;
+            if (f->type == MESSAGE_WANT &&
+                message_decode_want(f->payload, f->payload_bytes, &m) == 0)
+                w->asked += m.tiles;
+            if (f->type != MESSAGE_WANT && f->type != MESSAGE_BEAT) return true;
+        }
+        turn(w);
+        if (!read_some(w)) return false;
+    }
+    return false;
+}
+
+static void expect(struct world *w, uint16_t type, struct frame_view *f)
+{
+    if (!next(w, f, PATIENCE_MS)) fail_msg("no %s", message_name(type));
+    if (f->type != type) fail_msg("%s, expected %s", message_name(f->type), message_name(type));
+}
+
+static void expect_nothing(struct world *w)
+{
+    struct frame_view f;
+    if (next(w, &f, 40)) fail_msg("%s", message_name(f.type));
+}
+
+static void welcome(struct world *w, uint64_t worker_id)
+{
+    struct frame_view f;
+    struct message_hello m;
+    if (w->fd < 0) accept_link(w);
+    expect(w, MESSAGE_HELLO, &f);
+    assert_int_equal(message_decode_hello(f.payload, f.payload_bytes, &m), 0);
+    assert_int_equal(m.protocol_version, PROTOCOL_VERSION);
+    assert_string_equal(m.build_id, build_id());
+    assert_string_equal(m.isa, build_isa());
+    assert_string_equal(m.embree_version, "3.13.5");
+    assert_string_equal(m.name, "tester");
+    assert_int_equal(m.threads, w->options.threads);
+    message_encode_welcome(&w->w, &(struct message_welcome){worker_id, 40});
+    put(w, MESSAGE_WELCOME, NULL, 0);
+}
+
+static void send_frame(struct world *w, uint64_t id)
+{
+    struct bytes_writer p;
+    bytes_writer_init(&p);
+    plan_encode(&p, &w->plan);
+    const struct message_frame_plan m = {id, p.data, (uint32_t)p.size_bytes};
+    message_encode_frame_plan(&w->w, &m);
+    put(w, MESSAGE_FRAME, NULL, 0);
+    bytes_writer_fini(&p);
+}
+
+static void send_tile(struct world *w, uint64_t frame_id, uint32_t index)
+{
+    const int32_t x = (int32_t)(index % 20) * 32;
+    const struct message_tile m = {frame_id, index, 1, {x, 0, x + 32, 32}};
+    message_encode_tile(&w->w, &m);
+    put(w, MESSAGE_TILE, NULL, 0);
+}
+
+static void send_ack(struct world *w, uint64_t frame_id, uint32_t index)
+{
+    message_encode_ack(&w->w, &(struct message_ack){frame_id, index, 1, VERDICT_ACCEPTED});
+    put(w, MESSAGE_ACK, NULL, 0);
+}
+
+static void serve_blob(struct world *w)
+{
+    for (uint64_t sent = 0; sent < BLOB_BYTES;) {
+        struct frame_view f;
+        struct message_blob_get get;
+        expect(w, MESSAGE_BLOB_GET, &f);
+        assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, &get), 0);
+        assert_true(digest_equal(&get.digest, &w->plan.scene));
+        uint64_t left = BLOB_BYTES - get.offset;
+        uint32_t part = left < get.size_bytes ? (uint32_t)left : get.size_bytes;
+        const struct message_blob_part m = {.digest = get.digest,
+                                            .total_bytes = BLOB_BYTES,
+                                            .offset = get.offset,
+                                            .size_bytes = part};
+        message_encode_blob_part(&w->w, &m);
+        put(w, MESSAGE_BLOB_PART, w->blob + get.offset, part);
+        sent = get.offset + part;
+    }
+}
+
+static uint32_t expect_result(struct world *w)
+{
+    struct frame_view f;
+    struct message_result m;
+    expect(w, MESSAGE_RESULT, &f);
+    assert_int_equal(message_decode_result(f.payload, f.payload_bytes, &m), 0);
+    assert_int_equal(m.samples_bytes, 4);
+    assert_int_equal(m.samples[0] | m.samples[1] << 8, (m.index % 20) * 32);
+    assert_int_equal(m.counters.value[COUNTER_RAYS_PRIMARY], 1024);
+    return m.index;
+}
+
+/* A scene in hand and tile 0 answered. */
+static void warm_up(struct world *w)
+{
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 0);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 0);
+    send_ack(w, 9, 0);
+}
+
+/* ---- tests ---- */
+
+static void a_tile_is_fetched_for_traced_and_answered(void **state)
+{
+    (void)state;
+    struct world *w = world_open(2, false);
+    welcome(w, LIFE | 1);
+    for (int i = 0; w->asked == 0 && i < PATIENCE_MS; i++) expect_nothing(w);
+    assert_int_equal(w->asked, 4);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    send_tile(w, 9, 4);
+    serve_blob(w);
+    assert_int_equal(expect_result(w) + expect_result(w), 7);
+    send_ack(w, 9, 3);
+    send_ack(w, 9, 4);
+    expect_nothing(w);
+    assert_int_equal(w->asked, 6);
+    assert_int_equal(loads, 1);
+    send_frame(w, 10); /* the scene is still there */
+    send_tile(w, 10, 5);
+    assert_int_equal(expect_result(w), 5);
+    assert_int_equal(loads, 1);
+    world_close(w);
+}
+
+static void local_blobs_are_mapped_where_they_lie(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, true);
+    char path[300], hex[DIGEST_HEX_BYTES];
+    digest_to_hex(&w->plan.scene, hex);
+    mkdir(w->blobs, 0700);
+    snprintf(path, sizeof path, "%s/%.2s", w->blobs, hex);
+    mkdir(path, 0700);
+    snprintf(path, sizeof path, "%s/%.2s/%s", w->blobs, hex, hex + 2);
+    FILE *file = fopen(path, "wb");
+    fwrite(w->blob, 1, BLOB_BYTES, file);
+    fclose(file);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    assert_int_equal(expect_result(w), 3); /* and no BLOB_GET */
+    assert_int_not_equal(access(w->cache, F_OK), 0);
+    world_close(w);
+}
+
+static void a_cached_blob_is_not_fetched_again(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, true); /* of blobs there is only an empty folder */
+    warm_up(w);
+    drop_link(w);
+    struct session *old = w->session;
+    struct fault fault = {0};
+    const struct session_client client = {w, on_notice, on_ended, NULL};
+    session_close(old, on_closed, w);
+    while (!w->closed) uv_run(&w->loop, UV_RUN_ONCE);
+    w->closed = false;
+    assert_int_equal(
+        session_create(&w->loop, &w->options, &fake_tracing, &client, &w->session, &fault), 0);
+    session_start(w->session);
+    welcome(w, LIFE | 2);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    assert_int_equal(expect_result(w), 3);
+    world_close(w);
+}
+
+static void results_are_kept_until_acknowledged(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    warm_up(w);
+    send_tile(w, 9, 1);
+    send_tile(w, 9, 2);
+    assert_int_equal(expect_result(w), 1);
+    assert_int_equal(expect_result(w), 2);
+    send_ack(w, 9, 1);
+    expect_nothing(w);
+    drop_link(w);
+    welcome(w, LIFE | 2); /* the same coordinator: the rest is said again */
+    assert_int_equal(expect_result(w), 2);
+    assert_int_equal(w->notices, 2);
+    drop_link(w);
+    welcome(w, (LIFE + (1ull << WORKER_ID_LIFE_SHIFT)) | 1); /* another one */
+    expect_nothing(w);
+    world_close(w);
+}
+
+static void a_refusal_ends_the_worker(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    accept_link(w);
+    expect(w, MESSAGE_HELLO, &f);
+    message_encode_refused(&w->w, &(struct message_refused){ERR_MISMATCH, "install the same"});
+    put(w, MESSAGE_REFUSED, NULL, 0);
+    for (int i = 0; !w->ended && i < PATIENCE_MS; i++) turn(w);
+    assert_int_equal(w->end, SESSION_END_REFUSED);
+    assert_string_equal(w->text, "install the same");
+    world_close(w);
+}
+
+static void illegal_messages_break_the_link(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    for (int i = 0; i < 5; i++) {
+        welcome(w, LIFE | 1);
+        switch (i) {
+        case 0: /* no such frame */
+            send_tile(w, 1234, 0);
+            break;
+        case 1:
+            message_encode_welcome(&w->w, &(struct message_welcome){LIFE | 1, 40});
+            put(w, MESSAGE_WELCOME, NULL, 0);
+            break;
+        case 2:
+            message_encode_want(&w->w, &(struct message_want){1});
+            put(w, MESSAGE_WANT, NULL, 0);
+            break;
+        case 3: /* outside the frame */
+            send_frame(w, 9);
+            message_encode_tile(&w->w, &(struct message_tile){9, 0, 1, {704, 0, 736, 32}});
+            put(w, MESSAGE_TILE, NULL, 0);
+            break;
+        default:
+            assert_int_equal(send(w->fd, "no frame at all, but long enough", 32, 0), 32);
+        }
+        while (next(w, &f, PATIENCE_MS)) {
+        }
+        drop_link(w);
+    }
+    assert_false(w->ended);
+    world_close(w);
+}
+
+static void a_missing_blob_is_a_fault_of_its_tiles(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_tile_fault fault;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, ERR_NOT_FOUND);
+    assert_int_equal(fault.index, 1);
+    send_tile(w, 9, 2); /* it tries again */
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 2);
+    world_close(w);
+}
+
+static void a_fetch_goes_on_after_a_reconnect(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_blob_get get;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    const struct message_blob_part m = {
+        .digest = w->plan.scene, .total_bytes = BLOB_BYTES, .size_bytes = LIMIT_BLOB_PART_BYTES};
+    message_encode_blob_part(&w->w, &m);
+    put(w, MESSAGE_BLOB_PART, w->blob, LIMIT_BLOB_PART_BYTES);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    drop_link(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, &get), 0);
+    assert_int_equal(get.offset, LIMIT_BLOB_PART_BYTES - 1);
+    const struct message_blob_part rest = {.digest = w->plan.scene,
+                                           .total_bytes = BLOB_BYTES,
+                                           .offset = get.offset,
+                                           .size_bytes = BLOB_BYTES - (uint32_t)get.offset};
+    message_encode_blob_part(&w->w, &rest);
+    put(w, MESSAGE_BLOB_PART, w->blob + get.offset, rest.size_bytes);
+    assert_int_equal(expect_result(w), 1);
+    world_close(w);
+}
+
+static void damaged_blobs_are_not_traced(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    w->blob[100] ^= 1;
+    serve_blob(w);
+    serve_blob(w); /* a second try, from the start */
+    expect(w, MESSAGE_FAULT, &f);
+    struct message_tile_fault fault;
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, ERR_CHECKSUM);
+    assert_int_equal(loads, 0);
+    world_close(w);
+}
+
+static void a_cancelled_frame_is_stopped(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    warm_up(w);
+    hold = true;
+    send_tile(w, 9, 1);
+    send_tile(w, 9, 2);
+    while (tracing < 2) turn(w); /* the first was tile 0 */
+    message_encode_cancel(&w->w, &(struct message_cancel){9});
+    put(w, MESSAGE_CANCEL, NULL, 0);
+    expect_nothing(w);
+    hold = false;
+    expect_nothing(w);
+    assert_int_equal(w->asked, 5); /* 2, and 3 for those that are through */
+    send_frame(w, 10);
+    send_tile(w, 10, 3);
+    assert_int_equal(expect_result(w), 3);
+    world_close(w);
+}
+
+static void told_to_stop_it_finishes_what_it_traces(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_returned back;
+    warm_up(w);
+    hold = true;
+    send_tile(w, 9, 1);
+    send_tile(w, 9, 2);
+    while (tracing < 2) turn(w);
+    session_stop(w->session);
+    expect(w, MESSAGE_RETURN, &f);
+    assert_int_equal(message_decode_returned(f.payload, f.payload_bytes, &back), 0);
+    assert_int_equal(back.index, 2);
+    send_tile(w, 9, 5); /* it crosses: back at once */
+    expect(w, MESSAGE_RETURN, &f);
+    assert_int_equal(message_decode_returned(f.payload, f.payload_bytes, &back), 0);
+    assert_int_equal(back.index, 5);
+    hold = false;
+    assert_int_equal(expect_result(w), 1);
+    assert_false(w->ended);
+    send_ack(w, 9, 1);
+    expect(w, MESSAGE_BYE, &f);
+    assert_true(w->ended);
+    assert_int_equal(w->end, SESSION_END_TOLD);
+    world_close(w);
+}
+
+static void told_twice_it_leaves_at_once(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    warm_up(w);
+    hold = true;
+    send_tile(w, 9, 1);
+    while (tracing < 2) turn(w);
+    session_stop(w->session);
+    expect_nothing(w);
+    session_stop(w->session);
+    expect(w, MESSAGE_RETURN, &f);
+    expect(w, MESSAGE_BYE, &f);
+    assert_int_equal(w->end, SESSION_END_TOLD);
+    world_close(w);
+}
+
+static void a_drained_worker_asks_again_after_a_tile(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    warm_up(w);
+    expect_nothing(w);
+    uint32_t asked = w->asked;
+    message_encode_drain(&w->w, &(struct message_drain){0});
+    put(w, MESSAGE_DRAIN, NULL, 0);
+    expect_nothing(w);
+    assert_int_equal(session_state(w->session), SESSION_DRAINING);
+    assert_int_equal(w->asked, asked);
+    send_tile(w, 9, 1);
+    assert_int_equal(expect_result(w), 1);
+    expect_nothing(w);
+    assert_int_equal(session_state(w->session), SESSION_WORKING);
+    assert_true(w->asked > asked);
+    world_close(w);
+}
+
+static void with_its_parent_it_ends(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    w->options.exit_with_parent = true;
+    welcome(w, LIFE | 1);
+    expect_nothing(w);
+    drop_link(w);
+    for (int i = 0; !w->ended && i < PATIENCE_MS; i++) turn(w);
+    assert_int_equal(w->end, SESSION_END_FAILED);
+    world_close(w);
+}
+
+static void beats_tell_of_progress(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_beat m = {0};
+    warm_up(w);
+    for (int i = 0; i < PATIENCE_MS && m.progress < 34; i++) {
+        turn(w);
+        read_some(w);
+        while (frame_inbox_next(&w->inbox, &f) == 0)
+            if (f.type == MESSAGE_BEAT)
+                assert_int_equal(message_decode_beat(f.payload, f.payload_bytes, &m), 0);
+    }
+    assert_true(m.progress >= 34); /* 32 rows and two parts */
+    assert_true(m.rss_bytes > 0 && m.peak_rss_bytes > 0 && m.cpu_us > 0);
+    assert_int_equal(m.phase, BEAT_IDLE);
+    world_close(w);
+}
+
+static void waits_double_up_to_five_seconds(void **state)
+{
+    (void)state;
+    static const uint32_t waits[] = {100, 200, 400, 800, 1600, 3200, 5000, 5000};
+    for (unsigned i = 0; i < sizeof waits / sizeof waits[0]; i++)
+        assert_int_equal(link_wait_ms(i), waits[i]);
+    assert_int_equal(link_wait_ms(UINT32_MAX), 5000);
+}
+
+static void addresses_are_checked(void **state)
+{
+    (void)state;
+    static const char *const wrong[] = {"unix:",  "host",       "host:", ":7",
+                                        "host:0", "host:70000", "a:b:7", "host:7x"};
+    uv_loop_t loop;
+    uv_loop_init(&loop);
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        const struct link_client client = {0};
+        struct link *link = NULL;
+        struct fault fault = {0};
+        assert_true(link_create(&loop, wrong[i], &client, &link, &fault) < 0);
+        assert_string_equal(fault.pointer, wrong[i]);
+    }
+    assert_int_equal(uv_loop_close(&loop), 0);
+}
+
+static void options_are_checked(void **state)
+{
+    (void)state;
+    struct options o;
+    struct fault fault = {0};
+    char *good[] = {"worker", "--connect", "unix:/x", "--threads", "3", "--cache-bytes", "2G"};
+    assert_int_equal(options_read(7, good, &o, &fault), 0);
+    assert_int_equal(o.threads, 3);
+    assert_int_equal(o.tiles_in_hand, 6);
+    assert_int_equal(o.cache_bytes, 2ull << 30);
+    static char *const wrong[][2] = {
+        {"--threads", "0"},  {"--threads", "1025"},   {"--threads", "2x"},
+        {"--threads", "-1"}, {"--cache-bytes", "1T"}, {"--tiles-in-hand", "257"},
+        {"--name", NULL},    {"--nonsense", "1"},     {"--cache-bytes", "99999999999G"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char *argv[] = {"worker", "--connect", "unix:/x", wrong[i][0], wrong[i][1]};
+        assert_true(options_read(wrong[i][1] ? 5 : 4, argv, &o, &fault) < 0);
+        assert_string_equal(fault.pointer, wrong[i][0]);
+    }
+    assert_int_equal(options_read(1, good, &o, &fault), ERR_MISSING);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_tile_is_fetched_for_traced_and_answered),
+        cmocka_unit_test(local_blobs_are_mapped_where_they_lie),
+        cmocka_unit_test(a_cached_blob_is_not_fetched_again),
+        cmocka_unit_test(results_are_kept_until_acknowledged),
+        cmocka_unit_test(a_refusal_ends_the_worker),
+        cmocka_unit_test(illegal_messages_break_the_link),
+        cmocka_unit_test(a_missing_blob_is_a_fault_of_its_tiles),
+        cmocka_unit_test(a_fetch_goes_on_after_a_reconnect),
+        cmocka_unit_test(damaged_blobs_are_not_traced),
+        cmocka_unit_test(a_cancelled_frame_is_stopped),
+        cmocka_unit_test(told_to_stop_it_finishes_what_it_traces),
+        cmocka_unit_test(told_twice_it_leaves_at_once),
+        cmocka_unit_test(a_drained_worker_asks_again_after_a_tile),
+        cmocka_unit_test(with_its_parent_it_ends),
+        cmocka_unit_test(beats_tell_of_progress),
+        cmocka_unit_test(waits_double_up_to_five_seconds),
+        cmocka_unit_test(addresses_are_checked),
+        cmocka_unit_test(options_are_checked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
