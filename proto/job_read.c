@@ -129,7 +129,7 @@ static int read_camera_name(struct json_cursor *at, const json_t *v, struct job_
         return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %d",
                                   json_string_length(v), LIMIT_NAME_BYTES - 1);
     camera->kind = JOB_CAMERA_NAME;
-    strcpy(camera->name, json_string_value(v));
+    memcpy(camera->name, json_string_value(v), json_string_length(v) + 1);
     return 0;
 }
 
@@ -137,7 +137,7 @@ static int read_camera(struct json_cursor *at, const struct json_member *m, cons
                        void *o)
 {
     struct job_camera *camera = &((struct job *)o)->camera;
-    int64_t index;
+    int64_t index = 0;
     (void)m;
     if (json_is_null(v)) return 0;
     if (json_is_string(v)) return read_camera_name(at, v, camera);
@@ -166,7 +166,7 @@ static int read_ambient_occlusion(struct json_cursor *at, const struct json_memb
 static int read_bounces(struct json_cursor *at, const struct json_member *m, const json_t *v,
                         void *o)
 {
-    int64_t bounces;
+    int64_t bounces = 0;
     const int error = json_cursor_whole(at, v, 0, INT32_MAX, &bounces);
     (void)m;
     if (error) return error;

@@ -238,7 +238,7 @@ static void *field(const struct json_member *m, void *object)
 static int read_f32(struct json_cursor *at, const struct json_member *m, const json_t *v,
                     float *out)
 {
-    double number;
+    double number = 0.0;
     const int error = json_cursor_number(at, v, -INFINITY, INFINITY, &number);
     if (error) return error;
     *out = (float)number;
@@ -273,7 +273,7 @@ int json_member_f32x3(struct json_cursor *at, const struct json_member *m, const
 
 int json_member_i32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
 {
-    int64_t whole;
+    int64_t whole = 0;
     const int error = json_cursor_whole(at, v, (int64_t)m->min, (int64_t)m->max, &whole);
     if (error) return error;
     *(int32_t *)field(m, o) = (int32_t)whole;
@@ -282,7 +282,7 @@ int json_member_i32(struct json_cursor *at, const struct json_member *m, const j
 
 int json_member_u32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
 {
-    int64_t whole;
+    int64_t whole = 0;
     const int error = json_cursor_whole(at, v, (int64_t)m->min, (int64_t)m->max, &whole);
     if (error) return error;
     *(uint32_t *)field(m, o) = (uint32_t)whole;
@@ -291,7 +291,7 @@ int json_member_u32(struct json_cursor *at, const struct json_member *m, const j
 
 int json_member_u64(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
 {
-    int64_t whole;
+    int64_t whole = 0;
     const int error = json_cursor_whole(at, v, (int64_t)m->min, (int64_t)m->max, &whole);
     if (error) return error;
     *(uint64_t *)field(m, o) = (uint64_t)whole;

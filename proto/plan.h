@@ -10,9 +10,9 @@
 enum camera_type { CAMERA_PERSPECTIVE = 0, CAMERA_ORTHOGRAPHIC = 1 };
 
 /* right, up, forward: orthonormal, right-handed with right x up = -forward. A pixel (px, py) in
- * continuous coordinates maps to a = (2 px/width - 1)*half_width, b = (1 - 2 py/height)*half_height;
- * perspective: direction = forward + a right + b up (not normalised) from eye; orthographic: from
- * eye + a right + b up along forward. */
+ * continuous coordinates maps to a = (2 px/width - 1)*half_width, b = (1 - 2
+ * py/height)*half_height; perspective: direction = forward + a right + b up (not normalised) from
+ * eye; orthographic: from eye + a right + b up along forward. */
 struct plan_camera {
     uint32_t type;
     float eye[3], right[3], up[3], forward[3];
@@ -40,8 +40,8 @@ struct plan_light {
     float half_u[3], half_v[3];
     float color[3];
     float cos_inner, cos_outer;
-    float range; /* scene units; 0: none */
-    float power; /* relative, for choosing a light at a bounce; > 0 */
+    float range;              /* scene units; 0: none */
+    float power;              /* relative, for choosing a light at a bounce; > 0 */
     uint32_t strata_per_axis; /* l; 1 for lights without area */
 };
 
@@ -54,15 +54,15 @@ struct plan {
     struct plan_camera camera;
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS];
-    uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes;    /* bits of enum light_plane_id, for every light with area; lights
-                                 without area never have slopes */
-    uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
-    uint32_t bounces;         /* 0 .. LIMIT_INDIRECT_BOUNCES */
+    uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
+    uint32_t light_planes; /* bits of enum light_plane_id, for every light with area; lights
+                              without area never have slopes */
+    uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
+    uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without bounces */
-    float radiance_scale;     /* a power of two: radiance * scale fits a half float */
-    float length_unit;        /* a power of two near the scene's radius: lengths / unit fit one */
-    uint32_t capabilities;    /* what a worker needs, enum capability */
+    float radiance_scale;              /* a power of two: radiance * scale fits a half float */
+    float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
+    uint32_t capabilities; /* what a worker needs, enum capability */
 };
 
 void plan_encode(struct bytes_writer *w, const struct plan *plan);
@@ -72,9 +72,9 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan);
  * within limits.h, planes consistent with bounces and sub_samples. */
 int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault);
 
-/* What plan_decode demands of a camera and of a light, for others who read such fields: finite, within
- * limits.h, axes orthonormal, areas and cones not degenerate. `place` ("cameras[2]") precedes the
- * field in *fault; a light's power and strata are not looked at. */
+/* What plan_decode demands of a camera and of a light, for others who read such fields: finite,
+ * within limits.h, axes orthonormal, areas and cones not degenerate. `place` ("cameras[2]")
+ * precedes the field in *fault; a light's power and strata are not looked at. */
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault);
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault);
 

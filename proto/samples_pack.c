@@ -217,7 +217,7 @@ int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan,
                    int32_t height_px, struct samples **out, struct fault *fault)
 {
     struct bytes_reader r;
-    struct samples_layout layout;
+    struct samples_layout layout = {0};
     struct samples *s = NULL;
     bytes_reader_init(&r, data, size_bytes);
     int error = read_head(&r, plan, width_px, height_px, &layout, fault);

@@ -12,10 +12,10 @@
 #include "proto/digest.h"
 #include "proto/error.h"
 
-#define SCENE_MAGIC "SWSCENE"
-#define SCENE_VERSION 1u
+#define SCENE_MAGIC       "SWSCENE"
+#define SCENE_VERSION     1u
 #define SCENE_ALIGN_BYTES 64u
-#define SCENE_NONE UINT32_MAX /* no index */
+#define SCENE_NONE        UINT32_MAX /* no index */
 
 enum scene_section {
     SCENE_INFO = 0,      /* struct scene_info, exactly one */
@@ -63,9 +63,9 @@ struct scene_info {
 enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
- * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index is
- * 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT: its
- * emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
+ * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
+ * is 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT:
+ * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
 struct scene_mesh {
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;
@@ -91,8 +91,8 @@ enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
 enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u };
 
 struct scene_texture_ref {
-    uint32_t texture; /* SCENE_NONE: none */
-    uint32_t uv_set;  /* 0 or 1 */
+    uint32_t texture;   /* SCENE_NONE: none */
+    uint32_t uv_set;    /* 0 or 1 */
     float transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
 };
 
