@@ -25,7 +25,8 @@ enum plane_id {
                                 surface, length_unit; SUB_DEPTH_MISS: no surface */
     PLANE_SUB_NORMAL = 5,    /* per sub-sample u16: octahedron_pack8 */
     PLANE_SUB_ALBEDO = 6,    /* per sub-sample 3 x u16: unorm */
-    PLANE_SUB_ID = 7,        /* per sub-sample u16: low bits of the id, 0 only for no surface */
+    PLANE_SUB_ID = 7,        /* per sub-sample u16: low bits of the id, 0xffff where these are 0;
+                                0: no surface */
     PLANE_EMISSION = 8,      /* 3 x f16: radiance * radiance_scale emitted towards the camera, mean
                                 over the pixel's centre and sub-samples */
     PLANE_INDIRECT_MEAN = 9, /* 3 x f16: mean radiance * radiance_scale over the cosine-distributed

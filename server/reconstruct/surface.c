@@ -57,6 +57,14 @@ static void pixel_position(const struct patch *patch, size_t i, float *px, float
     *py = (float)(patch->rect.y0 + (int32_t)(i / width));
 }
 
+/* A pixel's id as a sub-sample's plane has it: 0 is no surface there, so low bits of 0 read 0xffff.
+ */
+static uint32_t sub_id(uint32_t id)
+{
+    uint32_t low = id & 0xffffu;
+    return low != 0 ? low : 0xffffu;
+}
+
 bool surface_of_pixel(const struct surface_view *view, const struct patch *patch, size_t i,
                       struct surface *out)
 {
@@ -66,7 +74,7 @@ bool surface_of_pixel(const struct surface_view *view, const struct patch *patch
     pixel_position(patch, i, &px, &py);
     place_point(view, px + 0.5f, py + 0.5f, out->distance, out->point);
     turn_normal(view, patch->normal, i, out->normal);
-    out->id = patch->id ? patch->id[i] & 0xffffu : 0;
+    out->id = patch->id ? sub_id(patch->id[i]) : 0;
     return true;
 }
 
@@ -119,8 +127,7 @@ bool surface_surely_same(const struct surface_view *view, const struct patch *pa
 {
     float own = patch->depth[i], sub = patch->sub_depth[k][i];
     if (!(own > 0.0f) || !(sub > 0.0f)) return false;
-    if (patch->id && patch->sub_id[k] && (patch->id[i] & 0xffffu) != patch->sub_id[k][i])
-        return false;
+    if (patch->id && patch->sub_id[k] && sub_id(patch->id[i]) != patch->sub_id[k][i]) return false;
     float *const *n = patch->normal, *const *m = patch->sub_normal[k];
     float cosine = n[0][i] * m[0][i] + n[1][i] * m[1][i] + n[2][i] * m[2][i];
     if (cosine < SURFACE_COS_FULL) return false;

@@ -9,7 +9,7 @@ struct surface {
     float point[3];  /* camera space */
     float normal[3]; /* camera space, unit */
     float distance;  /* along the camera ray; 0: no surface */
-    uint32_t id;     /* low 16 bits */
+    uint32_t id;     /* as in PLANE_SUB_ID */
 };
 
 /* The camera as the comparison needs it. */

@@ -75,6 +75,12 @@ static inline struct synthetic_pixel synthetic_pixel(const struct plan *plan, in
     return p;
 }
 
+static inline uint16_t synthetic_sub_id(uint32_t id)
+{
+    uint16_t low = (uint16_t)(id & 0xffffu);
+    return id != 0 && low == 0 ? 0xffffu : low;
+}
+
 static inline void synthetic_put(struct samples *s, const struct plan *plan, size_t i,
                                  const struct synthetic_pixel *p)
 {
@@ -89,7 +95,7 @@ static inline void synthetic_put(struct samples *s, const struct plan *plan, siz
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         float reference = p->depth > 0.0f ? p->depth : plan->length_unit;
         samples_u16(s, PLANE_SUB_DEPTH, k)[i] = half_from_float(p->sub_depth[k] / reference - 1.0f);
-        samples_u16(s, PLANE_SUB_ID, k)[i] = (uint16_t)(p->id & 0xffffu);
+        samples_u16(s, PLANE_SUB_ID, k)[i] = synthetic_sub_id(p->id);
         samples_u16(s, PLANE_SUB_NORMAL, k)[i] = p->depth > 0.0f ? octahedron_pack8(p->normal) : 0;
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(s, PLANE_SUB_ALBEDO, k * 3 + c)[i] =

@@ -15,6 +15,7 @@
 #include "server/film/film.h"
 #include "server/image/image.h"
 #include "server/reconstruct/block.h"
+#include "server/team/team.h"
 #include "tests/unit/server/synthetic.h"
 
 #define ALL_LAYERS 0xfffu
@@ -94,7 +95,7 @@ static void put_pixel(struct samples *s, const struct plan *plan, const struct w
         float reference = hit ? centre.depth : plan->length_unit;
         samples_u16(s, PLANE_SUB_DEPTH, k)[i] =
             half_from_float(sub_hit ? sub.depth / reference - 1.0f : SUB_DEPTH_MISS);
-        samples_u16(s, PLANE_SUB_ID, k)[i] = (uint16_t)sub.id;
+        samples_u16(s, PLANE_SUB_ID, k)[i] = synthetic_sub_id(sub.id);
         samples_u16(s, PLANE_SUB_NORMAL, k)[i] = sub_hit ? octahedron_pack8(sub.normal) : 0;
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(s, PLANE_SUB_ALBEDO, k * 3 + c)[i] =
@@ -204,6 +205,13 @@ static void a_constant_field_stays_constant(void **state)
     }
 }
 
+static void assert_same(const struct image *a, const struct image *b)
+{
+    size_t pixels = (size_t)a->width_px * (size_t)a->height_px;
+    assert_int_equal(a->channel_count, b->channel_count);
+    assert_memory_equal(a->data, b->data, pixels * a->channel_count * sizeof(float));
+}
+
 /* How many of a pixel's samples lie left of the edge. */
 static int near_samples(const struct plan *plan, const struct world *w, int32_t x, int32_t y)
 {
@@ -308,6 +316,85 @@ static void ids_are_preferred_on_one_plane(void **state)
     image_destroy(&image);
 }
 
+/* 65536 instances on: the low bits that sub-samples carry are 0. */
+static void large_ids_match_their_own(void **state)
+{
+    (void)state;
+    struct world world = plain;
+    world.edge_x = 20.3f;
+    world.slant = 0.37f;
+    world.near_light = 10.0f;
+    world.far_light = 0.0f;
+    world.near_id = 65536;
+    world.far_id = 3 * 65536 + 5;
+    assert_mixture(&world);
+}
+
+/* Tiles land on one thread while blocks are gathered and reconstructed on others. */
+struct threaded_block {
+    struct team_task task;
+    const struct plan *plan;
+    struct film *film;
+    struct image *image;
+    uint32_t block;
+};
+
+static void run_block(struct team_task *task)
+{
+    struct threaded_block *b = (struct threaded_block *)task;
+    struct patch *patch;
+    struct block_statistics statistics;
+    if (film_gather(b->film, b->block, &patch)) return;
+    block_reconstruct(b->plan, patch, film_block_rect(b->film, b->block), b->image, &statistics);
+    patch_destroy(&patch);
+}
+
+static void block_done(struct team_task *task)
+{
+    struct threaded_block *b = (struct threaded_block *)task;
+    film_block_done(b->film, b->block);
+    free(b);
+}
+
+static void threads_make_the_same_picture(void **state)
+{
+    (void)state;
+    struct plan plan;
+    struct film *film;
+    struct image *image;
+    struct team *team;
+    struct tile_grid grid;
+    uv_loop_t loop;
+    uint32_t block;
+    synthetic_plan(&plan, 200, 150, 16);
+    struct image *expected = render(&plan, NULL, 64, 0, NULL, NULL);
+    tile_grid_init(&grid, 200, 150, 16);
+    assert_int_equal(uv_loop_init(&loop), 0);
+    assert_int_equal(team_create(&loop, "test", 4, &team), 0);
+    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(image_create(ALL_LAYERS, 200, 150, &image), 0);
+    for (uint32_t t = tile_grid_count(&grid); t-- > 0;) {
+        assert_int_equal(film_land(film, t, synthetic_tile(&plan, t)), 0);
+        while (film_next_ready(film, &block)) {
+            struct threaded_block *b = malloc(sizeof *b);
+            *b = (struct threaded_block){
+                {.run = run_block, .done = block_done}, &plan, film, image, block};
+            team_submit(team, &b->task);
+        }
+        uv_run(&loop, UV_RUN_NOWAIT);
+    }
+    uv_run(&loop, UV_RUN_DEFAULT);
+    assert_true(film_complete(film));
+    assert_int_equal(film_bytes(film), 0);
+    assert_same(expected, image);
+    team_destroy(&team);
+    uv_run(&loop, UV_RUN_DEFAULT);
+    assert_int_equal(uv_loop_close(&loop), 0);
+    film_destroy(&film);
+    image_destroy(&image);
+    image_destroy(&expected);
+}
+
 static void an_edge_against_nothing_has_partial_alpha(void **state)
 {
     (void)state;
@@ -359,13 +446,6 @@ static void a_stray_sub_sample_is_counted(void **state)
     patch_destroy(&patch);
     film_destroy(&film);
     image_destroy(&image);
-}
-
-static void assert_same(const struct image *a, const struct image *b)
-{
-    size_t pixels = (size_t)a->width_px * (size_t)a->height_px;
-    assert_int_equal(a->channel_count, b->channel_count);
-    assert_memory_equal(a->data, b->data, pixels * a->channel_count * sizeof(float));
 }
 
 static void no_cut_changes_a_bit(void **state)
@@ -531,6 +611,8 @@ int main(void)
         cmocka_unit_test(depth_alone_keeps_light_apart),
         cmocka_unit_test(normals_alone_keep_light_apart),
         cmocka_unit_test(ids_are_preferred_on_one_plane),
+        cmocka_unit_test(large_ids_match_their_own),
+        cmocka_unit_test(threads_make_the_same_picture),
         cmocka_unit_test(an_edge_against_nothing_has_partial_alpha),
         cmocka_unit_test(background_is_skipped_and_counted),
         cmocka_unit_test(a_stray_sub_sample_is_counted),

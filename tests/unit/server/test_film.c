@@ -57,7 +57,7 @@ static void assert_patch(const struct plan *plan, const struct patch *patch)
             for (uint32_t k = 0; k < plan->sub_samples; k++) {
                 assert_true(fabsf(patch->sub_depth[k][i] - p.sub_depth[k]) <=
                             2e-3f * p.sub_depth[k]);
-                assert_int_equal(patch->sub_id[k][i], p.id & 0xffffu);
+                assert_int_equal(patch->sub_id[k][i], synthetic_sub_id(p.id));
             }
         }
     }
