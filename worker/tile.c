@@ -25,8 +25,8 @@ struct tile_tracer {
     struct lanes3 emission; /* sum over centre and sub-samples */
     struct shading_point point;
     struct block block;
-    struct RTCRayHit16 camera, shadow;
-    struct strata strata;
+    struct RTCRayHit16 camera;
+    struct shadow_scratch shadow;
     struct indirect_scratch indirect;
 };
 
@@ -36,9 +36,9 @@ int tile_tracer_create(struct tile_tracer **out)
     if (!t) return ERR_MEMORY;
     memset(t, 0, sizeof *t);
     queries_init_rays(&t->camera);
-    queries_init_rays(&t->shadow);
+    for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     queries_init_rays(&t->indirect.bounce);
-    queries_init_rays(&t->indirect.shadow);
+    queries_init_rays(&t->indirect.shadow.rays);
     *out = t;
     return 0;
 }
@@ -146,8 +146,8 @@ static void trace_block(struct tile_tracer *t, const struct plan *plan, struct s
         return;
     }
     for (uint32_t k = 0; k < plan->light_count; k++)
-        shadow_trace(&t->queries, &t->lights.lights[k], k, &t->point, &t->strata, &t->shadow,
-                     samples, counters);
+        shadow_trace(&t->queries, &t->lights.lights[k], k, &t->point, &t->shadow, samples,
+                     counters);
     if (plan->bounces > 0)
         indirect_trace(&t->queries, &t->lights, &t->point, &t->indirect, samples, counters);
 }

@@ -6,10 +6,13 @@
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
 
-/* One hit before lanes are filled: world space, nothing normalised or turned yet. */
-struct raw_hit {
-    float position[3], facet[3], normal[3];
-    float magnitude; /* of offset.h */
+/* The lanes that hit one placed mesh. */
+struct group {
+    uint32_t instance;
+    bool placed; /* through an Embree instance: the mesh's space is not the world's */
+    const struct scene_instance *record;
+    const struct mesh_view *mesh;
+    struct lanes_mask mine;
 };
 
 static void cross(const float a[3], const float b[3], float out[3])
@@ -19,69 +22,11 @@ static void cross(const float a[3], const float b[3], float out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static void place_on_triangle(const struct mesh_point *p, struct raw_hit *out)
+static void get(const struct lanes3 *from, int i, float v[3])
 {
-    const float *a = p->mesh->positions + (size_t)3 * p->corners[0];
-    const float *b = p->mesh->positions + (size_t)3 * p->corners[1];
-    const float *c = p->mesh->positions + (size_t)3 * p->corners[2];
-    float edge1[3], edge2[3], magnitude = 0.0f;
-    for (int i = 0; i < 3; i++) {
-        edge1[i] = b[i] - a[i];
-        edge2[i] = c[i] - a[i];
-        out->position[i] = a[i] + p->weights[1] * edge1[i] + p->weights[2] * edge2[i];
-        float ma = fabsf(a[i]), mb = fabsf(b[i]), mc = fabsf(c[i]);
-        float m = ma > mb ? ma : mb;
-        m = m > mc ? m : mc;
-        magnitude = m > magnitude ? m : magnitude;
-    }
-    out->magnitude = magnitude;
-    cross(edge1, edge2, out->facet);
-}
-
-/* Interpolated normal, bent by the normal map where there are tangents. */
-static void shading_normal(const struct mesh_point *p, const struct material_uv *uv, float out[3])
-{
-    const struct mesh_view *mesh = p->mesh;
-    for (size_t i = 0; i < 3; i++) out[i] = mesh_interpolate(p, mesh->normals, 3, i);
-    if (!mesh->tangents) return;
-    float tangent[4], bitangent[3], bend[3];
-    for (size_t i = 0; i < 4; i++) tangent[i] = mesh_interpolate(p, mesh->tangents, 4, i);
-    cross(out, tangent, bitangent);
-    float sign = tangent[3] < 0.0f ? -1.0f : 1.0f;
-    material_tangent_normal(mesh->material, uv, bend);
-    for (int i = 0; i < 3; i++)
-        out[i] = bend[0] * tangent[i] + bend[1] * sign * bitangent[i] + bend[2] * out[i];
-}
-
-/* Normals transform by the inverse transpose: the cofactors over the determinant, of which only the
- * sign matters here (glTF: a mirrored node keeps its front). */
-static void transform_normal(const float m[12], const float cofactors[9], float n[3])
-{
-    float det = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
-    float sign = det < 0.0f ? -1.0f : 1.0f;
-    float x = n[0], y = n[1], z = n[2];
-    for (int i = 0; i < 3; i++)
-        n[i] = sign * (cofactors[3 * i] * x + cofactors[3 * i + 1] * y + cofactors[3 * i + 2] * z);
-}
-
-static void to_world(const float m[12], bool smooth, struct raw_hit *h)
-{
-    const float rows[3][3] = {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}};
-    float cofactors[9];
-    cross(rows[1], rows[2], cofactors);
-    cross(rows[2], rows[0], cofactors + 3);
-    cross(rows[0], rows[1], cofactors + 6);
-    transform_normal(m, cofactors, h->facet);
-    if (smooth) transform_normal(m, cofactors, h->normal);
-    float x = h->position[0], y = h->position[1], z = h->position[2], magnitude = 0.0f;
-    for (int i = 0; i < 3; i++) {
-        const float *row = rows[i];
-        h->position[i] = row[0] * x + row[1] * y + row[2] * z + m[4 * i + 3];
-        float sum =
-            (fabsf(row[0]) + fabsf(row[1]) + fabsf(row[2])) * h->magnitude + fabsf(m[4 * i + 3]);
-        magnitude = sum > magnitude ? sum : magnitude;
-    }
-    h->magnitude = magnitude;
+    v[0] = from->x[i];
+    v[1] = from->y[i];
+    v[2] = from->z[i];
 }
 
 static void put(struct lanes3 *to, int i, const float v[3])
@@ -91,59 +36,184 @@ static void put(struct lanes3 *to, int i, const float v[3])
     to->z[i] = v[2];
 }
 
-/* Albedo and emission. `front`: the ray came from the side that the winding faces. */
-static void shade(const struct mesh_view *mesh, const struct material_uv *uv, bool front, int i,
-                  struct surface *out)
+/* Bends an interpolated normal by the normal map. */
+static void map_normal(const struct mesh_point *p, const struct material_uv *uv, float n[3])
 {
-    const struct material *m = mesh->material;
-    float color[4];
-    if (!m->unlit) {
-        material_base_color(m, uv, color);
-        put(&out->albedo, i, color);
-    }
-    if (!m->emissive || !(front || m->double_sided || m->unlit)) return;
-    material_emission(m, uv, color);
-    put(&out->emission, i, color);
+    float tangent[4], bitangent[3], bend[3];
+    for (size_t i = 0; i < 4; i++) tangent[i] = mesh_interpolate(p, p->mesh->tangents, 4, i);
+    cross(n, tangent, bitangent);
+    float sign = tangent[3] < 0.0f ? -1.0f : 1.0f;
+    material_tangent_normal(p->mesh->material, uv, bend);
+    for (int i = 0; i < 3; i++)
+        n[i] = bend[0] * tangent[i] + bend[1] * sign * bitangent[i] + bend[2] * n[i];
 }
 
-static void resolve_lane(const struct render_scene *scene, const struct RTCRayHit16 *rays, int i,
-                         float magnitude[LANES], struct surface *out)
+/* Normals transform by the inverse transpose: the cofactors over the determinant, of which only the
+ * sign matters here (glTF: a mirrored node keeps its front). */
+static void transform_normal(const float cofactors[9], float sign, struct lanes3 *lanes, int i)
 {
-    bool placed = rays->hit.instID[0][i] != RTC_INVALID_GEOMETRY_ID;
-    uint32_t index = placed ? rays->hit.instID[0][i] : rays->hit.geomID[i];
-    const struct scene_instance *instance = &scene->blob->instances[index];
-    const struct mesh_view *mesh = &scene->meshes[instance->mesh];
-    struct mesh_point point =
-        mesh_point_at(mesh, rays->hit.primID[i], rays->hit.u[i], rays->hit.v[i]);
-    struct material_uv uv;
-    if (mesh->material->textured) mesh_uv(&point, &uv);
-    struct raw_hit h;
-    place_on_triangle(&point, &h);
-    if (mesh->normals) shading_normal(&point, &uv, h.normal);
-    if (placed) to_world(instance->to_world, mesh->normals != NULL, &h);
-    if (!mesh->normals) memcpy(h.normal, h.facet, sizeof h.normal);
-    bool front = h.facet[0] * rays->ray.dir_x[i] + h.facet[1] * rays->ray.dir_y[i] +
-                     h.facet[2] * rays->ray.dir_z[i] <
-                 0.0f;
-    put(&out->position, i, h.position);
-    put(&out->facet, i, h.facet);
-    put(&out->normal, i, h.normal);
-    magnitude[i] = h.magnitude;
-    out->id[i] = index + 1;
-    out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
-    shade(mesh, &uv, front, i, out);
+    float n[3], out[3];
+    get(lanes, i, n);
+    for (int k = 0; k < 3; k++) {
+        const float *row = cofactors + (size_t)3 * (size_t)k;
+        out[k] = sign * (row[0] * n[0] + row[1] * n[1] + row[2] * n[2]);
+    }
+    put(lanes, i, out);
+}
+
+static void transform_position(const float m[12], float *magnitude, struct lanes3 *lanes, int i)
+{
+    float p[3], out[3], most = 0.0f;
+    get(lanes, i, p);
+    for (int k = 0; k < 3; k++) {
+        const float *row = m + (size_t)4 * (size_t)k;
+        out[k] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+        float sum = (fabsf(row[0]) + fabsf(row[1]) + fabsf(row[2])) * *magnitude + fabsf(row[3]);
+        most = sum > most ? sum : most;
+    }
+    put(lanes, i, out);
+    *magnitude = most;
+}
+
+static void to_world(const struct group *g, float magnitude[LANES], struct surface *out)
+{
+    const float *m = g->record->to_world;
+    float cofactors[9];
+    cross(m + 4, m + 8, cofactors);
+    cross(m + 8, m, cofactors + 3);
+    cross(m, m + 4, cofactors + 6);
+    float det = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
+    float sign = det < 0.0f ? -1.0f : 1.0f;
+    for (int i = 0; i < LANES; i++) {
+        if (!g->mine.on[i]) continue;
+        transform_position(m, &magnitude[i], &out->position, i);
+        transform_normal(cofactors, sign, &out->facet, i);
+        transform_normal(cofactors, sign, &out->normal, i);
+    }
+}
+
+/* Whether the ray came from the side that the winding faces. */
+static bool front(const struct RTCRay16 *r, const struct surface *s, int i)
+{
+    return s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i] <
+           0.0f;
+}
+
+static void emit(const struct group *g, const struct RTCRay16 *r, const struct material_uv *uv,
+                 int i, struct surface *out)
+{
+    const struct material *m = g->mesh->material;
+    float radiance[3];
+    if (!m->emissive || !(m->double_sided || m->unlit || front(r, out, i))) return;
+    material_emission(m, uv, radiance);
+    put(&out->emission, i, radiance);
+}
+
+/* Material of a mesh without textures: the same in all lanes. */
+static void shade_plain(const struct group *g, const struct RTCRay16 *r, struct surface *out)
+{
+    const struct material *m = g->mesh->material;
+    for (int i = 0; i < LANES; i++) {
+        int on = g->mine.on[i] && !m->unlit;
+        out->albedo.x[i] = on ? m->base_color[0] : out->albedo.x[i];
+        out->albedo.y[i] = on ? m->base_color[1] : out->albedo.y[i];
+        out->albedo.z[i] = on ? m->base_color[2] : out->albedo.z[i];
+    }
+    for (int i = 0; m->emissive && i < LANES; i++)
+        if (g->mine.on[i]) emit(g, r, NULL, i, out);
+}
+
+static void shade_textured(const struct group *g, const struct RTCRayHit16 *q, int i,
+                           const struct material_uv *uv, struct surface *out)
+{
+    float color[4];
+    if (!g->mesh->material->unlit) {
+        material_base_color(g->mesh->material, uv, color);
+        put(&out->albedo, i, color);
+    }
+    emit(g, &q->ray, uv, i, out);
+}
+
+/* Normal maps bend in the mesh's space. */
+static void map_normals(const struct group *g, const struct RTCHit16 *hit, struct surface *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        if (!g->mine.on[i]) continue;
+        struct mesh_point point = mesh_point_at(g->mesh, hit->primID[i], hit->u[i], hit->v[i]);
+        struct material_uv uv;
+        float n[3];
+        mesh_uv(&point, &uv);
+        get(&out->normal, i, n);
+        map_normal(&point, &uv, n);
+        put(&out->normal, i, n);
+    }
+}
+
+static void shade(const struct group *g, const struct RTCRayHit16 *q, struct surface *out)
+{
+    if (!g->mesh->material->textured) {
+        shade_plain(g, &q->ray, out);
+        return;
+    }
+    for (int i = 0; i < LANES; i++) {
+        if (!g->mine.on[i]) continue;
+        struct mesh_point point =
+            mesh_point_at(g->mesh, q->hit.primID[i], q->hit.u[i], q->hit.v[i]);
+        struct material_uv uv;
+        mesh_uv(&point, &uv);
+        shade_textured(g, q, i, &uv, out);
+    }
+}
+
+/* The group of lane `first`: all lanes of `rest` that hit the same placed mesh. They leave `rest`.
+ */
+static void group_init(struct group *g, const struct render_scene *scene,
+                       const struct RTCHit16 *hit, int first, struct lanes_mask *rest)
+{
+    uint32_t geometry = hit->geomID[first], place = hit->instID[0][first];
+    g->placed = place != RTC_INVALID_GEOMETRY_ID;
+    g->instance = g->placed ? place : geometry;
+    g->record = &scene->blob->instances[g->instance];
+    g->mesh = &scene->meshes[g->record->mesh];
+    for (int i = 0; i < LANES; i++) {
+        int same = (hit->geomID[i] == geometry) & (hit->instID[0][i] == place);
+        g->mine.on[i] = same ? rest->on[i] : 0;
+        rest->on[i] &= ~g->mine.on[i];
+    }
+}
+
+static void resolve_group(const struct queries *q, const struct group *g,
+                          const struct RTCRayHit16 *rays, float magnitude[LANES],
+                          struct surface *out)
+{
+    int32_t light = g->mesh->flags & MESH_IS_LIGHT ? -1 : 0;
+    q->kernels->gather_surface(g->mesh, &rays->hit, &g->mine, magnitude, out);
+    if (g->mesh->tangents) map_normals(g, &rays->hit, out);
+    if (g->placed) to_world(g, magnitude, out);
+    shade(g, rays, out);
+    for (int i = 0; i < LANES; i++) {
+        out->id[i] = g->mine.on[i] ? g->instance + 1 : out->id[i];
+        out->light.on[i] |= g->mine.on[i] & light;
+    }
 }
 
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float magnitude[LANES] = {0};
+    struct lanes_mask rest;
     memset(out, 0, sizeof *out);
     for (int i = 0; i < LANES; i++) {
-        if (!valid->on[i] || rays->hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-        out->hit.on[i] = -1;
-        out->distance[i] = rays->ray.tfar[i];
-        resolve_lane(q->scene, rays, i, magnitude, out);
+        int32_t hit = rays->hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? 0 : valid->on[i];
+        out->hit.on[i] = hit;
+        out->distance[i] = hit ? rays->ray.tfar[i] : 0.0f;
+        rest.on[i] = hit;
+    }
+    for (int i = 0; i < LANES; i++) {
+        if (!rest.on[i]) continue;
+        struct group g;
+        group_init(&g, q->scene, &rays->hit, i, &rest);
+        resolve_group(q, &g, rays, magnitude, out);
     }
     q->kernels->finish_surface(&rays->ray, magnitude, out);
 }

@@ -62,17 +62,33 @@ static void bounce_rays(const struct lanes3 *local, const struct lanes3 *tangent
     }
 }
 
+static void take_lane(const struct light_packet *from, int i, struct light_packet *to)
+{
+    const struct RTCRay16 *source = &from->rays.ray;
+    struct RTCRay16 *ray = &to->rays.ray;
+    ray->org_x[i] = source->org_x[i];
+    ray->org_y[i] = source->org_y[i];
+    ray->org_z[i] = source->org_z[i];
+    ray->dir_x[i] = source->dir_x[i];
+    ray->dir_y[i] = source->dir_y[i];
+    ray->dir_z[i] = source->dir_z[i];
+    ray->tfar[i] = source->tfar[i];
+    to->traced.on[i] = from->traced.on[i];
+    to->irradiance[i] = from->irradiance[i];
+    to->skip[i] = from->skip[i];
+}
+
 /* Each landing point's light and the point on it, for sample i of n = l * l. Lights that several
  * lanes chose are evaluated once for all of them. */
 static void sample_lights(const struct queries *q, const struct light_table *lights,
-                          const struct shading_point *p, const struct surface *landing,
-                          const struct lanes_mask *active, uint32_t i, uint32_t chosen[LANES],
-                          struct light_sample *out, float tfar[LANES])
+                          const struct shading_point *p, const struct lanes_mask *active,
+                          uint32_t i, uint32_t chosen[LANES], struct indirect_scratch *scratch)
 {
     const struct pattern *pattern = &p->plan->pattern;
     uint32_t l = p->plan->indirect_strata_per_axis;
     _Alignas(LANES_ALIGN) float u[LANES] = {0}, v[LANES] = {0};
     uint64_t used = 0; /* LIMIT_LIGHTS bits */
+    memset(&scratch->shadow.traced, 0, sizeof scratch->shadow.traced);
     for (int k = 0; k < LANES; k++) {
         float at[2];
         chosen[k] = UINT32_MAX;
@@ -87,17 +103,10 @@ static void sample_lights(const struct queries *q, const struct light_table *lig
     }
     for (uint64_t rest = used; rest; rest &= rest - 1) {
         uint32_t index = (uint32_t)__builtin_ctzll(rest);
-        struct light_sample one;
-        q->kernels->sample_light(&lights->lights[index], u, v, landing, &one);
-        for (int k = 0; k < LANES; k++) {
-            if (chosen[k] != index) continue;
-            out->way.x[k] = one.way.x[k];
-            out->way.y[k] = one.way.y[k];
-            out->way.z[k] = one.way.z[k];
-            out->irradiance[k] = one.irradiance[k];
-            out->skip[k] = one.skip[k];
-            tfar[k] = one.tfar;
-        }
+        q->kernels->sample_light(&lights->lights[index], u, v, &scratch->landing, active,
+                                 &scratch->candidate);
+        for (int k = 0; k < LANES; k++)
+            if (chosen[k] == index) take_lane(&scratch->candidate, k, &scratch->shadow);
     }
 }
 
@@ -114,26 +123,13 @@ static void lit_landings(const struct surface *s, const struct block *b, struct 
     counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += (uint32_t)black;
 }
 
-static void shadow_rays(const struct surface *s, const struct light_sample *sample,
-                        const float tfar[LANES], struct RTCRay16 *r)
-{
-    memcpy(r->org_x, s->origin.x, sizeof r->org_x);
-    memcpy(r->org_y, s->origin.y, sizeof r->org_y);
-    memcpy(r->org_z, s->origin.z, sizeof r->org_z);
-    memcpy(r->dir_x, sample->way.x, sizeof r->dir_x);
-    memcpy(r->dir_y, sample->way.y, sizeof r->dir_y);
-    memcpy(r->dir_z, sample->way.z, sizeof r->dir_z);
-    memcpy(r->tfar, tfar, sizeof r->tfar);
-    memset(r->tnear, 0, sizeof r->tnear);
-}
-
 /* Adds what the lights send over the landing points: albedo/pi * E * color / p(light). */
 static void add_direct(const struct light_table *lights, const struct surface *landing,
-                       const struct light_sample *sample, const uint32_t chosen[LANES],
-                       const struct lanes_mask *seen, struct lanes3 *radiance)
+                       const struct light_packet *sample, const uint32_t chosen[LANES],
+                       struct lanes3 *radiance)
 {
     for (int i = 0; i < LANES; i++) {
-        if (!seen->on[i]) continue;
+        if (!sample->traced.on[i] || sample->rays.ray.tfar[i] < 0.0f) continue; /* occluded */
         const struct light *light = &lights->lights[chosen[i]];
         const float *color = light->plan->color;
         float e = sample->irradiance[i] / light->probability; /* every power is positive */
@@ -148,21 +144,16 @@ static void light_landings(struct queries *q, const struct light_table *lights,
                            const struct shading_point *p, struct indirect_scratch *scratch,
                            uint32_t i, struct lanes3 *radiance, struct counters *counters)
 {
-    const struct surface *landing = &scratch->landing;
     struct lanes_mask active, counted;
-    struct light_sample sample = {0};
+    struct light_packet *shadow = &scratch->shadow;
     uint32_t chosen[LANES];
-    _Alignas(LANES_ALIGN) float tfar[LANES] = {0};
-    lit_landings(landing, p->block, &active, counters);
-    sample_lights(q, lights, p, landing, &active, i, chosen, &sample, tfar);
+    lit_landings(&scratch->landing, p->block, &active, counters);
+    sample_lights(q, lights, p, &active, i, chosen, scratch);
     for (int k = 0; k < LANES; k++) counted.on[k] = active.on[k] & p->block->kept.on[k];
-    light_count_skips(&sample, &counted, counters);
-    for (int k = 0; k < LANES; k++) active.on[k] &= -(sample.skip[k] == LIGHT_TRACED);
-    counters->value[COUNTER_RAYS_INDIRECT_SHADOW] += lanes_count_both(&active, &p->block->kept);
-    shadow_rays(landing, &sample, tfar, &scratch->shadow.ray);
-    queries_occluded(q, QUERY_BOUNCE_SHADOW, &active, &scratch->shadow);
-    for (int k = 0; k < LANES; k++) active.on[k] &= -(scratch->shadow.ray.tfar[k] >= 0.0f);
-    add_direct(lights, landing, &sample, chosen, &active, radiance);
+    light_count_skips(shadow, &counted, counters);
+    counters->value[COUNTER_RAYS_INDIRECT_SHADOW] += lanes_count_both(&shadow->traced, &counted);
+    queries_occluded(q, QUERY_BOUNCE_SHADOW, &shadow->traced, &shadow->rays);
+    add_direct(lights, &scratch->landing, shadow, chosen, radiance);
 }
 
 /* Emission of geometry that no light stands for. */
@@ -204,6 +195,7 @@ static void trace_sample(struct queries *q, const struct light_table *lights,
     uint32_t traced = lanes_count_both(&valid, &p->block->kept);
     counters->value[COUNTER_RAYS_INDIRECT] += traced;
     counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&p->counted) - traced;
+    queries_sanitise(q, &valid, &scratch->bounce.ray);
     queries_closest(q, QUERY_BOUNCE, &valid, &scratch->bounce);
     hit_resolve(q, &valid, &scratch->bounce, &scratch->landing);
     memcpy(out->distance, scratch->landing.distance, sizeof out->distance);

@@ -16,7 +16,8 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
 
 /* Scratch; rays as queries_init_rays left them. */
 struct indirect_scratch {
-    struct RTCRayHit16 bounce, shadow;
+    struct RTCRayHit16 bounce;
+    struct light_packet shadow, candidate;
     struct strata strata;
     struct surface landing;
 };

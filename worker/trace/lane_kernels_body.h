@@ -8,9 +8,10 @@
 
 const struct lane_kernels LANE_KERNELS = {
     .sanitise = kernel_sanitise,
+    .gather_surface = kernel_gather_surface,
     .finish_surface = kernel_finish_surface,
     .pack_normals = kernel_pack_normals,
     .sample_light = kernel_sample_light,
-    .aim = kernel_aim,
     .add_stratum = kernel_add_stratum,
+    .add_slopes = kernel_add_slopes,
 };

@@ -11,17 +11,18 @@ enum light_skip {
     LIGHT_BELOW_HORIZON = 1, /* of the facet or of the shading normal */
     LIGHT_FACING_AWAY = 2,
     LIGHT_OUT_OF_RANGE = 3,
-    LIGHT_OUT_OF_CONE = 4
+    LIGHT_OUT_OF_CONE = 4,
+    LIGHT_NOT_FINITE = 5 /* E is not, or Embree could not take the ray */
 };
 
-/* E is finite wherever skip is LIGHT_TRACED and the receiver does not touch the light. */
-struct light_sample {
-    struct lanes3 way; /* ray from surface.origin, to the light at t = 1 or along a direction */
+struct light_packet {
+    struct RTCRayHit16 rays; /* to the light at t = 1, or along a direction */
+    float end;               /* their tfar as sent */
+    struct lanes_mask traced;
     _Alignas(LANES_ALIGN) float irradiance[LANES]; /* E, without the light's color */
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
-    float tfar;                                    /* where shadow rays end */
 };
 
 /* Adds the skips of `lanes` to their counters. */
-void light_count_skips(const struct light_sample *s, const struct lanes_mask *lanes,
+void light_count_skips(const struct light_packet *p, const struct lanes_mask *lanes,
                        struct counters *counters);

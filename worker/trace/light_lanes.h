@@ -8,6 +8,9 @@
  * ceiling) does not hide it by rounding. */
 #define SHADOW_END 0.9999f
 
+/* Embree's own bound is 1e18; farther origins abort the process. */
+#define ORIGIN_MAX 1e18f
+
 /* exp(-x) for x in [0, 4], relative error below 2e-6: a series on [0, 1/4], squared four times. Our
  * own, so that bits do not hang on the C library. */
 static inline float gaussian(float x)
@@ -22,11 +25,10 @@ static inline float gaussian(float x)
 
 static void sample_rectangle(const struct light *light, const float *restrict u,
                              const float *restrict v, const struct surface *restrict r,
-                             struct light_sample *restrict out)
+                             struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
     const float *c = p->position, *hu = p->half_u, *hv = p->half_v, *n = p->direction;
-    out->tfar = SHADOW_END;
     for (int i = 0; i < LANES; i++) {
         float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
         float x = c[0] + a * hu[0] + b * hv[0], y = c[1] + a * hu[1] + b * hv[1];
@@ -38,20 +40,20 @@ static void sample_rectangle(const struct light *light, const float *restrict u,
         float front = -(wx * n[0] + wy * n[1] + wz * n[2]);
         int below = !((shading > 0.0f) & (facet > 0.0f)), away = !(front > 0.0f);
         out->skip[i] = below ? LIGHT_BELOW_HORIZON : away ? LIGHT_FACING_AWAY : LIGHT_TRACED;
-        /* squared is positive where traced, since front is */
-        float inverse = 1.0f / squared;
+        float inverse = 1.0f / squared; /* positive where traced, since front is */
         out->irradiance[i] = (shading * inverse) * (front * inverse) * light->area;
+        /* In front of the emitter's own geometry, and never behind the receiver. */
         float half_way = 0.5f * front;
         float clear = light->clearance < half_way ? light->clearance : half_way;
-        out->way.x[i] = x + clear * n[0] - r->origin.x[i];
-        out->way.y[i] = y + clear * n[1] - r->origin.y[i];
-        out->way.z[i] = z + clear * n[2] - r->origin.z[i];
+        out->rays.ray.dir_x[i] = x + clear * n[0] - r->origin.x[i];
+        out->rays.ray.dir_y[i] = y + clear * n[1] - r->origin.y[i];
+        out->rays.ray.dir_z[i] = z + clear * n[2] - r->origin.z[i];
     }
 }
 
 /* The profile of a Gaussian rectangle. */
 static void apply_profile(const float *restrict u, const float *restrict v,
-                          struct light_sample *restrict out)
+                          struct light_packet *restrict out)
 {
     for (int i = 0; i < LANES; i++) {
         float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
@@ -61,12 +63,11 @@ static void apply_profile(const float *restrict u, const float *restrict v,
 
 /* Point and spot; a point's cone lets everything through. */
 static void sample_point(const struct light *light, const struct surface *restrict r,
-                         struct light_sample *restrict out)
+                         struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
     const float *c = p->position, *along = p->direction;
-    float has_cone = p->type == LIGHT_SPOT ? 1.0f : 0.0f;
-    out->tfar = SHADOW_END;
+    int has_cone = p->type == LIGHT_SPOT;
     for (int i = 0; i < LANES; i++) {
         float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
         float wz = c[2] - r->position.z[i];
@@ -78,40 +79,60 @@ static void sample_point(const struct light *light, const struct surface *restri
         float window = 1.0f - ratio2 * ratio2;
         float cosine = -(wx * along[0] + wy * along[1] + wz * along[2]) * inverse;
         float cone = (cosine - p->cos_outer) * light->cone_scale;
-        cone = cone < 1.0f ? cone : 1.0f;
-        cone = has_cone > 0.0f ? cone : 1.0f;
+        cone = has_cone && cone < 1.0f ? cone : 1.0f;
         int below = !((shading > 0.0f) & (facet > 0.0f));
-        out->skip[i] = below              ? LIGHT_BELOW_HORIZON
-                       : !(window > 0.0f) ? LIGHT_OUT_OF_RANGE
-                       : !(cone > 0.0f)   ? LIGHT_OUT_OF_CONE
-                                          : LIGHT_TRACED;
+        int far = !(window > 0.0f), outside = !(cone > 0.0f);
+        int lit = outside ? LIGHT_OUT_OF_CONE : LIGHT_TRACED;
+        out->skip[i] = below ? LIGHT_BELOW_HORIZON : far ? LIGHT_OUT_OF_RANGE : lit;
         out->irradiance[i] = cone * cone * window * (shading * inverse) / squared;
-        out->way.x[i] = c[0] - r->origin.x[i];
-        out->way.y[i] = c[1] - r->origin.y[i];
-        out->way.z[i] = c[2] - r->origin.z[i];
+        out->rays.ray.dir_x[i] = c[0] - r->origin.x[i];
+        out->rays.ray.dir_y[i] = c[1] - r->origin.y[i];
+        out->rays.ray.dir_z[i] = c[2] - r->origin.z[i];
     }
 }
 
 static void sample_directional(const struct light *light, const struct surface *restrict r,
-                               struct light_sample *restrict out)
+                               struct light_packet *restrict out)
 {
     const float *d = light->plan->direction;
-    out->tfar = INFINITY;
     for (int i = 0; i < LANES; i++) {
         float shading = -(d[0] * r->normal.x[i] + d[1] * r->normal.y[i] + d[2] * r->normal.z[i]);
         float facet = -(d[0] * r->facet.x[i] + d[1] * r->facet.y[i] + d[2] * r->facet.z[i]);
         int below = !((shading > 0.0f) & (facet > 0.0f));
         out->skip[i] = below ? LIGHT_BELOW_HORIZON : LIGHT_TRACED;
         out->irradiance[i] = shading;
-        out->way.x[i] = -d[0];
-        out->way.y[i] = -d[1];
-        out->way.z[i] = -d[2];
+        out->rays.ray.dir_x[i] = -d[0];
+        out->rays.ray.dir_y[i] = -d[1];
+        out->rays.ray.dir_z[i] = -d[2];
+    }
+}
+
+/* Origins, ends, and which lanes go to Embree. Comparisons are false for NaN. */
+static void finish_packet(const struct surface *restrict r, const struct lanes_mask *restrict lanes,
+                          struct light_packet *restrict out)
+{
+    struct RTCRay16 *ray = &out->rays.ray;
+    for (int i = 0; i < LANES; i++) {
+        float x = r->origin.x[i], y = r->origin.y[i], z = r->origin.z[i];
+        int fit = (fabsf(x) < ORIGIN_MAX) & (fabsf(y) < ORIGIN_MAX) & (fabsf(z) < ORIGIN_MAX) &
+                  (fabsf(ray->dir_x[i]) < INFINITY) & (fabsf(ray->dir_y[i]) < INFINITY) &
+                  (fabsf(ray->dir_z[i]) < INFINITY) & (out->irradiance[i] < INFINITY);
+        int skip = out->skip[i];
+        skip = (skip == LIGHT_TRACED) & !fit ? LIGHT_NOT_FINITE : skip;
+        out->skip[i] = skip;
+        out->traced.on[i] = skip == LIGHT_TRACED ? lanes->on[i] : 0;
+        ray->org_x[i] = x;
+        ray->org_y[i] = y;
+        ray->org_z[i] = z;
+        ray->tfar[i] = out->end;
     }
 }
 
 static void kernel_sample_light(const struct light *light, const float *u, const float *v,
-                                const struct surface *receiver, struct light_sample *out)
+                                const struct surface *receiver, const struct lanes_mask *lanes,
+                                struct light_packet *out)
 {
+    out->end = SHADOW_END;
     switch ((enum light_type)light->plan->type) {
     case LIGHT_POINT:
     case LIGHT_SPOT:
@@ -119,10 +140,12 @@ static void kernel_sample_light(const struct light *light, const float *u, const
         break;
     case LIGHT_DIRECTIONAL:
         sample_directional(light, receiver, out);
+        out->end = INFINITY;
         break;
     case LIGHT_RECTANGLE:
         sample_rectangle(light, u, v, receiver, out);
         if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
         break;
     }
+    finish_packet(receiver, lanes, out);
 }

@@ -18,8 +18,7 @@ static inline float octahedron_error(float x, float y, float dx, float dy, float
     return ex * ex + ey * ey + ez * ez;
 }
 
-static void kernel_pack_normals(const struct lanes3 *restrict normal,
-                                uint32_t packed[restrict LANES])
+static void kernel_pack_normals(const struct lanes3 *restrict normal, uint32_t *restrict packed)
 {
     for (int i = 0; i < LANES; i++) {
         float nx = normal->x[i], ny = normal->y[i], nz = normal->z[i];

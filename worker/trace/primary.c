@@ -57,6 +57,7 @@ static void trace(struct queries *q, const struct plan *plan, const struct block
 {
     struct lanes_mask valid = b->inside;
     primary_rays(plan, px, py, rays);
+    queries_sanitise(q, &valid, &rays->ray);
     queries_closest(q, QUERY_CAMERA, &valid, rays);
     hit_resolve(q, &valid, rays, out);
 }

@@ -24,6 +24,11 @@ static struct RTCIntersectContext context_for(enum query_kind kind)
     return context;
 }
 
+void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *rays)
+{
+    q->rejected += q->kernels->sanitise(rays, valid);
+}
+
 /* Lanes first .. first+width-1 of a field. */
 #define COPY_IN(field)  memcpy(part.field, whole->field + first, sizeof part.field)
 #define COPY_OUT(field) memcpy(whole->field + first, part.field, sizeof part.field)
@@ -67,10 +72,9 @@ static struct RTCIntersectContext context_for(enum query_kind kind)
 DEFINE_NARROW(8)
 DEFINE_NARROW(4)
 
-void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                      struct RTCRayHit16 *rays)
 {
-    q->rejected += q->kernels->sanitise(&rays->ray, valid);
     clear_hits(&rays->hit);
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
@@ -82,10 +86,9 @@ void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask 
         for (int i = 0; i < LANES; i += 4) closest_4(valid->on, q->scene->top, &context, rays, i);
 }
 
-void queries_occluded(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                       struct RTCRayHit16 *rays)
 {
-    q->rejected += q->kernels->sanitise(&rays->ray, valid);
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
     if (q->scene->packet_width == 16)

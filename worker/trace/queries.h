@@ -1,8 +1,8 @@
 #pragma once
 /* All that is asked of Embree while tracing, sixteen rays at a time.
  *
- * Rays that Embree would abort on (not finite, origins beyond 1e18) are switched off and counted
- * here, so that callers need not look. */
+ * Embree aborts on rays that are not finite or start beyond 1e18: every packet goes through
+ * queries_sanitise first, or was made by lane_kernels' sample_light, which looks itself. */
 #include <embree3/rtcore.h>
 
 #include "worker/scene/render_scene.h"
@@ -35,13 +35,15 @@ struct queries {
 /* Sets the fields that no query changes. */
 void queries_init_rays(struct RTCRayHit16 *rays);
 
-/* Closest hits of the lanes in *valid; rays->ray.tfar becomes the distance and rays->hit is filled,
- * geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. Lanes of unusable rays leave *valid.
- */
-void queries_closest(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+/* Lanes whose ray Embree can take stay in *valid; the others are counted. */
+void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *rays);
+
+/* Closest hits of the lanes in *valid, which must be fit; rays->ray.tfar becomes the distance and
+ * rays->hit is filled, geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. */
+void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                      struct RTCRayHit16 *rays);
 
-/* rays->ray.tfar becomes -infinity where something stands between tnear and tfar; lanes of unusable
- * rays leave *valid. rays->hit is left alone. */
-void queries_occluded(struct queries *q, enum query_kind kind, struct lanes_mask *valid,
+/* rays->ray.tfar becomes -infinity where something stands between tnear and tfar. rays->hit is left
+ * alone. The lanes of *valid must be fit. */
+void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                       struct RTCRayHit16 *rays);

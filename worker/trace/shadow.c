@@ -11,15 +11,6 @@ static void sums_init(struct shadow_sums *s)
     for (int i = 0; i < LANES; i++) s->least[i] = 1.0f;
 }
 
-/* Rays from the surfaces; their origins stay for all strata of all lights. */
-static void start_rays(const struct surface *s, struct RTCRay16 *r)
-{
-    memcpy(r->org_x, s->origin.x, sizeof r->org_x);
-    memcpy(r->org_y, s->origin.y, sizeof r->org_y);
-    memcpy(r->org_z, s->origin.z, sizeof r->org_z);
-    memset(r->tnear, 0, sizeof r->tnear);
-}
-
 static void end_row(struct shadow_sums *sums)
 {
     for (int i = 0; i < LANES; i++) {
@@ -54,24 +45,21 @@ static void store_slopes(const struct shading_point *p, const struct shadow_sums
     block_store_positive_half(p->block, most, 1.0f, samples_light_slope(samples, index, 1));
 }
 
-static void trace_stratum(struct queries *q, const struct light *light, bool slopes,
-                          const struct shading_point *p, const struct strata *strata, uint32_t i,
-                          struct RTCRayHit16 *rays, struct shadow_sums *sums,
-                          struct counters *counters)
+/* Asks Embree about a batch; counts rays and skips. */
+static void trace_batch(struct queries *q, bool slopes, const struct shading_point *p,
+                        struct light_packet *batch, uint32_t count, struct counters *counters)
 {
-    struct light_sample sample;
-    struct lanes_mask traced;
-    q->kernels->sample_light(light, strata_u(strata, i), strata_v(strata, i), p->surface, &sample);
-    uint32_t count = q->kernels->aim(&sample, &p->lit, &rays->ray, &traced);
-    if (count < p->lit_count) light_count_skips(&sample, &p->counted, counters);
-    if (count > 0) {
-        counters->value[COUNTER_RAYS_SHADOW] += lanes_count_both(&traced, &p->block->kept);
+    for (uint32_t k = 0; k < count; k++) {
+        struct light_packet *packet = &batch[k];
+        uint32_t traced = lanes_count(&packet->traced);
+        if (traced < p->lit_count) light_count_skips(packet, &p->counted, counters);
+        if (traced == 0) continue;
+        counters->value[COUNTER_RAYS_SHADOW] += lanes_count_both(&packet->traced, &p->block->kept);
         if (slopes)
-            queries_closest(q, QUERY_BLOCKER, &traced, rays);
+            queries_closest(q, QUERY_BLOCKER, &packet->traced, &packet->rays);
         else
-            queries_occluded(q, QUERY_SHADOW, &traced, rays);
+            queries_occluded(q, QUERY_SHADOW, &packet->traced, &packet->rays);
     }
-    q->kernels->add_stratum(&sample, &traced, rays->ray.tfar, i & 7, sums);
 }
 
 void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct samples *samples)
@@ -88,26 +76,32 @@ void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct sa
 }
 
 void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
-                  const struct shading_point *p, struct strata *strata, struct RTCRayHit16 *rays,
+                  const struct shading_point *p, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters)
 {
+    const struct lane_kernels *kernels = q->kernels;
     uint32_t l = light->plan->strata_per_axis, count = l * l;
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
     bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
-    struct shadow_sums sums;
-    sums_init(&sums);
-    strata_init(strata, &p->plan->pattern, p->block, PATTERN_LIGHT + index, l);
-    start_rays(p->surface, &rays->ray);
-    for (uint32_t i = 0; i < count; i++) {
-        trace_stratum(q, light, slopes, p, strata, i, rays, &sums, counters);
-        if (i % l + 1 == l) end_row(&sums);
-        if (bits && ((i & 7) == 7 || i + 1 == count))
-            store_visibility(p, &sums, samples_light_visibility(samples, index, i >> 3));
+    struct shadow_sums *sums = &scratch->sums;
+    sums_init(sums);
+    strata_init(&scratch->strata, &p->plan->pattern, p->block, PATTERN_LIGHT + index, l);
+    for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
+        uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
+        for (uint32_t k = 0; k < n; k++)
+            kernels->sample_light(light, strata_u(&scratch->strata, first + k),
+                                  strata_v(&scratch->strata, first + k), p->surface, &p->lit,
+                                  &scratch->batch[k]);
+        trace_batch(q, slopes, p, scratch->batch, n, counters);
+        for (uint32_t k = 0, i = first; k < n; k++, i++) {
+            kernels->add_stratum(&scratch->batch[k], i & 7, sums);
+            if (slopes) kernels->add_slopes(&scratch->batch[k], sums);
+            if (i % l + 1 == l) end_row(sums);
+            if (bits && ((i & 7) == 7 || i + 1 == count))
+                store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
+        }
     }
-    for (int i = 0; i < LANES; i++) sums.irradiance[i] /= (float)count;
-    block_store_f32(p->block, sums.irradiance, samples_light_irradiance(samples, index));
-    if (slopes) store_slopes(p, &sums, samples, index);
-    for (int i = 0; i < LANES; i++)
-        counters->value[COUNTER_REJECTED_NOT_FINITE] +=
-            (uint32_t) - (sums.rejected.on[i] & p->counted.on[i]);
+    for (int i = 0; i < LANES; i++) sums->irradiance[i] /= (float)count;
+    block_store_f32(p->block, sums->irradiance, samples_light_irradiance(samples, index));
+    if (slopes) store_slopes(p, sums, samples, index);
 }

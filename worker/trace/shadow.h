@@ -2,7 +2,12 @@
 /* Direct light at camera hits: for one light, all strata's visibility, irradiance and slopes. */
 #include "proto/samples.h"
 #include "worker/trace/light.h"
+#include "worker/trace/shadow_sums.h"
 #include "worker/trace/strata.h"
+
+/* Strata that are sampled, traced and summed up together: nine of a pixel stay in the first-level
+ * cache, and Embree is called back to back. */
+#define SHADOW_BATCH 9
 
 /* What one block is given: shared by all effects. */
 struct shading_point {
@@ -14,13 +19,19 @@ struct shading_point {
     uint32_t lit_count;
 };
 
+/* Scratch; the packets' rays as queries_init_rays left them. */
+struct shadow_scratch {
+    struct strata strata;
+    struct shadow_sums sums;
+    struct light_packet batch[SHADOW_BATCH];
+};
+
 /* Traces light `index` for the point's lanes into the planes of `samples`. A blocked stratum's
  * slope is t/(1-t), t the fraction of the way to the light at which it is blocked (filters.md
- * section 2); blockers' distances are asked for only if the plan has the slopes plane. `strata` and
- * `rays` are scratch. */
+ * section 2); blockers' distances are asked for only if the plan has the slopes plane. */
 void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
-                  const struct shading_point *point, struct strata *strata,
-                  struct RTCRayHit16 *rays, struct samples *samples, struct counters *counters);
+                  const struct shading_point *point, struct shadow_scratch *scratch,
+                  struct samples *samples, struct counters *counters);
 
 /* The planes of light `index` where no lane of the block is lit: everything counts as seen. */
 void shadow_store_unlit(uint32_t index, const struct shading_point *point, struct samples *samples);

@@ -9,5 +9,4 @@ struct shadow_sums {
     _Alignas(LANES_ALIGN) float most[LANES];
     _Alignas(LANES_ALIGN) int32_t seen[LANES]; /* bits of up to eight strata */
     struct lanes_mask blocked;                 /* any stratum */
-    struct lanes_mask rejected;                /* minus the strata whose E was not finite */
 };
