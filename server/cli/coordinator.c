@@ -117,7 +117,8 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
     struct http_options http = {.loop = &c->loop,
                                 .listen = options->listen,
                                 .web_dir = options->places->web,
-                                .openapi_path = options->places->openapi,
+                                .openapi_path =
+                                    options->places->openapi[0] ? options->places->openapi : NULL,
                                 .objects = &c->objects,
                                 .team = c->team,
                                 .jobs = c->jobs,

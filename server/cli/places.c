@@ -17,8 +17,7 @@ typedef char path_text[PLACES_PATH_BYTES];
 static bool join(path_text out, const char *dir, const char *name)
 {
     size_t head = strlen(dir), tail = strlen(name);
-    if (head + tail + 2 > PLACES_PATH_BYTES)
-        return false;
+    if (head + tail + 2 > PLACES_PATH_BYTES) return false;
     memmove(out, dir, head);
     out[head] = '/';
     memcpy(out + head + 1, name, tail + 1);
@@ -60,7 +59,8 @@ static int find_shipped(const char *web, struct places *out, struct fault *fault
     int error = own_folder(folder, fault);
     if (!error) error = find_program(folder, "shearwater-worker", out->worker, fault);
     if (!error) error = find_program(folder, "shearwater-import", out->import, fault);
-    if (!error) error = find_beside(folder, contract, out->openapi, fault);
+    /* Without the contract's text everything but its own page works. */
+    if (!error && find_beside(folder, contract, out->openapi, fault) != 0) out->openapi[0] = '\0';
     if (!error && !web) error = find_beside(folder, pages, out->web, fault);
     if (!error && web && (!realpath(web, out->web) || access(out->web, R_OK | X_OK) != 0))
         error = fault_set(fault, ERR_NOT_FOUND, web, "%s", strerror(errno));
