@@ -1,6 +1,5 @@
 #include "server/film/gather.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "proto/half.h"
@@ -41,12 +40,17 @@ static void copy_bytes(const struct overlap *o, const uint8_t *in, uint8_t *out)
     }
 }
 
+static float cut_distance(float distance)
+{
+    return distance < GATHER_DISTANCE_MAX ? distance : GATHER_DISTANCE_MAX;
+}
+
 static void copy_distances(const struct overlap *o, const float *in, float *out)
 {
     for (size_t y = 0; y < o->height; y++) {
         const float *from = in + from_row(o, y);
         float *to = out + to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) to[x] = fminf(from[x], GATHER_DISTANCE_MAX);
+        for (size_t x = 0; x < o->width; x++) to[x] = cut_distance(from[x]);
     }
 }
 
@@ -75,7 +79,7 @@ static void widen_unorms(const struct overlap *o, const uint16_t *in, float *out
     for (size_t y = 0; y < o->height; y++) {
         const uint16_t *from = in + from_row(o, y);
         float *to = out + to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) to[x] = (float)from[x] / 65535.0f;
+        for (size_t x = 0; x < o->width; x++) to[x] = (float)from[x] * (1.0f / 65535.0f);
     }
 }
 
@@ -123,7 +127,7 @@ static void restore_distances(const struct overlap *o, const uint16_t *in, const
         for (size_t x = 0; x < o->width; x++) {
             float own = depth ? depth[at + x] : 0.0f;
             float reference = own > 0.0f ? own : unit;
-            to[x] = fminf((to[x] + 1.0f) * reference, GATHER_DISTANCE_MAX);
+            to[x] = cut_distance((to[x] + 1.0f) * reference);
         }
     }
 }

@@ -1,6 +1,5 @@
 #include "server/reconstruct/lighting.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,8 +12,11 @@ static void add_light(const struct plan_light *light, const float *irradiance, s
         float scale = light->color[c] * INVERSE_PI;
         float *out = direct[c];
         if (!(scale > 0.0f)) continue;
-        /* An overflowing product is cut as well: fminf(infinity, max) is max. */
-        for (size_t i = 0; i < area; i++) out[i] += fminf(irradiance[i] * scale, LIGHTING_MAX);
+        for (size_t i = 0; i < area; i++) {
+            float lit = irradiance[i] * scale;
+            out[i] +=
+                lit < LIGHTING_MAX ? lit : LIGHTING_MAX; /* also where the product overflows */
+        }
     }
 }
 

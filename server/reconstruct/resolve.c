@@ -209,13 +209,14 @@ void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
     const struct patch *p = r->patch;
     float own[3] = {0.0f, 0.0f, 0.0f}; /* albedo of all samples that show the pixel's surface */
     float samples = 0.0f;
+    struct surface_facing facing = {.known = false};
     *out = (struct resolved){.unmatched = 0};
     if (resolve_has_surface(r, i)) {
         for (int c = 0; c < 3; c++) own[c] = p->albedo[0] ? p->albedo[c][i] : 1.0f;
         samples = 1.0f;
     }
     for (uint32_t k = 0; k < r->subs; k++) {
-        if (surface_surely_same(&r->view, p, i, k)) {
+        if (surface_surely_same(&r->view, p, i, k, &facing)) {
             for (int c = 0; c < 3; c++) own[c] += p->sub_albedo[k][c][i];
             samples += 1.0f;
         } else if (p->sub_depth[k][i] > 0.0f) {

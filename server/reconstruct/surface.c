@@ -119,11 +119,25 @@ float surface_match(const struct surface_view *view, const struct surface *sub,
     return id * fminf(turn, 1.0f) * fminf(near, 1.0f);
 }
 
+static void face(const struct surface_view *view, const struct patch *patch, size_t i,
+                 struct surface_facing *facing)
+{
+    struct surface s;
+    facing->known = true;
+    facing->along = facing->across = 1.0f;
+    if (!surface_of_pixel(view, patch, i, &s)) return;
+    /* The point's distance from the eye is the depth, which is above 0. */
+    float cosine = view->orthographic ? s.normal[2] : dot(s.point, s.normal) / s.distance;
+    float chord = view->orthographic ? 0.0f : view->pixel_size;
+    facing->along = fabsf(cosine);
+    facing->across = sqrtf(fmaxf(1.0f - cosine * cosine, 0.0f)) + chord;
+}
+
 /* With r and r' the unit rays, x' - x = d'(r' - r) + (d' - d) r. Its part along n is at most
  * d'|r' - r| sin + |d' - d| cos, cos = |r.n|, up to |r' - r| itself in the sine; |r' - r| is at
  * most a corner's pixels. With any cos, both factors are at most 1: asked first. */
 bool surface_surely_same(const struct surface_view *view, const struct patch *patch, size_t i,
-                         uint32_t k)
+                         uint32_t k, struct surface_facing *facing)
 {
     float own = patch->depth[i], sub = patch->sub_depth[k][i];
     if (!(own > 0.0f) || !(sub > 0.0f)) return false;
@@ -132,16 +146,12 @@ bool surface_surely_same(const struct surface_view *view, const struct patch *pa
     float cosine = n[0][i] * m[0][i] + n[1][i] * m[1][i] + n[2][i] * m[2][i];
     if (cosine < SURFACE_COS_FULL) return false;
     float corner = CORNER_PX * surface_pixel_size(view, sub);
-    float allowed = ROUNDING * SURFACE_PLANE_PX * surface_pixel_size(view, fmaxf(own, sub));
+    float far = own > sub ? own : sub;
+    float allowed = ROUNDING * SURFACE_PLANE_PX * surface_pixel_size(view, far);
     float step = fabsf(sub - own);
     if (corner + step <= allowed) return true;
-    struct surface surface;
-    if (!surface_of_pixel(view, patch, i, &surface)) return false;
-    float along = dot(surface.point, surface.normal) / own;
-    if (view->orthographic) along = surface.normal[2];
-    float across =
-        sqrtf(fmaxf(1.0f - along * along, 0.0f)) + view->pixel_size * !view->orthographic;
-    return corner * across + step * fabsf(along) <= allowed;
+    if (!facing->known) face(view, patch, i, facing);
+    return corner * facing->across + step * facing->along <= allowed;
 }
 
 float surface_mismatch(const struct surface_view *view, const struct surface *sub,

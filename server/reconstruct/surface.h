@@ -50,10 +50,17 @@ bool surface_of_sub(const struct surface_view *view, const struct patch *patch, 
 float surface_match(const struct surface_view *view, const struct surface *sub,
                     const struct surface *pixel);
 
+/* How a pixel's surface stands to its ray: computed once a pixel, when first asked for. */
+struct surface_facing {
+    bool known;
+    float along, across; /* |cos| and at least the sine of the angle between ray and normal */
+};
+
 /* True only when surface_match of pixel i and its own sub-sample k is 1, whatever the sub-sample's
- * place in the pixel: most of a picture is decided by it. False says nothing. */
+ * place in the pixel: most of a picture is decided by it. False says nothing. *facing belongs to
+ * pixel i and starts as zeros. */
 bool surface_surely_same(const struct surface_view *view, const struct patch *patch, size_t i,
-                         uint32_t k);
+                         uint32_t k, struct surface_facing *facing);
 
 /* For the nearest-looking one where nothing matches: 0 is like, larger is less so. */
 float surface_mismatch(const struct surface_view *view, const struct surface *sub,
