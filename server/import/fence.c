@@ -36,6 +36,7 @@ static int limit(int resource, uint64_t soft, uint64_t hard, const char *name, s
     if (getrlimit(resource, &now) == 0) { /* never above what the parent allows */
         if (wanted.rlim_max > now.rlim_max) wanted.rlim_max = now.rlim_max;
         if (wanted.rlim_cur > wanted.rlim_max) wanted.rlim_cur = wanted.rlim_max;
+        if (wanted.rlim_cur > now.rlim_cur) wanted.rlim_cur = now.rlim_cur;
     }
     if (setrlimit((__rlimit_resource_t)resource, &wanted) == 0) return 0;
     return fault_set(fault, ERR_IO, "fence", "the limit on %s is refused: %s", name,

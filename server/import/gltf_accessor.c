@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Elements of an accessor that is zero but for its sparse part: a few bytes that ask for many. */
+#define ZERO_ELEMENTS 16777216u
+
 enum component {
     COMPONENT_I8 = 5120,
     COMPONENT_U8 = 5121,
@@ -100,6 +103,16 @@ static int read_count(const json_t *json, const char *place, uint32_t *out, stru
     return rc;
 }
 
+static int check_zeros(const struct accessor *a, struct fault *fault)
+{
+    if (json_object_get(a->json, "sparse") == NULL)
+        return fault_set(fault, ERR_MISSING, a->place,
+                         "it has neither a bufferView nor a sparse part");
+    if (a->base.count <= ZERO_ELEMENTS) return 0;
+    return fault_set(fault, ERR_LIMIT, a->place,
+                     "%" PRIu32 " elements without a bufferView are too many", a->base.count);
+}
+
 static int open_accessor(struct gltf *g, uint32_t index, struct accessor *out, struct fault *fault)
 {
     *out = (struct accessor){0};
@@ -118,7 +131,7 @@ static int open_accessor(struct gltf *g, uint32_t index, struct accessor *out, s
     if (out->base.components == 0)
         return fault_set(fault, ERR_TYPE, out->place, "the type \"%.40s\" is not usable here",
                          type != NULL ? type : "");
-    if (view == SCENE_NONE) return 0;
+    if (view == SCENE_NONE) return check_zeros(out, fault);
     return bind_elements(g, out->json, out->place, view, &out->base, fault);
 }
 

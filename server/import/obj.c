@@ -146,6 +146,14 @@ static void set_alias(const char *name, char alias[LIMIT_PATH_BYTES])
     snprintf(alias, LIMIT_PATH_BYTES, "%.500s%s", name, plain ? "" : ".obj");
 }
 
+/* assimp tells of a failed allocation in its text alone. */
+static int refuse(const char *name, const char *why, struct fault *fault)
+{
+    if (strstr(why, "bad_alloc") != NULL)
+        return fault_set(fault, ERR_MEMORY, name, "memory is exhausted");
+    return fault_set(fault, ERR_SYNTAX, name, "assimp cannot read it: %.300s", why);
+}
+
 int obj_import(struct files *files, const char *name, const struct file_view *main,
                struct builder *builder, struct fault *fault)
 {

@@ -113,11 +113,30 @@ deep() { printf '%s' '{"a":'; for _ in $(seq 5000); do printf '['; done; }
 deep >"$room/deep.gltf"
 check "deep nesting is refused" refuses "$room/deep.gltf" LIMIT ""
 lots='{"asset": {"version": "2.0"}, "accessors": [{"componentType": 5126, "count": 199999999,
-  "type": "VEC3"}, {"componentType": 5125, "count": 599999997, "type": "SCALAR"}], "meshes": [{"primitives": [
-  {"attributes": {"POSITION": 0}, "indices": 1}]}], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}'
+  "type": "VEC3"}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+  "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}'
 echo "$lots" >"$room/lots.gltf"
-bounded() { (ulimit -v 2000000; ends_cleanly "$room/lots.gltf"); }
-check "a small file that asks for gigabytes ends cleanly" bounded
+check "a small file cannot ask for gigabytes" refuses "$room/lots.gltf" MISSING "accessors[0]"
+awk 'BEGIN { for (y = 0; y <= 400; y++) for (x = 0; x <= 400; x++) print "v", x, y, (x * y) % 7
+    for (y = 0; y < 400; y++) for (x = 1; x <= 400; x++)
+        print "f", y * 401 + x, y * 401 + x + 1, y * 401 + x + 402, y * 401 + x + 401 }' >"$room/large.obj"
+short_of() { # LIMIT FILE CODE
+    # Sanitizers cannot run in little memory.
+    nm "$build/shearwater-import" 2>/dev/null | grep -q __asan_init && return 0
+    rm -f "$blob"
+    (ulimit $1; timeout 20 "$build/shearwater-import" --root "$(dirname "$2")" \
+        --in "$(basename "$2")" --out "$blob" >"$line")
+    [ $? -eq 1 ] && jq -e --arg code "$3" '.code == $code' "$line" && [ ! -e "$blob" ]
+}
+check "a large OBJ imports" ends_cleanly "$room/large.obj"
+check "memory that runs out inside assimp is a clean error" short_of "-v 100000" "$room/large.obj" MEMORY
+cut_short() {
+    rm -f "$blob"
+    timeout --preserve-status -s ALRM 0.15 "$build/shearwater-import" --root "$room" \
+        --in large.obj --out "$blob" >"$line"
+    [ $? -eq 1 ] && jq -e '.code == "TIMEOUT"' "$line" && [ "$(wc -l <"$line")" -eq 1 ]
+}
+check "time that runs out is a clean error" cut_short
 printf 'mtllib ../secret.bin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >"$room/inner/a.obj"
 check "an OBJ's library outside its folder is refused" refuses "$room/inner/a.obj" RANGE mtllib
 head -c 100000 /dev/urandom >"$room/noise"
