@@ -13,21 +13,46 @@ struct block_task {
     struct frame *frame;
     uint32_t block;
     struct rect rect;
-    struct image view; /* the frame's channels; only the block's pixels have memory */
-    float *pixels;
+    float *pixels; /* owned; channel by channel */
     struct block_statistics statistics;
     int error;
 };
 
+/* The frame's channels with memory for one block: plane_at(x0, y0) is the block's first pixel. The
+ * address of the image's corner is never read; it is made as a number, since it may lie before the
+ * allocation. */
+static void make_view(const struct image *image, struct rect rect, float *pixels,
+                      struct image *view)
+{
+    ptrdiff_t stride = rect_width(rect), area = stride * rect_height(rect);
+    *view = *image;
+    view->data = pixels;
+    for (uint32_t c = 0; c < image->channel_count; c++) {
+        ptrdiff_t corner = (ptrdiff_t)c * area - rect.y0 * stride - rect.x0;
+        struct plane *plane = &view->channels[c].plane;
+        plane->data = (float *)((uintptr_t)pixels + (uintptr_t)corner * sizeof(float));
+        plane->stride = stride;
+    }
+}
+
+static int reconstruct(struct block_task *t)
+{
+    struct frame *f = t->frame;
+    struct patch *patch = NULL;
+    struct image view;
+    t->pixels = calloc((size_t)rect_area(t->rect) * f->image->channel_count, sizeof *t->pixels);
+    if (!t->pixels) return ERR_MEMORY;
+    make_view(f->image, t->rect, t->pixels, &view);
+    int error = film_gather(f->film, t->block, &patch);
+    if (!error) error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
+    patch_destroy(&patch);
+    return error;
+}
+
 static void block_run(struct team_task *task)
 {
     struct block_task *t = (struct block_task *)task;
-    struct frame *f = t->frame;
-    struct patch *patch = NULL;
-    if (atomic_load(&f->dropped)) return;
-    t->error = film_gather(f->film, t->block, &patch);
-    if (!t->error) t->error = block_reconstruct(&f->plan, patch, t->rect, &t->view, &t->statistics);
-    patch_destroy(&patch);
+    if (!atomic_load(&t->frame->dropped)) t->error = reconstruct(t);
 }
 
 static void copy_pixels(const struct block_task *t, struct image *image)
@@ -65,37 +90,14 @@ static void block_done(struct team_task *task)
     free(t);
 }
 
-/* The frame's channels with memory for one block: plane_at(x0, y0) is the block's first pixel. The
- * address of the image's corner is never read; it is made as a number, since it may lie before the
- * allocation. */
-static void make_view(const struct image *image, struct rect rect, float *pixels,
-                      struct image *view)
-{
-    ptrdiff_t stride = rect_width(rect), area = stride * rect_height(rect);
-    *view = *image;
-    view->data = pixels;
-    for (uint32_t c = 0; c < image->channel_count; c++) {
-        ptrdiff_t corner = (ptrdiff_t)c * area - rect.y0 * stride - rect.x0;
-        struct plane *plane = &view->channels[c].plane;
-        plane->data = (float *)((uintptr_t)pixels + (uintptr_t)corner * sizeof(float));
-        plane->stride = stride;
-    }
-}
-
 static int submit_block(struct frame *f, uint32_t block)
 {
     struct block_task *t = calloc(1, sizeof *t);
     if (!t) return ERR_MEMORY;
     t->rect = film_block_rect(f->film, block);
-    t->pixels = calloc((size_t)rect_area(t->rect) * f->image->channel_count, sizeof *t->pixels);
-    if (!t->pixels) {
-        free(t);
-        return ERR_MEMORY;
-    }
     t->task = (struct team_task){.run = block_run, .done = block_done};
     t->frame = f;
     t->block = block;
-    make_view(f->image, t->rect, t->pixels, &t->view);
     f->blocks_out++;
     frame_task_submit(f, &t->task);
     return 0;

@@ -85,8 +85,7 @@ static int code_of(const char *name)
 #undef ERROR
     };
     for (size_t i = 0; name && i < sizeof codes / sizeof codes[0]; i++)
-        if (codes[i] < 0 && !strcmp(error_name(codes[i]), name))
-            return codes[i];
+        if (codes[i] < 0 && !strcmp(error_name(codes[i]), name)) return codes[i];
     return ERR_CORRUPT;
 }
 

@@ -115,10 +115,23 @@ void jobs_advance_soon(struct jobs *jobs)
     if (!jobs->stopping) uv_timer_start(&jobs->advance, on_advance, 0, 0);
 }
 
+static void tell_tile(struct live_job *job)
+{
+    struct rect r = job->last_tile;
+    job->last_tile = (struct rect){0};
+    if (rect_is_empty(r)) return;
+    jobs_event(job, "tile",
+               json_pack("{s:i,s:i,s:i,s:i,s:i,s:I}", "frame", (int)job->last_tile_frame, "x", r.x0,
+                         "y", r.y0, "w", rect_width(r), "h", rect_height(r), "worker",
+                         (json_int_t)job->last_tile_worker),
+               false);
+}
+
 static void tell_progress(struct live_job *job)
 {
     job->progress_due = false;
     if (job_state_is_final(job->state)) return;
+    tell_tile(job);
     json_t *progress = live_job_progress(job);
     if (progress)
         json_object_set_new(progress, "revision", json_integer((json_int_t)job->revision));

@@ -92,20 +92,17 @@ static void count_corrupt(struct jobs *jobs, uint64_t worker)
     if (++sender->results >= CORRUPT_MOST) fleet_drain(jobs->fleet, worker, true);
 }
 
-static void tile_event(struct live_job *job, const struct frame *work,
-                       const struct message_ack *ack, uint64_t worker)
+/* Told together with the next progress: an event a tile would cost more than the tile's place in
+ * the books. */
+static void note_tile(struct live_job *job, const struct frame *work, const struct message_ack *ack,
+                      uint64_t worker)
 {
     struct tile_grid grid;
     const struct plan *plan = &job->prepared->plan;
-    if (streams_readers(job->jobs->options.streams) == 0 ||
-        tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0)
-        return;
-    struct rect r = tile_grid_rect(&grid, ack->index);
-    jobs_event(job, "tile",
-               json_pack("{s:i,s:i,s:i,s:i,s:i,s:I}", "frame", frame_number(work), "x", r.x0, "y",
-                         r.y0, "w", rect_width(r), "h", rect_height(r), "worker",
-                         (json_int_t)worker),
-               false);
+    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0) return;
+    job->last_tile = tile_grid_rect(&grid, ack->index);
+    job->last_tile_frame = frame_number(work);
+    job->last_tile_worker = worker;
 }
 
 static void on_judged(void *ctx, struct frame *work, uint64_t worker, const struct message_ack *ack)
@@ -115,7 +112,7 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
     struct live_job *job = job_of(jobs, work, &frame);
     fleet_ack(jobs->fleet, worker, ack);
     if (ack->verdict == VERDICT_ACCEPTED) {
-        tile_event(job, work, ack, worker);
+        note_tile(job, work, ack, worker);
         jobs_progress_soon(jobs, job);
         return;
     }

@@ -44,6 +44,9 @@ struct live_job {
     uint64_t trace_started_us;
     double trace_started_fraction;
     bool progress_due;
+    struct rect last_tile; /* landed since progress was told; empty: none */
+    int32_t last_tile_frame;
+    uint64_t last_tile_worker;
     json_t *last_progress; /* where it stood when it ended; NULL before */
 
     json_t *error;            /* problem document of a failed job */
