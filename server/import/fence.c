@@ -30,7 +30,8 @@
 /* After the soft limit SIGXCPU is told; this much later the kernel kills. */
 #define CPU_GRACE_S 5
 
-static int limit(int resource, uint64_t soft, uint64_t hard, const char *name, struct fault *fault)
+static int limit(__rlimit_resource_t resource, uint64_t soft, uint64_t hard, const char *name,
+                 struct fault *fault)
 {
     struct rlimit now, wanted = {(rlim_t)soft, (rlim_t)hard};
     if (getrlimit(resource, &now) == 0) { /* never above what the parent allows */
@@ -38,7 +39,7 @@ static int limit(int resource, uint64_t soft, uint64_t hard, const char *name, s
         if (wanted.rlim_cur > wanted.rlim_max) wanted.rlim_cur = wanted.rlim_max;
         if (wanted.rlim_cur > now.rlim_cur) wanted.rlim_cur = now.rlim_cur;
     }
-    if (setrlimit((__rlimit_resource_t)resource, &wanted) == 0) return 0;
+    if (setrlimit(resource, &wanted) == 0) return 0;
     return fault_set(fault, ERR_IO, "fence", "the limit on %s is refused: %s", name,
                      strerror(errno));
 }
