@@ -95,7 +95,7 @@ static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct 
     add_emission(&t->centre, &t->emission);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         primary_trace_sub(&t->queries, plan, b, k, &t->camera, &t->sub);
-        geometry_store_sub(plan, b, &t->centre, &t->sub, k, samples);
+        geometry_store_sub(&t->queries, plan, b, &t->centre, &t->sub, k, samples);
         mark_lit(&t->sub, &t->point.lit);
         add_emission(&t->sub, &t->emission);
     }

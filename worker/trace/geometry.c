@@ -1,7 +1,6 @@
 #include "worker/trace/geometry.h"
 
 #include "proto/half.h"
-#include "proto/octahedron.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
 
@@ -30,7 +29,7 @@ void geometry_store(const struct queries *q, const struct block *b, const struct
     store_albedo(b, s, samples_u16(samples, PLANE_ALBEDO, 0), samples_u16(samples, PLANE_ALBEDO, 1),
                  samples_u16(samples, PLANE_ALBEDO, 2));
     if (!normals) return;
-    q->kernels->pack_normals(&s->normal, packed);
+    q->kernels->pack_normals(&s->normal, 16, packed);
     for (int i = 0; i < LANES; i++) packed[i] &= (uint32_t)s->hit.on[i];
     block_store_u32(b, packed, normals);
 }
@@ -52,19 +51,20 @@ static void store_sub_depth(const struct plan *plan, const struct block *b,
     block_store_u16(b, halves, plane);
 }
 
-void geometry_store_sub(const struct plan *plan, const struct block *b,
+void geometry_store_sub(const struct queries *q, const struct plan *plan, const struct block *b,
                         const struct surface *centre, const struct surface *sub, uint32_t k,
                         struct samples *samples)
 {
+    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
     uint16_t normals[LANES], ids[LANES];
+    q->kernels->pack_normals(&sub->normal, 8, packed);
     store_sub_depth(plan, b, centre, sub, samples_u16(samples, PLANE_SUB_DEPTH, k));
     store_albedo(b, sub, samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k),
                  samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 1),
                  samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 2));
     for (int i = 0; i < LANES; i++) {
-        const float n[3] = {sub->normal.x[i], sub->normal.y[i], sub->normal.z[i]};
         uint16_t low = (uint16_t)(sub->id[i] & 0xffffu);
-        normals[i] = sub->hit.on[i] ? octahedron_pack8(n) : 0;
+        normals[i] = (uint16_t)(packed[i] & (uint32_t)sub->hit.on[i]);
         ids[i] = sub->hit.on[i] && low == 0 ? ID_LOW_ZERO : low;
     }
     block_store_u16(b, normals, samples_u16(samples, PLANE_SUB_NORMAL, k));

@@ -9,6 +9,6 @@ void geometry_store(const struct queries *q, const struct block *b, const struct
                     struct samples *samples);
 
 /* Anti-aliasing ray k; `centre` is the pixel's own surface, which its depth is relative to. */
-void geometry_store_sub(const struct plan *plan, const struct block *b,
+void geometry_store_sub(const struct queries *q, const struct plan *plan, const struct block *b,
                         const struct surface *centre, const struct surface *sub, uint32_t k,
                         struct samples *samples);

@@ -6,13 +6,12 @@
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
 
-/* The lanes that hit one placed mesh. */
-struct group {
-    uint32_t instance;
-    bool placed; /* through an Embree instance: the mesh's space is not the world's */
-    const struct scene_instance *record;
-    const struct mesh_view *mesh;
-    struct lanes_mask mine;
+/* What each lane hit. */
+struct hit_lanes {
+    const struct mesh_view *mesh[LANES]; /* NULL: nothing */
+    const struct scene_instance *instance[LANES];
+    struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
+    bool any_placed, any_tangents;
 };
 
 static void cross(const float a[3], const float b[3], float out[3])
@@ -75,21 +74,17 @@ static void transform_position(const float m[12], float *magnitude, struct lanes
     *magnitude = most;
 }
 
-static void to_world(const struct group *g, float magnitude[LANES], struct surface *out)
+static void to_world(const float m[12], int i, float *magnitude, struct surface *out)
 {
-    const float *m = g->record->to_world;
     float cofactors[9];
     cross(m + 4, m + 8, cofactors);
     cross(m + 8, m, cofactors + 3);
     cross(m, m + 4, cofactors + 6);
     float det = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
     float sign = det < 0.0f ? -1.0f : 1.0f;
-    for (int i = 0; i < LANES; i++) {
-        if (!g->mine.on[i]) continue;
-        transform_position(m, &magnitude[i], &out->position, i);
-        transform_normal(cofactors, sign, &out->facet, i);
-        transform_normal(cofactors, sign, &out->normal, i);
-    }
+    transform_position(m, magnitude, &out->position, i);
+    transform_normal(cofactors, sign, &out->facet, i);
+    transform_normal(cofactors, sign, &out->normal, i);
 }
 
 /* Whether the ray came from the side that the winding faces. */
@@ -99,47 +94,23 @@ static bool front(const struct RTCRay16 *r, const struct surface *s, int i)
            0.0f;
 }
 
-static void emit(const struct group *g, const struct RTCRay16 *r, const struct material_uv *uv,
+static void emit(const struct material *m, const struct RTCRay16 *r, const struct material_uv *uv,
                  int i, struct surface *out)
 {
-    const struct material *m = g->mesh->material;
     float radiance[3];
     if (!m->emissive || !(m->double_sided || m->unlit || front(r, out, i))) return;
     material_emission(m, uv, radiance);
     put(&out->emission, i, radiance);
 }
 
-/* Material of a mesh without textures: the same in all lanes. */
-static void shade_plain(const struct group *g, const struct RTCRay16 *r, struct surface *out)
-{
-    const struct material *m = g->mesh->material;
-    for (int i = 0; i < LANES; i++) {
-        int on = g->mine.on[i] && !m->unlit;
-        out->albedo.x[i] = on ? m->base_color[0] : out->albedo.x[i];
-        out->albedo.y[i] = on ? m->base_color[1] : out->albedo.y[i];
-        out->albedo.z[i] = on ? m->base_color[2] : out->albedo.z[i];
-    }
-    for (int i = 0; m->emissive && i < LANES; i++)
-        if (g->mine.on[i]) emit(g, r, NULL, i, out);
-}
-
-static void shade_textured(const struct group *g, const struct RTCRayHit16 *q, int i,
-                           const struct material_uv *uv, struct surface *out)
-{
-    float color[4];
-    if (!g->mesh->material->unlit) {
-        material_base_color(g->mesh->material, uv, color);
-        put(&out->albedo, i, color);
-    }
-    emit(g, &q->ray, uv, i, out);
-}
-
 /* Normal maps bend in the mesh's space. */
-static void map_normals(const struct group *g, const struct RTCHit16 *hit, struct surface *out)
+static void map_normals(const struct hit_lanes *lanes, const struct RTCHit16 *hit,
+                        struct surface *out)
 {
     for (int i = 0; i < LANES; i++) {
-        if (!g->mine.on[i]) continue;
-        struct mesh_point point = mesh_point_at(g->mesh, hit->primID[i], hit->u[i], hit->v[i]);
+        if (!lanes->mesh[i] || !lanes->mesh[i]->tangents) continue;
+        struct mesh_point point =
+            mesh_point_at(lanes->mesh[i], hit->primID[i], hit->u[i], hit->v[i]);
         struct material_uv uv;
         float n[3];
         mesh_uv(&point, &uv);
@@ -149,71 +120,88 @@ static void map_normals(const struct group *g, const struct RTCHit16 *hit, struc
     }
 }
 
-static void shade(const struct group *g, const struct RTCRayHit16 *q, struct surface *out)
+static void shade_textured(const struct mesh_view *mesh, const struct RTCRayHit16 *q, int i,
+                           struct surface *out)
 {
-    if (!g->mesh->material->textured) {
-        shade_plain(g, &q->ray, out);
-        return;
+    struct mesh_point point = mesh_point_at(mesh, q->hit.primID[i], q->hit.u[i], q->hit.v[i]);
+    struct material_uv uv;
+    float color[4];
+    mesh_uv(&point, &uv);
+    if (!mesh->material->unlit) {
+        material_base_color(mesh->material, &uv, color);
+        put(&out->albedo, i, color);
     }
+    emit(mesh->material, &q->ray, &uv, i, out);
+}
+
+/* Albedo and emission. */
+static void shade(const struct hit_lanes *lanes, const struct RTCRayHit16 *q, struct surface *out)
+{
     for (int i = 0; i < LANES; i++) {
-        if (!g->mine.on[i]) continue;
-        struct mesh_point point =
-            mesh_point_at(g->mesh, q->hit.primID[i], q->hit.u[i], q->hit.v[i]);
-        struct material_uv uv;
-        mesh_uv(&point, &uv);
-        shade_textured(g, q, i, &uv, out);
+        const struct mesh_view *mesh = lanes->mesh[i];
+        if (!mesh) continue;
+        if (mesh->material->textured) {
+            shade_textured(mesh, q, i, out);
+            continue;
+        }
+        if (!mesh->material->unlit) put(&out->albedo, i, mesh->material->base_color);
+        emit(mesh->material, &q->ray, NULL, i, out);
     }
 }
 
-/* The group of lane `first`: all lanes of `rest` that hit the same placed mesh. They leave `rest`.
- */
-static void group_init(struct group *g, const struct render_scene *scene,
-                       const struct RTCHit16 *hit, int first, struct lanes_mask *rest)
+static void find_lane(const struct render_scene *scene, const struct RTCHit16 *hit, int i,
+                      struct hit_lanes *lanes, struct surface *out)
 {
-    uint32_t geometry = hit->geomID[first], place = hit->instID[0][first];
-    g->placed = place != RTC_INVALID_GEOMETRY_ID;
-    g->instance = g->placed ? place : geometry;
-    g->record = &scene->blob->instances[g->instance];
-    g->mesh = &scene->meshes[g->record->mesh];
-    for (int i = 0; i < LANES; i++) {
-        int same = (hit->geomID[i] == geometry) & (hit->instID[0][i] == place);
-        g->mine.on[i] = same ? rest->on[i] : 0;
-        rest->on[i] &= ~g->mine.on[i];
-    }
+    bool placed = hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID;
+    uint32_t index = placed ? hit->instID[0][i] : hit->geomID[i];
+    const struct scene_instance *instance = &scene->blob->instances[index];
+    const struct mesh_view *mesh = &scene->meshes[instance->mesh];
+    lanes->mesh[i] = mesh;
+    lanes->instance[i] = instance;
+    lanes->placed.on[i] = placed ? -1 : 0;
+    lanes->any_placed |= placed;
+    lanes->any_tangents |= mesh->tangents != NULL;
+    out->id[i] = index + 1;
+    out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
 }
 
-static void resolve_group(const struct queries *q, const struct group *g,
-                          const struct RTCRayHit16 *rays, float magnitude[LANES],
-                          struct surface *out)
+/* Looks up what was hit; neighbouring lanes mostly hit the same. */
+static void find(const struct render_scene *scene, const struct lanes_mask *valid,
+                 const struct RTCRayHit16 *rays, struct hit_lanes *lanes, struct surface *out)
 {
-    int32_t light = g->mesh->flags & MESH_IS_LIGHT ? -1 : 0;
-    q->kernels->gather_surface(g->mesh, &rays->hit, &g->mine, magnitude, out);
-    if (g->mesh->tangents) map_normals(g, &rays->hit, out);
-    if (g->placed) to_world(g, magnitude, out);
-    shade(g, rays, out);
+    const struct RTCHit16 *hit = &rays->hit;
+    int last = -1;
     for (int i = 0; i < LANES; i++) {
-        out->id[i] = g->mine.on[i] ? g->instance + 1 : out->id[i];
-        out->light.on[i] |= g->mine.on[i] & light;
+        lanes->mesh[i] = NULL;
+        if (!valid->on[i] || hit->geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+        out->hit.on[i] = -1;
+        out->distance[i] = rays->ray.tfar[i];
+        if (last >= 0 && hit->geomID[i] == hit->geomID[last] &&
+            hit->instID[0][i] == hit->instID[0][last]) {
+            lanes->mesh[i] = lanes->mesh[last];
+            lanes->instance[i] = lanes->instance[last];
+            lanes->placed.on[i] = lanes->placed.on[last];
+            out->id[i] = out->id[last];
+            out->light.on[i] = out->light.on[last];
+        } else {
+            find_lane(scene, hit, i, lanes, out);
+        }
+        last = i;
     }
 }
 
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out)
 {
-    _Alignas(LANES_ALIGN) float magnitude[LANES] = {0};
-    struct lanes_mask rest;
+    _Alignas(LANES_ALIGN) float magnitude[LANES];
+    struct hit_lanes lanes = {.any_placed = false};
     memset(out, 0, sizeof *out);
-    for (int i = 0; i < LANES; i++) {
-        int32_t hit = rays->hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? 0 : valid->on[i];
-        out->hit.on[i] = hit;
-        out->distance[i] = hit ? rays->ray.tfar[i] : 0.0f;
-        rest.on[i] = hit;
-    }
-    for (int i = 0; i < LANES; i++) {
-        if (!rest.on[i]) continue;
-        struct group g;
-        group_init(&g, q->scene, &rays->hit, i, &rest);
-        resolve_group(q, &g, rays, magnitude, out);
-    }
+    find(q->scene, valid, rays, &lanes, out);
+    q->kernels->gather_surface(lanes.mesh, &rays->hit, magnitude, out);
+    if (lanes.any_tangents) map_normals(&lanes, &rays->hit, out);
+    for (int i = 0; lanes.any_placed && i < LANES; i++)
+        if (lanes.mesh[i] && lanes.placed.on[i])
+            to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
+    shade(&lanes, rays, out);
     q->kernels->finish_surface(&rays->ray, magnitude, out);
 }

@@ -78,14 +78,27 @@ static void take_lane(const struct light_packet *from, int i, struct light_packe
     to->skip[i] = from->skip[i];
 }
 
-/* Each landing point's light and the point on it, for sample i of n = l * l. Lights that several
- * lanes chose are evaluated once for all of them. */
-static void sample_lights(const struct queries *q, const struct light_table *lights,
-                          const struct shading_point *p, const struct lanes_mask *active,
-                          uint32_t i, uint32_t chosen[LANES], struct indirect_scratch *scratch)
+/* The shuffled orders in which pixels visit lights. */
+static void shuffle_lights(const struct light_table *lights, const struct shading_point *p,
+                           struct indirect_scratch *scratch)
 {
     const struct pattern *pattern = &p->plan->pattern;
     uint32_t l = p->plan->indirect_strata_per_axis;
+    for (int k = 0; k < LANES; k++) {
+        if (!p->lit.on[k]) continue;
+        int32_t x = p->block->x_px[k], y = p->block->y_px[k];
+        if (lights->count > 1)
+            pattern_deck_init(&scratch->choice[k], pattern, x, y, PATTERN_INDIRECT_CHOICE, l);
+        pattern_deck_init(&scratch->position[k], pattern, x, y, PATTERN_INDIRECT_LIGHT, l);
+    }
+}
+
+/* Each landing point's light and the point on it, for sample i of n = l * l. Lights that several
+ * lanes chose are evaluated once for all of them. */
+static void sample_lights(const struct queries *q, const struct light_table *lights,
+                          const struct lanes_mask *active, uint32_t i, uint32_t chosen[LANES],
+                          struct indirect_scratch *scratch)
+{
     _Alignas(LANES_ALIGN) float u[LANES] = {0}, v[LANES] = {0};
     uint64_t used = 0; /* LIMIT_LIGHTS bits */
     memset(&scratch->shadow.traced, 0, sizeof scratch->shadow.traced);
@@ -93,10 +106,12 @@ static void sample_lights(const struct queries *q, const struct light_table *lig
         float at[2];
         chosen[k] = UINT32_MAX;
         if (!active->on[k]) continue;
-        int32_t x = p->block->x_px[k], y = p->block->y_px[k];
-        pattern_shuffled(pattern, x, y, PATTERN_INDIRECT_CHOICE, l, i, at);
-        chosen[k] = light_table_choose(lights, at[0]);
-        pattern_shuffled(pattern, x, y, PATTERN_INDIRECT_LIGHT, l, i, at);
+        chosen[k] = 0;
+        if (lights->count > 1) {
+            pattern_deck_draw(&scratch->choice[k], i, at);
+            chosen[k] = light_table_choose(lights, at[0]);
+        }
+        pattern_deck_draw(&scratch->position[k], i, at);
         u[k] = at[0];
         v[k] = at[1];
         used |= UINT64_C(1) << chosen[k];
@@ -148,7 +163,7 @@ static void light_landings(struct queries *q, const struct light_table *lights,
     struct light_packet *shadow = &scratch->shadow;
     uint32_t chosen[LANES];
     lit_landings(&scratch->landing, p->block, &active, counters);
-    sample_lights(q, lights, p, &active, i, chosen, scratch);
+    sample_lights(q, lights, &active, i, chosen, scratch);
     for (int k = 0; k < LANES; k++) counted.on[k] = active.on[k] & p->block->kept.on[k];
     light_count_skips(shadow, &counted, counters);
     counters->value[COUNTER_RAYS_INDIRECT_SHADOW] += lanes_count_both(&shadow->traced, &counted);
@@ -265,6 +280,7 @@ void indirect_trace(struct queries *q, const struct light_table *lights,
     for (int i = 0; i < LANES; i++) sums.nearest[i] = INFINITY;
     indirect_tangents(&p->plan->camera, &p->surface->normal, &tangent, &bitangent);
     strata_init(&scratch->strata, &p->plan->pattern, p->block, PATTERN_INDIRECT, l);
+    if (lights->count > 0) shuffle_lights(lights, p, scratch);
     memcpy(r->org_x, p->surface->origin.x, sizeof r->org_x);
     memcpy(r->org_y, p->surface->origin.y, sizeof r->org_y);
     memcpy(r->org_z, p->surface->origin.z, sizeof r->org_z);

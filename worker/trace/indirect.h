@@ -20,6 +20,7 @@ struct indirect_scratch {
     struct light_packet shadow, candidate;
     struct strata strata;
     struct surface landing;
+    struct pattern_deck choice[LANES], position[LANES]; /* a pixel's light and point on it */
 };
 
 /* Traces the point's lanes into the indirect planes of `samples`. */

@@ -9,16 +9,16 @@ struct lane_kernels {
     uint32_t (*sanitise)(const struct RTCRay16 *rays, struct lanes_mask *valid);
 
     /* Positions, facets and normals (neither unit nor turned, in the mesh's space) and magnitudes
-     * (offset.h) of hits on one mesh, for the lanes of `mine`. */
-    void (*gather_surface)(const struct mesh_view *mesh, const struct RTCHit16 *hit,
-                           const struct lanes_mask *mine, float *magnitude, struct surface *s);
+     * (offset.h) of hits, each lane on its own mesh; zeros where that is NULL. */
+    void (*gather_surface)(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
+                           float *magnitude, struct surface *s);
 
     /* Turns raw vectors into what hit.h promises: facet and normal unit and facing the ray, origins
      * off the surface by offset.h of `magnitude`. */
     void (*finish_surface)(const struct RTCRay16 *rays, const float *magnitude, struct surface *s);
 
-    /* octahedron_pack16 of each lane. */
-    void (*pack_normals)(const struct lanes3 *normal, uint32_t *packed);
+    /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
+    void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);
 
     /* One sample a lane of a light; (u, v) in [0, 1)^2 place it on a rectangle. Only lanes of
      * `lanes` are traced; their rays are fit for Embree. */

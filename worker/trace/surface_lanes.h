@@ -14,19 +14,14 @@ struct corner_lanes {
     struct lanes3 corner[3];
 };
 
-static inline void gather_corners(const struct mesh_view *mesh, const float *restrict attribute,
-                                  const struct RTCHit16 *restrict hit,
-                                  const struct lanes_mask *restrict mine,
-                                  struct corner_lanes *restrict out)
+static inline void put_corners(const uint32_t *triangle, const float *attribute, int i,
+                               struct corner_lanes *out)
 {
-    for (int i = 0; i < LANES; i++) {
-        const uint32_t *triangle = mesh->triangles + (size_t)3 * (mine->on[i] ? hit->primID[i] : 0);
-        for (int k = 0; k < 3; k++) {
-            const float *at = attribute + (size_t)3 * triangle[k];
-            out->corner[k].x[i] = at[0];
-            out->corner[k].y[i] = at[1];
-            out->corner[k].z[i] = at[2];
-        }
+    for (int k = 0; k < 3; k++) {
+        const float *at = attribute + (size_t)3 * triangle[k];
+        out->corner[k].x[i] = at[0];
+        out->corner[k].y[i] = at[1];
+        out->corner[k].z[i] = at[2];
     }
 }
 
@@ -37,8 +32,7 @@ static inline float largest(float a, float b, float c)
 }
 
 static void place_on_triangles(const struct corner_lanes *restrict c,
-                               const struct RTCHit16 *restrict hit,
-                               const struct lanes_mask *restrict mine, float *restrict magnitude,
+                               const struct RTCHit16 *restrict hit, float *restrict magnitude,
                                struct surface *restrict s)
 {
     const struct lanes3 *v0 = &c->corner[0], *v1 = &c->corner[1], *v2 = &c->corner[2];
@@ -49,53 +43,48 @@ static void place_on_triangles(const struct corner_lanes *restrict c,
         float mx = largest(v0->x[i], v1->x[i], v2->x[i]);
         float my = largest(v0->y[i], v1->y[i], v2->y[i]);
         float mz = largest(v0->z[i], v1->z[i], v2->z[i]);
-        int on = mine->on[i];
-        s->position.x[i] = on ? v0->x[i] + u * ax + v * bx : s->position.x[i];
-        s->position.y[i] = on ? v0->y[i] + u * ay + v * by : s->position.y[i];
-        s->position.z[i] = on ? v0->z[i] + u * az + v * bz : s->position.z[i];
-        s->facet.x[i] = on ? ay * bz - az * by : s->facet.x[i];
-        s->facet.y[i] = on ? az * bx - ax * bz : s->facet.y[i];
-        s->facet.z[i] = on ? ax * by - ay * bx : s->facet.z[i];
-        magnitude[i] = on ? largest(mx, my, mz) : magnitude[i];
+        s->position.x[i] = v0->x[i] + u * ax + v * bx;
+        s->position.y[i] = v0->y[i] + u * ay + v * by;
+        s->position.z[i] = v0->z[i] + u * az + v * bz;
+        s->facet.x[i] = ay * bz - az * by;
+        s->facet.y[i] = az * bx - ax * bz;
+        s->facet.z[i] = ax * by - ay * bx;
+        magnitude[i] = largest(mx, my, mz);
     }
 }
 
+/* Lanes without normals are flat. */
 static void interpolate_normals(const struct corner_lanes *restrict c,
-                                const struct RTCHit16 *restrict hit,
-                                const struct lanes_mask *restrict mine, struct surface *restrict s)
+                                const struct lanes_mask *restrict smooth,
+                                const struct RTCHit16 *restrict hit, struct surface *restrict s)
 {
     const struct lanes3 *n0 = &c->corner[0], *n1 = &c->corner[1], *n2 = &c->corner[2];
     for (int i = 0; i < LANES; i++) {
         float u = hit->u[i], v = hit->v[i], w = 1.0f - u - v;
-        int on = mine->on[i];
-        s->normal.x[i] = on ? w * n0->x[i] + u * n1->x[i] + v * n2->x[i] : s->normal.x[i];
-        s->normal.y[i] = on ? w * n0->y[i] + u * n1->y[i] + v * n2->y[i] : s->normal.y[i];
-        s->normal.z[i] = on ? w * n0->z[i] + u * n1->z[i] + v * n2->z[i] : s->normal.z[i];
+        int on = smooth->on[i];
+        s->normal.x[i] = on ? w * n0->x[i] + u * n1->x[i] + v * n2->x[i] : s->facet.x[i];
+        s->normal.y[i] = on ? w * n0->y[i] + u * n1->y[i] + v * n2->y[i] : s->facet.y[i];
+        s->normal.z[i] = on ? w * n0->z[i] + u * n1->z[i] + v * n2->z[i] : s->facet.z[i];
     }
 }
 
-static void copy_facets(const struct lanes_mask *restrict mine, struct surface *restrict s)
+static void kernel_gather_surface(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
+                                  float *magnitude, struct surface *s)
 {
+    struct corner_lanes vertices, normals;
+    struct lanes_mask smooth;
+    static const float origin[3] = {0};
+    static const uint32_t corner[3] = {0};
+    static const struct mesh_view nothing = {.positions = origin, .triangles = corner};
     for (int i = 0; i < LANES; i++) {
-        s->normal.x[i] = mine->on[i] ? s->facet.x[i] : s->normal.x[i];
-        s->normal.y[i] = mine->on[i] ? s->facet.y[i] : s->normal.y[i];
-        s->normal.z[i] = mine->on[i] ? s->facet.z[i] : s->normal.z[i];
+        const struct mesh_view *m = mesh[i] ? mesh[i] : &nothing;
+        const uint32_t *triangle = m->triangles + (size_t)3 * (mesh[i] ? hit->primID[i] : 0);
+        put_corners(triangle, m->positions, i, &vertices);
+        smooth.on[i] = m->normals ? -1 : 0;
+        put_corners(triangle, m->normals ? m->normals : m->positions, i, &normals);
     }
-}
-
-static void kernel_gather_surface(const struct mesh_view *mesh, const struct RTCHit16 *hit,
-                                  const struct lanes_mask *mine, float *magnitude,
-                                  struct surface *s)
-{
-    struct corner_lanes corners;
-    gather_corners(mesh, mesh->positions, hit, mine, &corners);
-    place_on_triangles(&corners, hit, mine, magnitude, s);
-    if (!mesh->normals) {
-        copy_facets(mine, s);
-        return;
-    }
-    gather_corners(mesh, mesh->normals, hit, mine, &corners);
-    interpolate_normals(&corners, hit, mine, s);
+    place_on_triangles(&vertices, hit, magnitude, s);
+    interpolate_normals(&normals, &smooth, hit, s);
 }
 
 /* Unit lengths. Scaled by the largest component first, so that neither tiny nor huge triangles
