@@ -169,11 +169,12 @@ void route_image_png(struct request *r)
 static void on_feed(void *ctx, int error, const struct jobs_picture *picture)
 {
     struct request *r = ctx;
-    if (!request_back(r) || !found(r, error, picture)) return;
-    if (!picture->finished) {
+    if (!request_back(r)) return;
+    if (error == ERR_NOT_FOUND || (!error && picture && !picture->finished)) {
         request_problem(r, PROBLEM_ENDED, "it ended without a picture", NULL);
         return;
     }
+    if (!found(r, error, picture)) return;
     const struct picture_source source = {
         .exr = &picture->exr, .layer = picture_layer(r), .objects = r->http->options.objects};
     if (may_encode(r)) start(r, picture_task_create(PICTURE_FEED, &source));

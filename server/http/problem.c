@@ -59,7 +59,7 @@ enum problem_id problem_of_document(const struct fault *fault)
     case ERR_NOT_FOUND:
         return PROBLEM_MISSING_ASSET;
     case ERR_MISMATCH:
-        return PROBLEM_KEY_REUSED;
+        return whole ? PROBLEM_KEY_REUSED : PROBLEM_INVALID;
     case ERR_FULL:
         return PROBLEM_BUSY;
     case ERR_MEMORY:

@@ -68,6 +68,7 @@ static void faults(void **state)
         {ERR_UNSUPPORTED, "/lens", PROBLEM_INVALID},
         {ERR_NOT_FOUND, "/scene/asset", PROBLEM_MISSING_ASSET},
         {ERR_MISMATCH, "", PROBLEM_KEY_REUSED},
+        {ERR_MISMATCH, "/scene/asset", PROBLEM_INVALID},
         {ERR_FULL, "", PROBLEM_BUSY},
         {ERR_MEMORY, "", PROBLEM_INTERNAL},
         {ERR_IO, "", PROBLEM_INTERNAL},
