@@ -4,9 +4,11 @@
 //   contract.mjs statuses METHOD PATH                        the documented ones
 //   contract.mjs check METHOD PATH STATUS TYPE HEAD BODY     an answer (files HEAD and BODY) fits
 //   contract.mjs schema NAME FILE                            a JSON document fits components/schemas/NAME
+//   contract.mjs judge                                       questions like these from standard input
 // Exit status 0 when all is well; else what is wrong on standard output.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { createInterface } from "node:readline";
 
 const require = createRequire(new URL("../browser/", import.meta.url));
 const { parse } = require("yaml");
@@ -127,19 +129,28 @@ function check([method, path, status, type, headFile, bodyFile]) {
   return wrong;
 }
 
-const [command, ...rest] = process.argv.slice(2);
 const commands = {
   structure,
-  check: () => check(rest),
-  schema: () => misfits(JSON.parse(readFileSync(rest[1], "utf8")), { $ref: `#/components/schemas/${rest[0]}` }),
-  statuses: () => { console.log(Object.keys(find(rest[0], rest[1]).operation.responses).join("\n")); return []; },
+  check,
+  schema: ([name, file]) => misfits(JSON.parse(readFileSync(file, "utf8")), { $ref: `#/components/schemas/${name}` }),
+  statuses: ([method, path]) => {
+    console.log(Object.keys(find(method, path).operation.responses).join("\n"));
+    return [];
+  },
   operations: () => {
     for (const o of operations())
       console.log(o.method, o.path, parametersOf(o).filter((p) => p.in === "query").map((p) => p.name).sort().join());
     return [];
   },
 };
-let wrong;
-try { wrong = commands[command](); } catch (error) { wrong = [error.message]; }
-for (const line of wrong) console.log(line);
-process.exitCode = wrong.length ? 1 : 0;
+function judge([command, ...rest]) {
+  let wrong;
+  try { wrong = commands[command](rest); } catch (error) { wrong = [error.message]; }
+  for (const line of wrong) console.log(line);
+  return wrong.length ? 1 : 0;
+}
+
+const words = process.argv.slice(2);
+if (words[0] !== "judge") process.exitCode = judge(words);
+else // one process for a whole test: a question a line, words between tabs; an answer ends with "= STATUS"
+  for await (const line of createInterface({ input: process.stdin })) console.log(`= ${judge(line.split("\t"))}`);
