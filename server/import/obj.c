@@ -171,8 +171,7 @@ int obj_import(struct files *files, const char *name, const struct file_view *ma
     if (io.failed)
         rc = fault_set(fault, io.fault.code, io.fault.pointer, "%s", io.fault.detail);
     else if (scene == NULL)
-        rc =
-            fault_set(fault, ERR_SYNTAX, name, "assimp cannot read it: %.300s", aiGetErrorString());
+        rc = refuse(name, aiGetErrorString(), fault);
     else
         rc = convert(scene, files, name, builder, fault);
     aiReleaseImport(scene);
