@@ -58,35 +58,6 @@ struct link_write {
     size_t size_bytes;
 };
 
-/* ---- parcels ---- */
-
-struct parcel *parcel_take(struct bytes_writer *w)
-{
-    struct parcel *p = w->failed ? NULL : calloc(1, sizeof *p);
-    if (!p) {
-        bytes_writer_fini(w);
-        return NULL;
-    }
-    *p = (struct parcel){.refs = 1, .size_bytes = w->size_bytes, .data = w->data};
-    bytes_writer_init(w);
-    return p;
-}
-
-struct parcel *parcel_ref(struct parcel *p)
-{
-    p->refs++;
-    return p;
-}
-
-void parcel_unref(struct parcel **parcel)
-{
-    struct parcel *p = *parcel;
-    *parcel = NULL;
-    if (!p || --p->refs > 0) return;
-    free(p->data);
-    free(p);
-}
-
 /* ---- the end ---- */
 
 static void release_if_done(struct link *l)

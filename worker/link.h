@@ -8,6 +8,7 @@
 #include "proto/bytes.h"
 #include "proto/error.h"
 #include "proto/frame.h"
+#include "worker/parcel.h"
 
 #define LINK_RETRY_MS     100u
 #define LINK_RETRY_MAX_MS 5000u
@@ -42,19 +43,6 @@ void link_close(struct link *link, void (*closed)(void *ctx), void *ctx);
 
 /* Milliseconds before attempt `attempt`, from 0. */
 uint32_t link_wait_ms(unsigned attempt);
-
-/* Bytes that are sent without being copied; counted references, loop thread only. */
-struct parcel {
-    unsigned refs;
-    size_t size_bytes;
-    uint8_t *data; /* owned */
-};
-
-/* Takes over w's bytes; one reference, the caller's. NULL on failed allocation (w is freed, too).
- */
-struct parcel *parcel_take(struct bytes_writer *w);
-struct parcel *parcel_ref(struct parcel *p);
-void parcel_unref(struct parcel **p);
 
 /* An empty writer for one payload, then link_put sends it. Without a connection what is put is
  * dropped: a session says again what matters when the link is up. Put frames go out together before

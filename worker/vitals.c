@@ -2,16 +2,19 @@
 
 #include <stdio.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
-static uint64_t resident_bytes(void)
+/* From the kernel's status page: getrusage's maximum would include the parent before exec. */
+static void read_memory(struct vitals *out)
 {
-    unsigned long long total = 0, resident = 0;
-    FILE *f = fopen("/proc/self/statm", "re");
-    if (!f) return 0;
-    int n = fscanf(f, "%llu %llu", &total, &resident);
+    char line[128];
+    unsigned long long kib;
+    FILE *f = fopen("/proc/self/status", "re");
+    if (!f) return;
+    while (fgets(line, sizeof line, f)) {
+        if (sscanf(line, "VmHWM: %llu kB", &kib) == 1) out->peak_rss_bytes = kib * 1024u;
+        if (sscanf(line, "VmRSS: %llu kB", &kib) == 1) out->rss_bytes = kib * 1024u;
+    }
     fclose(f);
-    return n == 2 ? resident * (uint64_t)sysconf(_SC_PAGESIZE) : 0;
 }
 
 static uint64_t micros(struct timeval t)
@@ -22,8 +25,8 @@ static uint64_t micros(struct timeval t)
 void vitals_read(struct vitals *out)
 {
     struct rusage usage = {0};
+    *out = (struct vitals){0};
+    read_memory(out);
     getrusage(RUSAGE_SELF, &usage);
-    out->rss_bytes = resident_bytes();
-    out->peak_rss_bytes = (uint64_t)usage.ru_maxrss * 1024u;
     out->cpu_us = micros(usage.ru_utime) + micros(usage.ru_stime);
 }

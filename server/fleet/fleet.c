@@ -5,6 +5,7 @@
 #include <sys/random.h>
 
 #include "proto/build.h"
+#include "server/fleet/admission.h"
 #include "server/fleet/lease.h"
 #include "server/fleet/listener.h"
 #include "server/fleet/processes.h"
@@ -142,62 +143,15 @@ unsigned fleet_count(const struct fleet *fleet)
     return count;
 }
 
-static bool refuse(struct message_refused *refused, int code, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-
-static bool refuse(struct message_refused *refused, int code, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    refused->code = code;
-    vsnprintf(refused->text, sizeof refused->text, format, args);
-    va_end(args);
-    return false;
-}
-
-static const char *smaller_isa(const char *a, const char *b)
-{
-    static const char *const growing[] = {"sse4.2", "avx2", "avx512"};
-    for (size_t i = 0; i < sizeof growing / sizeof growing[0]; i++)
-        if (strcmp(a, growing[i]) == 0 || strcmp(b, growing[i]) == 0) return growing[i];
-    return b;
-}
-
-static bool agrees(const struct fleet *fleet, const struct message_hello *h,
-                   struct message_refused *refused)
-{
-    if (h->protocol_version != PROTOCOL_VERSION)
-        return refuse(refused, ERR_VERSION,
-                      "worker speaks protocol %u, coordinator %u: install the same build on both "
-                      "machines (the coordinator's is %.64s)",
-                      h->protocol_version, PROTOCOL_VERSION, build_id());
-    if (strcmp(h->build_id, build_id()) != 0)
-        return refuse(refused, ERR_MISMATCH,
-                      "worker build %.64s, coordinator %.64s: install the same build on both "
-                      "machines",
-                      h->build_id, build_id());
-    if (strcmp(h->isa, build_isa()) != 0)
-        return refuse(refused, ERR_MISMATCH,
-                      "worker traces with %.32s, coordinator with %.32s, and their samples would "
-                      "differ: set SHEARWATER_ISA=%.32s on all machines",
-                      h->isa, build_isa(), smaller_isa(h->isa, build_isa()));
-    if (fleet->embree_version[0] && strcmp(h->embree_version, fleet->embree_version) != 0)
-        return refuse(refused, ERR_MISMATCH,
-                      "worker has Embree %.32s, this coordinator's workers have %.32s: install the "
-                      "same Embree on all machines",
-                      h->embree_version, fleet->embree_version);
-    if (fleet_count(fleet) >= LIMIT_WORKERS)
-        return refuse(refused, ERR_FULL,
-                      "the coordinator has %d workers already, its limit: stop some of them",
-                      LIMIT_WORKERS);
-    return true;
-}
-
 static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
                   struct message_refused *refused)
 {
     struct fleet *fleet = ctx;
-    if (!agrees(fleet, &s->hello, refused)) return false;
+    const struct admission rules = {.build_id = build_id(),
+                                    .isa = build_isa(),
+                                    .embree_version = fleet->embree_version,
+                                    .workers = fleet_count(fleet)};
+    if (!admission_check(&rules, &s->hello, refused)) return false;
     if (!fleet->embree_version[0])
         memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
     *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};

@@ -47,9 +47,9 @@ struct fleet_options {
     const char *cache_dir;      /* for local workers' blobs */
     const char *blob_dir;       /* local workers may map blobs from here without copying */
     unsigned local_workers, worker_threads; /* threads 0: cores / workers, at least 1 */
-    uint32_t beat_ms;           /* default 500 */
-    uint32_t silence_ms;        /* a session without a word is ended; default 10000 */
-    uint32_t stall_ms;          /* a tile without progress is taken back; default 30000 */
+    uint32_t beat_ms;                       /* default 500 */
+    uint32_t silence_ms;                    /* a session without a word is ended; default 10000 */
+    uint32_t stall_ms; /* a tile without progress is taken back; default 30000 */
 };
 
 /* On failure *fault names the option's value and the reason; what was opened already is closed and

@@ -1,0 +1,106 @@
+/* Leases: what is found, what is forgotten, what has stalled. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdlib.h>
+
+#include "server/fleet/lease.h"
+
+static void add(struct lease_table *t, uint64_t frame_id, uint32_t index, uint64_t since_ms,
+                uint64_t answered)
+{
+    const struct lease lease = {.tile = {.frame_id = frame_id, .index = index, .generation = 1},
+                                .since_ms = since_ms,
+                                .answered_before = answered};
+    assert_int_equal(lease_add(t, &lease), 0);
+}
+
+static void leases_are_found_and_forgotten(void **state)
+{
+    (void)state;
+    struct lease_table t = {0};
+    for (uint32_t i = 0; i < 10; i++) add(&t, i % 2, i, 0, 0);
+    assert_int_equal(lease_find(&t, 1, 3, 1), 3);
+    assert_int_equal(lease_find(&t, 0, 3, 1), LEASE_NONE);
+    assert_int_equal(lease_find(&t, 1, 3, 2), LEASE_NONE);
+    assert_true(lease_has_tile(&t, 1, 3));
+    lease_remove(&t, 3);
+    assert_false(lease_has_tile(&t, 1, 3));
+    lease_forget_frame(&t, 0);
+    assert_int_equal(t.count, 4);
+    assert_false(lease_has_frame(&t, 0));
+    assert_int_equal(lease_find(&t, 1, 1, 1), 0); /* the order stays */
+    assert_int_equal(lease_find(&t, 1, 9, 1), 3);
+    lease_table_fini(&t);
+}
+
+static void a_table_has_an_end(void **state)
+{
+    (void)state;
+    struct lease_table t = {0};
+    const struct lease more = {.tile = {.index = 9999}};
+    for (uint32_t i = 0; i < LIMIT_TILES_IN_HAND; i++) add(&t, 1, i, 0, 0);
+    assert_int_equal(lease_add(&t, &more), ERR_FULL);
+    lease_table_fini(&t);
+}
+
+static void without_progress_all_have_stalled(void **state)
+{
+    (void)state;
+    struct lease_table t = {0};
+    add(&t, 1, 0, 1000, 0);
+    add(&t, 1, 1, 1900, 0);
+    assert_int_equal(lease_stalled(&t, 1999, 900, 0, 10, 1000), LEASE_NONE);
+    assert_int_equal(lease_stalled(&t, 2000, 1000, 0, 10, 1000), 0);
+    assert_int_equal(lease_stalled(&t, 2000, 1001, 0, 10, 1000), LEASE_NONE);
+    lease_remove(&t, 0);
+    assert_int_equal(lease_stalled(&t, 2000, 1000, 0, 10, 1000), LEASE_NONE); /* too young */
+    lease_table_fini(&t);
+}
+
+/* One thread hangs while others go on: the tile is old, and many that came later are answered. */
+static void an_overtaken_lease_has_stalled(void **state)
+{
+    (void)state;
+    struct lease_table t = {0};
+    add(&t, 1, 0, 5000, 95);
+    add(&t, 1, 1, 1000, 90);
+    assert_int_equal(lease_stalled(&t, 5000, 4999, 99, 10, 1000), LEASE_NONE);
+    assert_int_equal(lease_stalled(&t, 5000, 4999, 100, 10, 1000), 1);
+    lease_table_fini(&t);
+}
+
+static void ended_leases_are_remembered_for_a_while(void **state)
+{
+    (void)state;
+    struct lease_past *past = malloc(sizeof *past);
+    lease_past_init(past);
+    assert_false(lease_past_has(past, 0, 0, 0));
+    assert_false(lease_past_has(past, 0, UINT32_MAX, UINT32_MAX)); /* an empty place */
+    lease_past_add(past, 1, 2, 3);
+    assert_true(lease_past_has(past, 1, 2, 3));
+    assert_false(lease_past_has(past, 1, 2, 4));
+    lease_past_add(past, 2, 2, 3);
+    lease_past_forget_frame(past, 1);
+    assert_false(lease_past_has(past, 1, 2, 3));
+    assert_true(lease_past_has(past, 2, 2, 3));
+    for (uint32_t i = 0; i < LEASE_PAST_COUNT; i++) lease_past_add(past, 5, i, 1);
+    assert_false(lease_past_has(past, 2, 2, 3));
+    assert_true(lease_past_has(past, 5, 0, 1));
+    free(past);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(leases_are_found_and_forgotten),
+        cmocka_unit_test(a_table_has_an_end),
+        cmocka_unit_test(without_progress_all_have_stalled),
+        cmocka_unit_test(an_overtaken_lease_has_stalled),
+        cmocka_unit_test(ended_leases_are_remembered_for_a_while),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
