@@ -1,0 +1,285 @@
+/* A frame from leases to stored files, with workers that behave and workers that do not: the files'
+ * bytes must not tell the difference. */
+#include <ftw.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "proto/job.h"
+#include "server/job/frame.h"
+#include "tests/unit/server/synthetic.h"
+
+struct bench {
+    uv_loop_t loop;
+    struct team *team;
+    struct objects objects;
+    char dir[64];
+    struct plan plan;
+    struct frame *frame;
+    unsigned accepted, corrupt, drawn, traced, encoded, failed;
+    int64_t drawn_px;
+    struct digest exr, png;
+    struct fault fault;
+};
+
+static void on_judged(void *ctx, struct frame *frame, uint64_t worker,
+                      const struct message_ack *ack)
+{
+    struct bench *b = ctx;
+    (void)frame, (void)worker;
+    if (ack->verdict == VERDICT_ACCEPTED)
+        b->accepted++;
+    else
+        b->corrupt += ack->verdict == VERDICT_CORRUPT;
+}
+
+static void on_drawn(void *ctx, struct frame *frame, struct rect rect)
+{
+    struct bench *b = ctx;
+    (void)frame;
+    b->drawn++;
+    b->drawn_px += rect_area(rect);
+}
+
+static void on_traced(void *ctx, struct frame *frame)
+{
+    struct bench *b = ctx;
+    assert_int_equal(frame_tiles_landed(frame), frame_tiles_total(frame));
+    b->traced++;
+}
+
+static void on_encoded(void *ctx, struct frame *frame, const struct digest *exr,
+                       const struct digest *png)
+{
+    struct bench *b = ctx;
+    assert_ptr_equal(frame, b->frame);
+    assert_int_equal(frame_state(frame), FRAME_FINISHED);
+    b->encoded++;
+    b->exr = *exr;
+    b->png = *png;
+    frame_drop(&b->frame);
+}
+
+static void on_failed(void *ctx, struct frame *frame, const struct fault *fault)
+{
+    struct bench *b = ctx;
+    assert_ptr_equal(frame, b->frame);
+    b->failed++;
+    b->fault = *fault;
+    frame_drop(&b->frame);
+}
+
+static int set_up(void **state)
+{
+    struct bench *b = calloc(1, sizeof *b);
+    *state = b;
+    strcpy(b->dir, "/tmp/shearwater-frame-XXXXXX");
+    return !mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
+           team_create(&b->loop, "test", 3, &b->team);
+}
+
+static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *where)
+{
+    (void)info, (void)kind, (void)where;
+    return remove(path);
+}
+
+static int tear_down(void **state)
+{
+    struct bench *b = *state;
+    team_destroy(&b->team);
+    uv_run(&b->loop, UV_RUN_DEFAULT);
+    int error = uv_loop_close(&b->loop);
+    nftw(b->dir, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
+    free(b);
+    return error;
+}
+
+static void begin(struct bench *b, int32_t tile_px)
+{
+    struct frame_options options = {.id = 9,
+                                    .number = 1,
+                                    .layers = LAYER_BEAUTY | LAYER_NORMAL,
+                                    .metadata = {.job = "feed", .build = "test", .spp = 9},
+                                    .plan = &b->plan,
+                                    .team = b->team,
+                                    .objects = &b->objects,
+                                    .events = {.ctx = b,
+                                               .judged = on_judged,
+                                               .drawn = on_drawn,
+                                               .traced = on_traced,
+                                               .encoded = on_encoded,
+                                               .failed = on_failed}};
+    synthetic_plan(&b->plan, 203, 131, tile_px);
+    assert_int_equal(frame_create(&options, &b->frame), 0);
+}
+
+/* Sends a tile's samples, `damage` bytes of them spoilt; the verdict, or 0 for a later one. */
+static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_tile *tile,
+                          size_t damage)
+{
+    struct bytes_writer w;
+    struct samples *samples = synthetic_tile(&b->plan, tile->index);
+    uint64_t dropped = 0;
+    bytes_writer_init(&w);
+    assert_int_equal(samples_pack(samples, &w, &dropped), 0);
+    samples_destroy(&samples);
+    if (damage > 0) memset(w.data + w.size_bytes / 2, 0x5a, damage);
+    struct message_result result = {.frame_id = tile->frame_id,
+                                    .index = tile->index,
+                                    .generation = tile->generation,
+                                    .samples = w.data,
+                                    .samples_bytes = (uint32_t)w.size_bytes};
+    uint32_t verdict = frame_result(b->frame, worker, &result, &w.data, (uint32_t)w.size_bytes);
+    free(w.data);
+    return verdict;
+}
+
+static void run(struct bench *b)
+{
+    uv_run(&b->loop, UV_RUN_DEFAULT);
+}
+
+/* Two workers that take turns and do as they should. */
+static void render_in_order(struct bench *b, int32_t tile_px)
+{
+    struct fleet_tile tile;
+    begin(b, tile_px);
+    uint32_t total = frame_tiles_total(b->frame);
+    for (uint64_t worker = 1; frame_lease(b->frame, worker, ~0u, &tile); worker ^= 3)
+        assert_int_equal(send_tile(b, worker, &tile, 0), 0);
+    run(b);
+    assert_int_equal(b->accepted, total);
+    assert_int_equal(b->encoded, 1);
+    assert_int_equal(b->traced, 1);
+    assert_int_equal(b->drawn_px, 203 * 131);
+}
+
+static void tiles_of_any_size_give_the_same_files(void **state)
+{
+    struct bench *b = *state;
+    render_in_order(b, 32);
+    struct digest exr = b->exr, png = b->png;
+    static const int32_t sizes[] = {8, 16, 64, 100, 256};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        b->accepted = b->encoded = b->traced = 0;
+        b->drawn_px = 0;
+        render_in_order(b, sizes[i]);
+        assert_true(digest_equal(&exr, &b->exr));
+        assert_true(digest_equal(&png, &b->png));
+    }
+    assert_true(objects_have(&b->objects, &exr, NULL) && objects_have(&b->objects, &png, NULL));
+}
+
+static void bad_workers_change_nothing(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile, late = {0};
+    render_in_order(b, 32);
+    struct digest exr = b->exr;
+    b->accepted = 0;
+    begin(b, 32);
+    uint32_t total = frame_tiles_total(b->frame);
+    unsigned turn = 0;
+    while (b->frame) {
+        while (b->frame && frame_lease(b->frame, 1 + turn % 3, ~0u, &tile)) {
+            uint64_t worker = 1 + turn % 3;
+            switch (turn++ % 7) {
+            case 0: /* dies, and its result comes late */
+                frame_returned(b->frame, worker, &tile);
+                assert_int_equal(send_tile(b, worker, &tile, 0), VERDICT_STALE);
+                late = tile;
+                break;
+            case 1: /* sends rubbish */
+                assert_int_equal(send_tile(b, worker, &tile, 64), 0);
+                break;
+            case 2: /* cannot */
+                frame_faulted(b->frame, worker,
+                              &(struct message_tile_fault){.frame_id = 9,
+                                                           .index = tile.index,
+                                                           .generation = tile.generation,
+                                                           .code = ERR_MEMORY});
+                break;
+            case 3: /* somebody else sends first, then twice */
+                assert_int_equal(send_tile(b, worker + 1, &tile, 0), VERDICT_FOREIGN);
+                assert_int_equal(send_tile(b, worker, &tile, 0), 0);
+                assert_int_equal(send_tile(b, worker, &tile, 0), VERDICT_DUPLICATE);
+                break;
+            default:
+                assert_int_equal(send_tile(b, worker, &tile, 0), 0);
+            }
+        }
+        run(b);
+    }
+    assert_int_equal(b->failed, 0);
+    assert_int_equal(b->accepted, total);
+    assert_true(b->corrupt > 0 && late.frame_id == 9);
+    assert_true(digest_equal(&exr, &b->exr));
+}
+
+static void a_hopeless_tile_fails_the_frame(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    begin(b, 64);
+    for (uint64_t worker = 1; worker <= 3; worker++) {
+        assert_non_null(b->frame);
+        assert_true(frame_lease(b->frame, worker, ~0u, &tile));
+        struct message_tile_fault fault = {.frame_id = 9,
+                                           .index = tile.index,
+                                           .generation = tile.generation,
+                                           .code = ERR_CORRUPT,
+                                           .text = "the blob has no such mesh"};
+        frame_faulted(b->frame, worker, &fault);
+    }
+    assert_int_equal(b->failed, 1);
+    assert_null(b->frame);
+    assert_int_equal(b->fault.code, ERR_CORRUPT);
+    assert_non_null(strstr(b->fault.detail, "no such mesh"));
+}
+
+/* Dropped with work on the team: nothing more is told, nothing leaks. */
+static void a_dropped_frame_is_silent(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    begin(b, 32);
+    for (int i = 0; i < 12 && frame_lease(b->frame, 1, ~0u, &tile); i++) send_tile(b, 1, &tile, 0);
+    frame_drop(&b->frame);
+    run(b);
+    assert_int_equal(b->accepted + b->drawn + b->encoded + b->failed, 0);
+}
+
+static void capabilities_are_asked_for(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    begin(b, 32);
+    frame_drop(&b->frame);
+    b->plan.capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT;
+    struct frame_options options = {
+        .id = 9, .layers = LAYER_BEAUTY, .plan = &b->plan, .team = b->team, .objects = &b->objects};
+    assert_int_equal(frame_create(&options, &b->frame), 0);
+    assert_false(frame_lease(b->frame, 1, CAPABILITY_DIRECT, &tile));
+    assert_true(frame_lease(b->frame, 1, CAPABILITY_DIRECT | CAPABILITY_INDIRECT, &tile));
+    frame_drop(&b->frame);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(tiles_of_any_size_give_the_same_files),
+        TEST(bad_workers_change_nothing),
+        TEST(a_hopeless_tile_fails_the_frame),
+        TEST(a_dropped_frame_is_silent),
+        TEST(capabilities_are_asked_for),
+    };
+    return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
+}
