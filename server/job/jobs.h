@@ -35,10 +35,12 @@ void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
 /* Takes up what the store holds unfinished. Blocking; before the loop runs. */
 int jobs_resume(struct jobs *jobs);
 
-/* Stops importers and drops frames in work (they stay unfinished in the store); gives team and store
- * no more work. After the fleet is closed; then team and store are destroyed, whose last callbacks
- * still come here, and the loop runs once more; then jobs_destroy frees the rest. */
+/* Stops importers and drops frames in work (they stay unfinished in the store); calls neither fleet
+ * nor streams any more and gives team and store no more work. Then team and store are destroyed,
+ * whose last callbacks still come here, the fleet is closed, and the loop runs once more. */
 void jobs_stop(struct jobs *jobs);
+
+/* Frees the rest, after all that. */
 void jobs_destroy(struct jobs **jobs);
 
 /* Submission. On success `id` names a durable job, existed tells that the key was known. On failure
@@ -52,28 +54,28 @@ void jobs_submit(struct jobs *jobs, struct job *job, const char *idempotency_key
 typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *plan);
 void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx);
 
-/* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan {effects,
- * layers, planes, skipped: [{what, why}], lights, camera, warnings}, statistics {...}, warnings,
- * error, frames: [{number, state, exr, png}], priority, revision}; exr and png are addresses, null
- * until the file is there. NULL: no such job. Borrowed. */
+/* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan
+ * {effects, layers, planes, skipped: [{what, why}], lights, camera, warnings}, statistics {...},
+ * warnings, error, frames: [{number, state, exr, png}], priority, revision}; exr and png are
+ * addresses, null until the file is there. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
-/* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or null}.
- * ERR_RANGE for an unknown state or a cursor that is none. */
+/* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or
+ * null}. ERR_RANGE for an unknown state or a cursor that is none. */
 void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
                jobs_answer done, void *ctx);
 
-/* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row is
- * removed, too. */
+/* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
+ * is removed, too. */
 void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx);
 
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {
     bool finished;
-    struct digest exr, png;    /* finished: objects */
-    struct image *image;       /* so far: borrowed for the call; NULL before the first tile */
-    uint64_t revision;         /* grows with every block */
+    struct digest exr, png; /* finished: objects */
+    struct image *image;    /* so far: borrowed for the call; NULL before the first tile */
+    uint64_t revision;      /* grows with every block */
     const struct exr_metadata *metadata;
 };
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
