@@ -46,7 +46,7 @@ static void on_ended(void *ctx, enum session_end end, const char *text)
 static void on_flushed(void *ctx, bool is_loading)
 {
     struct program *p = ctx;
-    if (is_loading) _exit(p->end);
+    if (is_loading) _exit((int)p->end);
 }
 
 static void on_signal(uv_signal_t *signal, int number)
@@ -98,7 +98,7 @@ static int run(const struct options *options)
     }
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
-    return p.end;
+    return (int)p.end;
 }
 
 int main(int argc, char **argv)
