@@ -65,7 +65,9 @@ enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
  * is 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT:
- * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. */
+ * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. Meshes that differ in
+ * material alone share their ranges. The front of a triangle is the side from which its corners run
+ * counter-clockwise; v of UVs grows downwards, as rows of images do. */
 struct scene_mesh {
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;
@@ -77,7 +79,9 @@ struct scene_mesh {
     uint32_t reserved;
 };
 
-/* A placed mesh. Meshes placed once have the transform baked in and an identity here (flag). */
+/* A placed mesh. Meshes placed once have the transform baked in and an identity here (flag). The
+ * instances of a mesh stand together. The importer writes no mirroring transform: mirrored
+ * placements get mirrored geometry, so that winding is the same in the mesh and in the world. */
 enum { INSTANCE_IDENTITY = 1u };
 struct scene_instance {
     uint32_t mesh;

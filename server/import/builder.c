@@ -52,8 +52,10 @@ static int array_reserve(struct builder_array *a, uint64_t count, const char *na
     uint64_t capacity = a->capacity + a->capacity / 2;
     if (capacity < count) capacity = count;
     uint8_t *data = realloc(a->data, capacity * a->record_bytes);
-    if (data == NULL)
-        return fault_set(fault, ERR_MEMORY, name, "no memory for %" PRIu64 " records", count);
+    if (data == NULL) {
+        fault_set(fault, ERR_MEMORY, name, "no memory for %" PRIu64 " records", count);
+        return ERR_MEMORY;
+    }
     a->data = data;
     a->capacity = capacity;
     return 0;
@@ -65,9 +67,10 @@ int builder_append(struct builder *b, enum scene_section section, uint64_t count
     struct builder_array *a = &b->sections[section];
     const char *name = section_limits[section].name;
     uint64_t limit = section_limits[section].limit;
-    if (count > limit - a->count)
-        return fault_set(fault, ERR_LIMIT, name, "the scene has more than %" PRIu64 " %s", limit,
-                         name);
+    if (count > limit - a->count) {
+        fault_set(fault, ERR_LIMIT, name, "the scene has more than %" PRIu64 " %s", limit, name);
+        return ERR_LIMIT;
+    }
     int rc = array_reserve(a, a->count + count, name, fault);
     if (rc != 0) return rc;
     uint8_t *first = a->data + a->count * a->record_bytes;

@@ -154,7 +154,7 @@ static bool append_parts(char out[LIMIT_PATH_BYTES], const char *path)
 int files_resolve(const char *beside, const char *name, bool decode_percent,
                   char out[LIMIT_PATH_BYTES], const char *place, struct fault *fault)
 {
-    char decoded[LIMIT_PATH_BYTES], folder[LIMIT_PATH_BYTES];
+    char decoded[LIMIT_PATH_BYTES] = "", folder[LIMIT_PATH_BYTES] = "";
     const char *slash = strrchr(beside, '/');
     size_t folder_length = slash == NULL ? 0 : (size_t)(slash - beside);
     if (folder_length >= LIMIT_PATH_BYTES || !decode_name(name, decode_percent, decoded))

@@ -30,6 +30,9 @@ struct gltf {
 int gltf_import(struct files *files, const char *name, const struct file_view *main,
                 struct builder *builder, struct fault *fault);
 
+/* Where a file's text begins: the first byte that is no white space. */
+size_t gltf_text_start(const struct file_view *file);
+
 /* Container and JSON: sets root, bin. Refuses what is not version 2 and required extensions that
  * are not supported; warns of the others. */
 int gltf_document_read(struct gltf *g, const struct file_view *main, struct fault *fault);

@@ -256,7 +256,7 @@ int gltf_read_floats(struct gltf *g, uint32_t accessor, uint32_t components, uin
     if (rc == 0) rc = open_sparse(g, &a, &sparse, fault);
     if (rc != 0) return rc;
     size_t total = (size_t)a.base.count * components;
-    float *values = calloc(total, sizeof *values);
+    float *values = calloc(total + 1, sizeof *values);
     if (values == NULL)
         return fault_set(fault, ERR_MEMORY, a.place, "no memory for %zu numbers", total);
     for (size_t i = 0; a.base.data != NULL && i < a.base.count; i++)

@@ -71,7 +71,7 @@ static int split_glb(struct gltf *g, const struct file_view *main, struct chunk 
     if (json->type != CHUNK_JSON)
         return fault_set(fault, ERR_SYNTAX, "glb", "the first chunk is not JSON");
     for (bool second = true; rc == 0 && at < end; second = false) {
-        struct chunk chunk;
+        struct chunk chunk = {0};
         rc = next_chunk(&at, end, &chunk, fault);
         if (rc != 0 || chunk.type != CHUNK_BIN) continue;
         if (!second)
@@ -82,10 +82,18 @@ static int split_glb(struct gltf *g, const struct file_view *main, struct chunk 
     return rc;
 }
 
-static int check_begins_as_json(const struct file_view *main, struct fault *fault)
+size_t gltf_text_start(const struct file_view *file)
 {
     size_t i = 0;
-    while (i < main->size_bytes && memchr(" \t\r\n", main->data[i], 4) != NULL) i++;
+    while (i < file->size_bytes && (file->data[i] == ' ' || file->data[i] == '\t' ||
+                                    file->data[i] == '\r' || file->data[i] == '\n'))
+        i++;
+    return i;
+}
+
+static int check_begins_as_json(const struct file_view *main, struct fault *fault)
+{
+    size_t i = gltf_text_start(main);
     if (i == main->size_bytes) return fault_set(fault, ERR_TRUNCATED, "", "the file is empty");
     if (main->data[i] == '{') return 0;
     return fault_set(fault, ERR_MAGIC, "", "the file is neither a GLB nor JSON");

@@ -41,9 +41,10 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
 static void check_uvs(struct gltf *g, const struct scene_material *m,
                       const struct gltf_geometry *geometry, const char *place)
 {
-    const struct scene_texture_ref *refs[] = {&m->base_color_texture, &m->normal_texture,
-                                              &m->metallic_roughness_texture, &m->emission_texture};
-    for (size_t i = 0; i < sizeof refs / sizeof *refs; i++) {
+    const struct scene_texture_ref *refs[4] = {&m->base_color_texture, &m->normal_texture,
+                                               &m->metallic_roughness_texture,
+                                               &m->emission_texture};
+    for (size_t i = 0; i < 4; i++) {
         if (refs[i]->texture == SCENE_NONE || geometry->uv[refs[i]->uv_set] != SCENE_NONE) continue;
         warnings_add(&g->builder->warnings, place,
                      "its material has textures, but it lacks the texture coordinates");

@@ -23,8 +23,7 @@ static enum format format_of(const char *name, const struct file_view *main)
     if (dot != NULL && strcasecmp(dot, ".obj") == 0) return FORMAT_OBJ;
     if (dot != NULL) return FORMAT_OTHER;
     if (main->size_bytes >= 4 && memcmp(main->data, "glTF", 4) == 0) return FORMAT_GLTF;
-    size_t i = 0;
-    while (i < main->size_bytes && memchr(" \t\r\n", main->data[i], 4) != NULL) i++;
+    size_t i = gltf_text_start(main);
     return i < main->size_bytes && main->data[i] == '{' ? FORMAT_GLTF : FORMAT_OBJ;
 }
 

@@ -218,6 +218,10 @@ int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings, 
     int rc = check_indices(mesh, place, fault);
     if (rc != 0) return rc;
     if (mesh->normals != NULL) rc = normalize_normals(mesh, place, warnings, fault);
+    if (mesh->normals == NULL) { /* tangents mean nothing without them */
+        free(mesh->tangents);
+        mesh->tangents = NULL;
+    }
     if (rc == 0 && mesh->tangents != NULL) normalize_tangents(mesh);
     return rc;
 }
@@ -314,7 +318,7 @@ int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char 
         memcpy(mesh->positions + 3 * v, p, sizeof p);
     }
     if (mesh->normals != NULL) transform_normals(mesh, to_world, turn);
-    if (mesh->tangents != NULL) transform_tangents(mesh, to_world, turn);
+    if (mesh->normals != NULL && mesh->tangents != NULL) transform_tangents(mesh, to_world, turn);
     for (size_t t = 0; turn < 0 && t < mesh->triangle_count; t++) {
         uint32_t *triangle = mesh->triangles + 3 * t, second = triangle[1];
         triangle[1] = triangle[2];
