@@ -274,7 +274,22 @@ check "the metrics are lines of Prometheus" bash -c "
 check "purging removes it" is 204 -X DELETE "$url/v1/jobs/$id?purge=1"
 check "... for good" is 404 "$url/v1/jobs/$id"
 check "the server is still alive" is 200 "$url/livez"
-check "and stops when told to" bash -c "kill -TERM $server_pid; for _ in \$(seq 100); do kill -0 $server_pid 2>/dev/null || exit 0; sleep 0.1; done; exit 1"
+stops() {
+    local i status
+    kill -TERM "$server_pid"
+    for i in $(seq 150); do kill -0 "$server_pid" 2>/dev/null || break; sleep 0.1; done
+    kill -0 "$server_pid" 2>/dev/null && { echo "still there after 15 s"; return 1; }
+    wait "$server_pid"
+    status=$?
+    [ $status = 0 ] || { echo "status $status"; tail -n 40 "$tmp/data/stderr"; return 1; }
+}
+# A reader of events must not keep it from stopping.
+check "another job, for its events" is 202 "${json[@]}" -d "{\"scene\": {\"asset\": \"$asset\"}, \"image\": {\"width\": 2048, \"height\": 2048}, \"sampling\": {\"spp\": 256}}" "$url/v1/jobs"
+curl -sS --noproxy '*' --max-time 30 "$url/v1/jobs/$(jq -r .id "$tmp/body")/events" >"$tmp/events" 2>/dev/null &
+track $!
+sleep 0.5
+check "it stops in order when told to" stops
+check "... and the events were begun" grep -q '^event: snapshot' "$tmp/events"
 refused_bind() {
     local out
     out=$("$build/shearwater" serve --listen "$1" --data "$tmp/other" --workers 0 2>&1) && return 1
