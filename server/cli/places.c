@@ -16,11 +16,10 @@ typedef char path_text[PLACES_PATH_BYTES];
 /* dir/name; false when it is too long. */
 static bool join(path_text out, const char *dir, const char *name)
 {
-    size_t head = strlen(dir), tail = strlen(name);
-    if (head + tail + 2 > PLACES_PATH_BYTES) return false;
-    memmove(out, dir, head);
-    out[head] = '/';
-    memcpy(out + head + 1, name, tail + 1);
+    if (strlen(dir) + strlen(name) + 2 > PLACES_PATH_BYTES) return false;
+    char *end = stpcpy(out, dir);
+    *end = '/';
+    stpcpy(end + 1, name);
     return true;
 }
 

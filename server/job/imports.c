@@ -49,21 +49,21 @@ int imports_create(const struct import_options *options, struct job_store *store
 
 static int compare_files(const void *a, const void *b)
 {
-    const struct job_file *const *p = a, *const *q = b;
-    return strcmp((*p)->path, (*q)->path);
+    const struct job_file *p = a, *q = b;
+    return strcmp(p->path, q->path);
 }
 
 static int hash_files(struct digest_state *state, const struct job *scene)
 {
     int error = 0;
     if (scene->file_count == 0) return 0;
-    const struct job_file **sorted = calloc(scene->file_count, sizeof *sorted);
+    struct job_file *sorted = calloc(scene->file_count, sizeof *sorted); /* borrows the paths */
     if (!sorted) return ERR_MEMORY;
-    for (uint32_t i = 0; i < scene->file_count; i++) sorted[i] = &scene->files[i];
+    memcpy(sorted, scene->files, scene->file_count * sizeof *sorted);
     qsort(sorted, scene->file_count, sizeof *sorted, compare_files);
     for (uint32_t i = 0; !error && i < scene->file_count; i++) {
-        error = digest_update(state, sorted[i]->path, strlen(sorted[i]->path) + 1);
-        if (!error) error = digest_update(state, sorted[i]->asset.bytes, DIGEST_BYTES);
+        error = digest_update(state, sorted[i].path, strlen(sorted[i].path) + 1);
+        if (!error) error = digest_update(state, sorted[i].asset.bytes, DIGEST_BYTES);
     }
     free(sorted);
     return error;

@@ -49,7 +49,8 @@ static uint64_t tiles_a_frame(const struct live_job *job)
 json_t *live_job_progress(const struct live_job *job)
 {
     if (job->last_progress) return json_incref(job->last_progress);
-    uint64_t each = tiles_a_frame(job), done = each * job->frames_finished;
+    uint64_t each = tiles_a_frame(job), total = each * job->frame_count;
+    uint64_t done = each * job->frames_finished;
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct live_frame *frame = &job->frames[i];
         if (frame->work)
@@ -59,8 +60,8 @@ json_t *live_job_progress(const struct live_job *job)
     }
     double fraction = live_job_fraction(job);
     return json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
-                     (json_int_t)(each * job->frame_count), "fraction", round(fraction * 1e4) / 1e4,
-                     "eta_s", eta_of(job, fraction), "frames_done", (int)job->frames_finished,
+                     (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s",
+                     eta_of(job, fraction), "frames_done", (int)job->frames_finished,
                      "frames_total", (int)job->frame_count);
 }
 
