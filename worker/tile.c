@@ -35,6 +35,7 @@ int tile_tracer_create(struct tile_tracer **out)
     struct tile_tracer *t = aligned_alloc(LANES_ALIGN, sizeof *t);
     if (!t) return ERR_MEMORY;
     memset(t, 0, sizeof *t);
+    queries_init(&t->queries);
     queries_init_rays(&t->camera);
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     queries_init_rays(&t->indirect.bounce);

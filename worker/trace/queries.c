@@ -10,6 +10,13 @@ void queries_init_rays(struct RTCRayHit16 *rays)
     memset(rays->ray.mask, 0xff, sizeof rays->ray.mask);
 }
 
+void queries_init(struct queries *q)
+{
+    memset(q, 0, sizeof *q);
+    memset(q->narrow8.ray.mask, 0xff, sizeof q->narrow8.ray.mask);
+    memset(q->narrow4.ray.mask, 0xff, sizeof q->narrow4.ray.mask);
+}
+
 static void clear_hits(struct RTCHit16 *hit)
 {
     memset(hit->geomID, 0xff, sizeof hit->geomID);
@@ -20,6 +27,7 @@ static struct RTCIntersectContext context_for(enum query_kind kind)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    /* Measured on all three instruction sets: incoherent packets also beat single rays. */
     if (kind < QUERY_BOUNCE) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     return context;
 }
@@ -29,44 +37,42 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
     q->rejected += q->kernels->sanitise(rays, valid);
 }
 
-/* Lanes first .. first+width-1 of a field. */
-#define COPY_IN(field)  memcpy(part.field, whole->field + first, sizeof part.field)
-#define COPY_OUT(field) memcpy(whole->field + first, part.field, sizeof part.field)
+/* CPUs without AVX-512 have no packets of sixteen: Embree would trace one ray after the other. They
+ * get two or four narrower ones, copied in and out; fields that never change stay there. */
+#define COPY_IN(field)  memcpy(part->field, whole->field + first, sizeof part->field)
+#define COPY_OUT(field) memcpy(whole->field + first, part->field, sizeof part->field)
 
-/* CPUs without AVX-512 have no packets of sixteen: Embree would trace one ray after the other. */
 #define DEFINE_NARROW(W)                                                                           \
-    static void copy_rays_##W(struct RTCRay##W *to, const struct RTCRay16 *whole, int first)       \
+    static void copy_rays_##W(struct RTCRay##W *part, const struct RTCRay16 *whole, int first)     \
     {                                                                                              \
-        struct RTCRay##W part;                                                                     \
         COPY_IN(org_x), COPY_IN(org_y), COPY_IN(org_z), COPY_IN(tnear);                            \
-        COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(time);                             \
-        COPY_IN(tfar), COPY_IN(mask), COPY_IN(id), COPY_IN(flags);                                 \
-        *to = part;                                                                                \
+        COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(tfar);                             \
     }                                                                                              \
-    static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *from, int first)     \
+    static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *part, int first)     \
     {                                                                                              \
-        struct RTCHit##W part = *from;                                                             \
-        COPY_OUT(Ng_x), COPY_OUT(Ng_y), COPY_OUT(Ng_z), COPY_OUT(u), COPY_OUT(v);                  \
-        COPY_OUT(primID), COPY_OUT(geomID), COPY_OUT(instID[0]);                                   \
+        COPY_OUT(u), COPY_OUT(v), COPY_OUT(primID), COPY_OUT(geomID), COPY_OUT(instID[0]);         \
     }                                                                                              \
     static void closest_##W(const int *valid, RTCScene scene, struct RTCIntersectContext *context, \
-                            struct RTCRayHit16 *rays, int first)                                   \
+                            struct RTCRayHit##W *part, struct RTCRayHit16 *rays)                   \
     {                                                                                              \
-        struct RTCRayHit##W part;                                                                  \
-        copy_rays_##W(&part.ray, &rays->ray, first);                                               \
-        memset(&part.hit, 0xff, sizeof part.hit);                                                  \
-        rtcIntersect##W(valid + first, scene, context, &part);                                     \
-        memcpy(rays->ray.tfar + first, part.ray.tfar, sizeof part.ray.tfar);                       \
-        copy_hits_##W(&rays->hit, &part.hit, first);                                               \
+        for (int first = 0; first < LANES; first += (W)) {                                         \
+            copy_rays_##W(&part->ray, &rays->ray, first);                                          \
+            memset(part->hit.geomID, 0xff, sizeof part->hit.geomID);                               \
+            memset(part->hit.instID, 0xff, sizeof part->hit.instID);                               \
+            rtcIntersect##W(valid + first, scene, context, part);                                  \
+            memcpy(rays->ray.tfar + first, part->ray.tfar, sizeof part->ray.tfar);                 \
+            copy_hits_##W(&rays->hit, &part->hit, first);                                          \
+        }                                                                                          \
     }                                                                                              \
     static void occluded_##W(const int *valid, RTCScene scene,                                     \
-                             struct RTCIntersectContext *context, struct RTCRayHit16 *rays,        \
-                             int first)                                                            \
+                             struct RTCIntersectContext *context, struct RTCRay##W *part,          \
+                             struct RTCRayHit16 *rays)                                             \
     {                                                                                              \
-        struct RTCRay##W part;                                                                     \
-        copy_rays_##W(&part, &rays->ray, first);                                                   \
-        rtcOccluded##W(valid + first, scene, context, &part);                                      \
-        memcpy(rays->ray.tfar + first, part.tfar, sizeof part.tfar);                               \
+        for (int first = 0; first < LANES; first += (W)) {                                         \
+            copy_rays_##W(part, &rays->ray, first);                                                \
+            rtcOccluded##W(valid + first, scene, context, part);                                   \
+            memcpy(rays->ray.tfar + first, part->tfar, sizeof part->tfar);                         \
+        }                                                                                          \
     }
 
 DEFINE_NARROW(8)
@@ -81,9 +87,9 @@ void queries_closest(struct queries *q, enum query_kind kind, const struct lanes
     if (q->scene->packet_width == 16)
         rtcIntersect16(valid->on, q->scene->top, &context, rays);
     else if (q->scene->packet_width == 8)
-        for (int i = 0; i < LANES; i += 8) closest_8(valid->on, q->scene->top, &context, rays, i);
+        closest_8(valid->on, q->scene->top, &context, &q->narrow8, rays);
     else
-        for (int i = 0; i < LANES; i += 4) closest_4(valid->on, q->scene->top, &context, rays, i);
+        closest_4(valid->on, q->scene->top, &context, &q->narrow4, rays);
 }
 
 void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
@@ -94,7 +100,7 @@ void queries_occluded(struct queries *q, enum query_kind kind, const struct lane
     if (q->scene->packet_width == 16)
         rtcOccluded16(valid->on, q->scene->top, &context, &rays->ray);
     else if (q->scene->packet_width == 8)
-        for (int i = 0; i < LANES; i += 8) occluded_8(valid->on, q->scene->top, &context, rays, i);
+        occluded_8(valid->on, q->scene->top, &context, &q->narrow8.ray, rays);
     else
-        for (int i = 0; i < LANES; i += 4) occluded_4(valid->on, q->scene->top, &context, rays, i);
+        occluded_4(valid->on, q->scene->top, &context, &q->narrow4.ray, rays);
 }

@@ -30,7 +30,12 @@ struct queries {
     const struct lane_kernels *kernels;
     struct query_recorder *recorder; /* NULL: nobody looks */
     uint64_t rejected;               /* rays switched off because they were not finite */
+    struct RTCRayHit8 narrow8;       /* scratch for CPUs without packets of sixteen */
+    struct RTCRayHit4 narrow4;
 };
+
+/* No scene, no recorder. */
+void queries_init(struct queries *q);
 
 /* Sets the fields that no query changes. */
 void queries_init_rays(struct RTCRayHit16 *rays);
