@@ -3,8 +3,9 @@
  *
  * A plane is w*h elements of one component, row by row. Components of a plane follow each other
  * (planar). Planes are grouped by element size, 4-byte ones first, then 2, then 1, and each group
- * is byte-shuffled and compressed as one (blosc, zstd level 1). A plane whose samples are all the
- * default (zero bits) need not be sent: its bit in the tile's masks is then clear.
+ * is byte-shuffled and compressed as one (blosc, LZ4: a quarter of the CPU time of zstd level 1 for
+ * 16 % more bytes). A plane whose samples are all the default (zero bits) need not be sent: its bit
+ * in the tile's masks is then clear.
  *
  * Bytes a pixel before compression:
  *   depth 4 + normal 4 + albedo 6 + id 4

@@ -5,7 +5,7 @@
 
 #include "proto/samples_layout.h"
 
-#define COMPRESSOR        "zstd"
+#define COMPRESSOR        "lz4"
 #define COMPRESSION_LEVEL 1
 
 static bool is_zero(const uint8_t *data, size_t size_bytes)
@@ -169,7 +169,7 @@ static bool unpack_group(const uint8_t *packed, size_t packed_bytes, uint8_t *ou
     if (blosc_cbuffer_validate(packed, packed_bytes, &declared_bytes) < 0) return false;
     if (declared_bytes != size_bytes) return false;
     const char *library = blosc_cbuffer_complib(packed);
-    if (!library || strcmp(library, "Zstd") != 0) return false;
+    if (!library || strcmp(library, "LZ4") != 0) return false;
     return blosc_decompress_ctx(packed, out, size_bytes, 1) == (int)size_bytes;
 }
 
