@@ -119,7 +119,7 @@ static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault 
     return device_status(s, "meshes", fault);
 }
 
-static void instance_attach(const struct render_scene *s, uint32_t index)
+static void instance_attach(struct render_scene *s, uint32_t index)
 {
     const struct scene_instance *instance = &s->blob->instances[index];
     RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
@@ -129,6 +129,7 @@ static void instance_attach(const struct render_scene *s, uint32_t index)
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(s->top, geometry, index);
     rtcReleaseGeometry(geometry);
+    s->has_instances = true;
 }
 
 /* Attaches instance `index`; a mesh that stands there once and untransformed needs no instance. */

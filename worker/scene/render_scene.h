@@ -35,6 +35,7 @@ struct render_scene {
     struct RTCSceneTy *top;
     const char *isa;       /* what build_isa() said */
     uint32_t packet_width; /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_instances;    /* whether `top` holds Embree instances, not just geometries */
 };
 
 /* Builds the scene with `threads` threads (at least 1) on the instruction set build_isa(). `blob`

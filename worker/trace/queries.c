@@ -32,6 +32,19 @@ static struct RTCIntersectContext context_for(enum query_kind kind)
     return context;
 }
 
+/* Embree 3.13.5 as Debian 12 builds it never returns from a coherent occlusion packet of sixteen
+ * over instances, once its stack holds old bytes: it saves the mask of lanes still to trace in 16
+ * bits (kmovw) and reads it back as 64. Other widths, closest hits and plain triangles are sound.
+ * https://github.com/RenderKit/embree/pull/574 is about the same truncation. */
+static struct RTCIntersectContext occlusion_context(const struct render_scene *scene,
+                                                    enum query_kind kind)
+{
+    struct RTCIntersectContext context = context_for(kind);
+    if (scene->packet_width == 16 && scene->has_instances)
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    return context;
+}
+
 void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *rays)
 {
     q->rejected += q->kernels->sanitise(rays, valid);
@@ -96,7 +109,7 @@ void queries_occluded(struct queries *q, enum query_kind kind, const struct lane
                       struct RTCRayHit16 *rays)
 {
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
-    struct RTCIntersectContext context = context_for(kind);
+    struct RTCIntersectContext context = occlusion_context(q->scene, kind);
     if (q->scene->packet_width == 16)
         rtcOccluded16(valid->on, q->scene->top, &context, &rays->ray);
     else if (q->scene->packet_width == 8)
