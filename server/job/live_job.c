@@ -106,13 +106,13 @@ static void end(struct live_job *job, enum job_state state)
     close_statistics(job);
     json_t *report = live_job_report(job);
     char *report_text = json_dumps(report, JSON_COMPACT);
-    char *error_text_ = job->error ? json_dumps(job->error, JSON_COMPACT) : NULL;
+    char *problem_text = job->error ? json_dumps(job->error, JSON_COMPACT) : NULL;
     job->holds++;
-    job_store_update(job->jobs->options.store, job->id, job_state_name(state), error_text_,
+    job_store_update(job->jobs->options.store, job->id, job_state_name(state), problem_text,
                      report_text, on_ended, job);
     json_decref(report);
     free(report_text);
-    free(error_text_);
+    free(problem_text);
 }
 
 void live_job_fail(struct live_job *job, const struct fault *fault)
