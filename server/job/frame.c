@@ -169,3 +169,8 @@ void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_f
     if (!tile_queue_fault(f->tiles, worker, fault->index, fault->generation))
         frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
 }
+
+const struct fault *frame_refusal(const struct frame *f)
+{
+    return &f->refusal;
+}

@@ -61,6 +61,9 @@ uint32_t frame_tiles_landed(const struct frame *f);
 uint32_t frame_tiles_waiting(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
+/* Why the last result that did not fit the plan was refused. Borrowed. */
+const struct fault *frame_refusal(const struct frame *f);
+
 /* The next tile for a worker. False when none waits, or when reconstruction is so far behind that
  * more samples would only fill memory; frame_was_held then says once that it goes on. */
 bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);

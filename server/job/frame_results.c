@@ -112,15 +112,15 @@ struct decode_task {
     struct samples *samples;      /* owned until landed */
     struct rect rect;
     int error;
+    struct fault fault;
 };
 
 static void decode_run(struct team_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
-    struct fault fault;
     if (atomic_load(&t->frame->dropped)) return;
     t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan,
-                              rect_width(t->rect), rect_height(t->rect), &t->samples, &fault);
+                              rect_width(t->rect), rect_height(t->rect), &t->samples, &t->fault);
 }
 
 static void judge(struct decode_task *t, uint32_t verdict)
@@ -139,7 +139,10 @@ static void reject(struct decode_task *t)
     struct frame *f = t->frame;
     bool corrupt = t->error != ERR_MEMORY;
     tile_queue_reject(f->tiles, t->result.index);
-    if (corrupt) f->statistics.results_corrupt++;
+    if (corrupt) {
+        f->statistics.results_corrupt++;
+        f->refusal = t->fault;
+    }
     judge(t, corrupt ? VERDICT_CORRUPT : VERDICT_STALE);
 }
 

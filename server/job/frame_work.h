@@ -8,6 +8,7 @@
 #include "server/job/tile_queue.h"
 
 struct frame {
+    struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
     struct plan plan;
     struct bytes_writer plan_bytes;

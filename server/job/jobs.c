@@ -100,10 +100,21 @@ static bool open_next(struct jobs *jobs)
     return true;
 }
 
+/* All workers were sent away for what they returned: what is in work would wait for ever. Jobs that
+ * only wait go on waiting; other workers may come. */
+static void fail_abandoned(struct jobs *jobs)
+{
+    struct fault fault = jobs->abandoned;
+    jobs->abandoned = (struct fault){0};
+    if (!fault.code || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
+    while (jobs->open_count > 0) live_job_fail(jobs->open[0].job, &fault);
+}
+
 static void on_advance(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
     if (jobs->stopping) return;
+    fail_abandoned(jobs);
     begin_jobs(jobs);
     while (open_next(jobs)) {
     }

@@ -53,6 +53,7 @@ struct jobs {
     unsigned ended_next;
     struct corrupt_sender senders[SENDERS_KNOWN];
     unsigned senders_next;
+    struct fault abandoned; /* code set: the last worker was sent away, and for what */
     struct statistics past; /* of frames that are no longer open, and of imports */
     bool stopping;
 };

@@ -79,8 +79,9 @@ static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
     return open->job;
 }
 
-/* Counts what a worker sent damaged; after the third it is sent away. */
-static void count_corrupt(struct jobs *jobs, uint64_t worker)
+/* Counts what a worker sent damaged; after the third it is sent away. When nobody is left then, who
+ * waits must hear of it. */
+static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t worker)
 {
     struct corrupt_sender *sender = NULL;
     for (unsigned i = 0; i < SENDERS_KNOWN && !sender; i++)
@@ -89,7 +90,16 @@ static void count_corrupt(struct jobs *jobs, uint64_t worker)
         sender = &jobs->senders[jobs->senders_next++ % SENDERS_KNOWN];
         *sender = (struct corrupt_sender){.worker = worker};
     }
-    if (++sender->results >= CORRUPT_MOST) fleet_drain(jobs->fleet, worker, true);
+    if (++sender->results < CORRUPT_MOST) return;
+    fleet_drain(jobs->fleet, worker, true);
+    if (fleet_count(jobs->fleet) > 0) return;
+    const struct fault *refusal = frame_refusal(work);
+    fault_set(
+        &jobs->abandoned, ERR_CORRUPT, "",
+        "no worker is left: each was set aside after %d results that do not fit the plan, the "
+        "last one at %.100s: %.200s",
+        CORRUPT_MOST, refusal->pointer, refusal->detail);
+    jobs_advance_soon(jobs);
 }
 
 /* Told together with the next progress: an event a tile would cost more than the tile's place in
@@ -116,7 +126,7 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
         jobs_progress_soon(jobs, job);
         return;
     }
-    if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, worker);
+    if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, work, worker);
     fleet_wake(jobs->fleet);
 }
 

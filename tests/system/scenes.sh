@@ -21,7 +21,7 @@ scene() { # NAME FILE LOW HIGH REST-OF-JOB
     check "$1 renders" render "$1" "{\"scene\": {\"file\": \"$scenes/$2\"${5:-}}, \"image\": {\"width\": 160, \"height\": 120}${6:-}}"
     check "$1 is finite and neither black nor burnt out" mean_between "$1" "$3" "$4"
 }
-key='"lights": [{"type": "rectangle", "center": [1, 1.5, 2], "half_u": [0.5, 0, 0], "half_v": [0, -0.3, -0.3], "radiance": [12, 12, 12]},
+key='"lights": [{"type": "rectangle", "center": [1, 1.5, 2], "half_u": [0.5, 0, 0], "half_v": [0, -0.4, 0.3], "radiance": [12, 12, 12]},
      {"type": "directional", "direction": [1, -1, -1], "irradiance": [1, 1, 1.2]}]'
 
 scene flight-helmet gltf/FlightHelmet/FlightHelmet.gltf 0.005 2 '' ", $key"
