@@ -100,21 +100,26 @@ static bool open_next(struct jobs *jobs)
     return true;
 }
 
-/* All workers were sent away for what they returned: what is in work would wait for ever. Jobs that
- * only wait go on waiting; other workers may come. */
-static void fail_abandoned(struct jobs *jobs)
+/* All workers were sent away for what they returned and none has come since: what is in work would
+ * wait for ever. Jobs that only wait go on waiting. */
+static void on_abandoned(uv_timer_t *timer)
 {
-    struct fault fault = jobs->abandoned;
-    jobs->abandoned = (struct fault){0};
-    if (!fault.code || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
-    while (jobs->open_count > 0) live_job_fail(jobs->open[0].job, &fault);
+    struct jobs *jobs = timer->data;
+    if (jobs->stopping || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
+    while (jobs->open_count > 0) live_job_fail(jobs->open[0].job, &jobs->refusal);
+    jobs_advance_soon(jobs);
+}
+
+void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal)
+{
+    jobs->refusal = *refusal;
+    if (!jobs->stopping) uv_timer_start(&jobs->abandoned, on_abandoned, ABANDONED_AFTER_MS, 0);
 }
 
 static void on_advance(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
     if (jobs->stopping) return;
-    fail_abandoned(jobs);
     begin_jobs(jobs);
     while (open_next(jobs)) {
     }
@@ -186,7 +191,8 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     }
     uv_timer_init(options->loop, &jobs->advance);
     uv_timer_init(options->loop, &jobs->progress);
-    jobs->advance.data = jobs->progress.data = jobs;
+    uv_timer_init(options->loop, &jobs->abandoned);
+    jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
 }
@@ -244,6 +250,7 @@ void jobs_stop(struct jobs *jobs)
     jobs->fleet = NULL;
     uv_close((uv_handle_t *)&jobs->advance, NULL);
     uv_close((uv_handle_t *)&jobs->progress, NULL);
+    uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     for (size_t i = 0; i < jobs->count; i++) live_job_drop(jobs->by_id[i]);
     stop_dry_runs(jobs);
     imports_stop(jobs->imports);

@@ -8,11 +8,13 @@
 #define OPEN_MOST 4
 #define OPEN_FLOATS_MOST                                                                           \
     (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K beauties */
-#define READY_AHEAD       3   /* jobs that are imported and planned before their turn */
-#define ENDED_STREAMS     32  /* ended jobs whose late readers still find the last events */
-#define SENDERS_KNOWN     64  /* workers that sent something corrupt */
-#define CORRUPT_MOST      3   /* results, until a worker is drained */
-#define PROGRESS_EVERY_MS 100
+#define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
+#define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
+#define SENDERS_KNOWN      64 /* workers that sent something corrupt */
+#define CORRUPT_MOST       3  /* results, until a worker is drained */
+#define PROGRESS_EVERY_MS  100
+#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was drained */
+#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was drained */
 
 struct open_frame {
     struct live_job *job;
@@ -53,7 +55,8 @@ struct jobs {
     unsigned ended_next;
     struct corrupt_sender senders[SENDERS_KNOWN];
     unsigned senders_next;
-    struct fault abandoned; /* code set: the last worker was sent away, and for what */
+    uv_timer_t abandoned;   /* runs since the last worker was sent away */
+    struct fault refusal;   /* for what */
     struct statistics past; /* of frames that are no longer open, and of imports */
     bool stopping;
 };
@@ -70,6 +73,9 @@ void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
 
 /* jobs.c */
+/* Fails what is in work unless a worker joins within ABANDONED_AFTER_MS. */
+void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal);
+
 /* Looks soon for what can be begun. */
 void jobs_advance_soon(struct jobs *jobs);
 void jobs_progress_soon(struct jobs *jobs, struct live_job *job);

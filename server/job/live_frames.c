@@ -94,12 +94,13 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
     fleet_drain(jobs->fleet, worker, true);
     if (fleet_count(jobs->fleet) > 0) return;
     const struct fault *refusal = frame_refusal(work);
+    struct fault fault;
     fault_set(
-        &jobs->abandoned, ERR_CORRUPT, "",
+        &fault, ERR_CORRUPT, "",
         "no worker is left: each was set aside after %d results that do not fit the plan, the "
-        "last one at %.100s: %.200s",
+        "last one at \"%.100s\": %.200s",
         CORRUPT_MOST, refusal->pointer, refusal->detail);
-    jobs_advance_soon(jobs);
+    jobs_fail_unless_joined(jobs, &fault);
 }
 
 /* Told together with the next progress: an event a tile would cost more than the tile's place in

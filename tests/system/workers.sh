@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Workers that misbehave beside one that does not: the picture's bytes stay what they are. Those of
+# another build, protocol or instruction set are refused with words that say what to do.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/workers.sh BUILD_DIR}
+. tests/tap.bash
+jq -n --arg scene "$PWD/tests/scenes/cornell-box/cornell-box.glb" \
+    '{scene: {file: $scene}, image: {width: 320, height: 320}, sampling: {spp: 16, seed: 3}}' >"$tmp/job.json"
+check "the undisturbed frame" "$build/shearwater" render "$tmp/job.json" --quiet -o "$tmp/alone.exr"
+
+data=$tmp/data
+check "a coordinator starts" serve_start "$data" --workers 0
+fake() { "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script "$1"; }
+
+refused() { timeout 20 bash -c "$(declare -f fake); build='$build' data='$data'; fake $1" >"$tmp/$1.log" 2>&1
+            grep -q '"REFUSED"' "$tmp/$1.log" && grep -qi "$2" "$tmp/$1.log"; }
+check "another build is refused, and told what to do" refused wrong-build 'install the same build'
+check "another protocol is refused" refused wrong-protocol 'version'
+check "another instruction set is refused, and told what to do" refused wrong-isa 'SHEARWATER_ISA'
+
+# The fake has the frame to itself until it has done its worst; then a real worker joins.
+disturbed() {
+    local script=$1 id real
+    timeout 60 bash -c "$(declare -f fake); build='$build' data='$data'; fake $script" >"$tmp/$script.log" 2>&1 &
+    track $!
+    sleep 0.3
+    id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
+    "$build/shearwater-worker" --connect "unix:$data/worker.sock" --threads 1 --cache "$data/cache" \
+        >>"$tmp/real.log" 2>&1 &
+    real=$!
+    track $real
+    await_state "$id" finished 60 || { cat "$tmp/$script.log"; return 1; }
+    curl -sSf --noproxy '*' -o "$tmp/$script.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
+    kill $real; wait $real
+    tail -n 3 "$tmp/$script.log"
+    cmp "$tmp/alone.exr" "$tmp/$script.exr"
+}
+for script in garbage flip lie nan disconnect-mid-result; do
+    check "a worker with the script $script changes no byte" disturbed $script
+done
+check "the coordinator counted what it refused" bash -c "
+    curl -sS --noproxy '*' '$url/metrics' | awk '/results_total.*corrupt/ {n = \$2} END {exit !(n > 0)}'"
+check "it is alive and stops in order" serve_stop
+tap_done
