@@ -1,0 +1,228 @@
+/* The lane kernels: the same bits on every instruction set, and what they do at the edges. */
+#include "tests/unit/worker/tile_fixture.h"
+
+#include <xmmintrin.h>
+
+#include "proto/build.h"
+#include "proto/octahedron.h"
+#include "worker/trace/lane_kernels.h"
+
+static const char *const all_isas[] = {"sse4.2", "avx2", "avx512"};
+
+/* How many of them this CPU has; build_isa() names the best. */
+static int isa_count(void)
+{
+    for (int i = 2; i >= 0; i--)
+        if (strcmp(build_isa(), all_isas[i]) == 0) return i + 1;
+    return 0;
+}
+
+static uint32_t random_bits(uint64_t *state)
+{
+    *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (uint32_t)(*state >> 32);
+}
+
+/* In [-1, 1]. */
+static float random_signed(uint64_t *state)
+{
+    return (float)(int32_t)random_bits(state) * 0x1p-31f;
+}
+
+static void random_lanes(uint64_t *state, float scale, struct lanes3 *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        out->x[i] = scale * random_signed(state);
+        out->y[i] = scale * random_signed(state);
+        out->z[i] = scale * random_signed(state);
+    }
+}
+
+static void random_surface(uint64_t *state, struct surface *s)
+{
+    memset(s, 0, sizeof *s);
+    random_lanes(state, 3.0f, &s->position);
+    s->origin = s->position;
+    random_lanes(state, 1.0f, &s->normal);
+    random_lanes(state, 1.0f, &s->facet);
+    for (int i = 0; i < LANES; i++) s->hit.on[i] = -(int32_t)(random_bits(state) & 1);
+}
+
+static void random_light(uint64_t *state, uint32_t type, struct plan_light *p)
+{
+    *p = (struct plan_light){.type = type,
+                             .profile = random_bits(state) & 1,
+                             .half_u = {0.7f, 0, 0},
+                             .half_v = {0, 0, 0.4f},
+                             .direction = {0, -1, 0},
+                             .cos_inner = 0.9f,
+                             .cos_outer = 0.3f,
+                             .range = random_bits(state) & 1 ? 3.0f : 0.0f,
+                             .power = 1,
+                             .strata_per_axis = 1};
+    for (int i = 0; i < 3; i++) p->position[i] = 2.0f * random_signed(state);
+}
+
+static void test_light_samples_agree(void **state)
+{
+    (void)state;
+    uint64_t seed = 1;
+    static struct light_packet expected, got; /* zeroed: padding compares equal */
+    for (int round = 0; round < 400; round++) {
+        struct plan plan = {.light_count = 1};
+        struct light_table table;
+        struct surface s;
+        struct lanes_mask lanes;
+        _Alignas(64) float u[LANES], v[LANES];
+        random_light(&seed, (uint32_t)round % 4, &plan.lights[0]);
+        light_table_init(&table, &plan);
+        random_surface(&seed, &s);
+        for (int i = 0; i < LANES; i++) {
+            u[i] = 0.5f + 0.5f * random_signed(&seed);
+            v[i] = 0.5f + 0.5f * random_signed(&seed);
+            lanes.on[i] = s.hit.on[i];
+        }
+        lane_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
+        for (int k = 1; k < isa_count(); k++) {
+            lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
+            assert_memory_equal(got.rays.ray.dir_x, expected.rays.ray.dir_x, 64);
+            assert_memory_equal(got.rays.ray.dir_z, expected.rays.ray.dir_z, 64);
+            assert_memory_equal(got.rays.ray.tfar, expected.rays.ray.tfar, 64);
+            assert_memory_equal(got.traced.on, expected.traced.on, 64);
+            assert_memory_equal(got.skip, expected.skip, 64);
+            for (int i = 0; i < LANES; i++)
+                if (got.traced.on[i])
+                    assert_memory_equal(&got.irradiance[i], &expected.irradiance[i], 4);
+        }
+    }
+}
+
+static void test_surfaces_agree(void **state)
+{
+    (void)state;
+    uint64_t seed = 2;
+    for (int round = 0; round < 300; round++) {
+        static struct RTCRay16 rays;
+        struct surface a, b;
+        struct lanes3 way;
+        _Alignas(64) float magnitude[LANES];
+        random_surface(&seed, &a);
+        random_lanes(&seed, 1.0f, &way);
+        for (int i = 0; i < LANES; i++) {
+            float length = sqrtf(way.x[i] * way.x[i] + way.y[i] * way.y[i] + way.z[i] * way.z[i]);
+            rays.dir_x[i] = way.x[i] / length;
+            rays.dir_y[i] = way.y[i] / length;
+            rays.dir_z[i] = way.z[i] / length;
+            magnitude[i] = fabsf(random_signed(&seed)) * 10.0f;
+        }
+        if (round % 3 == 0) a.normal.x[3] = a.normal.y[3] = a.normal.z[3] = 0.0f;
+        if (round % 5 == 0) a.facet.x[9] = a.facet.y[9] = a.facet.z[9] = 0.0f;
+        b = a;
+        lane_kernels_sse42.finish_surface(&rays, magnitude, &a);
+        for (int i = 0; i < LANES; i++) {
+            float facing = a.facet.x[i] * rays.dir_x[i] + a.facet.y[i] * rays.dir_y[i] +
+                           a.facet.z[i] * rays.dir_z[i];
+            float shading = a.normal.x[i] * rays.dir_x[i] + a.normal.y[i] * rays.dir_y[i] +
+                            a.normal.z[i] * rays.dir_z[i];
+            float length = a.normal.x[i] * a.normal.x[i] + a.normal.y[i] * a.normal.y[i] +
+                           a.normal.z[i] * a.normal.z[i];
+            assert_true(facing <= 0.0f && shading < 0.0f && fabsf(length - 1.0f) < 1e-5f);
+        }
+        for (int k = 1; k < isa_count(); k++) {
+            struct surface c = b;
+            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, &c);
+            assert_memory_equal(&c, &a, sizeof a);
+        }
+    }
+}
+
+static void test_packed_normals_are_octahedron_codes(void **state)
+{
+    (void)state;
+    uint64_t seed = 3;
+    for (int round = 0; round < 500; round++) {
+        struct lanes3 n;
+        _Alignas(64) uint32_t wide[LANES], narrow[LANES];
+        random_lanes(&seed, 1.0f, &n);
+        if (round % 4 == 0) n.x[0] = 0, n.y[0] = 0, n.z[0] = round % 8 ? 1.0f : -1.0f;
+        if (round % 4 == 1) n.x[5] = 0, n.z[5] = 0, n.y[5] = 1;
+        if (round == 2) n.x[1] = n.y[1] = n.z[1] = 0;
+        for (int k = 0; k < isa_count(); k++) {
+            lane_kernels_for(all_isas[k])->pack_normals(&n, 16, wide);
+            lane_kernels_for(all_isas[k])->pack_normals(&n, 8, narrow);
+            for (int i = 0; i < LANES; i++) {
+                const float v[3] = {n.x[i], n.y[i], n.z[i]};
+                assert_int_equal(wide[i], octahedron_pack16(v));
+                assert_int_equal(narrow[i], octahedron_pack8(v));
+            }
+        }
+    }
+}
+
+static void test_unfit_rays_are_switched_off(void **state)
+{
+    (void)state;
+    for (int k = 0; k < isa_count(); k++) {
+        struct RTCRay16 r = {.tnear = {0}};
+        struct lanes_mask valid;
+        for (int i = 0; i < LANES; i++) {
+            valid.on[i] = i == 15 ? 0 : -1;
+            r.dir_x[i] = 1;
+            r.tfar[i] = INFINITY;
+        }
+        r.org_x[0] = NAN;
+        r.org_y[1] = 2e18f;
+        r.dir_z[2] = INFINITY;
+        r.dir_y[3] = NAN;
+        r.tnear[4] = -1;
+        r.tfar[5] = NAN;
+        r.tfar[6] = 0;
+        r.org_z[15] = NAN;
+        assert_int_equal(lane_kernels_for(all_isas[k])->sanitise(&r, &valid), 7);
+        for (int i = 0; i < LANES; i++) assert_int_equal(valid.on[i], i < 7 || i == 15 ? 0 : -1);
+    }
+}
+
+/* A receiver in the light itself: E overflows, no ray is sent, the sample is counted. */
+static void test_not_finite_samples_are_rejected(void **state)
+{
+    (void)state;
+    static struct light_packet packet;
+    struct plan plan = {.light_count = 1};
+    struct light_table table;
+    struct surface s = {.hit = {{0}}};
+    struct lanes_mask lanes;
+    struct counters counters = {0};
+    _Alignas(64) float u[LANES] = {0};
+    plan.lights[0] = (struct plan_light){.type = LIGHT_POINT, .power = 1, .strata_per_axis = 1};
+    plan.lights[0].position[1] = 1e-15f;
+    light_table_init(&table, &plan);
+    for (int i = 0; i < LANES; i++) {
+        s.normal.y[i] = s.facet.y[i] = 1.0f;
+        lanes.on[i] = -1;
+        s.position.x[i] = i == 2 ? 1.0f : 0.0f;
+    }
+    s.origin = s.position;
+    for (int k = 0; k < isa_count(); k++) {
+        unsigned int mode = _mm_getcsr();
+        _mm_setcsr(mode | 0x8040u); /* as while tiles are traced: squares flush to zero */
+        plan.lights[0].position[1] = 1e-20f;
+        lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, u, &s, &lanes, &packet);
+        _mm_setcsr(mode);
+        for (int i = 0; i < LANES; i++) assert_int_equal(packet.traced.on[i], i == 2 ? -1 : 0);
+    }
+    light_count_skips(&packet, &lanes, &counters);
+    assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], LANES - 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_light_samples_agree),
+        cmocka_unit_test(test_surfaces_agree),
+        cmocka_unit_test(test_packed_normals_are_octahedron_codes),
+        cmocka_unit_test(test_unfit_rays_are_switched_off),
+        cmocka_unit_test(test_not_finite_samples_are_rejected),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
