@@ -86,7 +86,7 @@ struct job {
     uint32_t layers;                        /* default beauty */
     int32_t first_frame, last_frame;        /* 0..2^30; default 1, and first */
     int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
-    int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 32 */
+    int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,

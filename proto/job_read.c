@@ -289,7 +289,7 @@ static void set_defaults(struct job *job)
                         .layers = LAYER_BEAUTY,
                         .first_frame = 1,
                         .last_frame = LAST_FRAME_UNSET,
-                        .tile_px = 32};
+                        .tile_px = 64};
 }
 
 static uint32_t round_up_to_square(uint32_t spp)

@@ -35,7 +35,7 @@ static int parse(int argc, char **argv, struct render_options *o)
          LIMIT_WORKERS, &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N", "threads of each worker (default: all cores)", 1,
          LIMIT_THREADS, &o->worker_threads},
-        {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 32)",
+        {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 64)",
          LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->tile_px},
         {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skips, CPU seconds, memory", 0, 0,
          &o->stats},
