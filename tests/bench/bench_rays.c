@@ -3,10 +3,11 @@
  *     bench_rays BLOB [THREADS]
  *
  * Records the camera and shadow rays of a 720 x 720 frame at 9 samples a pixel without bounces,
- * replays them through nothing but Embree calls (packets and streams, the better one counts; rays
- * lie ready in cache, copying them there is not timed), and traces the same frame with tile_trace.
- * Prints one JSON line with both and one with every effect on. Times are CPU times of the tracing
- * threads, medians over interleaved repetitions. */
+ * replays them through nothing but Embree calls, and traces the same frame with tile_trace.
+ * Replayed rays lie ready in cache, copying them there is not timed; of packets as the worker
+ * asked, full packets and streams the best counts. Prints one JSON line with both and one with
+ * every effect on. Times are CPU times of the tracing threads, medians over interleaved
+ * repetitions. */
 #include <embree3/rtcore.h>
 #include <math.h>
 #include <pthread.h>
@@ -23,10 +24,11 @@ enum { SIDE_PX = 720, TILE_PX = 32, STRATA = 3, CHUNK = 4096, REPETITIONS = 7, T
 
 #define MXCSR_FLUSH 0x8040u
 
-/* Rays of one kind, in the order in which they were asked. */
+/* Rays of one kind in the order in which they were asked, sixteen lanes a packet; `count` lanes are
+ * on. Lanes that are off have a mask of 0. */
 struct recording {
     struct RTCRay *rays;
-    size_t count, capacity;
+    size_t lanes, count, capacity;
 };
 
 struct recorder {
@@ -49,16 +51,17 @@ static void fail(const char *text)
 
 static void recording_add(struct recording *r, const struct RTCRay *ray)
 {
-    if (r->count == r->capacity) {
+    if (r->lanes == r->capacity) {
         size_t capacity = r->capacity ? 2 * r->capacity : 65536;
         struct RTCRay *grown = aligned_alloc(64, capacity * sizeof *grown);
         if (!grown) fail("no memory for the recording");
-        if (r->count) memcpy(grown, r->rays, r->count * sizeof *grown);
+        if (r->lanes) memcpy(grown, r->rays, r->lanes * sizeof *grown);
         free(r->rays);
         r->rays = grown;
         r->capacity = capacity;
     }
-    r->rays[r->count++] = *ray;
+    r->rays[r->lanes++] = *ray;
+    if (ray->mask) r->count++;
 }
 
 static void record(struct query_recorder *self, enum query_kind kind,
@@ -67,10 +70,11 @@ static void record(struct query_recorder *self, enum query_kind kind,
     struct recorder *recorder = (struct recorder *)self;
     const struct RTCRay16 *r = &q->ray;
     for (int i = 0; i < LANES; i++) {
-        if (!valid->on[i]) continue;
-        struct RTCRay ray = {r->org_x[i], r->org_y[i], r->org_z[i], r->tnear[i],
-                             r->dir_x[i], r->dir_y[i], r->dir_z[i], 0.0f,
-                             r->tfar[i],  r->mask[i],  0,           0};
+        struct RTCRay ray = {.mask = 0};
+        if (valid->on[i])
+            ray = (struct RTCRay){r->org_x[i], r->org_y[i], r->org_z[i], r->tnear[i],
+                                  r->dir_x[i], r->dir_y[i], r->dir_z[i], 0.0f,
+                                  r->tfar[i],  r->mask[i],  0,           0};
         recording_add(&recorder->kinds[kind], &ray);
     }
 }
@@ -83,6 +87,7 @@ struct chunk {
     struct RTCRay8 rays8[CHUNK / 8];
     struct RTCRayHit hits1[CHUNK];
     struct RTCRay rays1[CHUNK];
+    _Alignas(64) int valid[CHUNK];
 };
 
 #define FILL(to, lane, ray)                                                                        \
@@ -95,38 +100,59 @@ struct chunk {
         (to).id[lane] = (to).flags[lane] = 0;                                                      \
     } while (0)
 
-static void chunk_fill(struct chunk *c, const struct RTCRay *rays)
+enum layout { LAYOUT_ASKED, LAYOUT_16, LAYOUT_8, LAYOUT_STREAM, LAYOUT_COUNT };
+static const char *const layout_names[] = {"packets as asked", "packets of 16", "packets of 8",
+                                           "streams"};
+
+/* Lays out the rays in c->rays1. */
+static void chunk_lay_out(struct chunk *c)
 {
     memset(c->hits16, 0xff, sizeof c->hits16);
     memset(c->hits8, 0xff, sizeof c->hits8);
     memset(c->hits1, 0xff, sizeof c->hits1);
-    memcpy(c->rays1, rays, sizeof c->rays1);
     for (int i = 0; i < CHUNK; i++) {
-        FILL(c->hits16[i / 16].ray, i % 16, rays[i]);
-        FILL(c->rays16[i / 16], i % 16, rays[i]);
-        FILL(c->hits8[i / 8].ray, i % 8, rays[i]);
-        FILL(c->rays8[i / 8], i % 8, rays[i]);
-        c->hits1[i].ray = rays[i];
+        const struct RTCRay *ray = &c->rays1[i];
+        FILL(c->hits16[i / 16].ray, i % 16, *ray);
+        FILL(c->rays16[i / 16], i % 16, *ray);
+        FILL(c->hits8[i / 8].ray, i % 8, *ray);
+        FILL(c->rays8[i / 8], i % 8, *ray);
+        c->hits1[i].ray = *ray;
+        c->valid[i] = ray->mask ? -1 : 0;
     }
 }
 
-enum layout { LAYOUT_16, LAYOUT_8, LAYOUT_STREAM, LAYOUT_COUNT };
-static const char *const layout_names[] = {"packets of 16", "packets of 8", "streams"};
+/* The next chunk of a recording from lane *at on, with its gaps or without. How many rays are on; 0
+ * when too few are left. */
+static size_t chunk_fill(struct chunk *c, const struct recording *r, bool gaps, size_t *at)
+{
+    size_t n = 0, on = 0;
+    for (; n < CHUNK && *at < r->lanes; ++*at)
+        if (gaps || r->rays[*at].mask) {
+            c->rays1[n++] = r->rays[*at];
+            on += r->rays[*at].mask != 0;
+        }
+    if (n < CHUNK) return 0;
+    chunk_lay_out(c);
+    return on;
+}
 
 static void replay(RTCScene scene, struct chunk *c, bool closest, enum layout layout)
 {
-    static const int all[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    if (layout == LAYOUT_16 && closest)
-        for (int i = 0; i < CHUNK / 16; i++) rtcIntersect16(all, scene, &context, &c->hits16[i]);
-    else if (layout == LAYOUT_16)
-        for (int i = 0; i < CHUNK / 16; i++) rtcOccluded16(all, scene, &context, &c->rays16[i]);
+    if (layout <= LAYOUT_16 && closest)
+        for (int i = 0; i < CHUNK / 16; i++)
+            rtcIntersect16(c->valid + (size_t)16 * (size_t)i, scene, &context, &c->hits16[i]);
+    else if (layout <= LAYOUT_16)
+        for (int i = 0; i < CHUNK / 16; i++)
+            rtcOccluded16(c->valid + (size_t)16 * (size_t)i, scene, &context, &c->rays16[i]);
     else if (layout == LAYOUT_8 && closest)
-        for (int i = 0; i < CHUNK / 8; i++) rtcIntersect8(all, scene, &context, &c->hits8[i]);
+        for (int i = 0; i < CHUNK / 8; i++)
+            rtcIntersect8(c->valid + (size_t)8 * (size_t)i, scene, &context, &c->hits8[i]);
     else if (layout == LAYOUT_8)
-        for (int i = 0; i < CHUNK / 8; i++) rtcOccluded8(all, scene, &context, &c->rays8[i]);
+        for (int i = 0; i < CHUNK / 8; i++)
+            rtcOccluded8(c->valid + (size_t)8 * (size_t)i, scene, &context, &c->rays8[i]);
     else if (closest)
         for (int i = 0; i < CHUNK; i += 1024)
             rtcIntersect1M(scene, &context, &c->hits1[i], 1024, sizeof c->hits1[0]);
@@ -139,15 +165,15 @@ static void replay(RTCScene scene, struct chunk *c, bool closest, enum layout la
 static double bare_s(RTCScene scene, struct chunk *c, const struct recording *r, bool closest,
                      enum layout layout)
 {
-    size_t done = 0;
+    size_t done = 0, at = 0, on;
     double sum = 0.0;
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
-    for (; done + CHUNK <= r->count; done += CHUNK) {
-        chunk_fill(c, r->rays + done);
+    while ((on = chunk_fill(c, r, layout == LAYOUT_ASKED, &at)) > 0) {
         double start = cpu_s();
         replay(scene, c, closest, layout);
         sum += cpu_s() - start;
+        done += on;
     }
     _mm_setcsr(mode);
     return done ? sum * (double)r->count / (double)done : 0.0;

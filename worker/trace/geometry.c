@@ -24,6 +24,7 @@ void geometry_store(const struct queries *q, const struct block *b, const struct
 {
     _Alignas(LANES_ALIGN) uint32_t packed[LANES];
     uint32_t *normals = samples_u32(samples, PLANE_NORMAL, 0);
+    if (lanes_count(&s->hit) == 0) return; /* planes begin as zeros */
     block_store_f32(b, s->distance, samples_f32(samples, PLANE_DEPTH, 0));
     block_store_u32(b, s->id, samples_u32(samples, PLANE_ID, 0));
     store_albedo(b, s, samples_u16(samples, PLANE_ALBEDO, 0), samples_u16(samples, PLANE_ALBEDO, 1),

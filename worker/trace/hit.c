@@ -11,7 +11,7 @@ struct hit_lanes {
     const struct mesh_view *mesh[LANES]; /* NULL: nothing */
     const struct scene_instance *instance[LANES];
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
-    bool any_placed, any_tangents;
+    bool any_hit, any_placed, any_emissive;
 };
 
 static void cross(const float a[3], const float b[3], float out[3])
@@ -87,65 +87,59 @@ static void to_world(const float m[12], int i, float *magnitude, struct surface 
     transform_normal(cofactors, sign, &out->normal, i);
 }
 
-/* Whether the ray came from the side that the winding faces. */
-static bool front(const struct RTCRay16 *r, const struct surface *s, int i)
-{
-    return s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i] <
-           0.0f;
-}
-
-static void emit(const struct material *m, const struct RTCRay16 *r, const struct material_uv *uv,
-                 int i, struct surface *out)
-{
-    float radiance[3];
-    if (!m->emissive || !(m->double_sided || m->unlit || front(r, out, i))) return;
-    material_emission(m, uv, radiance);
-    put(&out->emission, i, radiance);
-}
-
-/* Normal maps bend in the mesh's space. */
-static void map_normals(const struct hit_lanes *lanes, const struct RTCHit16 *hit,
-                        struct surface *out)
-{
-    for (int i = 0; i < LANES; i++) {
-        if (!lanes->mesh[i] || !lanes->mesh[i]->tangents) continue;
-        struct mesh_point point =
-            mesh_point_at(lanes->mesh[i], hit->primID[i], hit->u[i], hit->v[i]);
-        struct material_uv uv;
-        float n[3];
-        mesh_uv(&point, &uv);
-        get(&out->normal, i, n);
-        map_normal(&point, &uv, n);
-        put(&out->normal, i, n);
-    }
-}
-
-static void shade_textured(const struct mesh_view *mesh, const struct RTCRayHit16 *q, int i,
+/* Normal map, albedo and emission (of the emitting side) of a lane whose material has textures. */
+static void shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit, int i,
                            struct surface *out)
 {
-    struct mesh_point point = mesh_point_at(mesh, q->hit.primID[i], q->hit.u[i], q->hit.v[i]);
+    const struct material *m = mesh->material;
+    struct mesh_point point = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
     struct material_uv uv;
-    float color[4];
+    float v[4];
     mesh_uv(&point, &uv);
-    if (!mesh->material->unlit) {
-        material_base_color(mesh->material, &uv, color);
-        put(&out->albedo, i, color);
+    if (mesh->tangents) {
+        get(&out->normal, i, v);
+        map_normal(&point, &uv, v);
+        put(&out->normal, i, v);
     }
-    emit(mesh->material, &q->ray, &uv, i, out);
+    if (!m->unlit) {
+        material_base_color(m, &uv, v);
+        put(&out->albedo, i, v);
+    }
+    if (!m->emissive) return;
+    material_emission(m, &uv, v);
+    put(&out->emission, i, v);
 }
 
-/* Albedo and emission. */
-static void shade(const struct hit_lanes *lanes, const struct RTCRayHit16 *q, struct surface *out)
+/* In the mesh's space: normal maps bend there. */
+static void shade(const struct hit_lanes *lanes, const struct RTCHit16 *hit, struct surface *out)
 {
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *mesh = lanes->mesh[i];
         if (!mesh) continue;
-        if (mesh->material->textured) {
-            shade_textured(mesh, q, i, out);
+        const struct material *m = mesh->material;
+        if (m->textured) {
+            shade_textured(mesh, hit, i, out);
             continue;
         }
-        if (!mesh->material->unlit) put(&out->albedo, i, mesh->material->base_color);
-        emit(mesh->material, &q->ray, NULL, i, out);
+        float radiance[3];
+        if (!m->unlit) put(&out->albedo, i, m->base_color);
+        if (!m->emissive) continue;
+        material_emission(m, NULL, radiance);
+        put(&out->emission, i, radiance);
+    }
+}
+
+/* Emission leaves the side that the winding faces, unless the material has two sides. */
+static void hide_emission(const struct hit_lanes *lanes, const struct RTCRay16 *r,
+                          struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        if (!lanes->mesh[i]) continue;
+        const struct material *m = lanes->mesh[i]->material;
+        float along =
+            s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i];
+        if (along < 0.0f || m->double_sided || m->unlit) continue;
+        s->emission.x[i] = s->emission.y[i] = s->emission.z[i] = 0.0f;
     }
 }
 
@@ -160,7 +154,7 @@ static void find_lane(const struct render_scene *scene, const struct RTCHit16 *h
     lanes->instance[i] = instance;
     lanes->placed.on[i] = placed ? -1 : 0;
     lanes->any_placed |= placed;
-    lanes->any_tangents |= mesh->tangents != NULL;
+    lanes->any_emissive |= mesh->material->emissive;
     out->id[i] = index + 1;
     out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
 }
@@ -174,6 +168,7 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     for (int i = 0; i < LANES; i++) {
         lanes->mesh[i] = NULL;
         if (!valid->on[i] || hit->geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+        lanes->any_hit = true;
         out->hit.on[i] = -1;
         out->distance[i] = rays->ray.tfar[i];
         if (last >= 0 && hit->geomID[i] == hit->geomID[last] &&
@@ -194,14 +189,15 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float magnitude[LANES];
-    struct hit_lanes lanes = {.any_placed = false};
+    struct hit_lanes lanes = {.any_hit = false};
     memset(out, 0, sizeof *out);
     find(q->scene, valid, rays, &lanes, out);
+    if (!lanes.any_hit) return;
     q->kernels->gather_surface(lanes.mesh, &rays->hit, magnitude, out);
-    if (lanes.any_tangents) map_normals(&lanes, &rays->hit, out);
+    shade(&lanes, &rays->hit, out);
     for (int i = 0; lanes.any_placed && i < LANES; i++)
         if (lanes.mesh[i] && lanes.placed.on[i])
             to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
-    shade(&lanes, rays, out);
+    if (lanes.any_emissive) hide_emission(&lanes, &rays->ray, out);
     q->kernels->finish_surface(&rays->ray, magnitude, out);
 }

@@ -26,6 +26,11 @@ struct lane_kernels {
                          const struct surface *receiver, const struct lanes_mask *lanes,
                          struct light_packet *out);
 
+    /* What all strata of a rectangle are skipped for, in out->skip; whether that holds in all lanes
+     * of `lanes`. */
+    bool (*light_hidden)(const struct light *light, const struct surface *receiver,
+                         const struct lanes_mask *lanes, struct light_packet *out);
+
     /* Adds one stratum whose rays have come back; its visibility goes to bit `bit`. */
     void (*add_stratum)(const struct light_packet *p, uint32_t bit, struct shadow_sums *sums);
     void (*add_slopes)(const struct light_packet *p, struct shadow_sums *sums);

@@ -12,6 +12,7 @@ const struct lane_kernels LANE_KERNELS = {
     .finish_surface = kernel_finish_surface,
     .pack_normals = kernel_pack_normals,
     .sample_light = kernel_sample_light,
+    .light_hidden = kernel_light_hidden,
     .add_stratum = kernel_add_stratum,
     .add_slopes = kernel_add_slopes,
 };

@@ -118,7 +118,7 @@ static void finish_packet(const struct surface *restrict r, const struct lanes_m
                   (fabsf(ray->dir_x[i]) < INFINITY) & (fabsf(ray->dir_y[i]) < INFINITY) &
                   (fabsf(ray->dir_z[i]) < INFINITY) & (out->irradiance[i] < INFINITY);
         int skip = out->skip[i];
-        skip = (skip == LIGHT_TRACED) & !fit ? LIGHT_NOT_FINITE : skip;
+        skip = ((skip == LIGHT_TRACED) & !fit) ? LIGHT_NOT_FINITE : skip;
         out->skip[i] = skip;
         out->traced.on[i] = skip == LIGHT_TRACED ? lanes->on[i] : 0;
         ray->org_x[i] = x;
@@ -148,4 +148,38 @@ static void kernel_sample_light(const struct light *light, const float *u, const
         break;
     }
     finish_packet(receiver, lanes, out);
+}
+
+/* The largest product of a direction with the ways to a rectangle's corners, given the product with
+ * the way to its centre, and with its half sides. */
+static inline float reach(float centre, float u, float v)
+{
+    return centre + fabsf(u) + fabsf(v);
+}
+
+/* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
+ * all of it. */
+static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
+                                const struct lanes_mask *restrict lanes,
+                                struct light_packet *restrict out)
+{
+    const struct plan_light *p = light->plan;
+    const float *c = p->position, *u = p->half_u, *v = p->half_v, *d = p->direction;
+    int32_t open = 0;
+    if (p->type != LIGHT_RECTANGLE) return false;
+    for (int i = 0; i < LANES; i++) {
+        float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
+        float wz = c[2] - r->position.z[i];
+        float nx = r->normal.x[i], ny = r->normal.y[i], nz = r->normal.z[i];
+        float fx = r->facet.x[i], fy = r->facet.y[i], fz = r->facet.z[i];
+        float nu = nx * u[0] + ny * u[1] + nz * u[2], nv = nx * v[0] + ny * v[1] + nz * v[2];
+        float fu = fx * u[0] + fy * u[1] + fz * u[2], fv = fx * v[0] + fy * v[1] + fz * v[2];
+        float shading = wx * nx + wy * ny + wz * nz, facet = wx * fx + wy * fy + wz * fz;
+        int below = !((reach(shading, nu, nv) > 0.0f) & (reach(facet, fu, fv) > 0.0f));
+        int above = (-reach(-shading, nu, nv) > 0.0f) & (-reach(-facet, fu, fv) > 0.0f);
+        int behind = above & !(-(wx * d[0] + wy * d[1] + wz * d[2]) > 0.0f);
+        out->skip[i] = below ? LIGHT_BELOW_HORIZON : behind ? LIGHT_FACING_AWAY : LIGHT_TRACED;
+        open |= (below | behind) ? 0 : lanes->on[i];
+    }
+    return open == 0;
 }

@@ -75,6 +75,18 @@ void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct sa
     }
 }
 
+/* Rectangles that no lane can see need no sampling: only their skips are counted. */
+static bool hidden(const struct queries *q, const struct light *light, uint32_t count,
+                   const struct shading_point *p, struct light_packet *scratch,
+                   struct counters *counters)
+{
+    struct counters once = {0};
+    if (count == 1 || !q->kernels->light_hidden(light, p->surface, &p->lit, scratch)) return false;
+    light_count_skips(scratch, &p->counted, &once);
+    for (int i = 0; i < COUNTER_COUNT; i++) counters->value[i] += count * once.value[i];
+    return true;
+}
+
 void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                   const struct shading_point *p, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters)
@@ -84,6 +96,10 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
     bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
     struct shadow_sums *sums = &scratch->sums;
+    if (hidden(q, light, count, p, &scratch->batch[0], counters)) {
+        shadow_store_unlit(index, p, samples);
+        return;
+    }
     sums_init(sums);
     strata_init(&scratch->strata, &p->plan->pattern, p->block, PATTERN_LIGHT + index, l);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {

@@ -33,5 +33,5 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                   const struct shading_point *point, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters);
 
-/* The planes of light `index` where no lane of the block is lit: everything counts as seen. */
+/* The planes of light `index` where no ray is traced in the block: everything counts as seen. */
 void shadow_store_unlit(uint32_t index, const struct shading_point *point, struct samples *samples);
