@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "proto/error.h"
 
@@ -126,6 +127,16 @@ static struct tile_entry *in_force(struct tile_queue *q, uint64_t worker, uint32
     return same ? t : NULL;
 }
 
+/* Takes a tile that came back out of those that wait. */
+static void take_out(struct tile_queue *q, uint32_t tile)
+{
+    uint32_t at = 0;
+    while (q->returned[at] != tile) at++;
+    q->returned_count--;
+    memmove(&q->returned[at], &q->returned[at + 1],
+            (q->returned_count - at) * sizeof q->returned[0]);
+}
+
 enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                 uint32_t generation)
 {
@@ -140,7 +151,10 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
     if (t->state == TILE_LANDED || t->state == TILE_RECEIVED) return VERDICT_DUPLICATE;
     if (t->state == TILE_LEASED && t->generation == generation)
         return VERDICT_FOREIGN; /* somebody else's lease */
-    return VERDICT_STALE;
+    if (t->generation != generation) return VERDICT_STALE;
+    take_out(q, tile); /* it came back, and nobody has begun it since */
+    t->state = TILE_RECEIVED;
+    return VERDICT_ACCEPTED;
 }
 
 void tile_queue_land(struct tile_queue *q, uint32_t tile)

@@ -3,7 +3,8 @@
  *
  * A tile waits, is leased to a worker under a generation, its result is received (taken to be
  * decoded) and then lands. Anything else puts it back in the queue, where it goes first. A result
- * counts only under the lease that is in force.
+ * counts under the lease that is in force, or, while the tile waits, under the one that was last:
+ * whose link broke may send under another name what nobody has begun since.
  *
  * Tiles are given in the order of a Hilbert curve over cells of the reconstruction's block size, so
  * that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the turning
@@ -29,8 +30,9 @@ void tile_queue_destroy(struct tile_queue **queue);
 /* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
 
-/* A result came: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE or
- * FOREIGN (no such tile, never leased in that generation, or leased to another worker). */
+/* A result came: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE (leased
+ * again since) or FOREIGN (no such tile, never leased in that generation, or leased to another
+ * worker). */
 enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                 uint32_t generation);
 

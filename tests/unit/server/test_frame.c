@@ -191,10 +191,17 @@ static void bad_workers_change_nothing(void **state)
         while (b->frame && frame_lease(b->frame, 1 + turn % 3, ~0u, &tile)) {
             uint64_t worker = 1 + turn % 3;
             switch (turn++ % 7) {
-            case 0: /* dies, and its result comes late */
+            case 0: /* dies, and its result comes late: after another has the tile, or before */
                 frame_returned(b->frame, worker, &tile);
-                assert_int_equal(send_tile(b, worker, &tile, 0), VERDICT_STALE);
-                late = tile;
+                if (turn % 2) {
+                    late = tile;
+                    assert_true(frame_lease(b->frame, worker + 1, ~0u, &tile));
+                    assert_int_equal(tile.index, late.index);
+                    assert_int_equal(send_tile(b, worker, &late, 0), VERDICT_STALE);
+                    assert_int_equal(send_tile(b, worker + 1, &tile, 0), 0);
+                } else {
+                    assert_int_equal(send_tile(b, worker + 9, &tile, 0), 0);
+                }
                 break;
             case 1: /* sends rubbish */
                 assert_int_equal(send_tile(b, worker, &tile, 64), 0);

@@ -106,7 +106,6 @@ static void passes_a_lease_on(void **state)
     assert_true(tile_queue_return(q, BOB, first, generation)); /* not his: ignored */
     assert_int_equal(tile_queue_waiting(q), 3);
     assert_true(tile_queue_return(q, ALICE, first, generation));
-    assert_int_equal(tile_queue_receive(q, ALICE, first, generation), VERDICT_STALE);
     assert_true(tile_queue_lease(q, BOB, &again, &next));
     assert_int_equal(again, first); /* what came back goes first */
     assert_int_equal(next, generation + 1);
@@ -118,6 +117,29 @@ static void passes_a_lease_on(void **state)
     assert_true(tile_queue_lease(q, CAROL, &again, &next));
     assert_int_equal(again, first);
     assert_int_equal(next, generation + 2);
+    tile_queue_destroy(&q);
+}
+
+/* A worker whose link broke comes back as another one, with the result in its hand. */
+static void takes_a_late_result_of_a_waiting_tile(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t tiles[3], generation, again;
+    for (int i = 0; i < 3; i++) assert_true(tile_queue_lease(q, ALICE, &tiles[i], &generation));
+    for (int i = 0; i < 3; i++) assert_true(tile_queue_return(q, ALICE, tiles[i], 1));
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 2), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_waiting(q), 3);
+    tile_queue_land(q, tiles[1]);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_int_equal(again, tiles[2]);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_int_equal(again, tiles[0]);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[0], 1), VERDICT_STALE);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_false(tile_queue_lease(q, BOB, &again, &generation));
     tile_queue_destroy(&q);
 }
 
@@ -206,6 +228,7 @@ int main(void)
         cmocka_unit_test(fills_cell_after_cell),
         cmocka_unit_test(counts_a_result_once),
         cmocka_unit_test(passes_a_lease_on),
+        cmocka_unit_test(takes_a_late_result_of_a_waiting_tile),
         cmocka_unit_test(fails_by_three_different_workers),
         cmocka_unit_test(fails_when_a_tile_never_stays),
         cmocka_unit_test(survives_any_order),
