@@ -123,8 +123,10 @@ int import_folder_make(const struct objects *objects, const struct digest *scene
     int error = objects_make_dir(objects, out->dir);
     if (error) return fault_set(fault, error, "", "no folder for the importer");
     snprintf(out->root, sizeof out->root, "%s/in", out->dir);
-    snprintf(out->blob, sizeof out->blob, "%s/scene.blob", out->dir);
-    if (mkdir(out->root, 0700) != 0) error = io_fault(fault, "", "folder", out->root);
+    snprintf(out->blob, sizeof out->blob, "%s/out", out->dir);
+    if (mkdir(out->root, 0700) != 0 || mkdir(out->blob, 0700) != 0)
+        error = io_fault(fault, "", "folders in", out->dir);
+    snprintf(out->blob, sizeof out->blob, "%s/out/scene.blob", out->dir);
     for (uint32_t i = 0; !error && i < file_count; i++)
         error = place_file(objects, &files[i], out, fault);
     if (!error) error = place_main(objects, scene, out, fault);

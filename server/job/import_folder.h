@@ -1,8 +1,11 @@
 #pragma once
 /* The folder that an importer works in:
  *
- *   DIR/in/          the scene's files under their relative names, and the main file
- *   DIR/scene.blob   what it makes of them */
+ *   DIR/in/              the scene's files under their relative names, and the main file
+ *   DIR/out/scene.blob   what it makes of them
+ *
+ * Two folders beside each other: the importer's fence lets it write beneath the blob's folder, and
+ * the files in `in` are second names of stored assets. */
 #include "proto/job.h"
 #include "server/store/objects.h"
 
@@ -10,7 +13,7 @@ struct import_folder {
     char dir[OBJECTS_PATH_BYTES];
     char root[OBJECTS_PATH_BYTES + 8];
     char main_name[64]; /* in root */
-    char blob[OBJECTS_PATH_BYTES + 16];
+    char blob[OBJECTS_PATH_BYTES + 24];
 };
 
 /* Makes and fills it. Blocking. ERR_NOT_FOUND for an asset that is gone, ERR_MAGIC for a main file
