@@ -101,7 +101,7 @@ static void ask_for_tiles(struct session *s)
     struct message_want m = {.tiles = room - s->asked};
     s->asked = room;
     message_encode_want(link_payload(s->link), &m);
-    link_put(s->link, MESSAGE_WANT, s->next_request++);
+    link_put(s->link, MESSAGE_WANT, 0);
 }
 
 static void say_hello(struct session *s)
@@ -128,7 +128,7 @@ static void say_goodbye(struct session *s)
 {
     struct message_bye m = {0};
     message_encode_bye(link_payload(s->link), &m);
-    link_put(s->link, MESSAGE_BYE, s->next_request++);
+    link_put(s->link, MESSAGE_BYE, 0);
     end(s, SESSION_END_TOLD, "");
 }
 
@@ -184,7 +184,7 @@ static void send_beat(struct session *s)
                              .peak_rss_bytes = v.peak_rss_bytes,
                              .cpu_us = v.cpu_us};
     message_encode_beat(link_payload(s->link), &m);
-    link_put(s->link, MESSAGE_BEAT, s->next_request++);
+    link_put(s->link, MESSAGE_BEAT, 0);
 }
 
 static void on_beat(uv_timer_t *timer)

@@ -72,11 +72,11 @@ static int reserve_session(struct fleet *fleet)
 {
     if (fleet->session_count < fleet->session_capacity) return 0;
     size_t capacity = fleet->session_capacity ? 2 * fleet->session_capacity : 16;
-    struct session **sessions = realloc(fleet->sessions, capacity * sizeof *sessions);
+    struct session **sessions = realloc(fleet->sessions, capacity * sizeof(struct session *));
     if (sessions) fleet->sessions = sessions;
     struct schedule_worker *offers = realloc(fleet->offers, capacity * sizeof *offers);
     if (offers) fleet->offers = offers;
-    struct session **offered = realloc(fleet->offered, capacity * sizeof *offered);
+    struct session **offered = realloc(fleet->offered, capacity * sizeof(struct session *));
     if (offered) fleet->offered = offered;
     uint32_t *give = realloc(fleet->give, capacity * sizeof *give);
     if (give) fleet->give = give;
@@ -110,7 +110,7 @@ static void session_closed(void *ctx, struct session *s)
     if (at < fleet->session_count) {
         fleet->session_count--;
         memmove(&fleet->sessions[at], &fleet->sessions[at + 1],
-                (fleet->session_count - at) * sizeof fleet->sessions[0]);
+                (fleet->session_count - at) * sizeof(struct session *));
     }
     session_destroy(&s);
     release_one(fleet);
@@ -233,7 +233,7 @@ static int take_result(void *ctx, struct session *s, uint64_t request_id,
     fleet->totals.results++;
     fleet_wake(fleet);
     if (was_leased(fleet, s, r)) ack.verdict = offer_result(fleet, s, request_id, r, &error);
-    if (ack.verdict != 0 && error == 0) session_ack(s, &ack);
+    if (ack.verdict != 0 && error == 0) session_ack(s, &ack, request_id);
     return error;
 }
 
@@ -482,7 +482,7 @@ void fleet_wake(struct fleet *fleet)
 void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack)
 {
     struct session *s = find_session(fleet, worker);
-    if (s) session_ack(s, ack);
+    if (s) session_ack(s, ack, 0);
 }
 
 void fleet_cancel(struct fleet *fleet, uint64_t frame_id)

@@ -131,8 +131,9 @@ bool session_knows_frame(const struct session *s, uint64_t frame_id);
 int session_send_plan(struct session *s, uint64_t frame_id, const uint8_t *plan, uint32_t bytes);
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now_ms);
 
-/* The verdict on a result; also for one that is not (or no longer) unacknowledged. */
-void session_ack(struct session *s, const struct message_ack *ack);
+/* The verdict on a result; also for one that is not (or no longer) unacknowledged, whose RESULT
+ * came with request_id (0: not known). */
+void session_ack(struct session *s, const struct message_ack *ack, uint64_t request_id);
 int session_add_unacked(struct session *s, uint64_t request_id, const struct message_result *r);
 void session_cancel(struct session *s, uint64_t frame_id);
 void session_drain(struct session *s, bool drain);

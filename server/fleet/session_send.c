@@ -113,9 +113,8 @@ static void count_verdict(struct fleet_totals *totals, uint32_t verdict)
     totals->corrupt += verdict == VERDICT_CORRUPT;
 }
 
-void session_ack(struct session *s, const struct message_ack *ack)
+void session_ack(struct session *s, const struct message_ack *ack, uint64_t request_id)
 {
-    uint64_t request_id = 0;
     for (uint32_t i = 0; i < s->unacked_count; i++) {
         const struct lease_key *tile = &s->unacked[i].tile;
         if (tile->index != ack->index || tile->frame_id != ack->frame_id ||
