@@ -327,6 +327,8 @@ static int put_in_place(const struct cache *c, const struct cache_fetch *f)
     snprintf(folder, sizeof folder, "%.*s", (int)(strrchr(path, '/') - path), path);
     if (make_dir(folder) != 0) return ERR_IO;
     futimens(f->fd, NULL);
+    /* What stands in its place is never hashed again: it must not be found torn after a crash. */
+    if (fdatasync(f->fd) != 0) return ERR_IO;
     return rename(f->path, path) == 0 ? 0 : ERR_IO;
 }
 
