@@ -33,8 +33,9 @@ static int parse(int argc, char **argv, struct render_options *o)
         {"png", 'p', OPTION_TEXT, "OUT.png", "the picture for people", 0, 0, &o->png},
         {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 2, 1 on one core)", 1,
          LIMIT_WORKERS, &o->workers},
-        {"worker-threads", 0, OPTION_NUMBER, "N", "threads of each worker (default: all cores)", 1,
-         LIMIT_THREADS, &o->worker_threads},
+        {"worker-threads", 0, OPTION_NUMBER, "N",
+         "threads of each worker (default: the cores shared out)", 1, LIMIT_THREADS,
+         &o->worker_threads},
         {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 64)",
          LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->tile_px},
         {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skips, CPU seconds, memory", 0, 0,
@@ -120,7 +121,7 @@ static void show_warnings(const json_t *job)
 {
     size_t i;
     json_t *text;
-    json_array_foreach(json_object_get(job, "warnings"), i, text)
+    json_array_foreach (json_object_get(job, "warnings"), i, text)
         fprintf(stderr, "warning: %s\n", json_string_value(text) ? json_string_value(text) : "");
 }
 
@@ -160,12 +161,13 @@ int cli_render(int argc, char **argv)
     if (status != OPTION_GO_ON) return status;
     double start_s = now_s();
     progress_begin(&progress, o.quiet);
+    /* Before there is anything to clear up. */
+    signal(SIGINT, on_signal);
+    signal(SIGTERM, on_signal);
     int error = job_file_read(argv[1], &document, &fault);
     if (!error)
         error =
             private_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);
-    signal(SIGINT, on_signal);
-    signal(SIGTERM, on_signal);
     if (!error) error = client_create(server.base_url, &client);
     if (!error) client_stop_on(client, &interrupted);
     if (!error) error = render(client, argv[1], document, &o, &progress, &job, &fault);
