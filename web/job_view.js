@@ -32,7 +32,7 @@ export class JobView {
     this.id = id;
     this.layer = "beauty";
     this.announced = -1;
-    this.ended = false;
+    this.ended = this.wasLive = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
     this.at.announce.textContent = "";
@@ -82,6 +82,12 @@ export class JobView {
     this.picture.setNormals(this.layer === "normal");
     this.picture.clear();
     this.at.canvasNote.hidden = true;
+    this.fetchPixels();
+  }
+
+  fetchPixels() {
+    this.stopPixels?.();
+    if (!this.picture) return;
     this.stopPixels = followPixels(pixelsUrl(this.id, this.layer), (block) => {
       try { this.picture.put(block); } catch (error) { this.note(error.message); }
     }, (state, error) => {
@@ -100,20 +106,17 @@ export class JobView {
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
-    if (ENDED.has(job.state) && !this.ended) this.end(job);
+    if (!ENDED.has(job.state)) this.wasLive = true;
+    else if (!this.ended) this.end(job);
   }
 
   end(job) {
     this.ended = true;
     this.events?.close();
     this.at.announce.textContent = `Job ${job.state}`;
-    // The feed of an ended job gives the whole picture once: ask again so that nothing is missing.
-    if (job.state === "finished") this.showFinished();
-  }
-
-  // A finished picture that the feed no longer holds comes from its PNG.
-  async showFinished() {
-    this.at.canvas.dataset.finished = "true";
+    // A live feed may end with blocks unsent. That of a finished job gives the whole picture once:
+    // ask for it, over the picture that is there.
+    if (job.state === "finished" && this.wasLive) this.fetchPixels();
   }
 
   showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
