@@ -24,7 +24,6 @@ struct crew {
     pthread_cond_t ready;
     struct crew_queue todo, finished;
     bool stop;
-    unsigned pending; /* the loop's */
     void (*closed)(void *ctx);
     void *ctx;
     unsigned thread_count;
@@ -100,7 +99,6 @@ static void on_wake(uv_async_t *wake)
     pthread_mutex_unlock(&crew->mutex);
     while (task) {
         struct crew_task *next = task->next;
-        crew->pending--;
         task->done(task);
         task = next;
     }
@@ -157,7 +155,6 @@ int crew_create(uv_loop_t *loop, const struct tracing *tracing, unsigned threads
 static void submit(struct crew *crew, struct crew_task *task,
                    void (*put)(struct crew_queue *q, struct crew_task *task))
 {
-    crew->pending++;
     pthread_mutex_lock(&crew->mutex);
     put(&crew->todo, task);
     pthread_cond_signal(&crew->ready);
@@ -179,13 +176,7 @@ bool crew_withdraw(struct crew *crew, struct crew_task *task)
     pthread_mutex_lock(&crew->mutex);
     bool taken = take_out(&crew->todo, task);
     pthread_mutex_unlock(&crew->mutex);
-    if (taken) crew->pending--;
     return taken;
-}
-
-unsigned crew_pending(const struct crew *crew)
-{
-    return crew->pending;
 }
 
 void crew_close(struct crew *crew, void (*closed)(void *ctx), void *ctx)

@@ -28,9 +28,6 @@ void crew_submit_first(struct crew *crew, struct crew_task *task);
 /* Takes a task back that no thread has begun; false when it runs or has run: `done` comes. */
 bool crew_withdraw(struct crew *crew, struct crew_task *task);
 
-/* Tasks whose `done` was not called yet. */
-unsigned crew_pending(const struct crew *crew);
-
 /* Waits for running tasks and joins the threads; queued tasks are dropped. `closed` comes from the
  * loop when the handle is closed and the crew freed. */
 void crew_close(struct crew *crew, void (*closed)(void *ctx), void *ctx);

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/landlock.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
@@ -59,13 +60,6 @@ static int limit_resources(struct fault *fault)
     return rc;
 }
 
-static bool landlock_holds;
-
-bool fence_has_landlock(void)
-{
-    return landlock_holds;
-}
-
 static bool allow_beneath(int ruleset, const char *path, uint64_t access)
 {
     struct landlock_path_beneath_attr rule = {.allowed_access = access};
@@ -103,7 +97,6 @@ static bool raise_landlock(const char *root, const char *out)
               allow_beneath((int)ruleset, folder, write) &&
               syscall(SYS_landlock_restrict_self, (int)ruleset, 0) == 0;
     close((int)ruleset);
-    landlock_holds = ok;
     return ok;
 }
 

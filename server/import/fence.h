@@ -4,12 +4,7 @@
  * Limits on address space, CPU time, file size and open files; no core dump, no new privileges;
  * where the kernel has Landlock, reading only beneath the root and writing only beside the blob.
  * Raised once, after the arguments are read and before any byte of the scene is. */
-#include <stdbool.h>
-
 #include "proto/error.h"
 
 /* `out` is the path of the blob. What the kernel lacks is left out; what it refuses is ERR_IO. */
 int fence_raise(const char *root, const char *out, struct fault *fault);
-
-/* True when Landlock rules hold in this process. */
-bool fence_has_landlock(void);

@@ -178,7 +178,7 @@ static void on_output(uv_stream_t *out, ssize_t n, const uv_buf_t *buf)
     }
 }
 
-static int init_handles(struct import_process *p)
+static void init_handles(struct import_process *p)
 {
     p->child.data = p->out.data = p->limit.data = p;
     p->handles = 3;
@@ -186,7 +186,6 @@ static int init_handles(struct import_process *p)
     assert(error == 0); /* neither allocates nor asks the kernel */
     error = uv_timer_init(p->options.loop, &p->limit);
     assert(error == 0);
-    return 0;
 }
 
 static int spawn(struct import_process *p)

@@ -14,7 +14,6 @@
 #define CORRUPT_MOST       3  /* results, until a worker is drained */
 #define PROGRESS_EVERY_MS  100
 #define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was drained */
-#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was drained */
 
 struct open_frame {
     struct live_job *job;
