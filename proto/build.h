@@ -4,6 +4,6 @@
 /* Version and a digest of the sources that it was made from, "0.1.0+3f9c01d2a4b5". */
 const char *build_id(void);
 
-/* The instruction set that tracing uses on this CPU: "avx512", "avx2" or "sse4.2"; NULL when the CPU
- * has less. SHEARWATER_ISA in the environment may ask for a smaller one. */
+/* The instruction set that tracing uses on this CPU: "avx512", "avx2" or "sse4.2"; NULL when the
+ * CPU has less. SHEARWATER_ISA in the environment may ask for a smaller one. */
 const char *build_isa(void);

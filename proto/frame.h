@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #define FRAME_HEADER_BYTES 24u
-#define FRAME_MAGIC 0x52574853u /* "SHWR" */
+#define FRAME_MAGIC        0x52574853u /* "SHWR" */
 
 struct frame_view {
     uint16_t type;

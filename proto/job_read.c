@@ -64,8 +64,7 @@ static int read_files(struct json_cursor *at, const struct json_member *m, const
     if (count == 0) return 0;
     job->files = calloc(count, sizeof *job->files);
     if (!job->files) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
-    json_object_foreach((json_t *)(uintptr_t)v, path, child)
-    {
+    json_object_foreach ((json_t *)(uintptr_t)v, path, child) {
         const size_t length = json_cursor_enter(at, path);
         error = read_file(at, path, child, job);
         if (error) return error;

@@ -178,8 +178,7 @@ int json_cursor_members(struct json_cursor *at, const json_t *value,
     json_t *child;
     int error = json_cursor_expect(at, value, JSON_OBJECT, "an object");
     if (error) return error;
-    json_object_foreach((json_t *)(uintptr_t)value, key, child)
-    {
+    json_object_foreach ((json_t *)(uintptr_t)value, key, child) {
         const struct json_member *m = find_member(table, key);
         if (!m) return refuse_unknown(at, table, key);
         const size_t length = json_cursor_enter(at, key);

@@ -3,64 +3,64 @@
  * for it. Each line says what is capped, its unit, and why the cap stands where it does. */
 
 /* Image and sampling. */
-#define LIMIT_IMAGE_SIDE_PX 16384          /* px; 16K stills, and tile indexes fit 32 bits */
-#define LIMIT_IMAGE_PIXELS 134217728       /* px; 128 Mpx: output planes stay addressable */
-#define LIMIT_SPP 65536                    /* samples per pixel of any kind; l is at most 256 */
-#define LIMIT_STRATA_PER_AXIS 256          /* l, so that l*l is LIMIT_SPP */
-#define LIMIT_PLANE_STRATA_PER_AXIS 16     /* l where samples travel per stratum: 256 a pixel */
-#define LIMIT_TILE_SIDE_MIN_PX 8           /* px; below this a tile costs more than it traces */
-#define LIMIT_TILE_SIDE_PX 256             /* px; bounds a worker's memory and a result frame */
-#define LIMIT_SUB_SAMPLES 3                /* anti-aliasing rays a pixel beside its centre */
-#define LIMIT_LIGHTS 64                    /* lights of a frame; each has planes of its own */
-#define LIMIT_INDIRECT_BOUNCES 1           /* bounces that this version traces */
-#define LIMIT_FRAMES 100000                /* frames of a job */
-#define LIMIT_PRIORITY 100                 /* |priority| */
-#define LIMIT_COORDINATE 1e15f             /* |scene unit|; Embree aborts on 1e18 */
-#define LIMIT_RADIANCE 1e12f               /* radiance, intensity or irradiance of a light */
+#define LIMIT_IMAGE_SIDE_PX         16384     /* px; 16K stills, and tile indexes fit 32 bits */
+#define LIMIT_IMAGE_PIXELS          134217728 /* px; 128 Mpx: output planes stay addressable */
+#define LIMIT_SPP                   65536     /* samples per pixel of any kind; l is at most 256 */
+#define LIMIT_STRATA_PER_AXIS       256       /* l, so that l*l is LIMIT_SPP */
+#define LIMIT_PLANE_STRATA_PER_AXIS 16        /* l where samples travel per stratum: 256 a pixel */
+#define LIMIT_TILE_SIDE_MIN_PX      8         /* px; below this a tile costs more than it traces */
+#define LIMIT_TILE_SIDE_PX          256       /* px; bounds a worker's memory and a result frame */
+#define LIMIT_SUB_SAMPLES           3         /* anti-aliasing rays a pixel beside its centre */
+#define LIMIT_LIGHTS                64        /* lights of a frame; each has planes of its own */
+#define LIMIT_INDIRECT_BOUNCES      1         /* bounces that this version traces */
+#define LIMIT_FRAMES                100000    /* frames of a job */
+#define LIMIT_PRIORITY              100       /* |priority| */
+#define LIMIT_COORDINATE            1e15f     /* |scene unit|; Embree aborts on 1e18 */
+#define LIMIT_RADIANCE              1e12f     /* radiance, intensity or irradiance of a light */
 
 /* Documents. */
-#define LIMIT_JOB_BYTES 1048576            /* bytes of a job document; jansson needs 13 times that */
-#define LIMIT_JSON_DEPTH 64                /* nesting; jansson's own cap is 2048 */
-#define LIMIT_NAME_BYTES 256               /* bytes of any name, with its end */
-#define LIMIT_POINTER_BYTES 256            /* bytes of a JSON pointer in a fault */
-#define LIMIT_DETAIL_BYTES 512             /* bytes of a fault's sentence */
-#define LIMIT_SCENE_FILES 512              /* files beside a scene's main file */
-#define LIMIT_PATH_BYTES 512               /* bytes of a relative path inside a scene */
-#define LIMIT_WARNINGS 64                  /* warnings kept for a scene or a job */
-#define LIMIT_IDEMPOTENCY_KEY_BYTES 128    /* bytes of an Idempotency-Key header */
+#define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */
+#define LIMIT_JSON_DEPTH            64      /* nesting; jansson's own cap is 2048 */
+#define LIMIT_NAME_BYTES            256     /* bytes of any name, with its end */
+#define LIMIT_POINTER_BYTES         256     /* bytes of a JSON pointer in a fault */
+#define LIMIT_DETAIL_BYTES          512     /* bytes of a fault's sentence */
+#define LIMIT_SCENE_FILES           512     /* files beside a scene's main file */
+#define LIMIT_PATH_BYTES            512     /* bytes of a relative path inside a scene */
+#define LIMIT_WARNINGS              64      /* warnings kept for a scene or a job */
+#define LIMIT_IDEMPOTENCY_KEY_BYTES 128     /* bytes of an Idempotency-Key header */
 
 /* Assets and scene blobs. */
-#define LIMIT_ASSET_BYTES 2147483648ULL    /* bytes of an uploaded file */
-#define LIMIT_SCENE_JSON_BYTES 134217728   /* bytes of a glTF's JSON; jansson needs 13 times that */
-#define LIMIT_BLOB_BYTES 8589934592ULL     /* bytes of a scene blob */
-#define LIMIT_BLOB_PART_BYTES 1048576      /* bytes of a blob in one message; a link stays lively */
-#define LIMIT_VERTICES 200000000u          /* vertices of a scene */
-#define LIMIT_TRIANGLES 200000000u         /* triangles of a scene before instancing */
-#define LIMIT_MESHES 1000000u              /* meshes (glTF primitives) */
-#define LIMIT_INSTANCES 4000000u           /* placed meshes */
-#define LIMIT_MATERIALS 65536u             /* materials */
-#define LIMIT_IMAGES 4096u                 /* decoded images */
-#define LIMIT_TEXTURE_SIDE_PX 16384u       /* px of a decoded image's side */
-#define LIMIT_CAMERAS 4096u                /* cameras */
-#define LIMIT_NODE_DEPTH 256               /* nesting of a scene graph */
+#define LIMIT_ASSET_BYTES      2147483648ULL /* bytes of an uploaded file */
+#define LIMIT_SCENE_JSON_BYTES 134217728 /* bytes of a glTF's JSON; jansson needs 13 times that */
+#define LIMIT_BLOB_BYTES       8589934592ULL /* bytes of a scene blob */
+#define LIMIT_BLOB_PART_BYTES  1048576    /* bytes of a blob in one message; a link stays lively */
+#define LIMIT_VERTICES         200000000u /* vertices of a scene */
+#define LIMIT_TRIANGLES        200000000u /* triangles of a scene before instancing */
+#define LIMIT_MESHES           1000000u   /* meshes (glTF primitives) */
+#define LIMIT_INSTANCES        4000000u   /* placed meshes */
+#define LIMIT_MATERIALS        65536u     /* materials */
+#define LIMIT_IMAGES           4096u      /* decoded images */
+#define LIMIT_TEXTURE_SIDE_PX  16384u     /* px of a decoded image's side */
+#define LIMIT_CAMERAS          4096u      /* cameras */
+#define LIMIT_NODE_DEPTH       256        /* nesting of a scene graph */
 
 /* The wire. */
-#define LIMIT_FRAME_BYTES 134217728u       /* payload bytes of a wire frame */
-#define LIMIT_HELLO_BYTES 4096u            /* payload bytes before a session is welcome */
-#define LIMIT_TILES_IN_HAND 256            /* tiles that one worker may hold */
-#define LIMIT_WORKERS 4096                 /* sessions of a coordinator */
-#define LIMIT_THREADS 1024                 /* tracing threads of a worker */
+#define LIMIT_FRAME_BYTES   134217728u /* payload bytes of a wire frame */
+#define LIMIT_HELLO_BYTES   4096u      /* payload bytes before a session is welcome */
+#define LIMIT_TILES_IN_HAND 256        /* tiles that one worker may hold */
+#define LIMIT_WORKERS       4096       /* sessions of a coordinator */
+#define LIMIT_THREADS       1024       /* tracing threads of a worker */
 
 /* HTTP. */
-#define LIMIT_HTTP_CONNECTIONS 4096        /* open connections */
-#define LIMIT_HTTP_URL_BYTES 4096          /* bytes of a request target */
-#define LIMIT_LIST_ROWS 100                /* rows of one page of a listing */
-#define LIMIT_EVENT_RING 256               /* events kept for replay, per job */
-#define LIMIT_JOBS_WAITING 100000          /* jobs not yet finished */
-#define LIMIT_REQUEST_MS 30000             /* ms that a request without a body may take to arrive */
-#define LIMIT_UPLOAD_MS 600000             /* ms that an upload may take to arrive */
+#define LIMIT_HTTP_CONNECTIONS 4096   /* open connections */
+#define LIMIT_HTTP_URL_BYTES   4096   /* bytes of a request target */
+#define LIMIT_LIST_ROWS        100    /* rows of one page of a listing */
+#define LIMIT_EVENT_RING       256    /* events kept for replay, per job */
+#define LIMIT_JOBS_WAITING     100000 /* jobs not yet finished */
+#define LIMIT_REQUEST_MS       30000  /* ms that a request without a body may take to arrive */
+#define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
 
 /* The importer's fence. */
-#define LIMIT_IMPORT_MS 120000             /* ms of wall time */
-#define LIMIT_IMPORT_CPU_S 120             /* s of CPU time */
+#define LIMIT_IMPORT_MS           120000        /* ms of wall time */
+#define LIMIT_IMPORT_CPU_S        120           /* s of CPU time */
 #define LIMIT_IMPORT_MEMORY_BYTES 8589934592ULL /* bytes of address space */

@@ -28,10 +28,10 @@ enum capability {
 struct message_hello {
     uint32_t protocol_version;
     uint32_t capabilities;
-    char build_id[LIMIT_NAME_BYTES];    /* must equal the coordinator's */
+    char build_id[LIMIT_NAME_BYTES]; /* must equal the coordinator's */
     char embree_version[LIMIT_NAME_BYTES];
-    char isa[LIMIT_NAME_BYTES];         /* "avx512", "avx2", "sse4.2": Embree's and ours */
-    char name[LIMIT_NAME_BYTES];        /* for people: host:pid */
+    char isa[LIMIT_NAME_BYTES];  /* "avx512", "avx2", "sse4.2": Embree's and ours */
+    char name[LIMIT_NAME_BYTES]; /* for people: host:pid */
     uint32_t threads;
     uint64_t pid;
 };
@@ -42,7 +42,7 @@ struct message_hello {
 
 struct message_welcome {
     uint64_t worker_id; /* below 2^52 */
-    uint32_t beat_ms; /* send BEAT this often */
+    uint32_t beat_ms;   /* send BEAT this often */
 };
 
 struct message_refused {
@@ -55,7 +55,7 @@ struct message_want {
 };
 
 struct message_frame_plan {
-    uint64_t frame_id; /* unique in the coordinator's life */
+    uint64_t frame_id;   /* unique in the coordinator's life */
     const uint8_t *plan; /* plan_decode reads it; borrowed */
     uint32_t plan_bytes;
 };
@@ -151,10 +151,10 @@ const char *message_name(uint16_t type);
 
 /* One pair a message: encode appends the payload (without the frame header) to w, whose `failed`
  * tells of exhausted memory; decode reads a payload, returns 0 or ERR_TRUNCATED, ERR_TRAILING,
- * ERR_LIMIT, ERR_RANGE. For RESULT and BLOB_PART encode writes all but the trailing byte range, which
- * goes out as the frame's tail. A HELLO of another protocol version yields ERR_VERSION and that
- * version, all else zero, whatever follows it: so it can be refused with words. Texts that are not
- * printable UTF-8 are ERR_RANGE to a decoder and cleaned by an encoder. */
+ * ERR_LIMIT, ERR_RANGE. For RESULT and BLOB_PART encode writes all but the trailing byte range,
+ * which goes out as the frame's tail. A HELLO of another protocol version yields ERR_VERSION and
+ * that version, all else zero, whatever follows it: so it can be refused with words. Texts that are
+ * not printable UTF-8 are ERR_RANGE to a decoder and cleaned by an encoder. */
 #define MESSAGE(name, number, type, sender, text)                                                  \
     void message_encode_##type(struct bytes_writer *w, const struct message_##type *m);            \
     int message_decode_##type(const void *payload, size_t size_bytes, struct message_##type *m);

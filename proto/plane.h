@@ -1,5 +1,6 @@
 #pragma once
-/* Views of float planes: what the film hands to reconstruction and reconstruction to the encoders. */
+/* Views of float planes: what the film hands to reconstruction and reconstruction to the encoders.
+ */
 #include <stddef.h>
 #include <stdint.h>
 

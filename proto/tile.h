@@ -28,7 +28,8 @@ struct rect rect_intersect(struct rect a, struct rect b);
 bool rect_is_empty(struct rect r);
 struct rect rect_grow(struct rect r, int32_t by_px);
 
-/* An image cut into square tiles, the last column and row narrower; row by row from the top left. */
+/* An image cut into square tiles, the last column and row narrower; row by row from the top left.
+ */
 struct tile_grid {
     int32_t width_px, height_px, side_px;
     int32_t columns, rows;

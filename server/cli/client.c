@@ -36,7 +36,7 @@ int client_create(const char *base_url, struct client **out)
         client_destroy(&c);
         return ERR_MEMORY;
     }
-    strcpy(c->base_url, base_url);
+    memcpy(c->base_url, base_url, strlen(base_url) + 1);
     *out = c;
     return 0;
 }

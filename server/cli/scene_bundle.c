@@ -89,8 +89,7 @@ static int add_uris(struct bundle *b, const json_t *array)
 {
     size_t i;
     json_t *item;
-    json_array_foreach(array, i, item)
-    {
+    json_array_foreach (array, i, item) {
         const char *uri = json_string_value(json_object_get(item, "uri"));
         if (!uri || strncmp(uri, "data:", 5) == 0) continue;
         char *name = strdup(uri);
@@ -213,7 +212,8 @@ int scene_bundle_upload(struct client *c, const char *job_path, json_t *document
     folder_of(path, b.folder, sizeof b.folder);
     b.files = json_object();
     int error = b.files ? client_put_asset(c, path, &digest, fault) : ERR_MEMORY;
-    if (error && fault->code && !fault->pointer[0]) strcpy(fault->pointer, "/scene/file");
+    if (error && fault->code && !fault->pointer[0])
+        snprintf(fault->pointer, sizeof fault->pointer, "/scene/file");
     if (!error) error = add_references(&b, path);
     if (!error) error = put_asset(scene, &digest, b.files);
     json_decref(b.files);

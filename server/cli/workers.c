@@ -22,7 +22,7 @@ static void print_roster(const json_t *workers)
     json_t *w;
     printf("%-6s %-28s %-10s %7s %-8s %8s %10s %s\n", "ID", "NAME", "STATE", "THREADS", "ISA",
            "IN HAND", "TILES DONE", "BUILD");
-    json_array_foreach(workers, i, w)
+    json_array_foreach (workers, i, w)
         printf("%-6lld %-28.28s %-10s %7lld %-8s %8lld %10lld %s\n", number_of(w, "id"),
                text_of(w, "name"), text_of(w, "state"), number_of(w, "threads"), text_of(w, "isa"),
                number_of(w, "tiles_in_hand"), number_of(w, "tiles_done"), text_of(w, "build"));

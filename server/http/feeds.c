@@ -58,8 +58,8 @@ static bool has_layer(const json_t *body, const char *layer)
     const json_t *layers = json_object_get(json_object_get(body, "document"), "layers");
     size_t i;
     json_t *name;
-    json_array_foreach(layers, i, name) if (json_is_string(name) && strcmp(json_string_value(name),
-                                                                           layer) == 0) return true;
+    json_array_foreach (layers, i, name)
+        if (json_is_string(name) && strcmp(json_string_value(name), layer) == 0) return true;
     return false;
 }
 

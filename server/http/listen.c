@@ -70,7 +70,7 @@ static int resolve(const char *host, int port, union address *out, socklen_t *si
 
 static int port_of(int fd)
 {
-    union address a;
+    union address a = {.any = {0}};
     socklen_t size_bytes = sizeof a;
     if (getsockname(fd, &a.any, &size_bytes) != 0) return 0;
     return ntohs(a.any.sa_family == AF_INET6 ? a.v6.sin6_port : a.v4.sin_port);

@@ -1,5 +1,6 @@
 #include "server/http/route.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,7 +72,7 @@ static int read_part(const char *name, size_t name_bytes, const char *text, stru
         if (!job_id_is_valid(text))
             return fault_set(fault, ERR_NOT_FOUND, "",
                              "there is no such job: an id has 26 characters of 0-9 and a-z");
-        strcpy(m->job, text);
+        memcpy(m->job, text, sizeof m->job); /* a valid id fills it */
     } else if (strncmp(name, "{n}", name_bytes) == 0) {
         if (!read_number(text, INT32_MAX, &number))
             return fault_set(fault, ERR_NOT_FOUND, "", "there is no such frame: not a number");
@@ -101,15 +102,10 @@ static int check_query(const struct route *route, const struct target *t, struct
     if (strcmp(route->query, "*") == 0) return 0;
     for (size_t i = 0; i < t->parameter_count; i++) {
         const char *name = t->parameter[i].name;
-        char wanted[32] = " ";
-        size_t n = strlen(name);
-        bool known = n < sizeof wanted - 2 && !strchr(name, ' ');
-        if (known) {
-            memcpy(wanted + 1, name, n);
-            memcpy(wanted + 1 + n, " ", 2);
-            known = strstr(route->query, wanted) != NULL;
-        }
-        if (!known)
+        char wanted[32];
+        int n = snprintf(wanted, sizeof wanted, " %s ", name);
+        bool fits = n < (int)sizeof wanted && !strchr(name, ' ');
+        if (!fits || !strstr(route->query, wanted))
             return fault_set(fault, ERR_UNKNOWN_MEMBER, "", "unknown query parameter \"%.64s\"",
                              name);
     }
@@ -118,13 +114,9 @@ static int check_query(const struct route *route, const struct target *t, struct
 
 static void allow(struct route_match *m, enum method method)
 {
-    const char *names[2] = {method_names[method], method == METHOD_GET ? "HEAD" : NULL};
-    for (int i = 0; i < 2 && names[i]; i++) {
-        size_t used = strlen(m->allow);
-        if (used + strlen(names[i]) + 3 > sizeof m->allow) return;
-        if (used) strcat(m->allow, ", ");
-        strcat(m->allow, names[i]);
-    }
+    size_t used = strlen(m->allow);
+    snprintf(m->allow + used, sizeof m->allow - used, "%s%s%s", used ? ", " : "",
+             method_names[method], method == METHOD_GET ? ", HEAD" : "");
 }
 
 int route_find(enum method method, bool known_method, const struct target *target, bool is_file,

@@ -78,7 +78,7 @@ static int add(struct static_files *files, int fd, const char *path, struct faul
         f->data = NULL;
         return fault_set(fault, error, path, "the file cannot be read");
     }
-    strcpy(f->path, path);
+    memcpy(f->path, path, strlen(path) + 1);
     f->type = type_of(path);
     etag_of_bytes(f->data, f->size_bytes, f->etag);
     files->count++;

@@ -22,8 +22,7 @@ static int read_patch(const struct request *r, bool *drain, struct fault *fault)
     int error = json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &body, fault);
     if (error) return error;
     if (!json_is_object(body)) error = fault_set(fault, ERR_TYPE, "", "the body must be an object");
-    json_object_foreach(body, name, value)
-    {
+    json_object_foreach (body, name, value) {
         if (error) break;
         char pointer[64];
         snprintf(pointer, sizeof pointer, "/%.60s", name);
@@ -43,8 +42,8 @@ static json_t *find_worker(const json_t *roster, uint64_t id)
 {
     size_t i;
     json_t *worker;
-    json_array_foreach(roster, i, worker) if ((uint64_t)json_integer_value(json_object_get(
-                                                  worker, "id")) == id) return worker;
+    json_array_foreach (roster, i, worker)
+        if ((uint64_t)json_integer_value(json_object_get(worker, "id")) == id) return worker;
     return NULL;
 }
 

@@ -75,7 +75,7 @@ static void add_channel(const struct pairs *p, int channel, double floor_squared
 int image_difference(const struct image *reference, const struct image *test, const char *layer,
                      struct difference *out, struct fault *fault)
 {
-    struct pairs p;
+    struct pairs p = {0};
     size_t count = 0;
     int error = find_pairs(reference, test, layer, &p, fault);
     if (error) return error;

@@ -95,7 +95,7 @@ static void free_reader(void *ctx)
 static struct pixel_reader *reader_create(const char *layer)
 {
     struct pixel_reader *r = strlen(layer) < sizeof r->layer ? calloc(1, sizeof *r) : NULL;
-    if (r) strcpy(r->layer, layer);
+    if (r) memcpy(r->layer, layer, strlen(layer) + 1);
     return r;
 }
 

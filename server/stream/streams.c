@@ -48,7 +48,7 @@ struct stream *streams_obtain(struct streams *s, const char *job)
     if (stream || strlen(job) >= STREAM_JOB_BYTES) return stream;
     stream = calloc(1, sizeof *stream);
     if (!stream) return NULL;
-    strcpy(stream->job, job);
+    memcpy(stream->job, job, strlen(job) + 1);
     stream->streams = s;
     event_ring_init(&stream->ring, s->epoch);
     stream->next = *bucket;
