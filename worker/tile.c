@@ -88,8 +88,10 @@ static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct 
 {
     const struct block *b = &t->block;
     uint32_t pixels = lanes_count(&b->kept);
-    memset(&t->emission, 0, sizeof t->emission);
-    memset(&t->point.lit, 0, sizeof t->point.lit);
+    for (int i = 0; i < LANES; i++) {
+        t->emission.x[i] = t->emission.y[i] = t->emission.z[i] = 0.0f;
+        t->point.lit.on[i] = 0;
+    }
     primary_trace(&t->queries, plan, b, &t->camera, &t->centre);
     geometry_store(&t->queries, b, &t->centre, samples);
     mark_lit(&t->centre, &t->point.lit);

@@ -23,17 +23,6 @@ DEFINE_STORE(block_store_u32, uint32_t)
 DEFINE_STORE(block_store_u16, uint16_t)
 DEFINE_STORE(block_store_u8, uint8_t)
 
-void block_store_unorm(const struct block *b, const float v[LANES], uint16_t *plane)
-{
-    uint16_t steps[LANES];
-    if (!plane) return;
-    for (int i = 0; i < LANES; i++) {
-        float c = v[i] < 0.0f ? 0.0f : v[i] > 1.0f ? 1.0f : v[i];
-        steps[i] = (uint16_t)(int32_t)(c * 65535.0f + 0.5f);
-    }
-    block_store_u16(b, steps, plane);
-}
-
 void block_store_half(const struct block *b, const float v[LANES], float scale, uint16_t *plane)
 {
     float scaled[LANES];

@@ -8,9 +8,6 @@ void block_store_u32(const struct block *b, const uint32_t v[LANES], uint32_t *p
 void block_store_u16(const struct block *b, const uint16_t v[LANES], uint16_t *plane);
 void block_store_u8(const struct block *b, const uint8_t v[LANES], uint8_t *plane);
 
-/* Values in [0, 1] as 16-bit unorms; what is outside is clamped. */
-void block_store_unorm(const struct block *b, const float v[LANES], uint16_t *plane);
-
 /* Half floats of v * scale. */
 void block_store_half(const struct block *b, const float v[LANES], float scale, uint16_t *plane);
 

@@ -11,12 +11,22 @@
 /* A number other than 0 for surfaces whose id's low bits are 0. */
 #define ID_LOW_ZERO 0xffffu
 
-static void store_albedo(const struct block *b, const struct surface *s, uint16_t *x, uint16_t *y,
-                         uint16_t *z)
+static void store_unorm(const struct queries *q, const struct block *b, const float v[LANES],
+                        uint16_t *plane)
 {
-    block_store_unorm(b, s->albedo.x, x);
-    block_store_unorm(b, s->albedo.y, y);
-    block_store_unorm(b, s->albedo.z, z);
+    _Alignas(LANES_ALIGN) uint16_t packed[LANES];
+    if (!plane) return;
+    q->kernels->pack_unorms(v, packed);
+    block_store_u16(b, packed, plane);
+}
+
+/* Into the albedo components from `first` on. */
+static void store_albedo(const struct queries *q, const struct block *b, const struct surface *s,
+                         struct samples *samples, enum plane_id plane, uint32_t first)
+{
+    store_unorm(q, b, s->albedo.x, samples_u16(samples, plane, first));
+    store_unorm(q, b, s->albedo.y, samples_u16(samples, plane, first + 1));
+    store_unorm(q, b, s->albedo.z, samples_u16(samples, plane, first + 2));
 }
 
 void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
@@ -27,8 +37,7 @@ void geometry_store(const struct queries *q, const struct block *b, const struct
     if (lanes_count(&s->hit) == 0) return; /* planes begin as zeros */
     block_store_f32(b, s->distance, samples_f32(samples, PLANE_DEPTH, 0));
     block_store_u32(b, s->id, samples_u32(samples, PLANE_ID, 0));
-    store_albedo(b, s, samples_u16(samples, PLANE_ALBEDO, 0), samples_u16(samples, PLANE_ALBEDO, 1),
-                 samples_u16(samples, PLANE_ALBEDO, 2));
+    store_albedo(q, b, s, samples, PLANE_ALBEDO, 0);
     if (!normals) return;
     q->kernels->pack_normals(&s->normal, 16, packed);
     for (int i = 0; i < LANES; i++) packed[i] &= (uint32_t)s->hit.on[i];
@@ -60,9 +69,7 @@ void geometry_store_sub(const struct queries *q, const struct plan *plan, const 
     uint16_t normals[LANES], ids[LANES];
     q->kernels->pack_normals(&sub->normal, 8, packed);
     store_sub_depth(plan, b, centre, sub, samples_u16(samples, PLANE_SUB_DEPTH, k));
-    store_albedo(b, sub, samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k),
-                 samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 1),
-                 samples_u16(samples, PLANE_SUB_ALBEDO, 3 * k + 2));
+    store_albedo(q, b, sub, samples, PLANE_SUB_ALBEDO, 3 * k);
     for (int i = 0; i < LANES; i++) {
         uint16_t low = (uint16_t)(sub->id[i] & 0xffffu);
         normals[i] = (uint16_t)(packed[i] & (uint32_t)sub->hit.on[i]);

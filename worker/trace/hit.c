@@ -1,7 +1,6 @@
 #include "worker/trace/hit.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
@@ -185,12 +184,25 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     }
 }
 
+/* What lanes without a hit must read as nothing; the rest is written where anything was hit. */
+static void clear(struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        s->albedo.x[i] = s->albedo.y[i] = s->albedo.z[i] = 0.0f;
+        s->emission.x[i] = s->emission.y[i] = s->emission.z[i] = 0.0f;
+        s->distance[i] = 0.0f;
+        s->id[i] = 0;
+        s->hit.on[i] = s->light.on[i] = 0;
+    }
+}
+
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float magnitude[LANES];
-    struct hit_lanes lanes = {.any_hit = false};
-    memset(out, 0, sizeof *out);
+    struct hit_lanes lanes;
+    lanes.any_hit = lanes.any_placed = lanes.any_emissive = false;
+    clear(out);
     find(q->scene, valid, rays, &lanes, out);
     if (!lanes.any_hit) return;
     q->kernels->gather_surface(lanes.mesh, &rays->hit, magnitude, out);

@@ -165,7 +165,7 @@ static void light_landings(struct queries *q, const struct light_table *lights,
     lit_landings(&scratch->landing, p->block, &active, counters);
     sample_lights(q, lights, &active, i, chosen, scratch);
     for (int k = 0; k < LANES; k++) counted.on[k] = active.on[k] & p->block->kept.on[k];
-    light_count_skips(shadow, &counted, counters);
+    light_count_skips(shadow, &counted, 1, counters);
     counters->value[COUNTER_RAYS_INDIRECT_SHADOW] += lanes_count_both(&shadow->traced, &counted);
     queries_occluded(q, QUERY_BOUNCE_SHADOW, &shadow->traced, &shadow->rays);
     add_direct(lights, &scratch->landing, shadow, chosen, radiance);

@@ -5,6 +5,10 @@
 #include "worker/trace/shadow_sums.h"
 
 struct lane_kernels {
+    /* Rays through positions (px, py) of the image, as plan_camera_ray. */
+    void (*camera_rays)(const struct plan *plan, const float *px, const float *py,
+                        struct RTCRay16 *rays);
+
     /* Lanes of *valid that Embree can take stay on; returns how many do not. */
     uint32_t (*sanitise)(const struct RTCRay16 *rays, struct lanes_mask *valid);
 
@@ -19,6 +23,9 @@ struct lane_kernels {
 
     /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
     void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);
+
+    /* Values in [0, 1] as 16-bit unorms; what is outside is clamped. */
+    void (*pack_unorms)(const float *v, uint16_t *packed);
 
     /* One sample a lane of a light; (u, v) in [0, 1)^2 place it on a rectangle. Only lanes of
      * `lanes` are traced; their rays are fit for Embree. */

@@ -1,16 +1,19 @@
 /* The table of kernels, compiled once for each instruction set: define LANE_KERNELS as its name and
  * include this. */
+#include "worker/trace/camera_lanes.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/light_lanes.h"
-#include "worker/trace/octahedron_lanes.h"
+#include "worker/trace/pack_lanes.h"
 #include "worker/trace/ray_lanes.h"
 #include "worker/trace/surface_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
+    .camera_rays = kernel_camera_rays,
     .sanitise = kernel_sanitise,
     .gather_surface = kernel_gather_surface,
     .finish_surface = kernel_finish_surface,
     .pack_normals = kernel_pack_normals,
+    .pack_unorms = kernel_pack_unorms,
     .sample_light = kernel_sample_light,
     .light_hidden = kernel_light_hidden,
     .add_stratum = kernel_add_stratum,

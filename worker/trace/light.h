@@ -23,6 +23,6 @@ struct light_packet {
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
 };
 
-/* Adds the skips of `lanes` to their counters. */
-void light_count_skips(const struct light_packet *p, const struct lanes_mask *lanes,
+/* Adds the skips of `lanes`, each `times` over, to their counters. */
+void light_count_skips(const struct light_packet *p, const struct lanes_mask *lanes, uint32_t times,
                        struct counters *counters);

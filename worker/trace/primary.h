@@ -4,10 +4,6 @@
 #include "worker/trace/block.h"
 #include "worker/trace/hit.h"
 
-/* Sixteen rays through positions (px, py) of the image, as plan_camera_ray. */
-void primary_rays(const struct plan *plan, const float px[LANES], const float py[LANES],
-                  struct RTCRayHit16 *rays);
-
 /* Surfaces at the pixels' centres. Whole blocks are traced, also where they reach beyond the tile:
  * Embree may choose between two triangles at the same distance by the rays around, and these are
  * then the same for every tile. */

@@ -1,14 +1,15 @@
 #include "worker/trace/shadow.h"
 
-#include <string.h>
-
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
 
 static void sums_init(struct shadow_sums *s)
 {
-    memset(s, 0, sizeof *s);
-    for (int i = 0; i < LANES; i++) s->least[i] = 1.0f;
+    for (int i = 0; i < LANES; i++) {
+        s->irradiance[i] = s->row[i] = s->most[i] = 0.0f;
+        s->least[i] = 1.0f;
+        s->seen[i] = s->blocked.on[i] = 0;
+    }
 }
 
 static void end_row(struct shadow_sums *sums)
@@ -52,9 +53,10 @@ static void trace_batch(struct queries *q, bool slopes, const struct shading_poi
     for (uint32_t k = 0; k < count; k++) {
         struct light_packet *packet = &batch[k];
         uint32_t traced = lanes_count(&packet->traced);
-        if (traced < p->lit_count) light_count_skips(packet, &p->counted, counters);
+        if (traced < p->lit_count) light_count_skips(packet, &p->counted, 1, counters);
         if (traced == 0) continue;
-        counters->value[COUNTER_RAYS_SHADOW] += lanes_count_both(&packet->traced, &p->block->kept);
+        counters->value[COUNTER_RAYS_SHADOW] +=
+            p->block->whole ? traced : lanes_count_both(&packet->traced, &p->block->kept);
         if (slopes)
             queries_closest(q, QUERY_BLOCKER, &packet->traced, &packet->rays);
         else
@@ -80,10 +82,8 @@ static bool hidden(const struct queries *q, const struct light *light, uint32_t 
                    const struct shading_point *p, struct light_packet *scratch,
                    struct counters *counters)
 {
-    struct counters once = {0};
     if (count == 1 || !q->kernels->light_hidden(light, p->surface, &p->lit, scratch)) return false;
-    light_count_skips(scratch, &p->counted, &once);
-    for (int i = 0; i < COUNTER_COUNT; i++) counters->value[i] += count * once.value[i];
+    light_count_skips(scratch, &p->counted, count, counters);
     return true;
 }
 
@@ -117,7 +117,8 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                 store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
         }
     }
-    for (int i = 0; i < LANES; i++) sums->irradiance[i] /= (float)count;
+    float scale = 1.0f / (float)count;
+    for (int i = 0; i < LANES; i++) sums->irradiance[i] *= scale;
     block_store_f32(p->block, sums->irradiance, samples_light_irradiance(samples, index));
     if (slopes) store_slopes(p, sums, samples, index);
 }

@@ -136,6 +136,40 @@ static void test_surfaces_agree(void **state)
     }
 }
 
+/* Camera rays are plan_camera_ray's, perspective and orthographic. */
+static void test_camera_rays(void **state)
+{
+    (void)state;
+    struct plan p = fixture_plan(64, 48, (float[]){1, 2, 3}, 0.8f);
+    fixture_look(&p, (float[]){0.6f, 0, -0.8f}, (float[]){0, 1, 0});
+    for (int k = 0; k < isa_count(); k++)
+        for (uint32_t type = 0; type < 2; type++) {
+            _Alignas(64) float px[LANES], py[LANES];
+            struct RTCRay16 r;
+            p.camera.type = type;
+            for (int i = 0; i < LANES; i++) px[i] = (float)i * 4.1f, py[i] = (float)i * 2.9f;
+            lane_kernels_for(all_isas[k])->camera_rays(&p, px, py, &r);
+            for (int i = 0; i < LANES; i++) {
+                float o[3], d[3];
+                plan_camera_ray(&p, px[i], py[i], o, d);
+                assert_true(r.org_x[i] == o[0] && r.org_y[i] == o[1] && r.org_z[i] == o[2]);
+                assert_true(r.dir_x[i] == d[0] && r.dir_y[i] == d[1] && r.dir_z[i] == d[2]);
+            }
+        }
+}
+
+static void test_unorms(void **state)
+{
+    (void)state;
+    _Alignas(64) float v[LANES] = {-1, 0, 0.5f, 1, 2, 1e-5f, 1.0f / 65535, INFINITY};
+    static const uint16_t expected[] = {0, 0, 32768, 65535, 65535, 1, 1, 65535, 0};
+    for (int k = 0; k < isa_count(); k++) {
+        _Alignas(64) uint16_t packed[LANES];
+        lane_kernels_for(all_isas[k])->pack_unorms(v, packed);
+        assert_memory_equal(packed, expected, sizeof expected);
+    }
+}
+
 static void test_packed_normals_are_octahedron_codes(void **state)
 {
     (void)state;
@@ -211,7 +245,7 @@ static void test_not_finite_samples_are_rejected(void **state)
         _mm_setcsr(mode);
         for (int i = 0; i < LANES; i++) assert_int_equal(packet.traced.on[i], i == 2 ? -1 : 0);
     }
-    light_count_skips(&packet, &lanes, &counters);
+    light_count_skips(&packet, &lanes, 1, &counters);
     assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], LANES - 1);
 }
 
@@ -220,6 +254,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_light_samples_agree),
         cmocka_unit_test(test_surfaces_agree),
+        cmocka_unit_test(test_camera_rays),
+        cmocka_unit_test(test_unorms),
         cmocka_unit_test(test_packed_normals_are_octahedron_codes),
         cmocka_unit_test(test_unfit_rays_are_switched_off),
         cmocka_unit_test(test_not_finite_samples_are_rejected),

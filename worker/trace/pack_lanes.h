@@ -1,6 +1,6 @@
 #pragma once
-/* lane_kernels' pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in sixteen lanes,
- * the same bits. Included by lane_kernels_body.h only. */
+/* lane_kernels' pack_unorms, and pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in
+ * sixteen lanes, the same bits. Included by lane_kernels_body.h only. */
 #include <math.h>
 
 #include "worker/trace/lanes.h"
@@ -45,5 +45,13 @@ static void kernel_pack_normals(const struct lanes3 *restrict normal, uint32_t b
         x = e11 < least ? x1 : x;
         y = e11 < least ? y1 : y;
         packed[i] = ((uint32_t)(int32_t)y & mask) << bits | ((uint32_t)(int32_t)x & mask);
+    }
+}
+
+static void kernel_pack_unorms(const float *restrict v, uint16_t *restrict packed)
+{
+    for (int i = 0; i < LANES; i++) {
+        float low = v[i] > 0.0f ? v[i] : 0.0f, c = low < 1.0f ? low : 1.0f;
+        packed[i] = (uint16_t)(int32_t)(c * 65535.0f + 0.5f);
     }
 }
