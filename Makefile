@@ -14,7 +14,7 @@ WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(
 MARCH   := -march=x86-64-v2
 OPT     := -O2 -g -ffp-contract=off -fno-math-errno
 CPPFLAGS += -I. -I$(B)
-CFLAGS  := $(STD) $(WARN) $(OPT) $(EXTRA)
+CFLAGS   = $(STD) $(WARN) $(OPT) $(EXTRA)
 
 proto_src  := $(wildcard proto/*.c)
 server_src := $(filter-out server/main.c,$(shell find server -name '*.c' -not -path 'server/import/*' 2>/dev/null))
