@@ -87,6 +87,7 @@ static void end_request(void *ctx, struct MHD_Connection *connection, void **req
     if (!r) return;
     if (code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->close && !r->handled)
         lingering_add(&http->lingering, r->peer->fd);
+    r->peer->served = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->handled;
     peer_deadline(r->peer, http->request_ms);
     request_done(r);
     *request = NULL;
@@ -109,9 +110,17 @@ static void begin_peer(struct http *http, struct MHD_Connection *connection, voi
     peer_deadline(peer, http->request_ms);
 }
 
+static bool has_unread(int fd)
+{
+    char byte;
+    return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) > 0;
+}
+
+/* What MHD refuses by itself (a request line that is too long) it answers and closes at once. */
 static void end_peer(struct http *http, struct peer *peer)
 {
     if (!peer) return;
+    if (!peer->served || has_unread(peer->fd)) lingering_add(&http->lingering, peer->fd);
     if (peer->request) request_done(peer->request);
     *peer->link = peer->next;
     if (peer->next) peer->next->link = peer->link;

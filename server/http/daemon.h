@@ -18,6 +18,7 @@ struct peer {
     int fd;
     uint64_t deadline_ms;    /* of the loop's clock; 0: none */
     struct request *request; /* in work; NULL between requests */
+    bool served;             /* the last request was answered by its handler */
 };
 
 struct http {
