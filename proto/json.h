@@ -17,6 +17,9 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
 /* `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit: for echoing input. */
 void json_printable(const char *text, char *out, size_t capacity);
 
+/* "an object", "a number": for sentences about a value of the wrong type. Static storage. */
+const char *json_type_name(const json_t *value);
+
 struct json_cursor {
     struct fault *fault; /* may be NULL */
     size_t length;       /* of pointer */

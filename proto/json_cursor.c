@@ -79,7 +79,7 @@ int json_cursor_refuse_member(struct json_cursor *at, const char *key, int code,
     return code;
 }
 
-static const char *type_name(const json_t *value)
+const char *json_type_name(const json_t *value)
 {
     switch (json_typeof(value)) {
     case JSON_OBJECT:
@@ -101,7 +101,7 @@ static const char *type_name(const json_t *value)
 
 static int refuse_type(struct json_cursor *at, const json_t *value, const char *what)
 {
-    return json_cursor_refuse(at, ERR_TYPE, "it is %s and must be %s", type_name(value), what);
+    return json_cursor_refuse(at, ERR_TYPE, "it is %s and must be %s", json_type_name(value), what);
 }
 
 int json_cursor_expect(struct json_cursor *at, const json_t *value, json_type type,

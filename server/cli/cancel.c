@@ -1,4 +1,4 @@
-/* shearwater cancel: ends a job; --purge removes its results, too. */
+/* shearwater cancel: ends a job; --purge takes it off the list, too. */
 #include <stdio.h>
 
 #include "server/cli/cli.h"
@@ -10,15 +10,12 @@ int cli_cancel(int argc, char **argv)
     const char *server = NULL;
     bool purge = false;
     const struct option_line lines[] = {
-        {"server", 's', OPTION_TEXT, "URL",
-         "the coordinator (default: $SHEARWATER_SERVER, then "
-         "http://127.0.0.1:8040)",
-         0, 0, &server},
-        {"purge", 0, OPTION_FLAG, NULL, "remove the job and its results", 0, 0, &purge},
+        CLIENT_SERVER_OPTION(&server),
+        {"purge", 0, OPTION_FLAG, NULL, "remove the job from the list, too", 0, 0, &purge},
     };
     const struct option_table table = {
         .usage = "shearwater cancel JOB-ID [options]",
-        .summary = "Cancels a job. What other jobs share stays.",
+        .summary = "Cancels a job that has not ended; with --purge any job.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

@@ -53,7 +53,7 @@ const char *client_base_url(const char *option)
 {
     if (option) return option;
     const char *from_env = getenv("SHEARWATER_SERVER");
-    return from_env && *from_env ? from_env : "http://127.0.0.1:8040";
+    return from_env && *from_env ? from_env : CLIENT_BASE_URL;
 }
 
 void client_stop_on(struct client *c, const volatile sig_atomic_t *stop)

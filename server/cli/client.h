@@ -19,9 +19,17 @@ void client_destroy(struct client **client);
 /* From now on requests end early, with an error, once *stop is not 0 (set by a signal handler). */
 void client_stop_on(struct client *c, const volatile sig_atomic_t *stop);
 
-/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else the default.
- */
+#define CLIENT_BASE_URL "http://127.0.0.1:8040"
+
+/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else
+ * CLIENT_BASE_URL. And the line of a command's option table that takes `option`. */
 const char *client_base_url(const char *option);
+#define CLIENT_SERVER_OPTION(url)                                                                  \
+    {                                                                                              \
+        .name = "server", .letter = 's', .kind = OPTION_TEXT, .value = "URL",                      \
+        .text = "the coordinator (default: $SHEARWATER_SERVER, then " CLIENT_BASE_URL ")",         \
+        .out = (url)                                                                               \
+    }
 
 /* Uploads a file unless the server has it; *digest is its name. */
 int client_put_asset(struct client *c, const char *path, struct digest *digest,

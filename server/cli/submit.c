@@ -25,10 +25,7 @@ int cli_submit(int argc, char **argv)
     const char *server = NULL;
     bool quiet = false, watch = false, dry_run = false;
     const struct option_line lines[] = {
-        {"server", 's', OPTION_TEXT, "URL",
-         "the coordinator (default: $SHEARWATER_SERVER, then "
-         "http://127.0.0.1:8040)",
-         0, 0, &server},
+        CLIENT_SERVER_OPTION(&server),
         {"watch", 'w', OPTION_FLAG, NULL, "stay until the job has ended", 0, 0, &watch},
         {"dry-run", 'n', OPTION_FLAG, NULL, "check only, and print the plan", 0, 0, &dry_run},
         {"quiet", 'q', OPTION_FLAG, NULL, "print the id alone", 0, 0, &quiet},

@@ -20,10 +20,7 @@ int cli_watch(int argc, char **argv)
     const char *server = NULL, *exr = NULL, *png = NULL;
     bool quiet = false;
     const struct option_line lines[] = {
-        {"server", 's', OPTION_TEXT, "URL",
-         "the coordinator (default: $SHEARWATER_SERVER, then "
-         "http://127.0.0.1:8040)",
-         0, 0, &server},
+        CLIENT_SERVER_OPTION(&server),
         {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame", 0, 0, &exr},
         {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame for people", 0, 0, &png},
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &quiet},

@@ -20,10 +20,10 @@ static void print_roster(const json_t *workers)
 {
     size_t i;
     json_t *w;
-    printf("%-6s %-28s %-10s %7s %-8s %8s %10s %s\n", "ID", "NAME", "STATE", "THREADS", "ISA",
+    printf("%-16s %-28s %-10s %7s %-8s %8s %10s %s\n", "ID", "NAME", "STATE", "THREADS", "ISA",
            "IN HAND", "TILES DONE", "BUILD");
     json_array_foreach (workers, i, w)
-        printf("%-6lld %-28.28s %-10s %7lld %-8s %8lld %10lld %s\n", number_of(w, "id"),
+        printf("%-16lld %-28.28s %-10s %7lld %-8s %8lld %10lld %s\n", number_of(w, "id"),
                text_of(w, "name"), text_of(w, "state"), number_of(w, "threads"), text_of(w, "isa"),
                number_of(w, "tiles_in_hand"), number_of(w, "tiles_done"), text_of(w, "build"));
 }
@@ -33,10 +33,7 @@ int cli_workers(int argc, char **argv)
     const char *server = NULL;
     bool as_json = false;
     const struct option_line lines[] = {
-        {"server", 's', OPTION_TEXT, "URL",
-         "the coordinator (default: $SHEARWATER_SERVER, then "
-         "http://127.0.0.1:8040)",
-         0, 0, &server},
+        CLIENT_SERVER_OPTION(&server),
         {"json", 0, OPTION_FLAG, NULL, "the server's answer as it is", 0, 0, &as_json},
     };
     const struct option_table table = {

@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "proto/json.h"
 #include "proto/scene.h"
 
 void gltf_place_set(gltf_place out, const char *format, ...)
@@ -21,32 +22,12 @@ static void member_place(gltf_place out, const char *place, const char *key)
     gltf_place_set(out, "%s%s%s", place, place[0] == 0 ? "" : ".", key);
 }
 
-static const char *type_name(const json_t *value)
-{
-    switch (json_typeof(value)) {
-    case JSON_OBJECT:
-        return "an object";
-    case JSON_ARRAY:
-        return "an array";
-    case JSON_STRING:
-        return "a string";
-    case JSON_INTEGER:
-    case JSON_REAL:
-        return "a number";
-    case JSON_TRUE:
-    case JSON_FALSE:
-        return "a boolean";
-    default:
-        return "null";
-    }
-}
-
 static int wrong_type(const json_t *value, const char *place, const char *key, const char *wanted,
                       struct fault *fault)
 {
     gltf_place at;
     member_place(at, place, key);
-    return fault_set(fault, ERR_TYPE, at, "it is %s, not %s", type_name(value), wanted);
+    return fault_set(fault, ERR_TYPE, at, "it is %s, not %s", json_type_name(value), wanted);
 }
 
 int gltf_object(const json_t *of, const char *place, const char *key, const json_t **out,
@@ -86,7 +67,7 @@ int gltf_item(const json_t *root, const char *array, size_t i, const json_t **ou
     *out = json_array_get(json_object_get(root, array), i);
     if (json_is_object(*out)) return 0;
     if (*out == NULL) return fault_set(fault, ERR_NOT_FOUND, place, "it does not exist");
-    return fault_set(fault, ERR_TYPE, place, "it is %s, not an object", type_name(*out));
+    return fault_set(fault, ERR_TYPE, place, "it is %s, not an object", json_type_name(*out));
 }
 
 int gltf_flag(const json_t *of, const char *place, const char *key, bool *inout,
@@ -170,7 +151,7 @@ int gltf_vector(const json_t *of, const char *place, const char *key, size_t n, 
         const json_t *element = json_array_get(value, i);
         if (!json_is_number(element))
             return fault_set(fault, ERR_TYPE, at, "element %zu is %s, not a number", i,
-                             type_name(element));
+                             json_type_name(element));
         double number = json_number_value(element);
         if (!(number >= lowest && number <= highest))
             return fault_set(fault, ERR_RANGE, at, "element %zu, %g, is not in [%g, %g]", i, number,
