@@ -25,6 +25,33 @@ static inline void put_corners(const uint32_t *triangle, const float *attribute,
     }
 }
 
+/* The same corners in every lane. */
+static inline void spread_corners(const uint32_t *triangle, const float *attribute,
+                                  struct corner_lanes *restrict out)
+{
+    for (int k = 0; k < 3; k++) {
+        const float *at = attribute + (size_t)3 * triangle[k];
+        const float x = at[0], y = at[1], z = at[2];
+        for (int i = 0; i < LANES; i++) {
+            out->corner[k].x[i] = x;
+            out->corner[k].y[i] = y;
+            out->corner[k].z[i] = z;
+        }
+    }
+}
+
+/* Camera rays of a block mostly meet one triangle: then its corners need be read only once. */
+static inline bool is_one_triangle(const struct mesh_view *const *mesh, const struct RTCHit16 *hit)
+{
+    uint32_t differs = 0;
+    bool same_mesh = mesh[0] != NULL;
+    for (int i = 1; i < LANES; i++) {
+        same_mesh &= mesh[i] == mesh[0];
+        differs |= hit->primID[i] ^ hit->primID[0];
+    }
+    return same_mesh & (differs == 0);
+}
+
 static inline float largest(float a, float b, float c)
 {
     float m = fabsf(a) > fabsf(b) ? fabsf(a) : fabsf(b);
@@ -68,21 +95,41 @@ static void interpolate_normals(const struct corner_lanes *restrict c,
     }
 }
 
-static void kernel_gather_surface(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
-                                  float *magnitude, struct surface *s)
+static void spread_triangle(const struct mesh_view *mesh, uint32_t index,
+                            struct corner_lanes *vertices, struct corner_lanes *normals,
+                            struct lanes_mask *smooth)
 {
-    struct corner_lanes vertices, normals;
-    struct lanes_mask smooth;
+    const uint32_t *triangle = mesh->triangles + (size_t)3 * index;
+    spread_corners(triangle, mesh->positions, vertices);
+    spread_corners(triangle, mesh->normals ? mesh->normals : mesh->positions, normals);
+    for (int i = 0; i < LANES; i++) smooth->on[i] = mesh->normals ? -1 : 0;
+}
+
+static void gather_triangles(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
+                             struct corner_lanes *vertices, struct corner_lanes *normals,
+                             struct lanes_mask *smooth)
+{
     static const float origin[3] = {0};
     static const uint32_t corner[3] = {0};
     static const struct mesh_view nothing = {.positions = origin, .triangles = corner};
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *m = mesh[i] ? mesh[i] : &nothing;
         const uint32_t *triangle = m->triangles + (size_t)3 * (mesh[i] ? hit->primID[i] : 0);
-        put_corners(triangle, m->positions, i, &vertices);
-        smooth.on[i] = m->normals ? -1 : 0;
-        put_corners(triangle, m->normals ? m->normals : m->positions, i, &normals);
+        put_corners(triangle, m->positions, i, vertices);
+        smooth->on[i] = m->normals ? -1 : 0;
+        put_corners(triangle, m->normals ? m->normals : m->positions, i, normals);
     }
+}
+
+static void kernel_gather_surface(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
+                                  float *magnitude, struct surface *s)
+{
+    struct corner_lanes vertices, normals;
+    struct lanes_mask smooth;
+    if (is_one_triangle(mesh, hit))
+        spread_triangle(mesh[0], hit->primID[0], &vertices, &normals, &smooth);
+    else
+        gather_triangles(mesh, hit, &vertices, &normals, &smooth);
     place_on_triangles(&vertices, hit, magnitude, s);
     interpolate_normals(&normals, &smooth, hit, s);
 }
