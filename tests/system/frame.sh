@@ -38,8 +38,19 @@ done
 check "three threads give the same bytes" render job threads --workers 1 --worker-threads 3
 check "... compared" same base threads
 
-# The picture is right, not only repeatable: the light's colour and the walls'.
-check "the picture is finite, and equal to itself" bash -c "
+# The picture is right, not only repeatable: the mean of few samples is that of many, and the light
+# is as strong and as warm as it has been since its estimators were held against closed forms.
+jq '.sampling = {spp: 100, seed: 8}' "$tmp/job.json" >"$tmp/many.json"
+mean_is() { # LAYER R G B, each within 2 %
+    "$build/shearwater" compare "$tmp/many.exr" "$tmp/base.exr" --layer "$1" |
+        jq -e --argjson held "[$2, $3, $4]" '
+            .finite and ((.bias | fabs) < 0.01 * (.mean_reference | add / 3)) and
+            ([.mean_test, $held] | transpose | all(.[0] / .[1] > 0.98 and .[0] / .[1] < 1.02))'
+}
+check "a hundred samples a pixel" render many many --workers 2
+check "direct light has their mean" mean_is direct 0.04461 0.02934 0.008394
+check "indirect light has their mean" mean_is indirect 0.01986 0.01198 0.002635
+check "compare finds no difference where there is none" bash -c "
     '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' | jq -e '.finite and .rmse == 0'"
 
 # Two workers of their own; one is killed while tiles are out.
