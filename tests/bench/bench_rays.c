@@ -20,7 +20,7 @@
 #include "worker/tile.h"
 #include "worker/trace/queries.h"
 
-enum { SIDE_PX = 720, TILE_PX = 32, STRATA = 3, CHUNK = 4096, REPETITIONS = 7, THREADS_MAX = 64 };
+enum { SIDE_PX = 720, TILE_PX = 32, STRATA = 3, CHUNK = 2048, REPETITIONS = 7, THREADS_MAX = 64 };
 
 #define MXCSR_FLUSH 0x8040u
 
@@ -104,35 +104,42 @@ enum layout { LAYOUT_ASKED, LAYOUT_16, LAYOUT_8, LAYOUT_STREAM, LAYOUT_COUNT };
 static const char *const layout_names[] = {"packets as asked", "packets of 16", "packets of 8",
                                            "streams"};
 
-/* Lays out the rays in c->rays1. */
-static void chunk_lay_out(struct chunk *c)
+/* Lays out the rays in c->rays1 as one layout needs them. */
+static void chunk_lay_out(struct chunk *c, bool closest, enum layout layout)
 {
-    memset(c->hits16, 0xff, sizeof c->hits16);
-    memset(c->hits8, 0xff, sizeof c->hits8);
-    memset(c->hits1, 0xff, sizeof c->hits1);
     for (int i = 0; i < CHUNK; i++) {
         const struct RTCRay *ray = &c->rays1[i];
-        FILL(c->hits16[i / 16].ray, i % 16, *ray);
-        FILL(c->rays16[i / 16], i % 16, *ray);
-        FILL(c->hits8[i / 8].ray, i % 8, *ray);
-        FILL(c->rays8[i / 8], i % 8, *ray);
-        c->hits1[i].ray = *ray;
         c->valid[i] = ray->mask ? -1 : 0;
+        if (layout <= LAYOUT_16 && closest) FILL(c->hits16[i / 16].ray, i % 16, *ray);
+        if (layout <= LAYOUT_16 && !closest) FILL(c->rays16[i / 16], i % 16, *ray);
+        if (layout == LAYOUT_8 && closest) FILL(c->hits8[i / 8].ray, i % 8, *ray);
+        if (layout == LAYOUT_8 && !closest) FILL(c->rays8[i / 8], i % 8, *ray);
+        if (layout == LAYOUT_STREAM && closest) {
+            memset(&c->hits1[i].hit, 0xff, sizeof c->hits1[i].hit);
+            c->hits1[i].ray = *ray;
+        }
     }
+    if (layout <= LAYOUT_16 && closest)
+        for (int i = 0; i < CHUNK / 16; i++)
+            memset(&c->hits16[i].hit, 0xff, sizeof c->hits16[i].hit);
+    if (layout == LAYOUT_8 && closest)
+        for (int i = 0; i < CHUNK / 8; i++) memset(&c->hits8[i].hit, 0xff, sizeof c->hits8[i].hit);
 }
 
-/* The next chunk of a recording from lane *at on, with its gaps or without. How many rays are on; 0
- * when too few are left. */
-static size_t chunk_fill(struct chunk *c, const struct recording *r, bool gaps, size_t *at)
+/* The next chunk of a recording from lane *at on, with the gaps between asked rays or without. How
+ * many rays are on; 0 when too few are left. */
+static size_t chunk_fill(struct chunk *c, const struct recording *r, bool closest,
+                         enum layout layout, size_t *at)
 {
     size_t n = 0, on = 0;
+    bool gaps = layout == LAYOUT_ASKED;
     for (; n < CHUNK && *at < r->lanes; ++*at)
         if (gaps || r->rays[*at].mask) {
             c->rays1[n++] = r->rays[*at];
             on += r->rays[*at].mask != 0;
         }
     if (n < CHUNK) return 0;
-    chunk_lay_out(c);
+    chunk_lay_out(c, closest, layout);
     return on;
 }
 
@@ -161,71 +168,87 @@ static void replay(RTCScene scene, struct chunk *c, bool closest, enum layout la
             rtcOccluded1M(scene, &context, &c->rays1[i], 1024, sizeof c->rays1[0]);
 }
 
-/* Seconds that Embree alone needs for a recording, whole chunks of it, scaled to all. */
-static double bare_s(RTCScene scene, struct chunk *c, const struct recording *r, bool closest,
-                     enum layout layout)
+/* How far a recording has been replayed in one layout, and how long Embree alone took for that. */
+struct progress {
+    size_t lane, rays;
+    double cpu_s;
+};
+
+/* Replays the next chunk; nothing when too few rays are left. */
+static void replay_chunk(RTCScene scene, struct chunk *c, const struct recording *r, bool closest,
+                         enum layout layout, struct progress *p)
 {
-    size_t done = 0, at = 0, on;
-    double sum = 0.0;
+    size_t on = chunk_fill(c, r, closest, layout, &p->lane);
+    if (on == 0) return;
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
-    while ((on = chunk_fill(c, r, layout == LAYOUT_ASKED, &at)) > 0) {
-        double start = cpu_s();
-        replay(scene, c, closest, layout);
-        sum += cpu_s() - start;
-        done += on;
-    }
+    double start = cpu_s();
+    replay(scene, c, closest, layout);
+    p->cpu_s += cpu_s() - start;
+    p->rays += on;
     _mm_setcsr(mode);
-    return done ? sum * (double)r->count / (double)done : 0.0;
 }
 
-/* One thread's share: every THREADS-th tile. */
+/* One thread's share: every `step`-th tile. */
 struct share {
     const struct render_scene *scene;
     const struct plan *plan;
     uint32_t first, step;
     struct tile_tracer *tracer;
+    struct chunk *chunk;
     struct recorder recorder;
     struct counters counters;
     double worker_s, bare_s[2][LAYOUT_COUNT]; /* camera, shadow */
+    struct progress progress[2][LAYOUT_COUNT];
     bool replaying;
 };
 
-static void trace_share(struct share *s)
+static const enum query_kind bare_kinds[2] = {QUERY_CAMERA, QUERY_SHADOW};
+
+/* Keeps every layout of both kinds as far along as the tiles are: what disturbs the machine then
+ * disturbs both alike. */
+static void replay_upto(struct share *s, double part)
 {
-    struct tile_grid grid;
-    double start = cpu_s();
-    if (tile_grid_init(&grid, SIDE_PX, SIDE_PX, TILE_PX)) fail("the tiles do not fit");
-    for (uint32_t i = s->first; i < tile_grid_count(&grid); i += s->step) {
-        struct samples *samples;
-        if (tile_trace(s->tracer, s->scene, s->plan, tile_grid_rect(&grid, i), NULL, NULL, &samples,
-                       &s->counters))
-            fail("a tile cannot be traced");
-        samples_destroy(&samples);
-    }
-    s->worker_s = cpu_s() - start;
+    for (int k = 0; k < 2; k++)
+        for (enum layout l = 0; l < LAYOUT_COUNT; l++) {
+            const struct recording *r = &s->recorder.kinds[bare_kinds[k]];
+            struct progress *p = &s->progress[k][l];
+            size_t before = p->lane + 1;
+            while (p->lane < (size_t)(part * (double)r->lanes) && p->lane != before) {
+                before = p->lane;
+                replay_chunk(s->scene->top, s->chunk, r, k == 0, l, p);
+            }
+        }
 }
 
-static void replay_share(struct share *s)
+static void trace_one(struct share *s, struct rect rect)
 {
-    struct chunk *c = aligned_alloc(64, (sizeof *c + 63) / 64 * 64);
-    if (!c) fail("no memory for a chunk");
-    const struct recording *camera = &s->recorder.kinds[QUERY_CAMERA];
-    const struct recording *shadow = &s->recorder.kinds[QUERY_SHADOW];
-    for (enum layout l = 0; l < LAYOUT_COUNT; l++) {
-        s->bare_s[0][l] = bare_s(s->scene->top, c, camera, true, l);
-        s->bare_s[1][l] = bare_s(s->scene->top, c, shadow, false, l);
-    }
-    free(c);
+    struct samples *samples;
+    double start = cpu_s();
+    if (tile_trace(s->tracer, s->scene, s->plan, rect, NULL, NULL, &samples, &s->counters))
+        fail("a tile cannot be traced");
+    samples_destroy(&samples);
+    s->worker_s += cpu_s() - start;
 }
 
 static void *share_run(void *context)
 {
     struct share *s = context;
-    if (s->replaying)
-        replay_share(s);
-    else
-        trace_share(s);
+    struct tile_grid grid;
+    if (tile_grid_init(&grid, SIDE_PX, SIDE_PX, TILE_PX)) fail("the tiles do not fit");
+    s->worker_s = 0.0;
+    memset(s->progress, 0, sizeof s->progress);
+    for (uint32_t i = s->first; i < tile_grid_count(&grid); i += s->step) {
+        trace_one(s, tile_grid_rect(&grid, i));
+        if (s->replaying) replay_upto(s, (double)i / tile_grid_count(&grid));
+    }
+    if (s->replaying) replay_upto(s, 1.0);
+    for (int k = 0; k < 2; k++)
+        for (int l = 0; l < LAYOUT_COUNT; l++) {
+            const struct progress *p = &s->progress[k][l];
+            double all = (double)s->recorder.kinds[bare_kinds[k]].count;
+            s->bare_s[k][l] = p->rays ? p->cpu_s * all / (double)p->rays : 0.0;
+        }
     return NULL;
 }
 
@@ -361,7 +384,6 @@ static void bench_against_bare(const char *name, struct share *shares, uint32_t 
     run_all(shares, threads, false); /* warm */
     for (int r = 0; r < REPETITIONS; r++) {
         run_all(shares, threads, true);
-        run_all(shares, threads, false);
         worker[r] = 0.0;
         for (uint32_t i = 0; i < threads; i++) worker[r] += shares[i].worker_s;
         for (int k = 0; k < 2; k++)
@@ -429,7 +451,8 @@ int main(int argc, char **argv)
     for (uint32_t i = 0; i < (uint32_t)threads; i++) {
         shares[i] = (struct share){.scene = scene, .plan = &plan, .first = i};
         shares[i].step = (uint32_t)threads;
-        if (tile_tracer_create(&shares[i].tracer)) fail("no memory");
+        shares[i].chunk = aligned_alloc(64, (sizeof(struct chunk) + 63) / 64 * 64);
+        if (!shares[i].chunk || tile_tracer_create(&shares[i].tracer)) fail("no memory");
     }
     const char *slash = strrchr(argv[1], '/');
     const char *name = slash ? slash + 1 : argv[1];
@@ -438,6 +461,7 @@ int main(int argc, char **argv)
     bench_all_effects(name, shares, (uint32_t)threads);
     for (uint32_t i = 0; i < (uint32_t)threads; i++) {
         for (int k = 0; k < QUERY_KIND_COUNT; k++) free(shares[i].recorder.kinds[k].rays);
+        free(shares[i].chunk);
         tile_tracer_destroy(&shares[i].tracer);
     }
     free(shares);

@@ -245,7 +245,8 @@ static void store_sample(const struct shading_point *p, const struct bounce *b, 
 static void store_sums(const struct shading_point *p, struct indirect_sums *sums, uint32_t count,
                        struct samples *samples)
 {
-    float even = (float)((count + 1) / 2), odd = (float)(count / 2);
+    const uint32_t odd_count = count / 2;
+    float even = (float)(count - odd_count), odd = (float)odd_count;
     if (count == 1) sums->half[1] = sums->half[0], odd = even;
     const float *e[3] = {sums->half[0].x, sums->half[0].y, sums->half[0].z};
     const float *o[3] = {sums->half[1].x, sums->half[1].y, sums->half[1].z};
