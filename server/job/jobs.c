@@ -100,13 +100,33 @@ static bool open_next(struct jobs *jobs)
     return true;
 }
 
-/* All workers were sent away for what they returned and none has come since: what is in work would
- * wait for ever. Jobs that only wait go on waiting. */
+/* A job whose results were refused. */
+static struct live_job *first_refused(const struct jobs *jobs)
+{
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (frame_refusal(jobs->open[i].frame->work)->code) return jobs->open[i].job;
+    return NULL;
+}
+
+static void readmit_senders(struct jobs *jobs)
+{
+    for (unsigned i = 0; i < SENDERS_KNOWN; i++) {
+        if (jobs->senders[i].results < CORRUPT_MOST) continue;
+        jobs->senders[i].results = 0;
+        fleet_drain(jobs->fleet, jobs->senders[i].worker, false);
+    }
+}
+
+/* All workers were sent away for what they returned and none has come since: what they choked on
+ * would wait for ever. That many workers are seldom at fault at once, so it is the job that goes;
+ * they come back, or one such job would end the service for all others. */
 static void on_abandoned(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
+    struct live_job *job;
     if (jobs->stopping || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
-    while (jobs->open_count > 0) live_job_fail(jobs->open[0].job, &jobs->refusal);
+    while ((job = first_refused(jobs))) live_job_fail(job, &jobs->refusal);
+    readmit_senders(jobs);
     jobs_advance_soon(jobs);
 }
 

@@ -72,7 +72,8 @@ void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
 
 /* jobs.c */
-/* Fails what is in work unless a worker joins within ABANDONED_AFTER_MS. */
+/* Unless a worker joins within ABANDONED_AFTER_MS, fails the jobs whose results were refused and
+ * takes back the workers that sent them. */
 void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal);
 
 /* Looks soon for what can be begun. */

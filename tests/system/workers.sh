@@ -39,6 +39,22 @@ disturbed() {
 for script in garbage flip lie nan disconnect-mid-result; do
     check "a worker with the script $script changes no byte" disturbed $script
 done
+# With nobody else there, what they send fails the job alone: it is not the end of the service.
+given_up() {
+    local id
+    timeout 60 bash -c "$(declare -f fake); build='$build' data='$data'; fake nan" >"$tmp/given-up.log" 2>&1 &
+    local fake=$!
+    track $fake
+    sleep 0.3
+    id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
+    ! await_state "$id" finished 30 || return 1
+    [ "$(job_state "$id")" = failed ] || return 1
+    curl -sSf --noproxy '*' "$url/v1/workers" | tee /dev/stderr |
+        jq -e '[.workers[].state] | length > 0 and all(. != "draining")' || return 1
+    kill $fake; wait $fake
+    true
+}
+check "a job that none can do fails, and its workers are asked again" given_up
 check "the coordinator counted what it refused" bash -c "
     curl -sS --noproxy '*' '$url/metrics' | awk '/results_total.*corrupt/ {n = \$2} END {exit !(n > 0)}'"
 check "it is alive and stops in order" serve_stop
