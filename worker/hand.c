@@ -217,7 +217,10 @@ void hand_destroy(struct hand **hand)
     struct hand *h = *hand;
     *hand = NULL;
     if (!h) return;
-    while (h->first) free_tile(h, h->first);
+    for (struct hand_tile *t = h->first, *next; t; t = next) {
+        next = t->next;
+        free_tile(h, t);
+    }
     while (h->frames) free_frame(h, h->frames);
     free(h);
 }

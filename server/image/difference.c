@@ -1,5 +1,6 @@
 #include "server/image/difference.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -79,6 +80,7 @@ int image_difference(const struct image *reference, const struct image *test, co
     size_t count = 0;
     int error = find_pairs(reference, test, layer, &p, fault);
     if (error) return error;
+    assert(p.channels > 0 && p.width > 0 && p.height > 0); /* images have pixels */
     *out = (struct difference){.finite = true};
     float *errors =
         malloc((size_t)p.channels * (size_t)p.width * (size_t)p.height * sizeof *errors);

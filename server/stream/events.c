@@ -27,9 +27,11 @@ struct event_text *event_text_create(uint32_t epoch, uint64_t id, const char *na
     if (text) {
         text->refs = 1;
         text->size_bytes = size_bytes;
+        /* NOLINTBEGIN(bugprone-not-null-terminated-result): bytes with a size, no string */
         memcpy(text->bytes, head, (size_t)head_bytes);
         memcpy(text->bytes + head_bytes, json, json_bytes);
         memcpy(text->bytes + (size_t)head_bytes + json_bytes, "\n\n", 2);
+        /* NOLINTEND(bugprone-not-null-terminated-result) */
     }
     free(json);
     return text;
