@@ -143,11 +143,14 @@ static size_t chunk_fill(struct chunk *c, const struct recording *r, bool closes
     return on;
 }
 
-static void replay(RTCScene scene, struct chunk *c, bool closest, enum layout layout)
+static void replay(const struct render_scene *render, struct chunk *c, bool closest,
+                   enum layout layout)
 {
+    RTCScene scene = render->top;
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    /* worker/trace/queries.c says why instances go without the hint */
+    if (closest || !render->has_instances) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (layout <= LAYOUT_16 && closest)
         for (int i = 0; i < CHUNK / 16; i++)
             rtcIntersect16(c->valid + (size_t)16 * (size_t)i, scene, &context, &c->hits16[i]);
@@ -175,8 +178,9 @@ struct progress {
 };
 
 /* Replays the next chunk; nothing when too few rays are left. */
-static void replay_chunk(RTCScene scene, struct chunk *c, const struct recording *r, bool closest,
-                         enum layout layout, struct progress *p)
+static void replay_chunk(const struct render_scene *scene, struct chunk *c,
+                         const struct recording *r, bool closest, enum layout layout,
+                         struct progress *p)
 {
     size_t on = chunk_fill(c, r, closest, layout, &p->lane);
     if (on == 0) return;
@@ -216,7 +220,7 @@ static void replay_upto(struct share *s, double part)
             size_t before = p->lane + 1;
             while (p->lane < (size_t)(part * (double)r->lanes) && p->lane != before) {
                 before = p->lane;
-                replay_chunk(s->scene->top, s->chunk, r, k == 0, l, p);
+                replay_chunk(s->scene, s->chunk, r, k == 0, l, p);
             }
         }
 }
