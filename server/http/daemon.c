@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 
 #define TICK_MS                 250u
 #define CONNECTION_MEMORY_BYTES 32768u
+#define DESCRIPTORS_WANTED      (2u * LIMIT_HTTP_CONNECTIONS)
 
 /* MHD's own words are about single connections and come as fast as clients send nonsense. */
 static void count_log(void *ctx, const char *format, va_list arguments)
@@ -187,13 +189,26 @@ static uint64_t ms_from_env(const char *name, uint64_t usual)
     return ms >= 1 && ms <= 86400000 ? ms : usual;
 }
 
+/* Idle clients must not take the descriptors that files, workers and children need. */
+static unsigned connections_most(void)
+{
+    struct rlimit files;
+    if (getrlimit(RLIMIT_NOFILE, &files) != 0) return LIMIT_HTTP_CONNECTIONS / 4;
+    if (files.rlim_cur < DESCRIPTORS_WANTED) {
+        files.rlim_cur = files.rlim_max < DESCRIPTORS_WANTED ? files.rlim_max : DESCRIPTORS_WANTED;
+        if (setrlimit(RLIMIT_NOFILE, &files) != 0) getrlimit(RLIMIT_NOFILE, &files);
+    }
+    rlim_t half = files.rlim_cur / 2;
+    return half < LIMIT_HTTP_CONNECTIONS ? (unsigned)half : LIMIT_HTTP_CONNECTIONS;
+}
+
 static int start_mhd(struct http *http, int listen_fd)
 {
     http->mhd = MHD_start_daemon(
         MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, step, http,
-        MHD_OPTION_EXTERNAL_LOGGER, count_log, http,                   /* first, as MHD demands */
-        MHD_OPTION_LISTEN_SOCKET, listen_fd,                           /**/
-        MHD_OPTION_CONNECTION_LIMIT, (unsigned)LIMIT_HTTP_CONNECTIONS, /**/
+        MHD_OPTION_EXTERNAL_LOGGER, count_log, http,     /* first, as MHD demands */
+        MHD_OPTION_LISTEN_SOCKET, listen_fd,             /**/
+        MHD_OPTION_CONNECTION_LIMIT, connections_most(), /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
         MHD_OPTION_STRICT_FOR_CLIENT, 1,                  /**/

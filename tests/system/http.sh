@@ -290,6 +290,25 @@ track $!
 sleep 0.5
 check "it stops in order when told to" stops
 check "... and the events were begun" grep -q '^event: snapshot' "$tmp/events"
+
+# Idle clients leave descriptors for the work: with few of them a job still ends well.
+few_descriptors() {
+    local n id fds=() status=0
+    mkdir "$tmp/few"
+    printf '#!/bin/sh\nulimit -n 100\nexec "%s/shearwater" "$@"\n' "$(realpath "$build")" >"$tmp/few/shearwater"
+    chmod +x "$tmp/few/shearwater"
+    build=$tmp/few serve_start "$tmp/few/data" --workers 1 || return 1
+    jq -n --arg scene "$scene" '{scene: {file: $scene}, sampling: {spp: 16}}' >"$tmp/few/job.json"
+    id=$("$build/shearwater" submit "$tmp/few/job.json" --server "$url" --quiet) || return 1
+    for n in $(seq 150); do exec {fd}<>"/dev/tcp/127.0.0.1/${url##*:}" && fds+=("$fd"); done
+    sleep 2
+    for fd in "${fds[@]}"; do exec {fd}>&-; done
+    await_state "$id" finished 40 || status=1
+    serve_stop || status=1
+    return $status
+}
+check "idle connections take no descriptor that a job needs" few_descriptors
+
 refused_bind() {
     local out
     out=$("$build/shearwater" serve --listen "$1" --data "$tmp/other" --workers 0 2>&1) && return 1
