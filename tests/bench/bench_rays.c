@@ -20,7 +20,7 @@
 #include "worker/tile.h"
 #include "worker/trace/queries.h"
 
-enum { SIDE_PX = 720, TILE_PX = 32, STRATA = 3, CHUNK = 2048, REPETITIONS = 7, THREADS_MAX = 64 };
+enum { SIDE_PX = 720, TILE_PX = 64, STRATA = 3, CHUNK = 2048, REPETITIONS = 7, THREADS_MAX = 64 };
 
 #define MXCSR_FLUSH 0x8040u
 
