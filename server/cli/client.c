@@ -2,6 +2,7 @@
 
 #include <curl/curl.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +12,7 @@
 
 #include "proto/job.h"
 #include "server/cli/event_parser.h"
+#include "server/cli/output_file.h"
 
 #define ANSWER_LIMIT_BYTES (64u << 20)
 #define EVENT_TRIES        10
@@ -200,10 +202,16 @@ int client_put_asset(struct client *c, const char *path, struct digest *digest, 
     char hex[DIGEST_HEX_BYTES], url_path[DIGEST_HEX_BYTES + 32];
     struct stat info;
     bool known = false;
-    FILE *f = fopen(path, "rb");
-    if (!f || fstat(fileno(f), &info) != 0) {
-        if (f) fclose(f);
-        return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
+    /* Without waiting, were it a pipe. */
+    int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    FILE *f = fd >= 0 ? fdopen(fd, "rb") : NULL;
+    if (!f || fstat(fd, &info) != 0) {
+        int error = fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
+        if (f)
+            fclose(f);
+        else if (fd >= 0)
+            close(fd);
+        return error;
     }
     if (!S_ISREG(info.st_mode)) {
         fclose(f);
@@ -260,37 +268,28 @@ int client_json(struct client *c, const char *method, const char *path, const js
 }
 
 /* Bodies of errors are small documents: read them back from the file they went into. */
-static int refused_download(const char *path, long status, struct fault *fault)
+static int refused_download(FILE *f, long status, struct fault *fault)
 {
     char text[4096];
-    FILE *f = fopen(path, "rb");
     struct answer answer = {text, 0};
-    if (f) {
-        answer.size_bytes = fread(text, 1, sizeof text - 1, f);
-        fclose(f);
-    }
+    rewind(f);
+    answer.size_bytes = fread(text, 1, sizeof text - 1, f);
     text[answer.size_bytes] = '\0';
     return refused(status, &answer, fault);
 }
 
 int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault)
 {
-    char part[4096];
+    struct output_file out;
     long status = 0;
-    if (snprintf(part, sizeof part, "%s.part", path) >= (int)sizeof part)
-        return fault_set(fault, ERR_LIMIT, "", "%s: the name is too long", path);
-    FILE *f = fopen(part, "wb");
-    if (!f) return fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
+    int error = output_file_open(&out, path, fault);
+    if (error) return error;
     begin(c, url_path);
-    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, f);
-    int error = perform(c, &status, fault);
-    if (fclose(f) != 0 && !error)
-        error = fault_set(fault, ERR_IO, "", "%s: %s", part, strerror(errno));
-    if (!error && status >= 400) error = refused_download(part, status, fault);
-    if (!error && rename(part, path) != 0)
-        error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
-    if (error) unlink(part);
-    return error;
+    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, out.file);
+    error = perform(c, &status, fault);
+    if (!error && status >= 400) error = refused_download(out.file, status, fault);
+    int unwritten = output_file_close(&out, !error, fault);
+    return error ? error : unwritten;
 }
 
 static size_t feed_events(char *data, size_t size, size_t count, void *ctx)

@@ -40,7 +40,7 @@ int client_put_asset(struct client *c, const char *path, struct digest *digest,
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,
                 json_t **out, struct fault *fault);
 
-/* Saves an answer's body at `path`, whole or not at all. */
+/* Saves an answer's body at `path` (output_file.h), whole or not at all. */
 int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault);
 
 /* Follows a job's events until `event` returns false or the stream ends. Reconnects with

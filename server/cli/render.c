@@ -10,7 +10,10 @@
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
+#include "server/cli/output_file.h"
 #include "server/cli/private_server.h"
+
+#define WORKER_TRIES 1200 /* of 25 ms: half a minute */
 
 struct render_options {
     const char *exr, *png, *stats;
@@ -64,6 +67,33 @@ static void frame_path(const char *path, long frame, bool several, char *out, si
         snprintf(out, capacity, "%.*s.%04ld%s", (int)(dot - path), path, frame, dot);
     else
         snprintf(out, capacity, "%s", path);
+}
+
+/* Before the work: nobody wants to hear after hours that a folder is missing. */
+static int check_outputs(const struct render_options *o, struct fault *fault)
+{
+    const char *const paths[] = {o->exr, o->png, o->stats};
+    int error = 0;
+    for (int i = 0; i < 3 && !error; i++)
+        if (paths[i]) error = output_file_check(paths[i], fault);
+    return error;
+}
+
+/* A worker that cannot run, or is of another build and refused, says so itself; but the job would
+ * wait for it for ever. */
+static int await_worker(struct client *c, struct fault *fault)
+{
+    for (int i = 0; i < WORKER_TRIES && !interrupted; i++) {
+        json_t *roster = NULL;
+        int error = client_json(c, "GET", "/v1/workers", NULL, &roster, fault);
+        bool there = json_array_size(json_object_get(roster, "workers")) > 0;
+        json_decref(roster);
+        if (error || there) return error;
+        nanosleep(&(struct timespec){.tv_nsec = 25000000}, NULL);
+    }
+    return fault_set(fault, ERR_KILLED, "",
+                     interrupted ? "interrupted"
+                                 : "no worker has come up: shearwater-worker does not start");
 }
 
 static int save_frames(struct client *c, const json_t *job, const struct render_options *o,
@@ -136,7 +166,8 @@ static int render(struct client *c, const char *path, json_t *document,
     if (error) return error;
     snprintf(id, sizeof id, "%s", json_string_value(json_object_get(accepted, "id")));
     json_decref(accepted);
-    error = job_watch(c, id, progress, job, fault);
+    error = await_worker(c, fault);
+    if (!error) error = job_watch(c, id, progress, job, fault);
     if (!error) error = save_frames(c, *job, o, fault);
     return error;
 }
@@ -164,7 +195,8 @@ int cli_render(int argc, char **argv)
     /* Before there is anything to clear up. */
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
-    int error = job_file_read(argv[1], &document, &fault);
+    int error = check_outputs(&o, &fault);
+    if (!error) error = job_file_read(argv[1], &document, &fault);
     if (!error)
         error =
             private_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);

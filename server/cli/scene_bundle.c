@@ -27,26 +27,43 @@ static void folder_of(const char *path, char *out, size_t capacity)
     out[n] = '\0';
 }
 
-/* A whole file, terminated. The caller frees it. */
-static char *read_text(const char *path, size_t *size_bytes, struct fault *fault)
+/* The first bytes of a file, terminated; all of it when it is no larger than `most`. The caller
+ * frees it. */
+static char *read_start(FILE *f, const char *path, size_t most, size_t *size_bytes,
+                        struct fault *fault)
 {
-    FILE *f = fopen(path, "rb");
-    char *text = NULL;
-    if (!f) {
-        fault_set(fault, ERR_NOT_FOUND, "/scene/file", "%s: %s", path, strerror(errno));
+    char *text = malloc(most + 1);
+    if (!text) {
+        fault_set(fault, ERR_MEMORY, "/scene/file", "%s: memory is exhausted", path);
         return NULL;
     }
-    fseek(f, 0, SEEK_END);
+    rewind(f);
+    *size_bytes = fread(text, 1, most, f);
+    text[*size_bytes] = '\0';
+    return text;
+}
+
+/* What may name other files: of a .glb the JSON chunk, of others the whole. */
+static char *read_text(const char *path, size_t *size_bytes, struct fault *fault)
+{
+    uint8_t head[20] = {0};
+    uint32_t json_bytes;
+    char *text = NULL;
+    FILE *f = fopen(path, "rb");
+    if (!f || fseek(f, 0, SEEK_END) != 0) {
+        fault_set(fault, ERR_NOT_FOUND, "/scene/file", "%s: %s", path, strerror(errno));
+        if (f) fclose(f);
+        return NULL;
+    }
     long size = ftell(f);
     rewind(f);
+    bool glb = fread(head, 1, sizeof head, f) == sizeof head && memcmp(head, "glTF", 4) == 0;
+    memcpy(&json_bytes, head + 12, sizeof json_bytes);
+    if (glb && json_bytes < size) size = (long)sizeof head + (long)json_bytes;
     if (size < 0 || (unsigned long)size > SCENE_TEXT_LIMIT_BYTES)
         fault_set(fault, ERR_LIMIT, "/scene/file", "%s: too large for a text file", path);
-    else if (!(text = malloc((size_t)size + 1)))
-        fault_set(fault, ERR_MEMORY, "/scene/file", "%s: memory is exhausted", path);
-    else {
-        *size_bytes = fread(text, 1, (size_t)size, f);
-        text[*size_bytes] = '\0';
-    }
+    else
+        text = read_start(f, path, (size_t)size, size_bytes, fault);
     fclose(f);
     return text;
 }

@@ -5,6 +5,7 @@
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
+#include "server/cli/output_file.h"
 
 static int save(struct client *c, const char *id, long frame, const char *kind, const char *path,
                 struct fault *fault)
@@ -40,7 +41,9 @@ int cli_watch(int argc, char **argv)
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
     progress_begin(&progress, quiet);
-    int error = client_create(client_base_url(server), &client);
+    int error = exr ? output_file_check(exr, &fault) : 0;
+    if (!error && png) error = output_file_check(png, &fault);
+    if (!error) error = client_create(client_base_url(server), &client);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
     const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
     long first = (long)json_integer_value(json_object_get(frames, "first"));

@@ -38,6 +38,28 @@ done
 check "three threads give the same bytes" render job threads --workers 1 --worker-threads 3
 check "... compared" same base threads
 
+# Files are where one expects them: a pipe or a device is written to, not replaced by a file, and a
+# folder that is not there is told of before the work.
+through_a_pipe() {
+    mkfifo "$tmp/pipe" || return 1
+    cat "$tmp/pipe" >"$tmp/piped.exr" & track $!
+    timeout 60 "$build/shearwater" render "$tmp/job.json" --quiet -o "$tmp/pipe" && wait $! &&
+        [ -p "$tmp/pipe" ] && same base piped
+}
+check "a picture goes through a pipe" through_a_pipe
+told_at_once() {
+    local out
+    out=$("$build/shearwater" render "$tmp/no-such-job.json" -o "$tmp/no-such-folder/x.exr" 2>&1) && return 1
+    grep -q no-such-folder <<<"$out" || { echo "$out"; return 1; }
+}
+check "a folder that is missing is named before anything else" told_at_once
+scene_is_a_pipe() {
+    mkfifo "$tmp/scene.glb" && echo '{"scene": {"file": "scene.glb"}}' >"$tmp/pipe.json"
+    timeout 20 "$build/shearwater" render "$tmp/pipe.json" >"$tmp/pipe.log" 2>&1
+    [ $? = 1 ] && grep -q 'scene.glb is not a regular file' "$tmp/pipe.log"
+}
+check "a scene that is a pipe is refused, not waited for" scene_is_a_pipe
+
 # The picture is right, not only repeatable: the mean of few samples is that of many, and the light
 # is as strong and as warm as it has been since its estimators were held against closed forms.
 jq '.sampling = {spp: 100, seed: 8}' "$tmp/job.json" >"$tmp/many.json"

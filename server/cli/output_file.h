@@ -1,0 +1,21 @@
+#pragma once
+/* A file that a command writes. It appears under its name whole or not at all; what is no regular
+ * file, such as a device or a pipe, is written to and never replaced. */
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "proto/error.h"
+
+struct output_file {
+    FILE *file;       /* to write to, and to read back from */
+    const char *path; /* borrowed */
+    char part[4096];  /* where the bytes are until then; empty: in a file without name */
+};
+
+/* Whether it could be written now; asked before the work that fills it. ERR_IO. */
+int output_file_check(const char *path, struct fault *fault);
+
+int output_file_open(struct output_file *o, const char *path, struct fault *fault);
+
+/* keep: what was written gets its name; else nothing stays. */
+int output_file_close(struct output_file *o, bool keep, struct fault *fault);
