@@ -68,15 +68,30 @@ static char *read_text(const char *path, size_t *size_bytes, struct fault *fault
     return text;
 }
 
-/* Uploads one referred file. A name that is listed already is not uploaded again. */
-static int add_file(struct bundle *b, const char *name)
+/* The name under which the importer will look: without "." parts. */
+static void tidy(const char *name, char *out, size_t capacity)
 {
-    char path[4096], hex[DIGEST_HEX_BYTES];
+    size_t n = 0;
+    while (*name && n + 1 < capacity) {
+        bool starts = n == 0 || out[n - 1] == '/';
+        if (starts && name[0] == '.' && name[1] == '/')
+            name += 2;
+        else
+            out[n++] = *name++;
+    }
+    out[n] = '\0';
+}
+
+/* Uploads one referred file. A name that is listed already is not uploaded again. */
+static int add_file(struct bundle *b, const char *given)
+{
+    char path[4096], hex[DIGEST_HEX_BYTES], name[LIMIT_PATH_BYTES + 1];
     struct digest digest;
+    tidy(given, name, sizeof name);
     if (json_object_get(b->files, name)) return 0;
     if (!path_is_inside(name))
         return fault_set(b->fault, ERR_RANGE, "/scene/file",
-                         "the scene refers to \"%.200s\", which is not inside its folder", name);
+                         "the scene refers to \"%.200s\", which is not inside its folder", given);
     snprintf(path, sizeof path, "%s%s", b->folder, name);
     int error = client_put_asset(b->client, path, &digest, b->fault);
     if (error) return error;
@@ -156,6 +171,8 @@ static int each_reference(struct bundle *b, char *text, bool (*wanted)(const cha
         while (n > 0 && (name[n - 1] == ' ' || name[n - 1] == '\t')) name[--n] = '\0';
         /* Options such as "-s 1 1 1" come before the name, which then is the last word. */
         if (name[0] == '-' && strrchr(name, ' ')) name = strrchr(name, ' ') + 1;
+        for (char *c = name; *c; c++)
+            if (*c == '\\') *c = '/'; /* as written on Windows */
         if (*name) error = add(b, name);
     }
     return error;

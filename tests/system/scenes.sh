@@ -24,6 +24,31 @@ scene() { # NAME FILE LOW HIGH REST-OF-JOB
 key='"lights": [{"type": "rectangle", "center": [1, 1.5, 2], "half_u": [0.5, 0, 0], "half_v": [0, -0.4, 0.3], "radiance": [12, 12, 12]},
      {"type": "directional", "direction": [1, -1, -1], "irradiance": [1, 1, 1.2]}]'
 
+# Names as exporters write them: with "./", with backslashes, percent-encoded, with spaces.
+names() {
+    local dir="$tmp/sp ace" box=$PWD/tests/scenes/cornell-box/cornell-box.glb job
+    mkdir -p "$dir/tex tures" || return 1
+    job=", \"camera\": {\"eye\": [0, 1, 2], \"target\": [0, 0, 0]}}, \"image\": {\"width\": 32, \"height\": 32},
+         \"layers\": [\"albedo\"]}"
+    echo "{\"scene\": {\"file\": \"$box\"}, \"image\": {\"width\": 32, \"height\": 32}}" >"$tmp/box.json"
+    "$build/shearwater" render "$tmp/box.json" --quiet --png "$dir/tex tures/a b.png" || return 1
+    printf '%s\n' 'mtllib ./my.mtl' 'v -1 0 -1' 'v 1 0 -1' 'v 1 0 1' 'v -1 0 1' 'vt 0 0' 'vt 1 0' 'vt 1 1' \
+        'vt 0 1' 'usemtl a' 'f 1/1 4/4 3/3 2/2' >"$dir/my scene.obj"
+    printf '%s\n' 'newmtl a' 'map_Kd .\tex tures\a b.png' >"$dir/my.mtl"
+    echo "{\"scene\": {\"file\": \"sp ace/my scene.obj\"$job" >"$tmp/names.json"
+    "$build/shearwater" render "$tmp/names.json" --quiet -o "$tmp/obj.exr" || return 1
+    printf '\0\0\200\277\0\0\0\0\0\0\0\0\0\0\200\77\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\200\277' >"$dir/tex tures/c d.bin"
+    echo '{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "buffers": [{"byteLength": 36, "uri": "./tex%20tures/./c%20d.bin"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                       "min": [-1, 0, -1], "max": [1, 0, 0]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]}' >"$dir/tri.gltf"
+    echo "{\"scene\": {\"file\": \"sp ace/tri.gltf\"$job" >"$tmp/names.json"
+    "$build/shearwater" render "$tmp/names.json" --quiet -o "$tmp/gltf.exr"
+}
+check "files are found under the names that exporters write" names
+
 scene flight-helmet gltf/FlightHelmet/FlightHelmet.gltf 0.005 2 '' ", $key"
 scene lights gltf/playcanvas/Lights.glb 0.005 2
 scene bevy-cornell-box gltf/bevy-CornellBox/CornellBox.glb 0.005 20
