@@ -216,7 +216,10 @@ int json_cursor_whole(struct json_cursor *at, const json_t *value, int64_t min, 
         const double real = json_real_value(value);
         if (real != floor(real))
             return json_cursor_refuse(at, ERR_TYPE, "%.9g is not a whole number", real);
-        v = (int64_t)fmin(fmax(real, -0x1p62), 0x1p62);
+        if (fabs(real) > 0x1p62)
+            return json_cursor_refuse(at, ERR_RANGE, "%.9g is not in %lld..%lld", real,
+                                      (long long)min, (long long)max);
+        v = (int64_t)real;
     }
     if (v < min)
         return json_cursor_refuse(at, ERR_RANGE, "%lld is below %lld", (long long)v,

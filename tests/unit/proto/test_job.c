@@ -191,6 +191,7 @@ static void sentences_help(void **state)
         {"layers-unknown", "did you mean \"beauty\"?"},
         {"width-0", "0 is below 1"},
         {"width-16385", "16385 is above 16384"},
+        {"width-1e99", "1e+99 is not in 1..16384"},
         {"bounces-2", "at most 1"},
         {"environment", "environment light is not in this version"},
         {"width-string", "it is a string and must be a whole number"},
