@@ -1,5 +1,7 @@
 #include "worker/trace/geometry.h"
 
+#include <math.h>
+
 #include "proto/half.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
@@ -7,6 +9,7 @@
 /* -0.99951: the half next to SUB_DEPTH_MISS, for surfaces so near that they would round to it. */
 #define HALF_MISS        0xbc00u
 #define HALF_BEFORE_MISS 0xbbffu
+#define HALF_MOST        65504.0f
 
 /* A number other than 0 for surfaces whose id's low bits are 0. */
 #define ID_LOW_ZERO 0xffffu
@@ -52,8 +55,10 @@ static void store_sub_depth(const struct plan *plan, const struct block *b,
     uint16_t halves[LANES];
     if (!plane) return;
     for (int i = 0; i < LANES; i++) {
-        float reference = centre->hit.on[i] ? centre->distance[i] : plan->length_unit;
-        relative[i] = sub->hit.on[i] ? sub->distance[i] / reference - 1.0f : SUB_DEPTH_MISS;
+        /* As the reader has it, to whom a distance of 0, of an eye in a surface, is none. */
+        float reference = centre->distance[i] > 0.0f ? centre->distance[i] : plan->length_unit;
+        float ratio = fminf(sub->distance[i] / reference, HALF_MOST);
+        relative[i] = sub->hit.on[i] ? ratio - 1.0f : SUB_DEPTH_MISS;
     }
     half_from_floats(relative, halves, LANES);
     for (int i = 0; i < LANES; i++)
