@@ -8,14 +8,16 @@
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half"}
  *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
- *   effects   {indirect_bounces}
+ *   environment {asset, intensity, rotation_deg} or {radiance}
+ *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg}
+ *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, seed, tile_px}
  *   filter    {method, mu}
  *   layers    [names]      frames {first, last}      priority
  *
- * Known members of later versions (environment, lens, effects.ambient_occlusion: true, filter
- * methods other than auto and none, target_error, max_spp, lens_spp, layers filter_width and error)
- * are refused with ERR_UNSUPPORTED and their pointer, never ignored. */
+ * Known members of later versions (filter methods other than auto and none, target_error, max_spp,
+ * lens_spp, the layer filter_width) are refused with ERR_UNSUPPORTED and their pointer, never
+ * ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -58,14 +60,25 @@ enum layer {
     LAYER_EMISSION = 1u << 10,
     LAYER_ID = 1u << 11,
     LAYER_FILTER_WIDTH = 1u << 12, /* not in this version */
-    LAYER_ERROR = 1u << 13,        /* not in this version */
+    LAYER_ERROR = 1u << 13, /* standard error of beauty, rgb, estimated from the paths' spread */
+    LAYER_OCCLUSION = 1u << 14,        /* share of the hemisphere that is open, by cosine */
+    LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
+    LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT */
 };
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
-     LAYER_ID)
+     LAYER_ID | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT)
 
 enum pixel_type { PIXEL_FLOAT, PIXEL_HALF };
+
+struct job_environment {
+    enum environment_kind kind; /* default none */
+    struct digest asset;        /* MAP: of the .hdr or .exr file */
+    float radiance[3];          /* CONSTANT */
+    float intensity;            /* MAP: factor, 0 .. LIMIT_RADIANCE; default 1 */
+    float rotation_deg;         /* MAP; default 0 */
+};
 
 struct job {
     struct digest scene;    /* asset of the main file */
@@ -77,14 +90,20 @@ struct job {
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
-    uint32_t indirect_bounces;              /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
-    uint32_t spp;                           /* 1..LIMIT_SPP, rounded up to a square; default 9 */
-    uint32_t light_spp, indirect_spp;       /* 0: spp */
-    uint64_t seed;                          /* 0..2^53; default 1 */
-    enum filter_method method;              /* default auto */
-    float mu;                               /* (0, 100]; default 1 */
-    uint32_t layers;                        /* default beauty */
-    int32_t first_frame, last_frame;        /* 0..2^30; default 1, and first */
+    struct job_environment environment;
+    float aperture_radius;            /* 0: no lens */
+    float focus_distance;             /* > 0 with a lens */
+    uint32_t blades;                  /* 0: round; else 3..LIMIT_LENS_BLADES */
+    float blade_rotation_deg;         /* default 0 */
+    float occlusion_distance;         /* ambient occlusion; 0: none */
+    uint32_t indirect_bounces;        /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
+    uint32_t spp;                     /* 1..LIMIT_SPP, rounded up to a square; default 9 */
+    uint32_t light_spp, indirect_spp; /* 0: spp */
+    uint64_t seed;                    /* 0..2^53; default 1 */
+    enum filter_method method;        /* default auto */
+    float mu;                         /* (0, 100]; default 1 */
+    uint32_t layers;                  /* default beauty */
+    int32_t first_frame, last_frame;  /* 0..2^30; default 1, and first */
     int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
 };

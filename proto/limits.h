@@ -12,7 +12,9 @@
 #define LIMIT_TILE_SIDE_PX          256       /* px; bounds a worker's memory and a result frame */
 #define LIMIT_SUB_SAMPLES           3         /* anti-aliasing rays a pixel beside its centre */
 #define LIMIT_LIGHTS                64        /* lights of a frame; each has planes of its own */
-#define LIMIT_INDIRECT_BOUNCES      1         /* bounces that this version traces */
+#define LIMIT_INDIRECT_BOUNCES      64        /* bounces after the first; beyond, nothing is left */
+#define LIMIT_PASS_SPP              256       /* samples a pixel that one lease asks for */
+#define LIMIT_LENS_BLADES           32        /* sides of an aperture; more is a circle */
 #define LIMIT_FRAMES                100000    /* frames of a job */
 #define LIMIT_PRIORITY              100       /* |priority| */
 #define LIMIT_COORDINATE            1e15f     /* |scene unit|; Embree aborts on 1e18 */
@@ -30,19 +32,21 @@
 #define LIMIT_IDEMPOTENCY_KEY_BYTES 128     /* bytes of an Idempotency-Key header */
 
 /* Assets and scene blobs. */
-#define LIMIT_ASSET_BYTES      2147483648ULL /* bytes of an uploaded file */
-#define LIMIT_SCENE_JSON_BYTES 134217728 /* bytes of a glTF's JSON; jansson needs 13 times that */
-#define LIMIT_BLOB_BYTES       8589934592ULL /* bytes of a scene blob */
-#define LIMIT_BLOB_PART_BYTES  1048576    /* bytes of a blob in one message; a link stays lively */
-#define LIMIT_VERTICES         200000000u /* vertices of a scene */
-#define LIMIT_TRIANGLES        200000000u /* triangles of a scene before instancing */
-#define LIMIT_MESHES           1000000u   /* meshes (glTF primitives) */
-#define LIMIT_INSTANCES        4000000u   /* placed meshes */
-#define LIMIT_MATERIALS        65536u     /* materials */
-#define LIMIT_IMAGES           4096u      /* decoded images */
-#define LIMIT_TEXTURE_SIDE_PX  16384u     /* px of a decoded image's side */
-#define LIMIT_CAMERAS          4096u      /* cameras */
-#define LIMIT_NODE_DEPTH       256        /* nesting of a scene graph */
+#define LIMIT_ASSET_BYTES         2147483648ULL /* bytes of an uploaded file */
+#define LIMIT_SCENE_JSON_BYTES    134217728 /* bytes of a glTF's JSON; jansson needs 13 times that */
+#define LIMIT_BLOB_BYTES          8589934592ULL /* bytes of a scene blob */
+#define LIMIT_BLOB_PART_BYTES     1048576 /* bytes of a blob in one message; a link stays lively */
+#define LIMIT_VERTICES            200000000u /* vertices of a scene */
+#define LIMIT_TRIANGLES           200000000u /* triangles of a scene before instancing */
+#define LIMIT_MESHES              1000000u   /* meshes (glTF primitives) */
+#define LIMIT_INSTANCES           4000000u   /* placed meshes */
+#define LIMIT_MATERIALS           65536u     /* materials */
+#define LIMIT_IMAGES              4096u      /* decoded images */
+#define LIMIT_TEXTURE_SIDE_PX     16384u     /* px of a decoded image's side */
+#define LIMIT_CAMERAS             4096u      /* cameras */
+#define LIMIT_ENVIRONMENT_SIDE_PX 16384u     /* px of an environment map's width */
+#define LIMIT_ENVIRONMENT_PIXELS  33554432u  /* px; 8192 x 4096: 400 MB as floats */
+#define LIMIT_NODE_DEPTH          256        /* nesting of a scene graph */
 
 /* The wire. */
 #define LIMIT_FRAME_BYTES   134217728u /* payload bytes of a wire frame */

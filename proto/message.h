@@ -23,6 +23,9 @@ enum capability {
     CAPABILITY_INDIRECT = 1u << 1,
     CAPABILITY_VISIBILITY = 1u << 2, /* visibility bits and slopes */
     CAPABILITY_STRATA = 1u << 3,     /* indirect radiance per stratum */
+    CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
+    CAPABILITY_ENVIRONMENT = 1u << 5,
+    CAPABILITY_LENS = 1u << 6,
 };
 
 struct message_hello {
@@ -64,6 +67,7 @@ struct message_tile {
     uint64_t frame_id;
     uint32_t index;
     uint32_t generation;
+    uint32_t pass; /* of the tile's samples: plan_pass_range */
     struct rect rect;
 };
 

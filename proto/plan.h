@@ -12,11 +12,20 @@ enum camera_type { CAMERA_PERSPECTIVE = 0, CAMERA_ORTHOGRAPHIC = 1 };
 /* right, up, forward: orthonormal, right-handed with right x up = -forward. A pixel (px, py) in
  * continuous coordinates maps to a = (2 px/width - 1)*half_width, b = (1 - 2
  * py/height)*half_height; perspective: direction = forward + a right + b up (not normalised) from
- * eye; orthographic: from eye + a right + b up along forward. */
+ * eye; orthographic: from eye + a right + b up along forward.
+ *
+ * A thin lens (aperture_radius > 0, perspective only): the ray starts at eye + radius (s right + t
+ * up) with (s, t) uniform over the aperture (a disc, or a regular polygon of blade_count corners on
+ * the unit circle, the first at angle blade_rotation_rad from right towards up), and passes through
+ * eye + focus_distance * (forward + a right + b up): what is sharp is a plane. */
 struct plan_camera {
     uint32_t type;
     float eye[3], right[3], up[3], forward[3];
     float half_width, half_height; /* at distance 1, or scene units when orthographic */
+    float aperture_radius;         /* scene units; 0: a pinhole */
+    float focus_distance;          /* scene units along forward; > 0 with a lens */
+    uint32_t blade_count;          /* 0: round; else 3 .. LIMIT_LENS_BLADES */
+    float blade_rotation_rad;
 };
 
 enum light_type { LIGHT_POINT = 0, LIGHT_SPOT = 1, LIGHT_DIRECTIONAL = 2, LIGHT_RECTANGLE = 3 };
@@ -45,6 +54,28 @@ struct plan_light {
     uint32_t strata_per_axis; /* l; 1 for lights without area */
 };
 
+/* Light from infinitely far around. A map is latitude-longitude: u = 0.5 + atan2(z, x)/2 pi, v =
+ * acos(y)/pi from the top row, of the direction after turning the world by -rotation_rad about +y
+ * (the map turns by +rotation_rad: what it shows along +x then lies along (cos, 0, sin)). */
+enum environment_kind { ENVIRONMENT_NONE = 0, ENVIRONMENT_CONSTANT = 1, ENVIRONMENT_MAP = 2 };
+struct plan_environment {
+    uint32_t kind;
+    struct digest map;  /* blob of proto/environment.h; zero unless MAP */
+    float radiance[3];  /* CONSTANT: from everywhere; MAP: factor of the texels */
+    float rotation_rad; /* of a map */
+    float power;        /* relative to the lights'; > 0 unless NONE */
+};
+
+/* The path tracer: `spp` paths a pixel, each through its own point of the pixel (box filter) and
+ * of the lens, with up to `bounces` scatterings after the first. A frame's paths are traced in
+ * passes, tile by tile: pass 0, then 1 and so on of each tile, so that sums grow in one order
+ * whatever the machines. */
+struct plan_paths {
+    uint32_t spp;             /* 0: no paths */
+    float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
+    float emitter_power;      /* of all mesh emitters together, relative to the lights'; 0: none */
+};
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -54,6 +85,8 @@ struct plan {
     struct plan_camera camera;
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS];
+    struct plan_environment environment;
+    struct plan_paths paths;
     uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
     uint32_t light_planes; /* bits of enum light_plane_id, for every light with area; lights
                               without area never have slopes */
@@ -84,6 +117,16 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 /* The camera ray through continuous pixel position (px, py): origin, unit direction. */
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3]);
+
+/* Passes of the frame: 1 without paths. Pass p traces samples first .. first + count - 1 of every
+ * pixel; the schedule (16, 16, 32, 64, 128, then LIMIT_PASS_SPP each, the last cut) is a function
+ * of the plan alone, so that the picture forms early and leases stay short. All planes but those of
+ * paths belong to pass 0. */
+uint32_t plan_pass_count(const struct plan *plan);
+void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count);
+
+/* Samples of a pixel that passes 0 .. passes - 1 hold. */
+uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);
 
 /* World size of a pixel at `distance` along a unit camera ray (constant when orthographic). */
 float plan_pixel_size(const struct plan *plan, float distance);

@@ -39,8 +39,25 @@ enum plane_id {
     PLANE_REFLECTOR = 11, /* f16: nearest bounce hit's distance / length_unit; 0: none hit */
     PLANE_INDIRECT_STRATA = 12, /* per stratum 4 x f16: rgb * radiance_scale, hit distance /
                                 length_unit (0: miss) */
-    PLANE_ID_COUNT = 13
+    /* Of the path tracer, f32, each the sum over the pass's samples, in their order. Radiance is
+     * what arrives at the camera: PATH_RADIANCE = emission + direct + indirect. */
+    PLANE_PATH_RADIANCE = 13, /* 3: all of it */
+    PLANE_PATH_SPREAD = 14,   /* 3: squared deviations from the pass's mean of PATH_RADIANCE */
+    PLANE_PATH_EMISSION = 15, /* 3: seen without any scattering: emitters, environment */
+    PLANE_PATH_DIRECT = 16,   /* 3: scattered once */
+    PLANE_PATH_INDIRECT = 17, /* 3: scattered more often */
+    PLANE_PATH_DIFFUSE_DIRECT = 18,   /* 3: the diffuse part of DIRECT, albedo taken out: what a
+                                         white Lambert surface would send */
+    PLANE_PATH_DIFFUSE_INDIRECT = 19, /* 3: the same of INDIRECT, by the first scattering */
+    PLANE_PATH_ALBEDO = 20,           /* 3: diffuse albedo of what the camera sees */
+    PLANE_PATH_COVERAGE = 21,         /* 1: samples that meet a surface */
+    PLANE_PATH_OCCLUSION = 22,        /* 1: samples whose ambient occlusion ray is open, and those
+                                         that meet no surface */
+    PLANE_ID_COUNT = 23
 };
+
+/* Planes of the path tracer: in every pass; the others in pass 0 only. */
+#define PLANES_PATH (((1u << PLANE_ID_COUNT) - 1) & ~((1u << PLANE_PATH_RADIANCE) - 1))
 
 enum light_plane_id {
     LIGHT_PLANE_IRRADIANCE = 0, /* f32: E of plan.h with visibility: the plain Monte Carlo mean */

@@ -13,7 +13,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     1u
+#define SCENE_VERSION     2u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -100,21 +100,50 @@ struct scene_texture_ref {
     float transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
 };
 
+/* How a surface scatters. GLTF is metallic-roughness with its extensions, the default; the others
+ * come from OBJ files and from a glTF material's extras: {"shearwater": {"model": "phong",
+ * "exponent": 50, ...}}. */
+enum material_model {
+    MODEL_GLTF = 0,
+    MODEL_PHONG = 1,       /* Lafortune and Willems' normalised Phong; specular, exponent_u */
+    MODEL_BLINN_PHONG = 2, /* normalised by the half vector's lobe; specular, exponent_u */
+    MODEL_BECKMANN = 3,    /* Cook-Torrance, Beckmann facets of alpha_u, conductor of eta, k, or,
+                              where eta is 0, Schlick's Fresnel of `specular` */
+    MODEL_ASHIKHMIN_SHIRLEY = 4, /* specular, exponent_u, exponent_v */
+    MODEL_MIRROR = 5,            /* smooth; `specular`, no Fresnel */
+    MODEL_COUNT = 6
+};
+
+/* Fields that a model does not name are ignored by it; base_color is the diffuse albedo of all. */
 struct scene_material {
     float base_color[4];
     float emission[3]; /* radiance: emissiveFactor * emissiveStrength */
     float metallic, roughness;
     float normal_scale;
     float alpha_cutoff;
-    float specular; /* KHR_materials_specular factor, 1 by default */
-    float ior;      /* 1.5 by default */
+    float specular; /* KHR_materials_specular factor, 1 by default; 0: pure Lambert */
+    float ior;      /* 1.5 by default; 0: reflects everything (KHR_materials_ior) */
     float transmission;
     uint32_t alpha_mode;
     uint32_t flags;
     uint32_t name;
-    uint32_t reserved;
+    uint32_t model;             /* enum material_model */
+    float specular_color[3];    /* KHR_materials_specular, 1 by default */
+    float anisotropy;           /* KHR_materials_anisotropy strength, 0 .. 1 */
+    float anisotropy_rad;       /* its rotation from the tangent towards the bitangent */
+    float thickness;            /* KHR_materials_volume; 0: thin-walled */
+    float attenuation[3];       /* transmittance over attenuation_distance, (0, 1] */
+    float attenuation_distance; /* scene units; 0: clear */
+    float model_specular[3];    /* of the models that are not glTF's */
+    float exponent_u, exponent_v;
+    float alpha_u;
+    float eta[3], k[3]; /* complex refractive index of a conductor */
+    uint32_t reserved[2];
     struct scene_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
-        emission_texture;
+        emission_texture, transmission_texture /* red */, specular_texture /* alpha */,
+        specular_color_texture /* sRGB */, anisotropy_texture /* red, green: direction; blue:
+        strength */
+        ;
 };
 
 enum texture_wrap { WRAP_REPEAT = 0, WRAP_CLAMP = 1, WRAP_MIRROR = 2 };

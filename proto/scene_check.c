@@ -261,7 +261,7 @@ static int check_material(const struct record *at, const struct scene_material *
     if (!error) error = check_value(at, "alpha_mode", m->alpha_mode, ALPHA_BLEND);
     if (!error) error = check_flags(at, m->flags, MATERIAL_FLAGS);
     if (!error) error = check_name(at, m->name);
-    if (!error) error = check_reserved(at, m->reserved);
+    if (!error) error = check_reserved(at, m->reserved[0] | m->reserved[1]);
     if (!error) error = check_texture_ref(at, "base_color_texture", &m->base_color_texture);
     if (!error)
         error = check_texture_ref(at, "metallic_roughness_texture", &m->metallic_roughness_texture);

@@ -188,9 +188,11 @@ static bool rect_fits(const struct plan *plan, struct rect rect)
 }
 
 int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
-               const struct plan *plan, struct rect rect, _Atomic uint64_t *progress,
-               const _Atomic bool *stop, struct samples **out, struct counters *counters)
+               const struct environment *environment, const struct plan *plan, uint32_t pass,
+               struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
+               struct samples **out, struct counters *counters)
 {
+    (void)environment, (void)pass;
     struct samples_layout layout;
     struct samples *samples = NULL;
     if (!rect_fits(plan, rect)) return ERR_RANGE;

@@ -98,7 +98,7 @@ static int trace(void *ctx, void *tracer, const void *scene, const struct plan *
     (void)ctx;
     const struct loaded_scene *s = scene;
     struct samples *samples = NULL;
-    int e = tile_trace(tracer, s->render, plan, rect, progress, stop, &samples, counters);
+    int e = tile_trace(tracer, s->render, NULL, plan, 0, rect, progress, stop, &samples, counters);
     if (e) return e;
     uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
     e = samples_pack(samples, packed, &dropped);

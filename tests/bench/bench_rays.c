@@ -229,7 +229,7 @@ static void trace_one(struct share *s, struct rect rect)
 {
     struct samples *samples;
     double start = cpu_s();
-    if (tile_trace(s->tracer, s->scene, s->plan, rect, NULL, NULL, &samples, &s->counters))
+    if (tile_trace(s->tracer, s->scene, NULL, s->plan, 0, rect, NULL, NULL, &samples, &s->counters))
         fail("a tile cannot be traced");
     samples_destroy(&samples);
     s->worker_s += cpu_s() - start;

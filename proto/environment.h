@@ -1,0 +1,37 @@
+#pragma once
+/* The environment blob: what shearwater-import writes for an .hdr or .exr map and workers sample.
+ * Flat, little-endian, loadable with mmap: a header of 64 bytes, then rows of RGB floats from the
+ * top, finite and not negative. The header holds what a plan needs without reading texels. */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/error.h"
+
+#define ENVIRONMENT_MAGIC   "SWENVIR"
+#define ENVIRONMENT_VERSION 1u
+
+struct environment_header {
+    char magic[8]; /* "SWENVIR\0" */
+    uint32_t version;
+    uint32_t width_px, height_px;
+    float mean[3];    /* over the sphere (weighted by solid angle) */
+    float maximum[3]; /* of any texel, by channel */
+    uint32_t reserved[5];
+};
+_Static_assert(sizeof(struct environment_header) == 64, "texels stand at 64");
+
+struct environment_blob {
+    const void *blob;
+    size_t blob_bytes;
+    const struct environment_header *header;
+    const float *texels; /* 3 * width * height */
+};
+
+/* Checks everything. `blob` must be aligned to 64 bytes and outlive *out. ERR_MAGIC, ERR_VERSION,
+ * ERR_LIMIT, ERR_TRUNCATED, ERR_TRAILING, ERR_NOT_FINITE, ERR_RANGE; *fault names the texel. */
+int environment_open(const void *blob, size_t size_bytes, struct environment_blob *out,
+                     struct fault *fault);
+
+/* mmaps a file read-only and opens it; environment_unmap undoes it. */
+int environment_map(const char *path, struct environment_blob *out, struct fault *fault);
+void environment_unmap(struct environment_blob *e);

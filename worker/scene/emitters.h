@@ -1,0 +1,35 @@
+#pragma once
+/* Meshes that shine and that no light of the plan stands for: points on their triangles, chosen in
+ * proportion to area times emitted luminance, with an alias table (Vose 1991, "A linear algorithm
+ * for generating random numbers with a given distribution").
+ *
+ * Built once per scene, shared read-only. Meshes with MESH_IS_LIGHT (recognised rectangles) and
+ * unlit materials are not among them. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "proto/error.h"
+
+struct render_scene;
+struct emitters;
+
+/* ERR_MEMORY. *out is NULL when nothing shines. `scene` has its meshes and materials and must
+ * outlive the result. */
+int emitters_create(const struct render_scene *scene, struct emitters **out);
+void emitters_destroy(struct emitters **emitters);
+
+struct emitter_point {
+    float position[3];
+    float normal[3];   /* geometric, unit, world; the side that the winding faces */
+    float radiance[3]; /* that leaves the emitting side */
+    float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
+    bool double_sided; /* shines on both sides */
+    float pdf_area;    /* density per area of the surface, > 0 */
+};
+
+/* A point by three uniform numbers. */
+void emitters_sample(const struct emitters *e, float choice, const float u[2],
+                     struct emitter_point *out);
+
+/* pdf_area of any point of the instance; 0 for an instance that is no emitter. NULL e: 0. */
+float emitters_pdf_area(const struct emitters *e, uint32_t instance);

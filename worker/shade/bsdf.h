@@ -1,0 +1,77 @@
+#pragma once
+/* What a surface does to light at one point: a sum of lobes, evaluated, sampled, and their density.
+ *
+ * Directions are unit, in the shading frame: z is the shading normal, turned to the side that the
+ * path came from, x and y the tangents that anisotropy refers to. wo points back along the path
+ * (wo.z > 0), wi on along it: wi.z > 0 is a reflection, wi.z < 0 a transmission. Values are the
+ * BSDF's, without the cosine; densities are per solid angle.
+ *
+ * The diffuse lobe is kept apart and without its albedo, so that lighting can be filtered and
+ * textures applied afterwards: f = albedo * diffuse + specular, where `specular` holds all else.
+ *
+ * All functions are pure, use no mathematics of the C library beyond sqrtf, floorf and fabsf (whose
+ * results do not depend on the CPU), and give finite numbers for every struct bsdf within the
+ * ranges below. One file a model holds its formulas; bsdf.c only chooses. */
+#include <stdbool.h>
+#include <stdint.h>
+
+enum bsdf_model {
+    BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
+    BSDF_LAMBERT = 1, /* albedo */
+    BSDF_GLTF = 2,    /* metallic-roughness with specular, transmission, ior, anisotropy, volume */
+    BSDF_PHONG = 3,
+    BSDF_BLINN_PHONG = 4,
+    BSDF_BECKMANN = 5,
+    BSDF_ASHIKHMIN_SHIRLEY = 6,
+    BSDF_MIRROR = 7,
+    BSDF_MODEL_COUNT = 8
+};
+
+struct bsdf {
+    enum bsdf_model model;
+    float
+        albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission) */
+    float alpha_u, alpha_v; /* roughness of facets, [0, 1]; below BSDF_SMOOTH it is a mirror's */
+    /* glTF */
+    float base_color[3];
+    float metallic, transmission; /* [0, 1] */
+    float specular;               /* KHR_materials_specular factor */
+    float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
+    float ior;   /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    bool thin;   /* thin-walled: what is transmitted is not bent */
+    bool inside; /* the path is inside the volume and meets its surface from behind */
+    /* others */
+    float model_specular[3];      /* [0, 1] */
+    float exponent_u, exponent_v; /* [0, 1e5] */
+    float eta[3], k[3];           /* eta[0] > 0: a conductor; else Schlick of model_specular */
+};
+
+#define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
+
+struct bsdf_value {
+    float diffuse;     /* the diffuse lobe over its albedo */
+    float specular[3]; /* all other lobes that are no Dirac lobes */
+    float pdf;         /* of bsdf_sample choosing wi, Dirac lobes aside */
+};
+
+struct bsdf_sample {
+    float wi[3];
+    float diffuse;     /* weight: f |cos| / pdf of the diffuse lobe over its albedo */
+    float specular[3]; /* the same of all others */
+    float pdf;         /* of all lobes together; 0 for a Dirac lobe */
+    bool dirac;        /* the lobe is a Dirac one; weights are its reflectance / probability */
+    bool transmitted;
+};
+
+/* Both lobes' values for the pair, and the density with which bsdf_sample chooses wi. Zero where wo
+ * or wi grazes (|z| < 1e-6). */
+void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                   struct bsdf_value *out);
+
+/* Chooses a direction with `choice` (the lobe) and u, all uniform in [0, 1). False: absorbed (the
+ * sample's weight is zero: black, or a direction below the horizon). */
+bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                 struct bsdf_sample *out);
+
+/* Whether bsdf_evaluate can be anything but zero: false for pure mirrors and clear glass. */
+bool bsdf_is_smooth_only(const struct bsdf *b);
