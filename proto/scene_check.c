@@ -1,5 +1,6 @@
 #include "proto/scene_check.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -13,7 +14,10 @@
 /* A matrix whose columns enclose less of their box than this is not safely invertible. */
 #define VOLUME_MIN 1e-9
 
-#define VALUE_MAX      1e6f /* scales, exponents, texture coordinates' factors */
+#define VALUE_MAX      1e6f /* scales, texture coordinates' factors */
+#define IOR_MAX        1e3f /* of real materials below 5 */
+#define EXPONENT_MAX   1e5f /* as struct bsdf takes them */
+#define TURN_MAX       6.2832f
 #define MESH_FLAGS     (MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_IS_LIGHT)
 #define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT)
 
@@ -241,6 +245,14 @@ static int check_texture_ref(const struct record *at, const char *field,
     return error;
 }
 
+/* An index of refraction from outside; 0 stands for infinity. */
+static int check_ior(const struct record *at, float ior)
+{
+    const int error = check_number(at, "ior", ior, 0.0f, IOR_MAX);
+    if (error || ior == 0.0f || ior >= 1.0f) return error;
+    return refuse(at, "ior", ERR_RANGE, (double)ior, "is neither 0 nor at least 1");
+}
+
 static int check_surface(const struct record *at, const struct scene_material *m)
 {
     int error = check_numbers(at, "base_color", m->base_color, 4, 0.0f, 1.0f);
@@ -250,24 +262,65 @@ static int check_surface(const struct record *at, const struct scene_material *m
     if (!error) error = check_number(at, "normal_scale", m->normal_scale, -VALUE_MAX, VALUE_MAX);
     if (!error) error = check_number(at, "alpha_cutoff", m->alpha_cutoff, 0.0f, VALUE_MAX);
     if (!error) error = check_number(at, "specular", m->specular, 0.0f, 1.0f);
-    if (!error) error = check_number(at, "ior", m->ior, 0.0f, VALUE_MAX);
+    if (!error) error = check_ior(at, m->ior);
     if (!error) error = check_number(at, "transmission", m->transmission, 0.0f, 1.0f);
+    if (!error) error = check_numbers(at, "specular_color", m->specular_color, 3, 0.0f, VALUE_MAX);
+    if (!error) error = check_number(at, "anisotropy", m->anisotropy, 0.0f, 1.0f);
+    if (!error) error = check_number(at, "anisotropy_rad", m->anisotropy_rad, -TURN_MAX, TURN_MAX);
+    return error;
+}
+
+static int check_volume(const struct record *at, const struct scene_material *m)
+{
+    int error = check_number(at, "thickness", m->thickness, 0.0f, LIMIT_COORDINATE);
+    if (!error) error = check_numbers(at, "attenuation", m->attenuation, 3, FLT_MIN, 1.0f);
+    if (!error)
+        error = check_number(at, "attenuation_distance", m->attenuation_distance, 0.0f,
+                             LIMIT_COORDINATE);
+    return error;
+}
+
+static int check_model(const struct record *at, const struct scene_material *m)
+{
+    int error = check_value(at, "model", m->model, MODEL_COUNT - 1);
+    if (!error) error = check_numbers(at, "model_specular", m->model_specular, 3, 0.0f, 1.0f);
+    if (!error) error = check_number(at, "exponent_u", m->exponent_u, 0.0f, EXPONENT_MAX);
+    if (!error) error = check_number(at, "exponent_v", m->exponent_v, 0.0f, EXPONENT_MAX);
+    if (!error) error = check_number(at, "alpha_u", m->alpha_u, 0.0f, 1.0f);
+    if (!error) error = check_numbers(at, "eta", m->eta, 3, 0.0f, IOR_MAX);
+    if (!error) error = check_numbers(at, "k", m->k, 3, 0.0f, IOR_MAX);
+    return error;
+}
+
+static int check_material_textures(const struct record *at, const struct scene_material *m)
+{
+    const struct {
+        const char *field;
+        const struct scene_texture_ref *ref;
+    } all[] = {{"base_color_texture", &m->base_color_texture},
+               {"metallic_roughness_texture", &m->metallic_roughness_texture},
+               {"normal_texture", &m->normal_texture},
+               {"emission_texture", &m->emission_texture},
+               {"transmission_texture", &m->transmission_texture},
+               {"specular_texture", &m->specular_texture},
+               {"specular_color_texture", &m->specular_color_texture},
+               {"anisotropy_texture", &m->anisotropy_texture}};
+    int error = 0;
+    for (size_t i = 0; i < sizeof all / sizeof all[0] && !error; i++)
+        error = check_texture_ref(at, all[i].field, all[i].ref);
     return error;
 }
 
 static int check_material(const struct record *at, const struct scene_material *m)
 {
     int error = check_surface(at, m);
+    if (!error) error = check_volume(at, m);
+    if (!error) error = check_model(at, m);
     if (!error) error = check_value(at, "alpha_mode", m->alpha_mode, ALPHA_BLEND);
     if (!error) error = check_flags(at, m->flags, MATERIAL_FLAGS);
     if (!error) error = check_name(at, m->name);
     if (!error) error = check_reserved(at, m->reserved[0] | m->reserved[1]);
-    if (!error) error = check_texture_ref(at, "base_color_texture", &m->base_color_texture);
-    if (!error)
-        error = check_texture_ref(at, "metallic_roughness_texture", &m->metallic_roughness_texture);
-    if (!error) error = check_texture_ref(at, "normal_texture", &m->normal_texture);
-    if (!error) error = check_texture_ref(at, "emission_texture", &m->emission_texture);
-    return error;
+    return error ? error : check_material_textures(at, m);
 }
 
 static int check_texture(const struct record *at, const struct scene_texture *t)

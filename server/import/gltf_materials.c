@@ -17,7 +17,13 @@ static void set_defaults(struct scene_material *m)
                                  .base_color_texture = none,
                                  .metallic_roughness_texture = none,
                                  .normal_texture = none,
-                                 .emission_texture = none};
+                                 .emission_texture = none,
+                                 .specular_color = {1, 1, 1},
+                                 .attenuation = {1, 1, 1},
+                                 .transmission_texture = none,
+                                 .specular_texture = none,
+                                 .specular_color_texture = none,
+                                 .anisotropy_texture = none};
 }
 
 /* A number that is kept as float. */

@@ -175,7 +175,13 @@ static int append_material(struct obj_materials *m, unsigned index, struct fault
                                       .alpha_cutoff = 0.5f,
                                       .ior = 1.5f,
                                       .metallic_roughness_texture = none,
-                                      .normal_texture = none};
+                                      .normal_texture = none,
+                                      .specular_color = {1, 1, 1},
+                                      .attenuation = {1, 1, 1},
+                                      .transmission_texture = none,
+                                      .specular_texture = none,
+                                      .specular_color_texture = none,
+                                      .anisotropy_texture = none};
     struct aiString name = {0};
     char place[LIMIT_POINTER_BYTES];
     void *at;

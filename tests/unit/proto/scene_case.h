@@ -74,7 +74,13 @@ static inline void scene_case_surfaces(struct scene_case *c)
                                                   .base_color_texture = none,
                                                   .metallic_roughness_texture = none,
                                                   .normal_texture = none,
-                                                  .emission_texture = none};
+                                                  .emission_texture = none,
+                                                  .specular_color = {1, 1, 1},
+                                                  .attenuation = {1, 1, 1},
+                                                  .transmission_texture = none,
+                                                  .specular_texture = none,
+                                                  .specular_color_texture = none,
+                                                  .anisotropy_texture = none};
     c->materials[0].base_color_texture.texture = 0;
     c->materials[1].emission[0] = 20;
     c->textures[0].wrap_u = WRAP_CLAMP;

@@ -124,7 +124,7 @@ static void headers_are_checked(void **state)
     (void)state;
     EXPECT_HEAD(header->magic[0] = 'X', ERR_MAGIC, "header.magic");
     EXPECT_HEAD(header->magic[7] = 'X', ERR_MAGIC, "header.magic");
-    EXPECT_HEAD(header->version = 2, ERR_VERSION, "header.version");
+    EXPECT_HEAD(header->version = 1, ERR_VERSION, "header.version");
     EXPECT_HEAD(header->section_count = 15, ERR_RANGE, "header.section_count");
     EXPECT_HEAD(header->total_bytes = UINT64_MAX, ERR_TRUNCATED, "header.total_bytes");
     EXPECT_HEAD(header->total_bytes -= 1, ERR_TRAILING, "header.total_bytes");
@@ -247,7 +247,8 @@ static void materials_are_checked(void **state)
     EXPECT(c.materials[1].alpha_mode = 3, ERR_RANGE, "materials[1].alpha_mode");
     EXPECT(c.materials[1].flags = 4, ERR_RANGE, "materials[1].flags");
     EXPECT(c.materials[1].name = 16, ERR_RANGE, "materials[1].name");
-    EXPECT(c.materials[1].reserved = 1, ERR_RANGE, "materials[1].reserved");
+    EXPECT(c.materials[1].reserved[0] = 1, ERR_RANGE, "materials[1].reserved");
+    EXPECT(c.materials[1].reserved[1] = 1, ERR_RANGE, "materials[1].reserved");
     EXPECT(c.materials[1].base_color_texture.texture = 1, ERR_RANGE,
            "materials[1].base_color_texture");
     EXPECT(c.materials[1].metallic_roughness_texture.uv_set = 2, ERR_RANGE,
@@ -256,6 +257,39 @@ static void materials_are_checked(void **state)
            "materials[1].normal_texture");
     EXPECT(c.materials[1].emission_texture.texture = UINT32_MAX - 1, ERR_RANGE,
            "materials[1].emission_texture");
+}
+
+static void scattering_is_checked(void **state)
+{
+    (void)state;
+    EXPECT(c.materials[0].ior = 0, ERR_OK, "");
+    EXPECT(c.materials[0].ior = 0.9f, ERR_RANGE, "materials[0].ior");
+    EXPECT(c.materials[0].ior = 2000, ERR_RANGE, "materials[0].ior");
+    EXPECT(c.materials[0].specular_color[2] = -1, ERR_RANGE, "materials[0].specular_color");
+    EXPECT(c.materials[0].specular_color[0] = 40, ERR_OK, "");
+    EXPECT(c.materials[0].anisotropy = 1.5f, ERR_RANGE, "materials[0].anisotropy");
+    EXPECT(c.materials[0].anisotropy_rad = 7, ERR_RANGE, "materials[0].anisotropy_rad");
+    EXPECT(c.materials[0].thickness = -1, ERR_RANGE, "materials[0].thickness");
+    EXPECT(c.materials[0].thickness = INFINITY, ERR_NOT_FINITE, "materials[0].thickness");
+    EXPECT(c.materials[0].attenuation[1] = 0, ERR_RANGE, "materials[0].attenuation");
+    EXPECT(c.materials[0].attenuation[1] = 1.5f, ERR_RANGE, "materials[0].attenuation");
+    EXPECT(c.materials[0].attenuation_distance = NAN, ERR_NOT_FINITE,
+           "materials[0].attenuation_distance");
+    EXPECT(c.materials[0].model = MODEL_COUNT, ERR_RANGE, "materials[0].model");
+    EXPECT(c.materials[0].model = MODEL_MIRROR, ERR_OK, "");
+    EXPECT(c.materials[0].model_specular[1] = 1.1f, ERR_RANGE, "materials[0].model_specular");
+    EXPECT(c.materials[0].exponent_u = 1e6f, ERR_RANGE, "materials[0].exponent_u");
+    EXPECT(c.materials[0].exponent_v = -1, ERR_RANGE, "materials[0].exponent_v");
+    EXPECT(c.materials[0].alpha_u = 2, ERR_RANGE, "materials[0].alpha_u");
+    EXPECT(c.materials[0].eta[2] = -1, ERR_RANGE, "materials[0].eta");
+    EXPECT(c.materials[0].k[0] = NAN, ERR_NOT_FINITE, "materials[0].k");
+    EXPECT(c.materials[0].transmission_texture.texture = 1, ERR_RANGE,
+           "materials[0].transmission_texture");
+    EXPECT(c.materials[0].specular_texture.texture = 1, ERR_RANGE, "materials[0].specular_texture");
+    EXPECT(c.materials[0].specular_color_texture.uv_set = 2, ERR_RANGE,
+           "materials[0].specular_color_texture");
+    EXPECT(c.materials[0].anisotropy_texture.transform[0] = INFINITY, ERR_NOT_FINITE,
+           "materials[0].anisotropy_texture");
 }
 
 static void images_are_checked(void **state)
@@ -321,13 +355,14 @@ static void record_sizes_are_known(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(good_blobs_open),       cmocka_unit_test(files_are_mapped),
-        cmocka_unit_test(cut_blobs_fail),        cmocka_unit_test(headers_are_checked),
-        cmocka_unit_test(tables_are_checked),    cmocka_unit_test(info_and_strings_are_checked),
-        cmocka_unit_test(vertices_are_checked),  cmocka_unit_test(meshes_are_checked),
-        cmocka_unit_test(instances_are_checked), cmocka_unit_test(materials_are_checked),
-        cmocka_unit_test(images_are_checked),    cmocka_unit_test(lights_are_checked),
-        cmocka_unit_test(cameras_are_checked),   cmocka_unit_test(record_sizes_are_known),
+        cmocka_unit_test(good_blobs_open),        cmocka_unit_test(files_are_mapped),
+        cmocka_unit_test(cut_blobs_fail),         cmocka_unit_test(headers_are_checked),
+        cmocka_unit_test(tables_are_checked),     cmocka_unit_test(info_and_strings_are_checked),
+        cmocka_unit_test(vertices_are_checked),   cmocka_unit_test(meshes_are_checked),
+        cmocka_unit_test(instances_are_checked),  cmocka_unit_test(materials_are_checked),
+        cmocka_unit_test(scattering_is_checked),  cmocka_unit_test(images_are_checked),
+        cmocka_unit_test(lights_are_checked),     cmocka_unit_test(cameras_are_checked),
+        cmocka_unit_test(record_sizes_are_known),
     };
     return cmocka_run_group_tests_name("scene", tests, NULL, NULL);
 }

@@ -57,10 +57,16 @@ static inline const struct scene *fixture_scene(struct scene_fixture *f)
 static inline uint32_t fixture_material(struct scene_fixture *f, float r, float g, float b)
 {
     struct scene_material *m = &f->materials[f->material_count];
-    *m = (struct scene_material){.base_color = {r, g, b, 1.0f}, .normal_scale = 1.0f};
+    *m = (struct scene_material){.base_color = {r, g, b, 1.0f},
+                                 .normal_scale = 1.0f,
+                                 .roughness = 1.0f,
+                                 .ior = 1.5f,
+                                 .specular_color = {1, 1, 1},
+                                 .attenuation = {1, 1, 1}};
     struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
     m->base_color_texture = m->normal_texture = m->emission_texture = none;
-    m->metallic_roughness_texture = none;
+    m->metallic_roughness_texture = m->transmission_texture = m->specular_texture = none;
+    m->specular_color_texture = m->anisotropy_texture = none;
     return f->material_count++;
 }
 
