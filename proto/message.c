@@ -236,6 +236,7 @@ int message_decode_frame_plan(const void *payload, size_t size_bytes, struct mes
 void message_encode_tile(struct bytes_writer *w, const struct message_tile *m)
 {
     write_lease(w, m->frame_id, m->index, m->generation);
+    bytes_write_u32(w, m->pass);
     write_i32(w, m->rect.x0);
     write_i32(w, m->rect.y0);
     write_i32(w, m->rect.x1);
@@ -257,12 +258,14 @@ int message_decode_tile(const void *payload, size_t size_bytes, struct message_t
     bytes_reader_init(&r, payload, size_bytes);
     memset(m, 0, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
+    m->pass = bytes_read_u32(&r);
     m->rect.x0 = read_i32(&r);
     m->rect.y0 = read_i32(&r);
     m->rect.x1 = read_i32(&r);
     m->rect.y1 = read_i32(&r);
     int code = bytes_finish(&r);
     if (code == ERR_OK) code = check_index(m->index);
+    if (code == ERR_OK && m->pass >= LIMIT_PASSES) code = ERR_LIMIT;
     return code != ERR_OK ? code : check_rect(m->rect);
 }
 

@@ -14,6 +14,10 @@ static void write_camera(struct bytes_writer *w, const struct plan_camera *c)
     bytes_write_f32s(w, c->forward, 3);
     bytes_write_f32(w, c->half_width);
     bytes_write_f32(w, c->half_height);
+    bytes_write_f32(w, c->aperture_radius);
+    bytes_write_f32(w, c->focus_distance);
+    bytes_write_u32(w, c->blade_count);
+    bytes_write_f32(w, c->blade_rotation_rad);
 }
 
 static void read_camera(struct bytes_reader *r, struct plan_camera *c)
@@ -25,6 +29,42 @@ static void read_camera(struct bytes_reader *r, struct plan_camera *c)
     bytes_read_f32s(r, c->forward, 3);
     c->half_width = bytes_read_f32(r);
     c->half_height = bytes_read_f32(r);
+    c->aperture_radius = bytes_read_f32(r);
+    c->focus_distance = bytes_read_f32(r);
+    c->blade_count = bytes_read_u32(r);
+    c->blade_rotation_rad = bytes_read_f32(r);
+}
+
+static void write_environment(struct bytes_writer *w, const struct plan_environment *e)
+{
+    bytes_write_u32(w, e->kind);
+    bytes_write_raw(w, e->map.bytes, DIGEST_BYTES);
+    bytes_write_f32s(w, e->radiance, 3);
+    bytes_write_f32(w, e->rotation_rad);
+    bytes_write_f32(w, e->power);
+}
+
+static void read_environment(struct bytes_reader *r, struct plan_environment *e)
+{
+    e->kind = bytes_read_u32(r);
+    bytes_read_raw(r, e->map.bytes, DIGEST_BYTES);
+    bytes_read_f32s(r, e->radiance, 3);
+    e->rotation_rad = bytes_read_f32(r);
+    e->power = bytes_read_f32(r);
+}
+
+static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
+{
+    bytes_write_u32(w, p->spp);
+    bytes_write_f32(w, p->occlusion_distance);
+    bytes_write_f32(w, p->emitter_power);
+}
+
+static void read_paths(struct bytes_reader *r, struct plan_paths *p)
+{
+    p->spp = bytes_read_u32(r);
+    p->occlusion_distance = bytes_read_f32(r);
+    p->emitter_power = bytes_read_f32(r);
 }
 
 static void write_light(struct bytes_writer *w, const struct plan_light *light)
@@ -68,6 +108,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u64(w, plan->pattern.seed);
     bytes_write_u32(w, plan->pattern.frame);
     write_camera(w, &plan->camera);
+    write_environment(w, &plan->environment);
+    write_paths(w, &plan->paths);
     bytes_write_u32(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
     bytes_write_u32(w, plan->sub_samples);
@@ -89,6 +131,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->pattern.seed = bytes_read_u64(r);
     plan->pattern.frame = bytes_read_u32(r);
     read_camera(r, &plan->camera);
+    read_environment(r, &plan->environment);
+    read_paths(r, &plan->paths);
     plan->planes = bytes_read_u32(r);
     plan->light_planes = bytes_read_u32(r);
     plan->sub_samples = bytes_read_u32(r);
@@ -159,4 +203,36 @@ float plan_pixel_size(const struct plan *plan, float distance)
     const float size = fmaxf(2.0f * c->half_width / (float)plan->width_px,
                              2.0f * c->half_height / (float)plan->height_px);
     return c->type == CAMERA_ORTHOGRAPHIC ? size : size * distance;
+}
+
+/* Passes double the samples until one of them is LIMIT_PASS_SPP long; then all are. */
+#define PASS_SPP_FIRST 16u
+#define PASSES_GROWING 5u
+_Static_assert(PASS_SPP_FIRST << (PASSES_GROWING - 1) == LIMIT_PASS_SPP,
+               "the first passes together are as long as one of the others");
+
+uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes)
+{
+    const uint32_t spp = plan->paths.spp;
+    if (passes == 0) return 0;
+    const uint64_t sum = passes <= PASSES_GROWING
+                             ? (uint64_t)PASS_SPP_FIRST << (passes - 1)
+                             : (uint64_t)LIMIT_PASS_SPP * (passes - PASSES_GROWING + 1);
+    return sum < spp ? (uint32_t)sum : spp;
+}
+
+uint32_t plan_pass_count(const struct plan *plan)
+{
+    const uint32_t spp = plan->paths.spp;
+    if (spp > LIMIT_PASS_SPP)
+        return PASSES_GROWING - 1 + (spp + LIMIT_PASS_SPP - 1) / LIMIT_PASS_SPP;
+    uint32_t passes = 1;
+    while (plan_pass_spp(plan, passes) < spp) passes++;
+    return passes;
+}
+
+void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count)
+{
+    *first = plan_pass_spp(plan, pass);
+    *count = plan_pass_spp(plan, pass + 1) - *first;
 }

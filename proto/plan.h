@@ -92,7 +92,7 @@ struct plan {
                               without area never have slopes */
     uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
-    uint32_t indirect_strata_per_axis; /* l; 0 without bounces */
+    uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */
@@ -119,13 +119,13 @@ void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3
                      float direction[3]);
 
 /* Passes of the frame: 1 without paths. Pass p traces samples first .. first + count - 1 of every
- * pixel; the schedule (16, 16, 32, 64, 128, then LIMIT_PASS_SPP each, the last cut) is a function
- * of the plan alone, so that the picture forms early and leases stay short. All planes but those of
- * paths belong to pass 0. */
+ * pixel (none beyond the last pass, and none without paths); the schedule (16, 16, 32, 64, 128,
+ * then LIMIT_PASS_SPP each, the last cut) is a function of the plan alone, so that the picture
+ * forms early and leases stay short. All planes but those of paths belong to pass 0. */
 uint32_t plan_pass_count(const struct plan *plan);
 void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count);
 
-/* Samples of a pixel that passes 0 .. passes - 1 hold. */
+/* Samples of a pixel that passes 0 .. passes - 1 hold; 0 without paths. */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);
 
 /* World size of a pixel at `distance` along a unit camera ray (constant when orthographic). */

@@ -18,8 +18,13 @@
 #define VIEW_MIN 1e-8f
 #define VIEW_MAX 1e5f
 
+/* Powers are compared with each other, so they must not vanish or overflow in a sum. */
+#define POWER_MIN 1e-37f
+#define POWER_MAX 1e37f
+
 #define CAPABILITIES_KNOWN                                                                         \
-    (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA)
+    (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
+     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS)
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 #define PLANES_KNOWN     ((1u << PLANE_ID_COUNT) - 1)
 #define PLANES_SUB                                                                                 \
@@ -110,6 +115,26 @@ static int check_axes(const struct place *at, const struct plan_camera *c)
     return 0;
 }
 
+/* A lens needs something in focus; without one its other fields travel all the same. */
+static int check_lens(const struct place *at, const struct plan_camera *c)
+{
+    const float far = LIMIT_COORDINATE;
+    const bool has_lens = c->aperture_radius > 0.0f;
+    int error = check_number(at, "aperture_radius", c->aperture_radius, 0.0f, far);
+    if (!error) error = check_number(at, "focus_distance", c->focus_distance, 0.0f, far);
+    if (!error) error = check_number(at, "blade_rotation_rad", c->blade_rotation_rad, -far, far);
+    if (!error && c->blade_count != 0)
+        error = check_count(at, "blade_count", c->blade_count, 3, LIMIT_LENS_BLADES);
+    if (error || !has_lens) return error;
+    if (c->type != CAMERA_PERSPECTIVE)
+        return refuse(at, ERR_RANGE, "aperture_radius", "is a lens before parallel rays",
+                      (double)c->aperture_radius);
+    if (!(c->focus_distance > 0.0f))
+        return refuse(at, ERR_RANGE, "focus_distance", "is no distance to focus on",
+                      (double)c->focus_distance);
+    return 0;
+}
+
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
 {
     const struct place at = {place, fault};
@@ -120,6 +145,7 @@ int plan_camera_check(const struct plan_camera *camera, const char *place, struc
     if (!error) error = check_axes(&at, camera);
     if (!error) error = check_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
     if (!error) error = check_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
+    if (!error) error = check_lens(&at, camera);
     return error;
 }
 
@@ -195,7 +221,7 @@ static int check_light_sampling(const struct plan *plan, const struct plan_light
     const bool per_stratum = has_area && (plan->light_planes & LIGHT_PLANES_STRATA);
     const int64_t max =
         !has_area ? 1 : (per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS : LIMIT_STRATA_PER_AXIS);
-    const int error = check_number(&at, "power", light->power, 1e-37f, 1e37f);
+    const int error = check_number(&at, "power", light->power, POWER_MIN, POWER_MAX);
     if (error) return error;
     return check_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
 }
@@ -210,6 +236,31 @@ static int check_lights(const struct plan *plan, struct fault *fault)
         if (error) return error;
     }
     return 0;
+}
+
+static int check_environment(const struct plan_environment *e, struct fault *fault)
+{
+    const struct place at = {"environment", fault};
+    if (e->kind > ENVIRONMENT_MAP)
+        return refuse(&at, ERR_RANGE, "kind", "is no kind of environment", (double)e->kind);
+    const float least_power = e->kind == ENVIRONMENT_NONE ? 0.0f : POWER_MIN;
+    int error = check_vector(&at, "radiance", e->radiance, 0.0f, LIMIT_RADIANCE);
+    if (!error)
+        error =
+            check_number(&at, "rotation_rad", e->rotation_rad, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    if (!error) error = check_number(&at, "power", e->power, least_power, POWER_MAX);
+    return error;
+}
+
+static int check_paths(const struct plan_paths *paths, struct fault *fault)
+{
+    const struct place at = {"paths", fault};
+    int error = check_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
+    if (!error)
+        error = check_number(&at, "occlusion_distance", paths->occlusion_distance, 0.0f,
+                             LIMIT_COORDINATE);
+    if (!error) error = check_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
+    return error;
 }
 
 static int check_image(const struct place *at, const struct plan *plan)
@@ -232,6 +283,28 @@ static int check_bits(const struct place *at, const char *field, uint32_t bits, 
     return 0;
 }
 
+/* Paths are traced for their planes, and planes are made from paths. */
+static int check_path_planes(const struct place *at, const struct plan *plan)
+{
+    const uint32_t planes = plan->planes;
+    const bool open = planes & PLANE_BIT(PATH_OCCLUSION);
+    if ((planes & PLANES_PATH) && plan->paths.spp == 0)
+        return refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
+                      (double)planes);
+    if (!(planes & PLANES_PATH) && plan->paths.spp > 0)
+        return refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
+                      (double)planes);
+    if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
+        return refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
+                      (double)planes);
+    if (open != (plan->paths.occlusion_distance > 0.0f))
+        return refuse(at, ERR_RANGE, "planes",
+                      open ? "asks for occlusion without a distance"
+                           : "has a distance of occlusion but no path_occlusion",
+                      (double)planes);
+    return 0;
+}
+
 /* Planes and what they are made from. */
 static int check_planes(const struct place *at, const struct plan *plan)
 {
@@ -248,20 +321,22 @@ static int check_planes(const struct place *at, const struct plan *plan)
     if ((planes & PLANES_INDIRECT) && plan->bounces == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
                       (double)planes);
-    return 0;
+    return check_path_planes(at, plan);
 }
 
 static int check_counts(const struct place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
-    const int64_t max = plan->bounces == 0 ? 0
-                        : per_stratum      ? LIMIT_PLANE_STRATA_PER_AXIS
-                                           : LIMIT_STRATA_PER_AXIS;
+    /* Paths bounce without strata. */
+    const bool has_strata = plan->planes & PLANES_INDIRECT;
+    const int64_t max = !has_strata   ? 0
+                        : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
+                                      : LIMIT_STRATA_PER_AXIS;
     int error = check_count(at, "sub_samples", plan->sub_samples, 0, LIMIT_SUB_SAMPLES);
     if (!error) error = check_count(at, "bounces", plan->bounces, 0, LIMIT_INDIRECT_BOUNCES);
     if (!error)
         error = check_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
-                            plan->bounces ? 1 : 0, max);
+                            has_strata ? 1 : 0, max);
     return error;
 }
 
@@ -281,6 +356,8 @@ int plan_check(const struct plan *plan, struct fault *fault)
     const struct place at = {"", fault};
     int error = check_image(&at, plan);
     if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
+    if (!error) error = check_environment(&plan->environment, fault);
+    if (!error) error = check_paths(&plan->paths, fault);
     if (!error) error = check_planes(&at, plan);
     if (!error) error = check_counts(&at, plan);
     if (!error) error = check_lights(plan, fault);

@@ -62,13 +62,13 @@ static void *light_component(const struct samples *s, uint32_t light, enum light
 
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane == PLANE_DEPTH);
+    assert(plane == PLANE_DEPTH || (PLANES_PATH >> plane & 1u));
     return plane_component(s, plane, component, SAMPLES_GROUP_4);
 }
 
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane != PLANE_DEPTH);
+    assert(plane == PLANE_NORMAL || plane == PLANE_ID);
     return plane_component(s, plane, component, SAMPLES_GROUP_4);
 }
 

@@ -13,6 +13,7 @@
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2
  *   + indirect strata 8 l_i^2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
+ *   + paths: 12 for each plane of three components, 4 for coverage and for occlusion: 104 at most
  * 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
  * 18 + 36 + 14 + 10 = 78; with indirect strata instead of half-sums 138. */
 #include "proto/plan.h"
@@ -85,14 +86,15 @@ struct samples_layout {
     uint32_t total_bytes;
 };
 
-/* All planes that the plan asks for, for a tile of w x h. ERR_LIMIT when it would not fit a frame.
- */
-int samples_layout_init(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
-                        int32_t height_px);
+/* All planes that the plan asks for in this pass, for a tile of w x h: every plane in pass 0, those
+ * of PLANES_PATH alone in later ones. ERR_LIMIT when it would not fit a frame. */
+int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
+                        int32_t width_px, int32_t height_px);
 
-/* The same with only the planes in `planes` and `light_planes` (a subset of the plan's). */
-int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
-                          int32_t height_px, uint32_t planes, const uint8_t *light_planes);
+/* The same with only the planes in `planes` and `light_planes` (a subset of the pass's). */
+int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
+                          int32_t width_px, int32_t height_px, uint32_t planes,
+                          const uint8_t *light_planes);
 
 struct samples {
     struct samples_layout layout;
@@ -122,8 +124,8 @@ uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t 
  * A group whose packed size equals its size is stored as it is; otherwise it is a blosc buffer. */
 int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped);
 
-/* Unpacks and validates against the plan: sizes and masks fit it, every number is finite and within
- * its range. Absent planes read as zero: the result has all planes of the plan. On error nothing is
- * returned and *fault names the plane and the pixel. */
-int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, int32_t width_px,
-                   int32_t height_px, struct samples **out, struct fault *fault);
+/* Unpacks and validates against the plan and the pass: sizes and masks fit it, every number is
+ * finite and within its range. Absent planes read as zero: the result has all planes of the pass.
+ * On error nothing is returned and *fault names the plane and the pixel. */
+int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, uint32_t pass,
+                   int32_t width_px, int32_t height_px, struct samples **out, struct fault *fault);

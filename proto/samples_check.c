@@ -104,7 +104,7 @@ static bool check_component(const struct samples *s, enum plane_id plane, uint32
                             struct finding *found)
 {
     switch (samples_plane_kind(plane)->values) {
-    case SAMPLES_DEPTH:
+    case SAMPLES_POSITIVE:
         return check_floats(samples_f32(s, plane, c), area, found);
     case SAMPLES_ID:
         return check_ids(samples_u32(s, plane, c), area, found);

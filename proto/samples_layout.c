@@ -7,7 +7,7 @@
 #define RESULT_OVERHEAD_BYTES 8192u
 
 static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
-    [PLANE_DEPTH] = {"depth", SAMPLES_GROUP_4, 1, SAMPLES_DEPTH},
+    [PLANE_DEPTH] = {"depth", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [PLANE_NORMAL] = {"normal", SAMPLES_GROUP_4, 1, SAMPLES_ANY},
     [PLANE_ALBEDO] = {"albedo", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
     [PLANE_ID] = {"id", SAMPLES_GROUP_4, 1, SAMPLES_ID},
@@ -20,10 +20,20 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_INDIRECT_HALVES] = {"indirect_halves", SAMPLES_GROUP_2, 6, SAMPLES_HALF_POSITIVE},
     [PLANE_REFLECTOR] = {"reflector", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_INDIRECT_STRATA] = {"indirect_strata", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
+    [PLANE_PATH_RADIANCE] = {"path_radiance", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_SPREAD] = {"path_spread", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_EMISSION] = {"path_emission", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_DIRECT] = {"path_direct", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_INDIRECT] = {"path_indirect", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_DIFFUSE_DIRECT] = {"path_diffuse_direct", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_DIFFUSE_INDIRECT] = {"path_diffuse_indirect", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_ALBEDO] = {"path_albedo", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
+    [PLANE_PATH_COVERAGE] = {"path_coverage", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
+    [PLANE_PATH_OCCLUSION] = {"path_occlusion", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
-    [LIGHT_PLANE_IRRADIANCE] = {"irradiance", SAMPLES_GROUP_4, 1, SAMPLES_DEPTH},
+    [LIGHT_PLANE_IRRADIANCE] = {"irradiance", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [LIGHT_PLANE_VISIBILITY] = {"visibility", SAMPLES_GROUP_1, 1, SAMPLES_BITS},
     [LIGHT_PLANE_SLOPES] = {"slopes", SAMPLES_GROUP_2, 2, SAMPLES_SLOPES},
 };
@@ -114,8 +124,8 @@ int samples_layout_place(struct samples_layout *layout)
     return 0;
 }
 
-static int layout_start(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
-                        int32_t height_px)
+static int layout_start(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
+                        int32_t width_px, int32_t height_px)
 {
     if (width_px < 1 || width_px > LIMIT_TILE_SIDE_PX) return ERR_LIMIT;
     if (height_px < 1 || height_px > LIMIT_TILE_SIDE_PX) return ERR_LIMIT;
@@ -125,27 +135,28 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .light_count = plan->light_count,
         .sub_samples = plan->sub_samples,
         .indirect_strata = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis,
-        .planes = plan->planes,
+        .planes = pass == 0 ? plan->planes : plan->planes & PLANES_PATH,
     };
     for (uint32_t k = 0; k < plan->light_count; k++) {
         const uint32_t l = plan->lights[k].strata_per_axis;
         layout->light_strata[k] = l * l;
-        layout->light_planes[k] = (uint8_t)plan_light_planes(plan, k);
+        layout->light_planes[k] = pass == 0 ? (uint8_t)plan_light_planes(plan, k) : 0;
     }
     return 0;
 }
 
-int samples_layout_init(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
-                        int32_t height_px)
+int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
+                        int32_t width_px, int32_t height_px)
 {
-    const int error = layout_start(layout, plan, width_px, height_px);
+    const int error = layout_start(layout, plan, pass, width_px, height_px);
     return error ? error : samples_layout_place(layout);
 }
 
-int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, int32_t width_px,
-                          int32_t height_px, uint32_t planes, const uint8_t *light_planes)
+int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
+                          int32_t width_px, int32_t height_px, uint32_t planes,
+                          const uint8_t *light_planes)
 {
-    const int error = layout_start(layout, plan, width_px, height_px);
+    const int error = layout_start(layout, plan, pass, width_px, height_px);
     if (error) return error;
     if (planes & ~layout->planes) return ERR_RANGE;
     layout->planes = planes;

@@ -8,7 +8,7 @@ enum samples_group { SAMPLES_GROUP_4, SAMPLES_GROUP_2, SAMPLES_GROUP_1, SAMPLES_
 /* What values a plane may hold. */
 enum samples_values {
     SAMPLES_ANY,             /* every bit pattern means something */
-    SAMPLES_DEPTH,           /* f32: finite, not negative */
+    SAMPLES_POSITIVE,        /* f32: finite, not negative */
     SAMPLES_ID,              /* u32: at most LIMIT_INSTANCES */
     SAMPLES_HALF_POSITIVE,   /* f16: finite, not negative */
     SAMPLES_HALF_ABOVE_MISS, /* f16: finite, at least SUB_DEPTH_MISS */

@@ -137,8 +137,9 @@ int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
 }
 
 /* Reads sizes and masks, and lays out the planes that were sent. */
-static int read_head(struct bytes_reader *r, const struct plan *plan, int32_t width_px,
-                     int32_t height_px, struct samples_layout *layout, struct fault *fault)
+static int read_head(struct bytes_reader *r, const struct plan *plan, uint32_t pass,
+                     int32_t width_px, int32_t height_px, struct samples_layout *layout,
+                     struct fault *fault)
 {
     uint8_t light_planes[LIMIT_LIGHTS] = {0};
     const int32_t width = bytes_read_u16(r), height = bytes_read_u16(r);
@@ -149,10 +150,11 @@ static int read_head(struct bytes_reader *r, const struct plan *plan, int32_t wi
         return fault_set(fault, ERR_MISMATCH, "", "%d x %d samples for a tile of %d x %d", width,
                          height, width_px, height_px);
     const int error =
-        samples_layout_subset(layout, plan, width_px, height_px, planes, light_planes);
+        samples_layout_subset(layout, plan, pass, width_px, height_px, planes, light_planes);
     if (error)
-        return fault_set(fault, error, "planes", "planes 0x%x are not all in the plan's 0x%x",
-                         planes, plan->planes);
+        return fault_set(fault, error, "planes",
+                         "planes 0x%x are not all in the plan's 0x%x for pass %u", planes,
+                         plan->planes, pass);
     return 0;
 }
 
@@ -194,13 +196,13 @@ static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *
     return 0;
 }
 
-/* Puts what was sent among all planes of the plan. */
-static int spread(struct samples **s, const struct plan *plan)
+/* Puts what was sent among all planes of the pass. */
+static int spread(struct samples **s, const struct plan *plan, uint32_t pass)
 {
     struct samples_layout full;
     struct samples *all;
     const struct samples_layout *sent = &(*s)->layout;
-    int error = samples_layout_init(&full, plan, sent->width_px, sent->height_px);
+    int error = samples_layout_init(&full, plan, pass, sent->width_px, sent->height_px);
     if (error) return error;
     if (full.planes == sent->planes &&
         memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0)
@@ -213,14 +215,14 @@ static int spread(struct samples **s, const struct plan *plan)
     return 0;
 }
 
-int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, int32_t width_px,
-                   int32_t height_px, struct samples **out, struct fault *fault)
+int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, uint32_t pass,
+                   int32_t width_px, int32_t height_px, struct samples **out, struct fault *fault)
 {
     struct bytes_reader r;
     struct samples_layout layout = {0};
     struct samples *s = NULL;
     bytes_reader_init(&r, data, size_bytes);
-    int error = read_head(&r, plan, width_px, height_px, &layout, fault);
+    int error = read_head(&r, plan, pass, width_px, height_px, &layout, fault);
     if (error) return error;
     /* Sized by the plan and the tile, not by what the bytes declare. */
     error = samples_create(&layout, &s);
@@ -228,7 +230,7 @@ int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan,
     error = read_groups(&r, s, fault);
     if (!error) error = samples_check(s, fault);
     if (error) goto fail;
-    error = spread(&s, plan);
+    error = spread(&s, plan, pass);
     if (error) {
         fault_set(fault, error, "", "no room for the planes of the plan");
         goto fail;

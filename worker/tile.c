@@ -192,11 +192,11 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
                struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
                struct samples **out, struct counters *counters)
 {
-    (void)environment, (void)pass;
+    (void)environment;
     struct samples_layout layout;
     struct samples *samples = NULL;
     if (!rect_fits(plan, rect)) return ERR_RANGE;
-    int rc = samples_layout_init(&layout, plan, rect_width(rect), rect_height(rect));
+    int rc = samples_layout_init(&layout, plan, pass, rect_width(rect), rect_height(rect));
     if (rc == 0) rc = samples_create(&layout, &samples);
     if (rc) return rc;
     uint64_t started_us = thread_cpu_us();

@@ -14,7 +14,7 @@ struct fleet;
 
 struct fleet_tile {
     uint64_t frame_id;
-    uint32_t index, generation;
+    uint32_t index, generation, pass;
     struct rect rect;
 };
 

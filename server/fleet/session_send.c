@@ -73,6 +73,7 @@ int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t
     struct message_tile m = {.frame_id = tile->frame_id,
                              .index = tile->index,
                              .generation = tile->generation,
+                             .pass = tile->pass,
                              .rect = tile->rect};
     message_encode_tile(outbox_payload(&s->outbox), &m);
     outbox_put(&s->outbox, MESSAGE_TILE, s->next_request++);

@@ -119,7 +119,7 @@ static void decode_run(struct team_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
     if (atomic_load(&t->frame->dropped)) return;
-    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan,
+    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan, 0,
                               rect_width(t->rect), rect_height(t->rect), &t->samples, &t->fault);
 }
 

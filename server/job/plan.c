@@ -125,7 +125,7 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
 {
     struct samples_layout layout;
     int32_t asked = plan->tile_px;
-    while (samples_layout_init(&layout, plan, plan->tile_px, plan->tile_px) != 0) {
+    while (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) {
         plan->tile_px /= 2;
         if (plan->tile_px < LIMIT_TILE_SIDE_MIN_PX)
             return fault_set(fault, ERR_LIMIT, "/sampling/spp",

@@ -26,6 +26,9 @@
 
 #define HELLO_DELAY_MS 8000u
 #define MAX_FRAMES     64u
+#define CAPABILITIES                                                                               \
+    (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
+     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS)
 
 struct fake;
 
@@ -54,6 +57,7 @@ struct fake {
     uint64_t frame_count;
     struct bytes_writer packed; /* the last zero samples, of these: */
     uint64_t packed_frame;
+    uint32_t packed_pass;
     int32_t packed_width, packed_height;
     uint64_t tiles, answers, acks[VERDICT_CORRUPT + 1];
     uint64_t started_ms, beat_ms, next_beat_ms, next_request;
@@ -131,6 +135,8 @@ static void put_nan(struct samples *s)
     const uint16_t half_nan = 0x7e00;
     if (s->layout.planes & 1u << PLANE_DEPTH)
         samples_f32(s, PLANE_DEPTH, 0)[0] = NAN;
+    else if (s->layout.planes & PLANES_PATH)
+        samples_f32(s, (enum plane_id)__builtin_ctz(s->layout.planes & PLANES_PATH), 0)[0] = NAN;
     else if (s->layout.planes & 1u << PLANE_EMISSION)
         samples_u16(s, PLANE_EMISSION, 0)[0] = half_nan;
     else if (s->layout.planes & 1u << PLANE_INDIRECT_MEAN)
@@ -148,7 +154,7 @@ static void pack(struct fake *f, const struct message_tile *tile, int32_t width,
     uint64_t dropped = 0;
     const struct plan *plan = plan_of(f, tile->frame_id);
     bytes_writer_init(out);
-    if (!plan || samples_layout_init(&layout, plan, width, height) != 0 ||
+    if (!plan || samples_layout_init(&layout, plan, tile->pass, width, height) != 0 ||
         samples_create(&layout, &s) != 0)
         return;
     if (nan) put_nan(s);
@@ -174,12 +180,13 @@ static void send_result(struct fake *f, uint64_t request_id, const struct messag
 static const struct bytes_writer *zero_samples(struct fake *f, const struct message_tile *tile)
 {
     int32_t width = rect_width(tile->rect), height = rect_height(tile->rect);
-    if (f->packed.data && f->packed_frame == tile->frame_id && f->packed_width == width &&
-        f->packed_height == height)
+    if (f->packed.data && f->packed_frame == tile->frame_id && f->packed_pass == tile->pass &&
+        f->packed_width == width && f->packed_height == height)
         return &f->packed;
     bytes_writer_fini(&f->packed);
     pack(f, tile, width, height, false, &f->packed);
     f->packed_frame = tile->frame_id;
+    f->packed_pass = tile->pass;
     f->packed_width = width;
     f->packed_height = height;
     return &f->packed;
@@ -320,8 +327,7 @@ static void send_hello(struct fake *f)
 {
     struct bytes_writer w;
     struct message_hello m = {.protocol_version = PROTOCOL_VERSION,
-                              .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT |
-                                              CAPABILITY_VISIBILITY | CAPABILITY_STRATA,
+                              .capabilities = CAPABILITIES,
                               .threads = f->threads,
                               .pid = (uint64_t)getpid()};
     if (plays(f, "slow-hello")) poll(NULL, 0, HELLO_DELAY_MS);

@@ -20,7 +20,7 @@ static void check_ray(const struct plan *plan, float px, float py)
 static void check_layout(const struct plan *plan)
 {
     struct samples_layout layout;
-    const int error = samples_layout_init(&layout, plan, plan->tile_px, plan->tile_px);
+    const int error = samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px);
     if (error == ERR_LIMIT) return;
     if (error || layout.total_bytes > LIMIT_FRAME_BYTES) abort();
 }

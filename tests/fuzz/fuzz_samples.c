@@ -1,6 +1,6 @@
 /* The sample buffer, for a plan with every plane. Input: the tile's width and height less one as
- * bytes (modulo 16), then the packed samples. What unpacks must pack and unpack to the same data.
- */
+ * bytes (modulo 16; the highest bit of the width's asks for a later pass), then the packed samples.
+ * What unpacks must pack and unpack to the same data. */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,11 +9,11 @@
 #include "tests/unit/proto/plan_case.h"
 
 static struct samples *unpack(const uint8_t *data, size_t size_bytes, const struct plan *plan,
-                              int32_t width, int32_t height)
+                              uint32_t pass, int32_t width, int32_t height)
 {
     struct samples *s = NULL;
     struct fault fault = {0};
-    const int error = samples_unpack(data, size_bytes, plan, width, height, &s, &fault);
+    const int error = samples_unpack(data, size_bytes, plan, pass, width, height, &s, &fault);
     if ((error == 0) != (s != NULL)) abort();
     if (error && (fault.code != error || fault.detail[0] == '\0')) abort();
     return s;
@@ -27,11 +27,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     if (size_bytes < 2) return 0;
     plan_case(&plan);
     const int32_t width = data[0] % 16 + 1, height = data[1] % 16 + 1;
-    struct samples *s = unpack(data + 2, size_bytes - 2, &plan, width, height);
+    const uint32_t pass = data[0] >> 7;
+    struct samples *s = unpack(data + 2, size_bytes - 2, &plan, pass, width, height);
     if (!s) return 0;
     bytes_writer_init(&w);
     if (samples_pack(s, &w, NULL)) abort();
-    struct samples *again = unpack(w.data, w.size_bytes, &plan, width, height);
+    struct samples *again = unpack(w.data, w.size_bytes, &plan, pass, width, height);
     if (!again || again->layout.total_bytes != s->layout.total_bytes) abort();
     if (memcmp(again->data, s->data, s->layout.total_bytes) != 0) abort();
     samples_destroy(&again);

@@ -29,7 +29,7 @@ static uint32_t bytes_per_pixel(uint32_t without)
 {
     struct samples_layout layout;
     plan_of_formula(without);
-    assert_int_equal(samples_layout_init(&layout, &plan, 32, 32), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 32, 32), 0);
     assert_int_equal(layout.group_bytes[0] + layout.group_bytes[1] + layout.group_bytes[2],
                      layout.total_bytes);
     return layout.total_bytes / (32 * 32);
@@ -51,7 +51,7 @@ static void layouts_do_not_overlap(void **state)
     struct samples_layout layout;
     (void)state;
     plan_case(&plan);
-    assert_int_equal(samples_layout_init(&layout, &plan, 5, 3), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
     uint64_t sum = 0;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
         assert_true(layout.offset[p] < layout.total_bytes);
@@ -69,18 +69,18 @@ static void large_layouts_are_refused(void **state)
     struct samples_layout layout;
     (void)state;
     plan_case(&plan);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 8), ERR_LIMIT);
-    assert_int_equal(samples_layout_init(&layout, &plan, 8, LIMIT_TILE_SIDE_PX + 1), ERR_LIMIT);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 0, 8), ERR_LIMIT);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 8, LIMIT_TILE_SIDE_PX + 1), ERR_LIMIT);
     plan.indirect_strata_per_axis = 16;
-    assert_int_equal(samples_layout_init(&layout, &plan, 256, 256), ERR_LIMIT);
-    assert_int_equal(samples_layout_init(&layout, &plan, 128, 128), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 256, 256), ERR_LIMIT);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 128, 128), 0);
 }
 
 static struct samples *create(int32_t width, int32_t height)
 {
     struct samples_layout layout;
     struct samples *s;
-    assert_int_equal(samples_layout_init(&layout, &plan, width, height), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, width, height), 0);
     assert_int_equal(samples_create(&layout, &s), 0);
     assert_int_equal((uintptr_t)s->data % 64, 0);
     return s;
@@ -101,7 +101,7 @@ static int unpack(const uint8_t *data, size_t size_bytes, int32_t width, int32_t
     assert_non_null(exact);
     memcpy(exact, data, size_bytes);
     *out = NULL;
-    const int error = samples_unpack(exact, size_bytes, &plan, width, height, out, fault);
+    const int error = samples_unpack(exact, size_bytes, &plan, 0, width, height, out, fault);
     assert_true((error == 0) == (*out != NULL));
     free(exact);
     return error;

@@ -115,7 +115,7 @@ static inline struct samples *synthetic_tile(const struct plan *plan, uint32_t t
     struct samples *s = NULL;
     if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px)) return NULL;
     struct rect r = tile_grid_rect(&grid, tile);
-    if (samples_layout_init(&layout, plan, rect_width(r), rect_height(r))) return NULL;
+    if (samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r))) return NULL;
     if (samples_create(&layout, &s)) return NULL;
     size_t i = 0;
     for (int32_t y = r.y0; y < r.y1; y++) {

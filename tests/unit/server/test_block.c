@@ -111,7 +111,7 @@ static struct samples *world_tile(const struct plan *plan, const struct world *w
     struct samples *s;
     tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
     struct rect r = tile_grid_rect(&grid, tile);
-    assert_int_equal(samples_layout_init(&layout, plan, rect_width(r), rect_height(r)), 0);
+    assert_int_equal(samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r)), 0);
     assert_int_equal(samples_create(&layout, &s), 0);
     size_t i = 0;
     for (int32_t y = r.y0; y < r.y1; y++) {
