@@ -3,22 +3,99 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Blended surfaces are there where more than half of their light is theirs: this version has no
- * partial transparency. */
+#include "worker/shade/elementary.h"
+
+/* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */
 #define BLEND_CUTOFF 0.5f
+
+/* Stands for an infinite index of refraction: what is not reflected cannot be seen. */
+#define IOR_INFINITE 1e6f
+
+/* Absorption times distance in units of the material's own; e^-87 is the least float. */
+#define DISTANCES_MAX 1e6f
 
 static float unit_interval(float v)
 {
     return v < 0.0f ? 0.0f : v > 1.0f ? 1.0f : v;
 }
 
-static float cutoff(const struct scene_material *s, const struct material *m)
+/* The lowest opacity anywhere. */
+static float least_alpha(const struct material *m)
 {
-    if (s->alpha_mode == ALPHA_OPAQUE) return 0.0f;
-    float at = s->alpha_mode == ALPHA_MASK ? s->alpha_cutoff : BLEND_CUTOFF;
     const struct texture *t = &m->base_color_texture;
-    float least = m->base_color[3] * (t->texels ? texture_least_alpha(t) : 1.0f);
-    return least >= at ? 0.0f : at; /* nowhere transparent: no test */
+    return m->base_color[3] * (t->texels ? texture_least_alpha(t) : 1.0f);
+}
+
+/* Tests for alpha run only where a surface can be transparent. */
+static void init_alpha(struct material *m, const struct scene_material *s)
+{
+    m->alpha_cutoff = 0.0f;
+    if (s->alpha_mode == ALPHA_OPAQUE) return;
+    float least = least_alpha(m);
+    float cutoff = s->alpha_mode == ALPHA_MASK ? s->alpha_cutoff : BLEND_CUTOFF;
+    m->blend = s->alpha_mode == ALPHA_BLEND && least < 1.0f;
+    if (m->blend || least < cutoff) m->alpha_cutoff = cutoff;
+}
+
+static void init_textures(struct material *m, const struct scene *blob,
+                          const struct scene_material *s, const struct texture_decoding *decoding)
+{
+    const struct {
+        struct texture *texture;
+        const struct scene_texture_ref *ref;
+    } all[] = {{&m->base_color_texture, &s->base_color_texture},
+               {&m->normal_texture, &s->normal_texture},
+               {&m->emission_texture, &s->emission_texture},
+               {&m->metallic_roughness_texture, &s->metallic_roughness_texture},
+               {&m->transmission_texture, &s->transmission_texture},
+               {&m->specular_texture, &s->specular_texture},
+               {&m->specular_color_texture, &s->specular_color_texture},
+               {&m->anisotropy_texture, &s->anisotropy_texture}};
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        texture_init(all[i].texture, blob, all[i].ref, decoding);
+        m->textured |= all[i].texture->texels != NULL;
+    }
+}
+
+static void init_gltf(struct material *m, const struct scene_material *s)
+{
+    m->metallic = s->metallic;
+    m->roughness = s->roughness;
+    m->transmission = s->transmission;
+    m->specular = s->specular;
+    m->ior = s->ior > 0.0f ? s->ior : IOR_INFINITE;
+    float ratio = (s->ior - 1.0f) / (s->ior + 1.0f); /* ior >= 0; 0 gives 1, as the format says */
+    for (int i = 0; i < 3; i++) m->specular_f0[i] = ratio * ratio * s->specular_color[i];
+    m->anisotropy = s->anisotropy;
+    m->rotation[0] = elementary_cos(s->anisotropy_rad);
+    m->rotation[1] = elementary_sin(s->anisotropy_rad);
+}
+
+static void init_others(struct material *m, const struct scene_material *s)
+{
+    memcpy(m->model_specular, s->model_specular, sizeof m->model_specular);
+    m->exponent_u = s->exponent_u;
+    m->exponent_v = s->exponent_v;
+    m->alpha_u = s->alpha_u;
+    memcpy(m->eta, s->eta, sizeof m->eta);
+    memcpy(m->k, s->k, sizeof m->k);
+}
+
+/* What paths ask about the whole material. */
+static void init_kind(struct material *m, const struct scene_material *s)
+{
+    bool gltf = s->model == MODEL_GLTF && !m->unlit;
+    m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f;
+    m->transmissive = gltf && m->transmission > 0.0f && m->metallic < 1.0f;
+    m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
+    m->volume = m->transmissive && s->thickness > 0.0f;
+    m->anisotropic =
+        (gltf && !m->lambert && m->anisotropy > 0.0f) || s->model == MODEL_ASHIKHMIN_SHIRLEY;
+    m->attenuation_distance = m->volume ? s->attenuation_distance : 0.0f;
+    for (int i = 0; i < 3; i++) {
+        float left = s->attenuation[i]; /* in (0, 1] */
+        m->absorption[i] = left < 1.0f && left > 0.0f ? -elementary_log(left) : 0.0f;
+    }
 }
 
 static void material_init(struct material *m, const struct scene *blob,
@@ -32,12 +109,12 @@ static void material_init(struct material *m, const struct scene *blob,
     m->unlit = s->flags & MATERIAL_UNLIT;
     m->emissive =
         m->unlit || s->emission[0] > 0.0f || s->emission[1] > 0.0f || s->emission[2] > 0.0f;
-    texture_init(&m->base_color_texture, blob, &s->base_color_texture, decoding);
-    texture_init(&m->normal_texture, blob, &s->normal_texture, decoding);
-    texture_init(&m->emission_texture, blob, &s->emission_texture, decoding);
-    m->textured =
-        m->base_color_texture.texels || m->normal_texture.texels || m->emission_texture.texels;
-    m->alpha_cutoff = cutoff(s, m);
+    m->model = s->model;
+    init_textures(m, blob, s, decoding);
+    init_alpha(m, s);
+    init_gltf(m, s);
+    init_others(m, s);
+    init_kind(m, s);
 }
 
 int material_table_create(const struct scene *blob, struct material_table **out)
@@ -59,9 +136,13 @@ void material_table_destroy(struct material_table **table)
     *table = NULL;
 }
 
+/* Ones where there is no texture. */
 static void sample_at(const struct texture *t, const struct material_uv *uv, float out[4])
 {
-    texture_sample(t, uv->set[t->uv_set][0], uv->set[t->uv_set][1], out);
+    if (t->texels)
+        texture_sample(t, uv->set[t->uv_set][0], uv->set[t->uv_set][1], out);
+    else
+        out[0] = out[1] = out[2] = out[3] = 1.0f;
 }
 
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4])
@@ -73,23 +154,154 @@ void material_base_color(const struct material *m, const struct material_uv *uv,
     for (int i = 0; i < 4; i++) out[i] *= texel[i];
 }
 
+float material_opacity(const struct material *m, const struct material_uv *uv)
+{
+    if (m->alpha_cutoff == 0.0f) return 1.0f;
+    float color[4];
+    material_base_color(m, uv, color);
+    if (m->blend) return color[3];
+    return color[3] >= m->alpha_cutoff ? 1.0f : 0.0f;
+}
+
 void material_emission(const struct material *m, const struct material_uv *uv, float out[3])
 {
-    float texel[4] = {1.0f, 1.0f, 1.0f, 1.0f};
+    float texel[4];
     if (m->unlit) {
         material_base_color(m, uv, texel);
         memcpy(out, texel, 3 * sizeof out[0]);
         return;
     }
-    if (m->emission_texture.texels) sample_at(&m->emission_texture, uv, texel);
+    sample_at(&m->emission_texture, uv, texel);
     for (int i = 0; i < 3; i++) out[i] = m->emission[i] * texel[i];
+}
+
+void material_mean_emission(const struct material *m, float out[3])
+{
+    const struct texture *t = m->unlit ? &m->base_color_texture : &m->emission_texture;
+    float mean[3] = {1.0f, 1.0f, 1.0f};
+    if (t->texels) texture_mean(t, mean);
+    for (int i = 0; i < 3; i++) out[i] = (m->unlit ? m->base_color[i] : m->emission[i]) * mean[i];
 }
 
 void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
 {
     float texel[4];
+    out[0] = out[1] = 0.0f;
+    out[2] = 1.0f;
+    if (!m->normal_texture.texels) return;
     sample_at(&m->normal_texture, uv, texel);
     out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
     out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
     out[2] = 2.0f * texel[2] - 1.0f;
+}
+
+/* glTF's roughness is the root of the facets' alpha; anisotropy widens it along the tangent. */
+static void set_alphas(const struct material *m, const struct material_uv *uv, float roughness,
+                       struct bsdf *out)
+{
+    float alpha = roughness * roughness;
+    out->alpha_u = out->alpha_v = alpha;
+    if (!m->anisotropic) return;
+    float texel[4];
+    sample_at(&m->anisotropy_texture, uv, texel);
+    float strength = m->anisotropy * texel[2];
+    out->alpha_u = unit_interval(alpha + (1.0f - alpha) * strength * strength);
+}
+
+static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
+                     struct bsdf *out)
+{
+    float rough[4], through[4], specular[4], tint[4];
+    sample_at(&m->metallic_roughness_texture, uv, rough);
+    sample_at(&m->transmission_texture, uv, through);
+    sample_at(&m->specular_texture, uv, specular);
+    sample_at(&m->specular_color_texture, uv, tint);
+    out->model = BSDF_GLTF;
+    out->metallic = m->metallic * rough[2];
+    out->transmission = m->transmissive ? m->transmission * through[0] : 0.0f;
+    out->specular = m->specular * specular[3];
+    for (int i = 0; i < 3; i++) {
+        out->specular_f0[i] = unit_interval(m->specular_f0[i] * tint[i]);
+        out->albedo[i] = out->base_color[i] * (1.0f - out->metallic) * (1.0f - out->transmission);
+    }
+    set_alphas(m, uv, m->roughness * rough[1], out);
+    out->inside = inside && m->volume;
+    out->ior = out->inside ? 1.0f / m->ior : m->ior;
+    out->thin = m->transmissive && !m->volume;
+}
+
+static enum bsdf_model model_of(uint32_t model)
+{
+    switch (model) {
+    case MODEL_PHONG:
+        return BSDF_PHONG;
+    case MODEL_BLINN_PHONG:
+        return BSDF_BLINN_PHONG;
+    case MODEL_BECKMANN:
+        return BSDF_BECKMANN;
+    case MODEL_ASHIKHMIN_SHIRLEY:
+        return BSDF_ASHIKHMIN_SHIRLEY;
+    case MODEL_MIRROR:
+        return BSDF_MIRROR;
+    default:
+        return BSDF_BLACK;
+    }
+}
+
+static void set_model(const struct material *m, struct bsdf *out)
+{
+    out->model = model_of(m->model);
+    memcpy(out->model_specular, m->model_specular, sizeof out->model_specular);
+    out->exponent_u = m->exponent_u;
+    out->exponent_v = m->exponent_v;
+    out->alpha_u = out->alpha_v = m->alpha_u;
+    memcpy(out->eta, m->eta, sizeof out->eta);
+    memcpy(out->k, m->k, sizeof out->k);
+}
+
+void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
+                   struct bsdf *out)
+{
+    float color[4];
+    memset(out, 0, sizeof *out);
+    out->ior = 1.0f;
+    if (m->unlit) return; /* black */
+    material_base_color(m, uv, color);
+    memcpy(out->albedo, color, sizeof out->albedo);
+    memcpy(out->base_color, color, sizeof out->base_color);
+    if (m->lambert)
+        out->model = BSDF_LAMBERT;
+    else if (m->model == MODEL_GLTF)
+        set_gltf(m, uv, inside, out);
+    else
+        set_model(m, out);
+}
+
+void material_tangent_angle(const struct material *m, const struct material_uv *uv,
+                            float direction[2])
+{
+    float x = 1.0f, y = 0.0f, texel[4];
+    direction[0] = 1.0f;
+    direction[1] = 0.0f;
+    if (!m->anisotropic || m->model != MODEL_GLTF) return;
+    if (m->anisotropy_texture.texels) {
+        sample_at(&m->anisotropy_texture, uv, texel);
+        x = 2.0f * texel[0] - 1.0f;
+        y = 2.0f * texel[1] - 1.0f;
+        float length = sqrtf(x * x + y * y);
+        if (length < 1e-3f) return; /* no direction: any will do */
+        x /= length;
+        y /= length;
+    }
+    direction[0] = m->rotation[0] * x - m->rotation[1] * y;
+    direction[1] = m->rotation[1] * x + m->rotation[0] * y;
+}
+
+void material_attenuation(const struct material *m, float distance, float transmittance[3])
+{
+    transmittance[0] = transmittance[1] = transmittance[2] = 1.0f;
+    if (!(m->attenuation_distance > 0.0f)) return;
+    float distances = distance / m->attenuation_distance;
+    if (!(distances < DISTANCES_MAX)) distances = DISTANCES_MAX;
+    for (int i = 0; i < 3; i++) transmittance[i] = elementary_exp(-m->absorption[i] * distances);
 }

@@ -1,11 +1,15 @@
 #pragma once
-/* Materials as this version shades them: Lambert, with the base colour as diffuse albedo (metals
- * too, so that they are not black), emission, alpha tests and normal maps.
+/* Materials as paths meet them: a record of the blob with its textures looked up, from which every
+ * hit makes the BSDF of its point (material_bsdf).
  *
- * An unlit material emits its base colour to both sides and reflects nothing. */
+ * Sources: glTF 2.0, section 3.9 and appendix B; KHR_materials_specular, _ior, _transmission,
+ * _volume, _anisotropy, _emissive_strength, _unlit. An unlit material emits its base colour to both
+ * sides and reflects nothing. Materials are seen from both sides, double-sided or not: only
+ * emission minds. */
 #include <stdbool.h>
 
 #include "worker/scene/texture.h"
+#include "worker/shade/bsdf.h"
 
 struct material {
     float base_color[4];
@@ -13,8 +17,25 @@ struct material {
     float normal_scale;
     float alpha_cutoff; /* surfaces with less alpha are not there; 0: opaque */
     bool emissive, double_sided, unlit;
-    bool textured; /* reads UVs at all */
+    bool textured;     /* reads UVs at all */
+    bool lambert;      /* its BSDF is a Lambertian one wherever it is hit */
+    bool anisotropic;  /* its BSDF depends on material_tangent_angle */
+    bool transmissive; /* may send paths through */
+    bool volume;       /* a closed solid with an inside; false with `transmissive`: thin-walled */
+    bool blend;        /* of partial opacity somewhere (alpha.h) */
+    uint32_t model;    /* enum material_model */
+    float metallic, roughness, transmission, specular;
+    float ior;                     /* of the inside over the outside; > 0 */
+    float specular_f0[3];          /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
+    float anisotropy, rotation[2]; /* strength; cosine, sine */
+    float model_specular[3];
+    float exponent_u, exponent_v, alpha_u;
+    float eta[3], k[3];
+    float absorption[3];        /* -log of the transmittance over attenuation_distance */
+    float attenuation_distance; /* scene units; 0: clear */
     struct texture base_color_texture, normal_texture, emission_texture;
+    struct texture metallic_roughness_texture, transmission_texture, specular_texture,
+        specular_color_texture, anisotropy_texture;
 };
 
 struct material_table {
@@ -27,7 +48,8 @@ struct material_table {
 int material_table_create(const struct scene *blob, struct material_table **out);
 void material_table_destroy(struct material_table **table);
 
-/* Where on a mesh: both UV sets at the hit. */
+/* Where on a mesh: both UV sets at the hit. Materials that are not `textured` read none: NULL will
+ * do. */
 struct material_uv {
     float set[2][2];
 };
@@ -35,8 +57,30 @@ struct material_uv {
 /* Base colour, linear, alpha last. */
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4]);
 
+/* How much of the surface is there, in [0, 1]: 1 if opaque, 0 or 1 of a mask, alpha of a blend. */
+float material_opacity(const struct material *m, const struct material_uv *uv);
+
 /* Emitted radiance of the side that emits; of unlit materials the base colour. */
 void material_emission(const struct material *m, const struct material_uv *uv, float out[3]);
 
-/* The normal map's normal in tangent space, not normalised. The material must have one. */
+/* Emitted radiance averaged over the emission texture: what the mesh would emit on the whole if its
+ * UVs covered the texture evenly. Reads every texel; for preparations. */
+void material_mean_emission(const struct material *m, float out[3]);
+
+/* The normal map's normal in tangent space, not normalised; (0, 0, 1) without a map. */
 void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3]);
+
+/* The BSDF at a point, in the frame whose x is the mesh's tangent turned by
+ * material_tangent_angle. `inside`: the path is inside the solid (of no matter unless `volume`).
+ * Every field of *out is set, within bsdf.h's ranges. */
+void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
+                   struct bsdf *out);
+
+/* Cosine and sine of the angle from the mesh's tangent, towards its bitangent, at which the facets
+ * of an anisotropic surface are widest spread (alpha_u). (1, 0) where !anisotropic. */
+void material_tangent_angle(const struct material *m, const struct material_uv *uv,
+                            float direction[2]);
+
+/* What is left of light after `distance` scene units inside the solid: Beer and Lambert's law,
+ * attenuation ^ (distance / attenuation_distance). Ones where it is clear. */
+void material_attenuation(const struct material *m, float distance, float transmittance[3]);

@@ -116,3 +116,12 @@ float texture_least_alpha(const struct texture *t)
         if (t->texels[4 * i + 3] < least) least = t->texels[4 * i + 3];
     return t->decode_alpha[least];
 }
+
+void texture_mean(const struct texture *t, float out[3])
+{
+    size_t count = (size_t)t->width_px * (size_t)t->height_px;
+    double sum[3] = {0, 0, 0};
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = 0; c < 3; c++) sum[c] += (double)t->decode[t->texels[4 * i + c]];
+    for (int c = 0; c < 3; c++) out[c] = (float)(sum[c] / (double)count);
+}

@@ -37,3 +37,6 @@ void texture_sample(const struct texture *t, float u, float v, float out[4]);
 
 /* The least alpha of all texels, in [0, 1]. */
 float texture_least_alpha(const struct texture *t);
+
+/* The mean colour of all texels, linear, wherever UVs may lead. */
+void texture_mean(const struct texture *t, float out[3]);
