@@ -35,3 +35,12 @@ int environment_open(const void *blob, size_t size_bytes, struct environment_blo
 /* mmaps a file read-only and opens it; environment_unmap undoes it. */
 int environment_map(const char *path, struct environment_blob *out, struct fault *fault);
 void environment_unmap(struct environment_blob *e);
+
+/* Checks sides and texels as environment_open does and fills in a header for them: how a blob is
+ * made. ERR_LIMIT, ERR_NOT_FINITE, ERR_RANGE. */
+int environment_describe(uint32_t width_px, uint32_t height_px, const float *texels,
+                         struct environment_header *out, struct fault *fault);
+
+/* 1 - cos of the angle from +y to the upper edge of row `row` (0 .. height_px), in double and with
+ * the same bits on every CPU. A texel of row y covers 2 pi / width_px * (edge(y + 1) - edge(y)). */
+double environment_edge(uint32_t row, uint32_t height_px);

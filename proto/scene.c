@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "proto/environment.h"
 #include "proto/scene_check.h"
 
 /* Embree reads up to 16 bytes from the last vertex on. */
@@ -54,6 +56,12 @@ uint32_t scene_record_bytes(uint32_t section)
 const char *scene_section_name(uint32_t section)
 {
     return kinds[section].name;
+}
+
+static bool is_environment(const void *blob, size_t size_bytes)
+{
+    return size_bytes >= sizeof ENVIRONMENT_MAGIC &&
+           memcmp(blob, ENVIRONMENT_MAGIC, sizeof ENVIRONMENT_MAGIC) == 0;
 }
 
 static int check_header(const struct scene_header *header, size_t size_bytes, struct fault *fault)
@@ -175,6 +183,9 @@ int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fa
     *out = (struct scene){0};
     if ((uintptr_t)blob % SCENE_ALIGN_BYTES != 0)
         return fault_set(fault, ERR_RANGE, "", "the blob does not lie on a 64-byte boundary");
+    if (is_environment(blob, size_bytes))
+        return fault_set(fault, ERR_MAGIC, "header.magic",
+                         "this is an environment map, not a scene");
     if (size_bytes < head_bytes)
         return fault_set(fault, ERR_TRUNCATED, "header", "%zu bytes are no scene blob", size_bytes);
     if (size_bytes > LIMIT_BLOB_BYTES)
