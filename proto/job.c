@@ -19,7 +19,10 @@ const struct json_choice job_layer_words[] = {
     {"emission", LAYER_EMISSION, NULL},
     {"id", LAYER_ID, NULL},
     {"filter_width", LAYER_FILTER_WIDTH, "the layer filter_width is not in this version"},
-    {"error", LAYER_ERROR, "the layer error is not in this version"},
+    {"error", LAYER_ERROR, NULL},
+    {"occlusion", LAYER_OCCLUSION, NULL},
+    {"diffuse_direct", LAYER_DIFFUSE_DIRECT, NULL},
+    {"diffuse_indirect", LAYER_DIFFUSE_INDIRECT, NULL},
     {NULL, 0, NULL},
 };
 

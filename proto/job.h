@@ -8,8 +8,8 @@
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half"}
  *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
- *   environment {asset, intensity, rotation_deg} or {radiance}
- *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg}
+ *   environment {asset, intensity, rotation_deg}, {radiance} or null
+ *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, seed, tile_px}
  *   filter    {method, mu}

@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job.h"
+#include "proto/job_environment.h"
+#include "proto/job_lens.h"
 #include "proto/job_lights.h"
 #include "proto/job_words.h"
 
@@ -16,27 +17,13 @@
 #define JOB(member)    offsetof(struct job, member)
 #define CAMERA(member) offsetof(struct job_camera, member)
 
-static int read_digest(struct json_cursor *at, const json_t *v, struct digest *out)
-{
-    const int error = json_cursor_expect(at, v, JSON_STRING, "a SHA-256 digest");
-    if (error) return error;
-    if (digest_from_hex(json_string_value(v), out) == 0) return 0;
-    return json_cursor_refuse(at, ERR_SYNTAX, "it is not 64 lower-case hexadecimal digits");
-}
-
-static int read_asset(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
-{
-    (void)m;
-    return read_digest(at, v, &((struct job *)o)->scene);
-}
-
 static int read_file(struct json_cursor *at, const char *path, const json_t *v, struct job *job)
 {
     struct job_file *file = &job->files[job->file_count];
     if (!path_is_inside(path))
         return json_cursor_refuse(at, ERR_RANGE,
                                   "the path does not stay inside the scene's folder");
-    const int error = read_digest(at, v, &file->asset);
+    const int error = json_cursor_digest(at, v, &file->asset);
     if (error) return error;
     file->path = strdup(path);
     if (!file->path) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
@@ -151,30 +138,30 @@ static int read_camera(struct json_cursor *at, const struct json_member *m, cons
     return 0;
 }
 
+static const struct json_member occlusion_members[] = {{.name = "distance",
+                                                        .read = json_member_f32,
+                                                        .offset = JOB(occlusion_distance),
+                                                        .min = 0,
+                                                        .max = LIMIT_COORDINATE,
+                                                        .required = true},
+                                                       {.name = NULL}};
+
 static int read_ambient_occlusion(struct json_cursor *at, const struct json_member *m,
                                   const json_t *v, void *o)
 {
+    struct job *job = o;
     (void)m;
-    (void)o;
     if (json_is_false(v)) return 0;
-    const int error = json_cursor_expect(at, v, JSON_TRUE, "true or false");
-    if (error) return error;
-    return json_cursor_refuse(at, ERR_UNSUPPORTED, "ambient occlusion is not in this version");
-}
-
-static int read_bounces(struct json_cursor *at, const struct json_member *m, const json_t *v,
-                        void *o)
-{
-    int64_t bounces = 0;
-    const int error = json_cursor_whole(at, v, 0, INT32_MAX, &bounces);
-    (void)m;
-    if (error) return error;
-    if (bounces > LIMIT_INDIRECT_BOUNCES)
-        return json_cursor_refuse(at, ERR_UNSUPPORTED,
-                                  "%lld bounces, while this version traces at most %d",
-                                  (long long)bounces, LIMIT_INDIRECT_BOUNCES);
-    ((struct job *)o)->indirect_bounces = (uint32_t)bounces;
-    return 0;
+    if (json_is_true(v))
+        return json_cursor_refuse(at, ERR_TYPE,
+                                  "true says not how far to look: give {\"distance\": ...}, in "
+                                  "scene units, or false");
+    int error = json_cursor_expect(at, v, JSON_OBJECT, "false or an object with a distance");
+    if (!error) error = json_cursor_members(at, v, occlusion_members, job);
+    if (!error && !(job->occlusion_distance > 0.0f))
+        error = json_cursor_refuse_member(at, "distance", ERR_RANGE, "%.9g is not above 0",
+                                          (double)job->occlusion_distance);
+    return error;
 }
 
 static int read_layers(struct json_cursor *at, const struct json_member *m, const json_t *v,
@@ -215,7 +202,7 @@ static int read_layers(struct json_cursor *at, const struct json_member *m, cons
     }
 
 static const struct json_member scene_members[] = {
-    {.name = "asset", .read = read_asset, .required = true},
+    {.name = "asset", .read = json_member_digest, .offset = JOB(scene), .required = true},
     {.name = "files", .read = read_files},
     {.name = "camera", .read = read_camera},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
@@ -230,7 +217,7 @@ static const struct json_member image_members[] = {
     {.name = NULL}};
 
 static const struct json_member effects_members[] = {
-    {.name = "indirect_bounces", .read = read_bounces},
+    NUMBER("indirect_bounces", json_member_u32, indirect_bounces, 0, LIMIT_INDIRECT_BOUNCES),
     {.name = "ambient_occlusion", .read = read_ambient_occlusion},
     {.name = NULL}};
 
@@ -240,7 +227,7 @@ static const struct json_member sampling_members[] = {
     NUMBER("indirect_spp", json_member_u32, indirect_spp, 0, LIMIT_SPP),
     NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
     NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
-    LATER("lens_spp", "lenses are not in this version"),
+    LATER("lens_spp", "a number of its own for the lens is not in this version: spp samples it"),
     LATER("target_error", "a stop at a target error is not in this version"),
     LATER("max_spp", "a stop at a target error is not in this version"),
     {.name = NULL}};
@@ -263,8 +250,8 @@ static const struct json_member job_members[] = {
     {.name = "scene", .read = json_member_object, .members = scene_members, .required = true},
     OBJECT("image", image_members),
     {.name = "lights", .read = job_lights_read},
-    LATER("environment", "environment light is not in this version"),
-    LATER("lens", "lenses are not in this version"),
+    {.name = "environment", .read = job_environment_read},
+    {.name = "lens", .read = job_lens_read},
     OBJECT("effects", effects_members),
     OBJECT("sampling", sampling_members),
     OBJECT("filter", filter_members),
@@ -305,13 +292,31 @@ static void finish_sampling(struct job *job)
     if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;
 }
 
+/* What layers ask of other members; the cursor stands at the root. */
+static int check_layers(struct json_cursor *at, const struct job *job)
+{
+    const uint32_t spp = job->light_spp ? job->light_spp : job->spp;
+    const uint32_t l_max = LIMIT_PLANE_STRATA_PER_AXIS;
+    if ((job->layers & LAYERS_PER_STRATUM) && spp > l_max * l_max) {
+        json_cursor_enter(at, "sampling");
+        return json_cursor_refuse_member(
+            at, job->light_spp ? "light_spp" : "spp", ERR_RANGE,
+            "%u is above %u, the most with layers visibility and slope", spp, l_max * l_max);
+    }
+    if ((job->layers & LAYER_OCCLUSION) && !(job->occlusion_distance > 0.0f)) {
+        json_cursor_enter(at, "effects");
+        return json_cursor_refuse_member(
+            at, "ambient_occlusion", ERR_MISSING,
+            "the layer occlusion needs {\"distance\": ...}: how far to look, in scene units");
+    }
+    return 0;
+}
+
 /* Names what the whole document must respect; the cursor stands at its root. */
 static int check_relations(struct json_cursor *at, const struct job *job)
 {
     const int64_t pixels = (int64_t)job->width_px * job->height_px;
     const int64_t frames = (int64_t)job->last_frame - job->first_frame + 1;
-    const uint32_t spp = job->light_spp ? job->light_spp : job->spp;
-    const uint32_t l_max = LIMIT_PLANE_STRATA_PER_AXIS;
     if (pixels > LIMIT_IMAGE_PIXELS) {
         json_cursor_enter(at, "image");
         return json_cursor_refuse(at, ERR_LIMIT, "%lld pixels are above the limit of %d",
@@ -331,13 +336,7 @@ static int check_relations(struct json_cursor *at, const struct job *job)
         json_cursor_enter(at, "filter");
         return json_cursor_refuse_member(at, "mu", ERR_RANGE, "%g is not above 0", (double)job->mu);
     }
-    if ((job->layers & LAYERS_PER_STRATUM) && spp > l_max * l_max) {
-        json_cursor_enter(at, "sampling");
-        return json_cursor_refuse_member(
-            at, job->light_spp ? "light_spp" : "spp", ERR_RANGE,
-            "%u is above %u, the most with layers visibility and slope", spp, l_max * l_max);
-    }
-    return 0;
+    return check_layers(at, job);
 }
 
 int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault)

@@ -1,5 +1,6 @@
 /* The canonical job document: every member, in one order, defaults spelled out. */
-#include "proto/job.h"
+#include "proto/job_environment.h"
+#include "proto/job_lens.h"
 #include "proto/job_lights.h"
 #include "proto/job_number.h"
 #include "proto/job_words.h"
@@ -69,8 +70,12 @@ static json_t *write_image(const struct job *job)
 static json_t *write_effects(const struct job *job)
 {
     json_t *object = json_object();
+    json_t *occlusion =
+        job->occlusion_distance > 0.0f
+            ? json_pack("{s:o}", "distance", job_number_write(job->occlusion_distance))
+            : json_false();
     int failures = set(object, "indirect_bounces", json_integer(job->indirect_bounces));
-    failures += set(object, "ambient_occlusion", json_false());
+    failures += set(object, "ambient_occlusion", occlusion);
     return checked(object, failures);
 }
 
@@ -117,6 +122,8 @@ json_t *job_write(const struct job *job)
     int failures = set(object, "scene", write_scene(job));
     failures += set(object, "image", write_image(job));
     failures += set(object, "lights", job_lights_write(job));
+    failures += set(object, "environment", job_environment_write(&job->environment));
+    failures += set(object, "lens", job_lens_write(job));
     failures += set(object, "effects", write_effects(job));
     failures += set(object, "sampling", write_sampling(job));
     failures += set(object, "filter", write_filter(job));

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/digest.h"
 #include "proto/error.h"
 
 /* Reads JSON with the project's rules: at most limit_bytes, no duplicates, depth at most
@@ -81,6 +82,9 @@ int json_cursor_number(struct json_cursor *at, const json_t *value, double min, 
 int json_cursor_whole(struct json_cursor *at, const json_t *value, int64_t min, int64_t max,
                       int64_t *out);
 
+/* A SHA-256 as 64 lower-case hexadecimal digits. */
+int json_cursor_digest(struct json_cursor *at, const json_t *value, struct digest *out);
+
 /* Readers for tables: where the value goes. */
 int json_member_f32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o);
 int json_member_f32x3(struct json_cursor *at, const struct json_member *m, const json_t *v,
@@ -89,6 +93,9 @@ int json_member_i32(struct json_cursor *at, const struct json_member *m, const j
 int json_member_u32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o);
 int json_member_u64(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o);
 int json_member_bool(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o);
+
+int json_member_digest(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                       void *o);
 
 /* One of the words in `choices`, as uint32_t. */
 int json_member_choice(struct json_cursor *at, const struct json_member *m, const json_t *v,

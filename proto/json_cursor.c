@@ -231,6 +231,14 @@ int json_cursor_whole(struct json_cursor *at, const json_t *value, int64_t min, 
     return 0;
 }
 
+int json_cursor_digest(struct json_cursor *at, const json_t *value, struct digest *out)
+{
+    const int error = json_cursor_expect(at, value, JSON_STRING, "a SHA-256 digest");
+    if (error) return error;
+    if (digest_from_hex(json_string_value(value), out) == 0) return 0;
+    return json_cursor_refuse(at, ERR_SYNTAX, "it is not 64 lower-case hexadecimal digits");
+}
+
 static void *field(const struct json_member *m, void *object)
 {
     return (char *)object + m->offset;
@@ -305,6 +313,12 @@ int json_member_bool(struct json_cursor *at, const struct json_member *m, const 
     if (!json_is_boolean(v)) return refuse_type(at, v, "true or false");
     *(bool *)field(m, o) = json_is_true(v);
     return 0;
+}
+
+int json_member_digest(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                       void *o)
+{
+    return json_cursor_digest(at, v, field(m, o));
 }
 
 static int refuse_choice(struct json_cursor *at, const struct json_choice *choices,

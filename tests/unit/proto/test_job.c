@@ -65,6 +65,10 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.method == y.method && x.layers == y.layers && x.priority == y.priority);
     assert_true(x.first_frame == y.first_frame && x.last_frame == y.last_frame);
     assert_true(x.tile_px == y.tile_px);
+    assert_memory_equal(&x.environment, &y.environment, sizeof x.environment);
+    assert_true(x.aperture_radius == y.aperture_radius && x.focus_distance == y.focus_distance);
+    assert_true(x.blades == y.blades && x.blade_rotation_deg == y.blade_rotation_deg);
+    assert_true(x.occlusion_distance == y.occlusion_distance);
 }
 
 /* Lights of a job must pass as lights of a plan. */
@@ -192,8 +196,16 @@ static void sentences_help(void **state)
         {"width-0", "0 is below 1"},
         {"width-16385", "16385 is above 16384"},
         {"width-1e99", "1e+99 is not in 1..16384"},
-        {"bounces-2", "at most 1"},
-        {"environment", "environment light is not in this version"},
+        {"bounces-65", "65 is above 64"},
+        {"environment-both", "give one of the two"},
+        {"environment-empty", "(the same from everywhere)"},
+        {"environment-file", "submit with the command line"},
+        {"lens-no-focus", "has to be focused"},
+        {"lens-blades-2", "neither 0 (round) nor from 3 to 32"},
+        {"lens-slip", "did you mean \"aperture_radius\"?"},
+        {"lens-spp", "spp samples it"},
+        {"ambient-occlusion", "give {\"distance\": ...}"},
+        {"layers-occlusion", "needs {\"distance\": ...}"},
         {"width-string", "it is a string and must be a whole number"},
         {"json-cut", "line 1"},
         {"depth-65-arrays", "65 deep"},
@@ -212,10 +224,46 @@ static void sentences_help(void **state)
     }
 }
 
+static int read_text(const char *text, struct job *job)
+{
+    return job_read(text, strlen(text), job, NULL);
+}
+
+#define SCENE "\"scene\": {\"asset\": \"" ASSET "\"}"
+#define ASSET "3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f"
+
+static void environments_and_lenses_are_read(void **state)
+{
+    static struct job job;
+    (void)state;
+    assert_int_equal(read_text("{" SCENE "}", &job), 0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_NONE);
+    assert_true(job.aperture_radius == 0 && job.occlusion_distance == 0);
+    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"asset\": \"" ASSET "\"}}", &job),
+                     0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_MAP);
+    assert_int_equal(job.environment.asset.bytes[31], 0x3f);
+    assert_true(job.environment.intensity == 1 && job.environment.rotation_deg == 0);
+    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"radiance\": [1, 2, 3]}}", &job), 0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_CONSTANT);
+    assert_true(job.environment.radiance[2] == 3);
+    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0.5, "
+                               "\"focus_distance\": 2, \"blades\": 6}}",
+                               &job),
+                     0);
+    assert_true(job.aperture_radius == 0.5f && job.focus_distance == 2 && job.blades == 6);
+    /* A closed aperture leaves no lens behind that would make equal pictures differ. */
+    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0, "
+                               "\"focus_distance\": 2, \"blades\": 6}}",
+                               &job),
+                     0);
+    assert_true(job.focus_distance == 0 && job.blades == 0);
+}
+
 static void words_have_names(void **state)
 {
     (void)state;
-    for (uint32_t bit = 1; bit <= LAYER_ERROR; bit <<= 1) {
+    for (uint32_t bit = 1; bit <= LAYER_DIFFUSE_INDIRECT; bit <<= 1) {
         assert_non_null(layer_name(bit));
         assert_int_equal(layer_from_name(layer_name(bit)), bit);
     }
@@ -264,9 +312,9 @@ int main(void)
     static struct CMUnitTest tests[CASES_MAX] = {
         cmocka_unit_test(faults_are_optional), cmocka_unit_test(large_documents_are_refused),
         cmocka_unit_test(sentences_help),      cmocka_unit_test(words_have_names),
-        cmocka_unit_test(paths_stay_inside),
+        cmocka_unit_test(paths_stay_inside),   cmocka_unit_test(environments_and_lenses_are_read),
     };
-    const size_t fixed = 5;
+    const size_t fixed = 6;
     const size_t valid = add_folders(tests, fixed, VALID, document_is_valid);
     const size_t all = add_folders(tests, valid, INVALID, document_is_refused);
     if (valid - fixed < 15 || all - valid < 60) {
