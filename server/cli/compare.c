@@ -1,56 +1,191 @@
 /* shearwater compare: how far one EXR is from another, as one JSON line. */
 #include <jansson.h>
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
+#include "proto/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
+#include "server/cli/output_file.h"
 #include "server/image/difference.h"
+#include "server/image/difference_picture.h"
 #include "server/image/exr.h"
+#include "server/image/png.h"
+#include "server/image/reduce.h"
+#include "server/image/zscore.h"
+
+struct comparison {
+    const char *layer, *crop, *picture;
+    long box_px, reference_box_px, range_percent;
+    struct image *reference, *test; /* owned */
+    int32_t dropped[2];             /* columns, rows that fill no box */
+    struct difference difference;
+    struct zscore zscore;
+    bool has_zscore;
+};
+
+static json_t *number(double v)
+{
+    return isfinite(v) ? json_real(v) : json_null();
+}
 
 static json_t *three(const double v[3])
 {
-    return json_pack("[fff]", v[0], v[1], v[2]);
+    return json_pack("[ooo]", number(v[0]), number(v[1]), number(v[2]));
 }
 
-static void print_line(const struct difference *d, const char *layer)
+static json_t *zscore_json(const struct zscore *z)
 {
-    json_t *line = json_pack("{s:s, s:f, s:f, s:f, s:f, s:f, s:b, s:o, s:o}", "layer", layer,
-                             "rmse", d->rmse, "relmse", d->relmse, "bias", d->bias, "p999", d->p999,
-                             "max", d->max, "finite", (int)d->finite, "mean_reference",
-                             three(d->mean_reference), "mean_test", three(d->mean_test));
+    static const char *const channels[] = {"R", "G", "B"};
+    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:f, s:i, s:i, s:s}}", "count",
+                     (json_int_t)z->count, "without", (json_int_t)z->without, "mean", z->mean,
+                     "rms", z->rms, "median", z->median, "beyond2", z->beyond[0], "beyond3",
+                     z->beyond[1], "beyond4", z->beyond[2], "worst", "z", z->worst, "x",
+                     (int)z->worst_x, "y", (int)z->worst_y, "channel", channels[z->worst_channel]);
+}
+
+static void print_line(const struct comparison *c)
+{
+    const struct difference *d = &c->difference;
+    json_t *line = json_pack(
+        "{s:s, s:o, s:o, s:o, s:o, s:o, s:b, s:o, s:o, s:o, s:i, s:i}", "layer", c->layer, "rmse",
+        number(d->rmse), "relmse", number(d->relmse), "bias", number(d->bias), "p999",
+        number(d->p999), "max", number(d->max), "finite", (int)d->finite, "mean_reference",
+        three(d->mean_reference), "mean_test", three(d->mean_test), "ratio", three(d->ratio),
+        "width", (int)c->test->width_px, "height", (int)c->test->height_px);
+    if (c->box_px > 1) json_object_set_new(line, "box", json_integer(c->box_px));
+    if (c->dropped[0] || c->dropped[1])
+        json_object_set_new(line, "dropped_px",
+                            json_pack("[ii]", (int)c->dropped[0], (int)c->dropped[1]));
+    if (c->has_zscore) json_object_set_new(line, "z", zscore_json(&c->zscore));
     json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
     putchar('\n');
     json_decref(line);
 }
 
+/* Takes the place of *image what is left of it. */
+static int reduce(struct image **image, struct rect crop, long box_px, struct fault *fault)
+{
+    struct image *reduced = NULL;
+    int error = image_reduce(*image, crop, (int32_t)box_px, &reduced, fault);
+    if (error) return error;
+    image_destroy(image);
+    *image = reduced;
+    return 0;
+}
+
+/* "x,y,w,h" inside `all`; `all` itself without text. */
+static int parse_crop(const char *text, struct rect all, struct rect *out, struct fault *fault)
+{
+    int x, y, w, h, end = 0;
+    *out = all;
+    if (!text) return 0;
+    if (sscanf(text, "%6d,%6d,%6d,%6d%n", &x, &y, &w, &h, &end) != 4 || text[end] || x < 0 ||
+        y < 0 || w < 1 || h < 1)
+        return fault_set(fault, ERR_SYNTAX, "", "--crop: \"%.60s\" is not X,Y,WIDTH,HEIGHT", text);
+    *out = (struct rect){x, y, x + w, y + h};
+    if (out->x1 > all.x1 || out->y1 > all.y1)
+        return fault_set(fault, ERR_RANGE, "", "--crop: %s reaches beyond %d x %d", text, all.x1,
+                         all.y1);
+    return 0;
+}
+
+/* Both pictures as they are to be compared. */
+static int prepare(struct comparison *c, struct fault *fault)
+{
+    struct rect crop;
+    int error = 0;
+    if (c->reference_box_px > 1)
+        error = reduce(&c->reference, image_rect(c->reference), c->reference_box_px, fault);
+    if (error) return error;
+    if (c->reference->width_px != c->test->width_px ||
+        c->reference->height_px != c->test->height_px)
+        return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d%s and %d x %d",
+                         c->reference->width_px, c->reference->height_px,
+                         c->reference_box_px > 1 ? " (averaged)" : "", c->test->width_px,
+                         c->test->height_px);
+    error = parse_crop(c->crop, image_rect(c->test), &crop, fault);
+    if (error || (!c->crop && c->box_px == 1)) return error;
+    c->dropped[0] = (int32_t)(rect_width(crop) % c->box_px);
+    c->dropped[1] = (int32_t)(rect_height(crop) % c->box_px);
+    error = reduce(&c->reference, crop, c->box_px, fault);
+    return error ? error : reduce(&c->test, crop, c->box_px, fault);
+}
+
+static int write_picture(const struct comparison *c, struct fault *fault)
+{
+    struct image *picture = NULL;
+    struct output_file file;
+    uint8_t *png = NULL;
+    size_t size_bytes = 0;
+    int error = difference_picture(c->reference, c->test, c->layer, (double)c->range_percent / 100,
+                                   (int32_t)c->box_px, &picture, fault);
+    if (error) return error;
+    error = png_encode(picture, "beauty", 0.0f, &png, &size_bytes);
+    image_destroy(&picture);
+    if (error) return fault_set(fault, error, "", "the difference picture cannot be encoded");
+    error = output_file_open(&file, c->picture, fault);
+    if (!error) {
+        bool whole = fwrite(png, 1, size_bytes, file.file) == size_bytes;
+        error = output_file_close(&file, whole, fault);
+        if (!whole) error = fault_set(fault, ERR_IO, "", "%s: cannot be written", c->picture);
+    }
+    free(png);
+    return error;
+}
+
+static int compare(struct comparison *c, char **paths, struct fault *fault)
+{
+    const struct plane *rgb[3];
+    int error = c->picture ? output_file_check(c->picture, fault) : 0;
+    if (!error) error = exr_read(paths[0], &c->reference, fault);
+    if (!error) error = exr_read(paths[1], &c->test, fault);
+    if (!error) error = prepare(c, fault);
+    if (!error) error = image_difference(c->reference, c->test, c->layer, &c->difference, fault);
+    if (error) return error;
+    c->has_zscore = !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
+    if (c->has_zscore) error = image_zscore(c->reference, c->test, &c->zscore, fault);
+    if (!error && c->picture) error = write_picture(c, fault);
+    return error;
+}
+
 int cli_compare(int argc, char **argv)
 {
-    const char *layer = "beauty";
+    struct comparison c = {
+        .layer = "beauty", .box_px = 1, .reference_box_px = 1, .range_percent = 10};
     const struct option_line lines[] = {
-        {"layer", 'l', OPTION_TEXT, "NAME", "beauty (default), direct, albedo, ...", 0, 0, &layer},
+        {"layer", 'l', OPTION_TEXT, "NAME", "beauty (default), direct, albedo, ...", 0, 0,
+         &c.layer},
+        {"box", 'b', OPTION_NUMBER, "N", "average both over N x N pixels first; drops the rest", 1,
+         LIMIT_IMAGE_SIDE_PX, &c.box_px},
+        {"reference-box", 0, OPTION_NUMBER, "N", "average REF alone, for a TEST N times smaller", 1,
+         LIMIT_IMAGE_SIDE_PX, &c.reference_box_px},
+        {"crop", 'c', OPTION_TEXT, "X,Y,W,H", "compare these pixels of TEST only", 0, 0, &c.crop},
+        {"difference", 'd', OPTION_TEXT, "OUT.png", "draw TEST / REF - 1: blue below, red above 0",
+         0, 0, &c.picture},
+        {"range", 0, OPTION_NUMBER, "PERCENT", "where its colours are darkest (default 10)", 1,
+         100000, &c.range_percent},
     };
     const struct option_table table = {
-        .usage = "shearwater compare REF.exr TEST.exr [--layer NAME]",
+        .usage = "shearwater compare REF.exr TEST.exr [options]",
         .summary =
-            "Prints rmse, relmse, bias, the 99.9th percentile of the error, and whether both\n"
-            "pictures are finite, on linear values, as one JSON line.",
+            "Prints rmse, relmse, bias, the 99.9th percentile of the error, whether both pictures\n"
+            "are finite, and means with their ratio, on linear values, as one JSON line. Where\n"
+            "TEST has the layer error, also how z = (test - ref) / standard error is spread.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 2,
         .most_arguments = 2,
     };
     struct fault fault = {0};
-    struct image *reference = NULL, *test = NULL;
-    struct difference difference;
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
-    int error = exr_read(argv[1], &reference, &fault);
-    if (!error) error = exr_read(argv[2], &test, &fault);
-    if (!error) error = image_difference(reference, test, layer, &difference, &fault);
-    if (!error) print_line(&difference, layer);
-    status = error ? job_file_complain("compare", &fault) : 0;
-    image_destroy(&reference);
-    image_destroy(&test);
-    return status;
+    int error = compare(&c, argv + 1, &fault);
+    if (!error) print_line(&c);
+    image_destroy(&c.reference);
+    image_destroy(&c.test);
+    return error ? job_file_complain("compare", &fault) : 0;
 }

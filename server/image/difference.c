@@ -89,10 +89,13 @@ int image_difference(const struct image *reference, const struct image *test, co
         out->mean_reference[c] = mean_of(p.reference[c], p.width, p.height);
         out->mean_test[c] = mean_of(p.test[c], p.width, p.height);
     }
-    double mean = 0;
-    for (int c = 0; c < p.channels; c++) mean += out->mean_reference[c] / p.channels;
+    for (int c = 0; c < 3; c++) {
+        double r = out->mean_reference[c];
+        out->ratio[c] = r != 0 ? out->mean_test[c] / r : (double)NAN;
+        out->mean += c < p.channels ? r / p.channels : 0;
+    }
     for (int c = 0; c < p.channels; c++)
-        add_channel(&p, c, 0.01 * mean * mean, out, errors, &count);
+        add_channel(&p, c, 0.01 * out->mean * out->mean, out, errors, &count);
     if (count > 0) {
         out->rmse = sqrt(out->rmse / (double)count);
         out->relmse /= (double)count;

@@ -11,7 +11,9 @@ struct difference {
     double p999;   /* 99.9th percentile of |x - r| */
     double max;    /* largest |x - r| */
     double mean_reference[3], mean_test[3];
-    bool finite; /* no NaN or infinity in either; else they are left out of the sums */
+    double ratio[3]; /* mean_test / mean_reference; NAN where the latter is 0 */
+    double mean;     /* of the reference over the layer's channels */
+    bool finite;     /* no NaN or infinity in either; else they are left out of the sums */
 };
 
 /* `layer` as in image_layer_planes. ERR_NOT_FOUND when an image lacks it, ERR_MISMATCH for other

@@ -54,6 +54,20 @@ static void test_outlier_and_not_finite(void **state)
     image_destroy(&t);
 }
 
+static void test_ratio_of_means(void **state)
+{
+    (void)state;
+    struct image *r = filled(8, 8, 2.0f), *t = filled(8, 8, 2.5f);
+    struct difference d;
+    for (int32_t y = 0; y < 8; y++)
+        for (int32_t x = 0; x < 8; x++) *plane_at(image_plane(r, "B"), x, y) = 0.0f;
+    assert_int_equal(image_difference(r, t, "beauty", &d, NULL), 0);
+    assert_true(fabs(d.ratio[0] - 1.25) < 1e-12 && isnan(d.ratio[2]));
+    assert_true(fabs(d.mean - 4.0 / 3) < 1e-12);
+    image_destroy(&r);
+    image_destroy(&t);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -72,6 +86,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_constant_offset),
         cmocka_unit_test(test_outlier_and_not_finite),
+        cmocka_unit_test(test_ratio_of_means),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,91 @@
+#include "server/image/zscore.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+struct planes {
+    const struct plane *reference[3], *test[3];
+    const struct plane *test_error[3], *reference_error[3]; /* the latter NULL if unknown */
+};
+
+static int find_planes(const struct image *reference, const struct image *test, struct planes *p,
+                       struct fault *fault)
+{
+    if (reference->width_px != test->width_px || reference->height_px != test->height_px)
+        return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d and %d x %d",
+                         reference->width_px, reference->height_px, test->width_px,
+                         test->height_px);
+    if (!image_layer_planes(reference, "beauty", p->reference))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the reference has no layer \"beauty\"");
+    if (!image_layer_planes(test, "beauty", p->test))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the test image has no layer \"beauty\"");
+    if (!image_layer_planes(test, "error", p->test_error))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the test image has no layer \"error\"");
+    if (!image_layer_planes(reference, "error", p->reference_error)) p->reference_error[0] = NULL;
+    return 0;
+}
+
+/* z, or NAN where there is none. */
+static double score_at(const struct planes *p, int c, int32_t x, int32_t y)
+{
+    double se = (double)*plane_at(p->test_error[c], x, y), other = 0;
+    if (p->reference_error[0]) other = (double)*plane_at(p->reference_error[c], x, y);
+    double variance = se * se + other * other;
+    double difference = (double)*plane_at(p->test[c], x, y) - *plane_at(p->reference[c], x, y);
+    if (!(variance > 0) || !isfinite(variance) || !isfinite(difference)) return (double)NAN;
+    return difference / sqrt(variance);
+}
+
+static void add_score(struct zscore *s, double z, int c, int32_t x, int32_t y)
+{
+    double size = fabs(z);
+    s->count++;
+    s->mean += z;
+    s->rms += z * z;
+    for (int k = 0; k < 3; k++) s->beyond[k] += size > 2 + k;
+    if (s->count > 1 && size <= fabs(s->worst)) return;
+    s->worst = z;
+    s->worst_x = x, s->worst_y = y, s->worst_channel = c;
+}
+
+static int compare_floats(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static void finish(struct zscore *s, float *sizes)
+{
+    if (s->count == 0) return;
+    double n = (double)s->count;
+    s->mean /= n;
+    s->rms = sqrt(s->rms / n);
+    for (int k = 0; k < 3; k++) s->beyond[k] /= n;
+    qsort(sizes, s->count, sizeof *sizes, compare_floats);
+    s->median = (double)sizes[s->count / 2];
+}
+
+int image_zscore(const struct image *reference, const struct image *test, struct zscore *out,
+                 struct fault *fault)
+{
+    struct planes p = {0};
+    int error = find_planes(reference, test, &p, fault);
+    if (error) return error;
+    *out = (struct zscore){0};
+    float *sizes = malloc(3 * (size_t)test->width_px * (size_t)test->height_px * sizeof *sizes);
+    if (!sizes) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    for (int c = 0; c < 3; c++)
+        for (int32_t y = 0; y < test->height_px; y++)
+            for (int32_t x = 0; x < test->width_px; x++) {
+                double z = score_at(&p, c, x, y);
+                if (isnan(z)) {
+                    out->without++;
+                    continue;
+                }
+                sizes[out->count] = (float)fabs(z);
+                add_score(out, z, c, x, y);
+            }
+    finish(out, sizes);
+    free(sizes);
+    return 0;
+}
