@@ -4,28 +4,61 @@
 
 #include "worker/scene/mesh.h"
 
-bool alpha_covers(const struct mesh_view *mesh, uint32_t triangle, float u, float v)
+/* A bijection of 64 bits in which every input bit moves every output bit: two rounds of multiply
+ * and xor-shift, constants of Stafford's variant 13. */
+static uint64_t mix(uint64_t v)
 {
-    struct mesh_point point = mesh_point_at(mesh, triangle, u, v);
+    v = (v ^ v >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    v = (v ^ v >> 27) * UINT64_C(0x94d049bb133111eb);
+    return v ^ v >> 31;
+}
+
+/* A number in [0, 1) for a ray and a surface, of 24 bits: 1 is never reached, so that opacity 1
+ * always stays. */
+static float draw(const struct alpha_hit *hit)
+{
+    uint64_t surface = (uint64_t)hit->instance << 32 | hit->geometry;
+    uint64_t ray = (uint64_t)hit->ray << 32 | hit->triangle;
+    return (float)(mix(mix(ray) + surface) >> 40) * 0x1p-24f;
+}
+
+bool alpha_covers(const struct mesh_view *mesh, const struct alpha_hit *hit)
+{
+    const struct material *m = mesh->material;
+    struct mesh_point point = mesh_point_at(mesh, hit->triangle, hit->u, hit->v);
     struct material_uv uv;
     mesh_uv(&point, &uv);
-    float color[4];
-    material_base_color(mesh->material, &uv, color);
-    return color[3] >= mesh->material->alpha_cutoff;
+    float opacity = material_opacity(m, &uv);
+    return m->blend && hit->ray ? draw(hit) < opacity : opacity >= 0.5f;
 }
 
 /* Embree's C headers leave the N-wide accessors to C++: fields follow each other, N values each, in
- * the order of struct RTCHit. */
-enum { HIT_U = 3, HIT_V = 4, HIT_PRIMITIVE = 5 };
+ * the order of struct RTCRay and struct RTCHit. */
+enum { RAY_ID = 10 };
+enum { HIT_U = 3, HIT_V = 4, HIT_PRIMITIVE = 5, HIT_GEOMETRY = 6, HIT_INSTANCE = 7 };
+
+static uint32_t word(const void *fields, int field, unsigned int lanes, unsigned int lane)
+{
+    return ((const uint32_t *)fields)[(size_t)field * lanes + lane];
+}
+
+static float number(const void *fields, int field, unsigned int lanes, unsigned int lane)
+{
+    return ((const float *)fields)[(size_t)field * lanes + lane];
+}
 
 void alpha_filter(const struct RTCFilterFunctionNArguments *args)
 {
     const struct mesh_view *mesh = args->geometryUserPtr;
-    const float *u = (const float *)args->hit + (size_t)HIT_U * args->N;
-    const float *v = (const float *)args->hit + (size_t)HIT_V * args->N;
-    const unsigned int *triangle =
-        (const unsigned int *)args->hit + (size_t)HIT_PRIMITIVE * args->N;
-    for (unsigned int i = 0; i < args->N; i++)
-        if (args->valid[i] == -1 && !alpha_covers(mesh, triangle[i], u[i], v[i]))
-            args->valid[i] = 0;
+    const unsigned int n = args->N;
+    for (unsigned int i = 0; i < n; i++) {
+        if (args->valid[i] != -1) continue;
+        const struct alpha_hit hit = {.ray = word(args->ray, RAY_ID, n, i),
+                                      .instance = word(args->hit, HIT_INSTANCE, n, i),
+                                      .geometry = word(args->hit, HIT_GEOMETRY, n, i),
+                                      .triangle = word(args->hit, HIT_PRIMITIVE, n, i),
+                                      .u = number(args->hit, HIT_U, n, i),
+                                      .v = number(args->hit, HIT_V, n, i)};
+        if (!alpha_covers(mesh, &hit)) args->valid[i] = 0;
+    }
 }

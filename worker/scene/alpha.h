@@ -1,6 +1,20 @@
 #pragma once
-/* Holes of masked surfaces: an Embree filter that drops hits where alpha is below the cutoff. Set
- * only on geometries whose material can be transparent at all. */
+/* Surfaces that are not wholly there: an Embree filter that drops hits. Set only on geometries
+ * whose material can be transparent at all.
+ *
+ * A masked surface is there where its alpha reaches the cutoff. A blended one of opacity a is there
+ * for the share a of rays: a ray with a key (RTCRay.id other than 0) meets it iff a number hashed
+ * from the key and the surface (instance, geometry, triangle) is below a. Every surface draws its
+ * own number, so light that passes several is weakened by the product of what each lets through,
+ * in whatever order Embree finds them; the same ray meets the same surfaces each time, also when
+ * Embree asks twice about a hit. Closest hits and shadow rays are unbiased alike, as the estimate
+ * of one ray is linear in each surface's presence.
+ *
+ * The limits: rays of equal keys see the same numbers, so each ray of a path needs a key of its
+ * own; and there are 2^32 keys, enough for noise, not for counting beyond it. Rays without a key
+ * meet blended surfaces as masks of cutoff one half. */
+#include <stdint.h>
+
 #include "worker/scene/render_scene.h"
 
 struct RTCFilterFunctionNArguments;
@@ -9,5 +23,12 @@ struct RTCFilterFunctionNArguments;
  * struct mesh_view. */
 void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 
-/* Whether the surface is there at barycentric (u, v) of a triangle. */
-bool alpha_covers(const struct mesh_view *mesh, uint32_t triangle, float u, float v);
+/* A hit as the filter meets it. */
+struct alpha_hit {
+    uint32_t ray; /* key; 0: none */
+    uint32_t instance, geometry, triangle;
+    float u, v; /* barycentric */
+};
+
+/* Whether the surface is there. */
+bool alpha_covers(const struct mesh_view *mesh, const struct alpha_hit *hit);

@@ -4,7 +4,8 @@
  * for generating random numbers with a given distribution").
  *
  * Built once per scene, shared read-only. Meshes with MESH_IS_LIGHT (recognised rectangles) and
- * unlit materials are not among them. */
+ * unlit materials are not among them. Emission by texture counts with the texture's mean, so that
+ * the density is one number an instance. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -13,15 +14,15 @@
 struct render_scene;
 struct emitters;
 
-/* ERR_MEMORY. *out is NULL when nothing shines. `scene` has its meshes and materials and must
- * outlive the result. */
+/* ERR_MEMORY; ERR_LIMIT beyond LIMIT_TRIANGLES placed triangles that shine. *out is NULL when
+ * nothing shines. `scene` has its meshes and materials and must outlive the result. */
 int emitters_create(const struct render_scene *scene, struct emitters **out);
 void emitters_destroy(struct emitters **emitters);
 
 struct emitter_point {
     float position[3];
     float normal[3];   /* geometric, unit, world; the side that the winding faces */
-    float radiance[3]; /* that leaves the emitting side */
+    float radiance[3]; /* that leaves the emitting side; of a blended surface times its opacity */
     float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
     bool double_sided; /* shines on both sides */
     float pdf_area;    /* density per area of the surface, > 0 */

@@ -7,6 +7,7 @@
 
 #include "proto/build.h"
 #include "worker/scene/alpha.h"
+#include "worker/scene/emitters.h"
 
 static char version_text[32];
 static pthread_once_t version_once = PTHREAD_ONCE_INIT;
@@ -69,9 +70,9 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     v->normals =
         mesh->flags & MESH_HAS_NORMALS ? blob->normals + (size_t)3 * mesh->first_normal : NULL;
     v->material = &s->materials->materials[mesh->material];
-    bool mapped =
-        mesh->flags & MESH_HAS_TANGENTS && v->normals && v->material->normal_texture.texels;
-    v->tangents = mapped ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
+    bool turned = v->material->normal_texture.texels || v->material->anisotropic;
+    bool has_tangents = mesh->flags & MESH_HAS_TANGENTS && v->normals;
+    v->tangents = has_tangents && turned ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
     for (int set = 0; set < 2; set++)
         v->uvs[set] =
             mesh->first_uv[set] == SCENE_NONE ? NULL : blob->uvs + (size_t)2 * mesh->first_uv[set];
@@ -187,6 +188,11 @@ int render_scene_create(const struct scene *blob, uint32_t threads, struct rende
         goto fail;
     }
     for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
+    rc = emitters_create(s, &s->emitters);
+    if (rc) {
+        fault_set(fault, rc, "meshes", "their emitting triangles are too many");
+        goto fail;
+    }
     rc = device_create(s, threads, fault);
     if (rc) goto fail;
     rc = build(s, fault);
@@ -206,6 +212,7 @@ void render_scene_destroy(struct render_scene **scene)
     for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);
     if (s->device) rtcReleaseDevice(s->device);
+    emitters_destroy(&s->emitters);
     if (s->materials) material_table_destroy(&s->materials);
     free(s->sub_scenes);
     free(s->meshes);

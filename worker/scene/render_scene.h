@@ -16,13 +16,14 @@ struct mesh_view {
     const float *positions;    /* float[3] a vertex */
     const uint32_t *triangles; /* uint32_t[3] a triangle */
     const float *normals;      /* float[3] a vertex; NULL: flat */
-    const float *tangents;     /* float[4] a vertex; NULL: no normal map */
+    const float *tangents;     /* float[4] a vertex; NULL: none, or nothing needs them */
     const float *uvs[2];       /* float[2] a vertex; NULL: no such set */
     const struct material *material;
     uint32_t triangle_count;
     uint32_t flags; /* MESH_ of proto/scene.h */
 };
 
+struct emitters;
 struct RTCDeviceTy;
 struct RTCSceneTy;
 
@@ -30,6 +31,7 @@ struct render_scene {
     const struct scene *blob;
     struct material_table *materials;
     struct mesh_view *meshes;       /* one a mesh of the blob */
+    struct emitters *emitters;      /* NULL: no mesh shines */
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;

@@ -1,0 +1,320 @@
+/* Shining meshes: which triangles are chosen and how densely, where points lie, what leaves them.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+/* cmocka wants those first */
+#include <cmocka.h>
+
+#include "tests/unit/worker/scene_fixture.h"
+#include "worker/scene/alias_table.h"
+#include "worker/scene/emitters.h"
+#include "worker/scene/render_scene.h"
+
+#define SAMPLES 200000
+
+struct lit {
+    struct scene_fixture *f;
+    struct render_scene *scene;
+    const struct emitters *emitters;
+};
+
+static struct scene_fixture *new_fixture(void)
+{
+    struct scene_fixture *f = calloc(1, sizeof *f);
+    assert_non_null(f);
+    return f;
+}
+
+static struct lit light_up(struct scene_fixture *f)
+{
+    struct lit lit = {.f = f};
+    struct fault fault = {0};
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, &lit.scene, &fault), 0);
+    lit.emitters = lit.scene->emitters;
+    return lit;
+}
+
+static void put_out(struct lit *lit)
+{
+    render_scene_destroy(&lit->scene);
+    free(lit->f);
+}
+
+static uint32_t shining(struct scene_fixture *f, float r, float g, float b)
+{
+    uint32_t m = fixture_material(f, 0.5f, 0.5f, 0.5f);
+    f->materials[m].emission[0] = r;
+    f->materials[m].emission[1] = g;
+    f->materials[m].emission[2] = b;
+    return m;
+}
+
+/* Uniform numbers; a sequence of its own for each test. */
+struct random {
+    uint64_t state;
+};
+
+static float uniform(struct random *r)
+{
+    uint64_t v = r->state += UINT64_C(0x9e3779b97f4a7c15);
+    v = (v ^ v >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    v = (v ^ v >> 27) * UINT64_C(0x94d049bb133111eb);
+    return (float)((v ^ v >> 31) >> 40) * 0x1p-24f;
+}
+
+static void draw(const struct emitters *e, struct random *r, struct emitter_point *out)
+{
+    float choice = uniform(r);
+    float u[2];
+    u[0] = uniform(r);
+    u[1] = uniform(r);
+    emitters_sample(e, choice, u, out);
+}
+
+/* Chi-square against expected counts; beyond these `sigmas` a sound sampler comes once in a
+ * million. */
+static void expect_counts(const double *seen, const double *expected, int cells)
+{
+    double chi = 0.0;
+    for (int i = 0; i < cells; i++)
+        chi += (seen[i] - expected[i]) * (seen[i] - expected[i]) / expected[i];
+    int degrees = cells - 1;
+    assert_true(chi < degrees + 5.0 * sqrt(2.0 * degrees) + 10.0);
+}
+
+static void nothing_shines_in_the_dark(void **state)
+{
+    (void)state;
+    const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1};
+    struct scene_fixture *f = new_fixture();
+    fixture_panel(f, fixture_material(f, 1, 1, 1), origin, x, z);
+    uint32_t listed = fixture_panel(f, shining(f, 1, 1, 1), origin, x, z);
+    f->meshes[f->instances[listed].mesh].flags |= MESH_IS_LIGHT;
+    uint32_t unlit = shining(f, 1, 1, 1);
+    f->materials[unlit].flags |= MATERIAL_UNLIT;
+    fixture_panel(f, unlit, origin, x, z);
+    const float none[3] = {0};
+    fixture_panel(f, shining(f, 1, 1, 1), origin, x, none); /* without area */
+    struct lit lit = light_up(f);
+    assert_null(lit.emitters);
+    assert_true(emitters_pdf_area(lit.emitters, listed) == 0.0f);
+    put_out(&lit);
+}
+
+/* Two panels, one placed twice with a scale: sizes 4, 16 and 32 (unevenly scaled), luminances 1 and
+ * 3. */
+static struct lit make_three(void)
+{
+    const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1}, far[3] = {0, 0, 9};
+    const float doubled[12] = {2, 0, 0, 5, 0, 2, 0, 0, 0, 0, 2, 0};
+    const float stretched[12] = {4, 0, 0, -9, 0, 1, 0, 3, 0, 0, 2, 0};
+    struct scene_fixture *f = new_fixture();
+    fixture_panel(f, shining(f, 1, 1, 1), far, x, z);
+    uint32_t mesh = fixture_mesh(f, shining(f, 3, 3, 3), 0);
+    fixture_quad(f, origin, x, z);
+    fixture_place_at(f, mesh, doubled);
+    fixture_place_at(f, mesh, stretched);
+    fixture_panel(f, fixture_material(f, 1, 1, 1), origin, x, z); /* dark */
+    return light_up(f);
+}
+
+static void densities_integrate_to_one(void **state)
+{
+    (void)state;
+    struct lit lit = make_three();
+    const double areas[3] = {4, 16, 32}, luminance[3] = {1, 3, 3};
+    double total = 0.0, power = 4 * 1 + 16 * 3 + 32 * 3;
+    for (uint32_t i = 0; i < 3; i++) {
+        double density = (double)emitters_pdf_area(lit.emitters, i);
+        assert_true(fabs(density - luminance[i] / power) < 1e-6);
+        total += density * areas[i];
+    }
+    assert_true(fabs(total - 1.0) < 1e-6);
+    assert_true(emitters_pdf_area(lit.emitters, 3) == 0.0f);
+    put_out(&lit);
+}
+
+/* Which panel a point lies on, and which of 8 x 8 cells of it. */
+static int cell_of(const float p[3], int *panel)
+{
+    const float centre[3][3] = {{0, 0, 9}, {5, 0, 0}, {-9, 3, 0}};
+    const float half_x[3] = {1, 2, 4}, half_z[3] = {1, 2, 2};
+    for (*panel = 0; *panel < 3; (*panel)++) {
+        float u = 0.5f + 0.5f * (p[0] - centre[*panel][0]) / half_x[*panel];
+        float v = 0.5f + 0.5f * (p[2] - centre[*panel][2]) / half_z[*panel];
+        if (fabsf(p[1] - centre[*panel][1]) > 1e-5f || fabsf(u - 0.5f) > 0.5001f ||
+            fabsf(v - 0.5f) > 0.5001f)
+            continue;
+        int a = (int)(u * 8.0f), b = (int)(v * 8.0f);
+        return (a > 7 ? 7 : a < 0 ? 0 : a) + 8 * (b > 7 ? 7 : b < 0 ? 0 : b);
+    }
+    fail_msg("(%g, %g, %g) is on no panel", (double)p[0], (double)p[1], (double)p[2]);
+    return 0;
+}
+
+static void points_are_uniform_by_power(void **state)
+{
+    (void)state;
+    static double seen[3 * 64], expected[3 * 64];
+    const double share[3] = {4.0 / 148, 48.0 / 148, 96.0 / 148};
+    struct lit lit = make_three();
+    struct random r = {1};
+    memset(seen, 0, sizeof seen);
+    for (int i = 0; i < SAMPLES; i++) {
+        struct emitter_point point;
+        int panel;
+        draw(lit.emitters, &r, &point);
+        int cell = cell_of(point.position, &panel);
+        seen[64 * panel + cell] += 1.0;
+        assert_true(point.pdf_area == emitters_pdf_area(lit.emitters, (uint32_t)panel));
+        assert_true(point.radiance[0] == (panel == 0 ? 1.0f : 3.0f));
+        assert_true(fabsf(point.normal[1] - 1.0f) < 1e-6f);
+        assert_true(point.offset > 0.0f && point.offset < 1e-4f);
+        assert_false(point.double_sided);
+    }
+    for (int i = 0; i < 3 * 64; i++) expected[i] = SAMPLES * share[i / 64] / 64;
+    expect_counts(seen, expected, 3 * 64);
+    put_out(&lit);
+}
+
+/* The light that a small patch receives, estimated from points, is that of the closed form. */
+static void estimates_meet_the_closed_form(void **state)
+{
+    (void)state;
+    const float top[3] = {0, 1, 0}, x[3] = {1, 0, 0}, z[3] = {0, 0, 1};
+    struct scene_fixture *f = new_fixture();
+    fixture_panel(f, shining(f, 2, 2, 2), top, x, z); /* x cross z: faces down */
+    struct lit lit = light_up(f);
+    struct random r = {2};
+    double sum = 0.0;
+    for (int i = 0; i < SAMPLES; i++) {
+        struct emitter_point p;
+        draw(lit.emitters, &r, &p);
+        double d2 = 0.0, facing = 0.0;
+        for (int k = 0; k < 3; k++) {
+            d2 += (double)p.position[k] * (double)p.position[k];
+            facing -= (double)p.position[k] * (double)p.normal[k];
+        }
+        assert_true(facing > 0.0);
+        sum +=
+            (double)p.radiance[0] * (double)p.position[1] * facing / (d2 * d2) / (double)p.pdf_area;
+    }
+    /* four quarters, a = b = 1 seen from distance 1: L/2 * 2 * (a/sqrt(1+a2) atan(b/sqrt(1+a2))) */
+    double exact = 4 * 2.0 / 2 * 2 * (1 / sqrt(2) * atan(1 / sqrt(2)));
+    assert_true(fabs(sum / SAMPLES - exact) < 0.01 * exact);
+    put_out(&lit);
+}
+
+/* A texture weighs with its mean, and a point emits what its texel says. */
+static void textures_weigh_by_their_mean(void **state)
+{
+    (void)state;
+    static const uint8_t halves[8] = {255, 255, 255, 255, 0, 0, 0, 255};
+    const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1}, far[3] = {9, 0, 0};
+    struct scene_fixture *f = new_fixture();
+    uint32_t texture = fixture_texture(f, 2, 1, halves, 0);
+    uint32_t m = shining(f, 4, 4, 4);
+    f->textures[texture].filter = FILTER_NEAREST;
+    f->materials[m].emission_texture.texture = texture;
+    fixture_panel(f, m, origin, x, z);
+    fixture_panel(f, shining(f, 2, 2, 2), far, x, z);
+    struct lit lit = light_up(f);
+    assert_true(fabsf(emitters_pdf_area(lit.emitters, 0) - 0.125f) < 1e-6f);
+    assert_true(fabsf(emitters_pdf_area(lit.emitters, 1) - 0.125f) < 1e-6f);
+    struct random r = {3};
+    for (int i = 0; i < 1000; i++) {
+        struct emitter_point p;
+        draw(lit.emitters, &r, &p);
+        float expected = p.position[0] > 2.0f ? 2.0f : p.position[0] < 0.0f ? 4.0f : 0.0f;
+        assert_true(p.radiance[1] == expected);
+    }
+    put_out(&lit);
+}
+
+/* Mirrored placements keep their front; masks and blends weaken what leaves. */
+static void fronts_and_opacities_count(void **state)
+{
+    (void)state;
+    const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1};
+    const float mirrored[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    struct scene_fixture *f = new_fixture();
+    uint32_t m = shining(f, 8, 8, 8);
+    f->materials[m].alpha_mode = ALPHA_BLEND;
+    f->materials[m].base_color[3] = 0.25f;
+    f->materials[m].flags = MATERIAL_DOUBLE_SIDED;
+    uint32_t mesh = fixture_mesh(f, m, 0);
+    fixture_quad(f, origin, x, z);
+    fixture_place_at(f, mesh, mirrored);
+    struct lit lit = light_up(f);
+    struct random r = {4};
+    struct emitter_point p;
+    draw(lit.emitters, &r, &p);
+    assert_true(p.normal[1] == 1.0f && p.double_sided);
+    assert_true(p.radiance[0] == 2.0f);
+    put_out(&lit);
+}
+
+/* Sizes and luminances at the ends of what a scene may hold. */
+static void extremes_stay_finite(void **state)
+{
+    (void)state;
+    const float scales[] = {1e-14f, 1e-5f, 1.0f, 1e12f};
+    const float strengths[] = {1e-20f, 1.0f, 1e12f};
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) {
+            const float x[3] = {scales[i], 0, 0}, z[3] = {0, 0, -scales[i]}, origin[3] = {0};
+            struct scene_fixture *f = new_fixture();
+            fixture_panel(f, shining(f, strengths[k], strengths[k], strengths[k]), origin, x, z);
+            struct lit lit = light_up(f);
+            struct random r = {5};
+            struct emitter_point p;
+            draw(lit.emitters, &r, &p);
+            assert_true(isfinite(p.pdf_area) && p.pdf_area > 0.0f);
+            assert_true(isfinite(p.position[0]) && p.normal[1] == 1.0f && p.offset > 0.0f);
+            put_out(&lit);
+        }
+}
+
+static void alias_tables_keep_weights(void **state)
+{
+    (void)state;
+    enum { CELLS = 1000 };
+    static double weights[CELLS], shares[CELLS];
+    static struct alias_cell cells[CELLS];
+    struct random r = {6};
+    double sum = 0.0;
+    for (int i = 0; i < CELLS; i++) {
+        weights[i] = i % 7 == 0 ? 0.0 : pow((double)uniform(&r), 8.0);
+        sum += weights[i];
+        shares[i] = 0.0;
+    }
+    assert_int_equal(alias_build(weights, CELLS, cells), 0);
+    for (uint32_t i = 0; i < CELLS; i++) {
+        shares[i] += (double)cells[i].keep / CELLS;
+        shares[cells[i].other] += (1.0 - (double)cells[i].keep) / CELLS;
+    }
+    for (int i = 0; i < CELLS; i++) assert_true(fabs(shares[i] - weights[i] / sum) < 1e-7);
+    for (int i = 0; i < CELLS; i += 7) assert_true(shares[i] == 0.0);
+    assert_true(alias_choose(cells, CELLS, 0x1.fffffffffffffp-1) < CELLS);
+    const float u[2] = {0.25f, 0.75f};
+    double x = alias_refine(0x1.fffffep-1f, u);
+    assert_true(x >= 0x1.fffffep-1 && x < 1.0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_shines_in_the_dark),
+        cmocka_unit_test(densities_integrate_to_one),
+        cmocka_unit_test(points_are_uniform_by_power),
+        cmocka_unit_test(estimates_meet_the_closed_form),
+        cmocka_unit_test(textures_weigh_by_their_mean),
+        cmocka_unit_test(fronts_and_opacities_count),
+        cmocka_unit_test(extremes_stay_finite),
+        cmocka_unit_test(alias_tables_keep_weights),
+    };
+    return cmocka_run_group_tests_name("emitters", tests, NULL, NULL);
+}

@@ -1,0 +1,251 @@
+#include "worker/scene/emitters.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "worker/scene/alias_table.h"
+#include "worker/scene/mesh.h"
+#include "worker/trace/offset.h"
+
+/* Smaller triangles, in scene units squared, count as none: their density would leave a float. */
+#define AREA_MIN 1e-30
+
+struct emitter_triangle {
+    uint32_t instance, triangle;
+};
+
+struct emitters {
+    const struct render_scene *scene; /* borrowed */
+    uint32_t count;
+    struct emitter_triangle *triangles; /* owned */
+    struct alias_cell *cells;           /* owned; one a triangle */
+    float *pdf_area;                    /* owned; one an instance of the scene */
+};
+
+/* A triangle in the world. */
+struct corners {
+    float at[3][3];
+    float magnitude; /* of the coordinates that went into it: offset.h */
+};
+
+static const struct mesh_view *mesh_of(const struct render_scene *s, uint32_t instance)
+{
+    return &s->meshes[s->blob->instances[instance].mesh];
+}
+
+static void place_corner(const struct scene_instance *instance, const float p[3], float out[3],
+                         float *magnitude)
+{
+    for (size_t k = 0; k < 3; k++) {
+        const float *row = instance->to_world + 4 * k;
+        bool identity = instance->flags & INSTANCE_IDENTITY;
+        out[k] = identity ? p[k] : row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+        float sum = identity ? fabsf(p[k])
+                             : fabsf(row[0] * p[0]) + fabsf(row[1] * p[1]) + fabsf(row[2] * p[2]) +
+                                   fabsf(row[3]);
+        *magnitude = sum > *magnitude ? sum : *magnitude;
+    }
+}
+
+static void place_triangle(const struct render_scene *s, uint32_t instance, uint32_t triangle,
+                           struct corners *out)
+{
+    const struct mesh_view *mesh = mesh_of(s, instance);
+    const uint32_t *corner = mesh->triangles + (size_t)3 * triangle;
+    out->magnitude = 0.0f;
+    for (int i = 0; i < 3; i++)
+        place_corner(&s->blob->instances[instance], mesh->positions + (size_t)3 * corner[i],
+                     out->at[i], &out->magnitude);
+}
+
+/* Twice the area along the normal of the winding; in double, which no square leaves. */
+static void cross_edges(const struct corners *c, double out[3])
+{
+    double a[3], b[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = (double)c->at[1][k] - (double)c->at[0][k];
+        b[k] = (double)c->at[2][k] - (double)c->at[0][k];
+    }
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* Mean luminance that an instance emits and that nothing else samples. */
+static double luminance_of(const struct render_scene *s, uint32_t instance)
+{
+    const struct mesh_view *mesh = mesh_of(s, instance);
+    float mean[3];
+    if (!mesh->material->emissive || mesh->material->unlit || mesh->flags & MESH_IS_LIGHT)
+        return 0.0;
+    material_mean_emission(mesh->material, mean);
+    return 0.2126 * (double)mean[0] + 0.7152 * (double)mean[1] + 0.0722 * (double)mean[2];
+}
+
+/* Of each instance; sums up the triangles of those that shine. */
+static uint64_t measure(const struct render_scene *s, double *luminance)
+{
+    uint64_t triangles = 0;
+    for (uint32_t i = 0; i < s->blob->count[SCENE_INSTANCES]; i++) {
+        luminance[i] = luminance_of(s, i);
+        if (luminance[i] > 0.0) triangles += mesh_of(s, i)->triangle_count;
+    }
+    return triangles;
+}
+
+/* Lists the triangles that are not degenerate and weighs them; the sum of weights. */
+static double list_triangles(struct emitters *e, const double *luminance, double *weights)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < e->scene->blob->count[SCENE_INSTANCES]; i++) {
+        if (!(luminance[i] > 0.0)) continue;
+        for (uint32_t t = 0; t < mesh_of(e->scene, i)->triangle_count; t++) {
+            struct corners corners;
+            double normal[3];
+            place_triangle(e->scene, i, t, &corners);
+            cross_edges(&corners, normal);
+            double area = 0.5 * length(normal);
+            if (!(area >= AREA_MIN)) continue;
+            weights[e->count] = area * luminance[i];
+            e->triangles[e->count] = (struct emitter_triangle){i, t};
+            sum += weights[e->count++];
+        }
+    }
+    return sum;
+}
+
+/* Densities per area. An instance so dim beside the others that its density is no float is left to
+ * the rays that find it. */
+static void set_densities(struct emitters *e, const double *luminance, double sum, double *weights)
+{
+    for (uint32_t i = 0; i < e->scene->blob->count[SCENE_INSTANCES]; i++) {
+        double density = luminance[i] / sum;
+        e->pdf_area[i] = density >= (double)FLT_MIN ? (float)density : 0.0f;
+    }
+    for (uint32_t t = 0; t < e->count; t++)
+        if (e->pdf_area[e->triangles[t].instance] == 0.0f) weights[t] = 0.0;
+}
+
+/* Lists, weighs and builds the table. e->count stays 0 where no triangle has an area. */
+static int fill(struct emitters *e, const double *luminance, uint64_t most)
+{
+    double *weights = malloc(most * sizeof *weights);
+    e->triangles = malloc(most * sizeof *e->triangles);
+    int rc = weights && e->triangles ? 0 : ERR_MEMORY;
+    if (rc == 0) {
+        double sum = list_triangles(e, luminance, weights);
+        if (e->count > 0) set_densities(e, luminance, sum, weights);
+    }
+    if (rc == 0 && e->count > 0) {
+        e->cells = malloc(e->count * sizeof *e->cells);
+        rc = e->cells ? alias_build(weights, e->count, e->cells) : ERR_MEMORY;
+    }
+    free(weights);
+    return rc;
+}
+
+int emitters_create(const struct render_scene *scene, struct emitters **out)
+{
+    size_t instances = (size_t)scene->blob->count[SCENE_INSTANCES];
+    double *luminance = malloc((instances + 1) * sizeof *luminance);
+    struct emitters *e = calloc(1, sizeof *e);
+    int rc = ERR_MEMORY;
+    *out = NULL;
+    if (!luminance || !e) goto done;
+    e->scene = scene;
+    uint64_t most = measure(scene, luminance);
+    rc = most > LIMIT_TRIANGLES ? ERR_LIMIT : 0;
+    if (rc != 0 || most == 0) goto done;
+    e->pdf_area = calloc(instances, sizeof *e->pdf_area);
+    rc = e->pdf_area ? fill(e, luminance, most) : ERR_MEMORY;
+    if (rc != 0 || e->count == 0) goto done;
+    *out = e;
+    e = NULL;
+done:
+    free(luminance);
+    emitters_destroy(&e);
+    return rc;
+}
+
+void emitters_destroy(struct emitters **emitters)
+{
+    struct emitters *e = *emitters;
+    if (!e) return;
+    free(e->triangles);
+    free(e->cells);
+    free(e->pdf_area);
+    free(e);
+    *emitters = NULL;
+}
+
+/* From the unit square to barycentric coordinates: Heitz's map (2019, "A low-distortion map between
+ * triangle and square"), which keeps strata in shape. */
+static void square_to_triangle(const float square[2], float *u, float *v)
+{
+    *u = square[0];
+    *v = square[1];
+    if (*v > *u) {
+        *u *= 0.5f;
+        *v -= *u;
+    } else {
+        *v *= 0.5f;
+        *u -= *v;
+    }
+}
+
+/* A transform that mirrors turns the winding over, but not the front. */
+static bool mirrors(const struct scene_instance *instance)
+{
+    const float *m = instance->to_world;
+    double d[3] = {(double)m[5] * (double)m[10] - (double)m[6] * (double)m[9],
+                   (double)m[6] * (double)m[8] - (double)m[4] * (double)m[10],
+                   (double)m[4] * (double)m[9] - (double)m[5] * (double)m[8]};
+    return (double)m[0] * d[0] + (double)m[1] * d[1] + (double)m[2] * d[2] < 0.0;
+}
+
+/* What leaves the point, weakened where the surface is only partly there. */
+static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float v,
+                 float radiance[3])
+{
+    const struct mesh_point point = mesh_point_at(mesh, triangle, u, v);
+    struct material_uv uv;
+    mesh_uv(&point, &uv);
+    material_emission(mesh->material, &uv, radiance);
+    float opacity = material_opacity(mesh->material, &uv);
+    for (int i = 0; i < 3; i++) radiance[i] *= opacity;
+}
+
+void emitters_sample(const struct emitters *e, float choice, const float u[2],
+                     struct emitter_point *out)
+{
+    uint32_t cell = alias_choose(e->cells, e->count, alias_refine(choice, u));
+    const struct emitter_triangle *chosen = &e->triangles[cell];
+    const struct mesh_view *mesh = mesh_of(e->scene, chosen->instance);
+    struct corners c;
+    float a, b;
+    double normal[3];
+    place_triangle(e->scene, chosen->instance, chosen->triangle, &c);
+    square_to_triangle(u, &a, &b);
+    cross_edges(&c, normal);
+    double scale = 1.0 / length(normal); /* listed triangles have an area */
+    if (mirrors(&e->scene->blob->instances[chosen->instance])) scale = -scale;
+    for (int k = 0; k < 3; k++) {
+        out->position[k] = (1.0f - a - b) * c.at[0][k] + a * c.at[1][k] + b * c.at[2][k];
+        out->normal[k] = (float)(normal[k] * scale);
+    }
+    emit(mesh, chosen->triangle, a, b, out->radiance);
+    out->offset = offset_distance(c.magnitude);
+    out->double_sided = mesh->material->double_sided;
+    out->pdf_area = e->pdf_area[chosen->instance];
+}
+
+float emitters_pdf_area(const struct emitters *e, uint32_t instance)
+{
+    return e ? e->pdf_area[instance] : 0.0f;
+}
