@@ -1,11 +1,15 @@
 #pragma once
 /* An environment map ready for tracing: texels for lookups, and an alias table over them by
- * luminance times solid angle for sampling (Vose 1991). Built once, shared read-only.
+ * luminance times solid angle for sampling (Walker 1977, "An Efficient Method for Generating
+ * Discrete Random Variables with General Distributions"). Built once, shared read-only.
  *
  * Directions here are the map's own: u = 0.5 + atan2(z, x)/2 pi, v = acos(y)/pi from the top row.
- * Lookups are bilinear, wrapping around in u and clamped in v; the density of a sample is constant
- * over a texel. Nothing here calls the C library's trigonometry: bytes must not depend on the CPU.
- */
+ * Lookups are bilinear, wrapping around in u and clamped in v. The density of a sample is constant
+ * over a texel: its luminance over the integral of luminance over the sphere. A lookup reaches half
+ * a texel into the neighbours, where the density may be 0 while the radiance is not: who estimates
+ * an integral also needs samples of another kind (multiple importance sampling), or loses that rim.
+ *
+ * Nothing here calls the C library's trigonometry: bytes must not depend on the CPU. */
 #include "proto/environment.h"
 
 struct environment;
@@ -19,8 +23,9 @@ uint64_t environment_bytes(const struct environment *e); /* held beside the blob
 /* Radiance from a unit direction. */
 void environment_lookup(const struct environment *e, const float direction[3], float radiance[3]);
 
-/* A unit direction by three uniform numbers, and its density per solid angle (0 for a black map:
- * no sample). */
+/* A unit direction by three uniform numbers in [0, 1), and its density per solid angle (0 for a
+ * black map: no sample). `choice` picks the texel, u the place in it; the last of the 24 digits of
+ * u lend the choice more digits than a float has, since maps may have 2^25 texels. */
 void environment_sample(const struct environment *e, float choice, const float u[2],
                         float direction[3], float *pdf);
 

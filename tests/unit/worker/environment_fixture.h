@@ -1,0 +1,36 @@
+#pragma once
+/* Environment maps in memory. Include after cmocka.h. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "worker/scene/environment.h"
+
+struct environment_fixture {
+    struct environment_blob blob;
+    struct environment *map;
+};
+
+/* A map of 3 * width * height texels, which are copied. */
+static inline void environment_fixture_open(struct environment_fixture *f, uint32_t width,
+                                            uint32_t height, const float *texels)
+{
+    struct environment_header header;
+    struct fault fault = {0};
+    void *memory = NULL;
+    const size_t texel_bytes = 3 * sizeof(float) * width * height;
+    if (environment_describe(width, height, texels, &header, &fault))
+        fail_msg("%s: %s", fault.pointer, fault.detail);
+    assert_int_equal(posix_memalign(&memory, 64, sizeof header + texel_bytes), 0);
+    memcpy(memory, &header, sizeof header);
+    memcpy((char *)memory + sizeof header, texels, texel_bytes);
+    if (environment_open(memory, sizeof header + texel_bytes, &f->blob, &fault))
+        fail_msg("%s: %s", fault.pointer, fault.detail);
+    assert_int_equal(environment_create(&f->blob, &f->map), 0);
+}
+
+static inline void environment_fixture_close(struct environment_fixture *f)
+{
+    environment_destroy(&f->map);
+    assert_null(f->map);
+    free((void *)(uintptr_t)f->blob.blob);
+}

@@ -1,0 +1,237 @@
+#include "worker/scene/environment.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "worker/shade/elementary.h"
+
+/* A map whose luminance integrates to less is black: densities would leave the range of floats. */
+#define TOTAL_MIN 1e-30
+
+/* A slot of the alias table: its own texel with probability `keep`, else the other one. */
+struct slot {
+    float keep;
+    uint32_t other;
+};
+
+struct environment {
+    const float *texels; /* the blob's */
+    uint32_t width, height;
+    float density;      /* per solid angle, of luminance 1; 0: a black map */
+    double *edges;      /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
+    struct slot *slots; /* a slot a texel */
+};
+
+static float luminance(const float rgb[3])
+{
+    return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+}
+
+static const float *texel_at(const struct environment *e, uint32_t x, uint32_t y)
+{
+    return e->texels + 3 * ((size_t)y * e->width + x);
+}
+
+/* ---- the table ---- */
+
+/* The solid angle of a row's texels in units of 2 pi / width. */
+static double row_share(const struct environment *e, uint32_t y)
+{
+    return e->edges[y + 1] - e->edges[y];
+}
+
+static double integrate(const struct environment *e)
+{
+    double total = 0.0;
+    for (uint32_t y = 0; y < e->height; y++) {
+        double sum = 0.0;
+        for (uint32_t x = 0; x < e->width; x++) sum += (double)luminance(texel_at(e, x, y));
+        total += sum * row_share(e, y);
+    }
+    return total;
+}
+
+/* Walks over the texels that weigh at least as much as the average (heavy), or less (light). */
+struct walk {
+    const struct environment *e;
+    double scale; /* weights average 1 */
+    uint32_t count;
+};
+
+static double weight(const struct walk *w, uint32_t i)
+{
+    return (double)luminance(w->e->texels + 3 * (size_t)i) * row_share(w->e, i / w->e->width) *
+           w->scale;
+}
+
+/* The first texel from i on that is heavy or light; count if there is none. */
+static uint32_t next_texel(const struct walk *w, uint32_t i, bool heavy, double *found)
+{
+    for (; i < w->count; i++) {
+        *found = weight(w, i);
+        if ((*found >= 1.0) == heavy) break;
+    }
+    return i;
+}
+
+/* Fills slots in one sweep without lists (Huebschle-Schneider and Sanders 2022, "Parallel Weighted
+ * Random Sampling", section 4.1): a heavy texel fills up the slots of light ones until what is left
+ * of it is light itself, and is then filled up by the next heavy one. */
+static void fill_slots(struct environment *e, double total)
+{
+    const struct walk w = {e, (double)e->width * e->height / total, e->width * e->height};
+    double light_weight = 0.0, left = 0.0;
+    uint32_t light = next_texel(&w, 0, false, &light_weight);
+    uint32_t heavy = next_texel(&w, 0, true, &left), last = heavy < w.count ? heavy : light;
+    while (heavy < w.count) {
+        last = heavy;
+        if (left >= 1.0) {
+            if (light == w.count) break;
+            e->slots[light] = (struct slot){(float)light_weight, heavy};
+            left -= 1.0 - light_weight;
+            light = next_texel(&w, light + 1, false, &light_weight);
+            continue;
+        }
+        double more = 0.0;
+        const uint32_t next = next_texel(&w, heavy + 1, true, &more);
+        if (next == w.count) break;
+        e->slots[heavy] = (struct slot){(float)left, next};
+        left += more - 1.0;
+        heavy = next;
+    }
+    /* What rounding has left over: the last heavy texel takes it, since a light one may be black.
+     */
+    for (; light < w.count; light = next_texel(&w, light + 1, false, &light_weight))
+        e->slots[light] = (struct slot){(float)light_weight, last};
+    for (; heavy < w.count; heavy = next_texel(&w, heavy + 1, true, &left))
+        e->slots[heavy] = (struct slot){1.0f, heavy};
+}
+
+int environment_create(const struct environment_blob *blob, struct environment **out)
+{
+    struct environment *e = calloc(1, sizeof *e);
+    *out = e;
+    if (!e) return ERR_MEMORY;
+    e->texels = blob->texels;
+    e->width = blob->header->width_px;
+    e->height = blob->header->height_px;
+    e->edges = malloc((e->height + 1u) * sizeof *e->edges);
+    e->slots = malloc((size_t)e->width * e->height * sizeof *e->slots);
+    if (!e->edges || !e->slots) {
+        environment_destroy(out);
+        return ERR_MEMORY;
+    }
+    for (uint32_t y = 0; y <= e->height; y++) e->edges[y] = environment_edge(y, e->height);
+    const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
+    if (total * unit < TOTAL_MIN) return 0;
+    e->density = (float)(1.0 / (total * unit));
+    fill_slots(e, total);
+    return 0;
+}
+
+void environment_destroy(struct environment **environment)
+{
+    struct environment *e = *environment;
+    *environment = NULL;
+    if (!e) return;
+    free(e->edges);
+    free(e->slots);
+    free(e);
+}
+
+uint64_t environment_bytes(const struct environment *e)
+{
+    return sizeof *e + (uint64_t)e->width * e->height * sizeof *e->slots +
+           (e->height + 1ull) * sizeof *e->edges;
+}
+
+/* ---- from directions to texels ---- */
+
+/* Continuous position in texels, u in [0, width], v in [0, height]; 0 for what is no direction. The
+ * angle from a pole is taken by its sine, too: the cosine alone knows little of it there. */
+static void locate(const struct environment *e, const float d[3], float *u, float *v)
+{
+    const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
+    const float down = ELEMENTARY_INV_PI * elementary_atan2(sqrtf(d[0] * d[0] + d[2] * d[2]), d[1]);
+    *u = around > 0.0f ? around * (float)e->width : 0.0f;
+    *v = down > 0.0f ? down * (float)e->height : 0.0f;
+}
+
+void environment_lookup(const struct environment *e, const float direction[3], float radiance[3])
+{
+    float u, v;
+    locate(e, direction, &u, &v);
+    const float left = floorf(u - 0.5f), upper = floorf(v - 0.5f);
+    const float s = u - 0.5f - left, t = v - 0.5f - upper;
+    const uint32_t w = e->width, last = e->height - 1;
+    const uint32_t x0 = left < 0.0f ? w - 1 : (uint32_t)left < w ? (uint32_t)left : 0;
+    const uint32_t x1 = x0 + 1 < w ? x0 + 1 : 0;
+    const uint32_t y0 = upper < 0.0f ? 0 : (uint32_t)upper < last ? (uint32_t)upper : last;
+    const uint32_t y1 = upper < 0.0f || y0 == last ? y0 : y0 + 1;
+    const float *a = texel_at(e, x0, y0), *b = texel_at(e, x1, y0);
+    const float *c = texel_at(e, x0, y1), *d = texel_at(e, x1, y1);
+    for (int k = 0; k < 3; k++) {
+        const float top = a[k] + s * (b[k] - a[k]), bottom = c[k] + s * (d[k] - c[k]);
+        radiance[k] = top + t * (bottom - top);
+    }
+}
+
+/* The row as sampling means it: by where 1 - cos lies between the edges. */
+static uint32_t row_of(const struct environment *e, const float d[3], float v)
+{
+    const uint32_t last = e->height - 1;
+    const bool below = d[1] < 0.0f;
+    const double from_pole =
+        ((double)d[0] * (double)d[0] + (double)d[2] * (double)d[2]) / (1.0 + fabs((double)d[1]));
+    uint32_t row = v < (float)last ? (uint32_t)v : last;
+    row = below ? last - row : row;
+    if (row > 0 && from_pole < e->edges[row]) row--;
+    if (row < last && from_pole >= e->edges[row + 1]) row++;
+    return below ? last - row : row;
+}
+
+float environment_pdf(const struct environment *e, const float direction[3])
+{
+    float u, v;
+    locate(e, direction, &u, &v);
+    const uint32_t x = u < (float)e->width ? (uint32_t)u : 0;
+    return e->density * luminance(texel_at(e, x, row_of(e, direction, v)));
+}
+
+/* ---- sampling ---- */
+
+/* A slot by choice, with what is left of the choice inside the slot. Double, so that 2^25 slots
+ * leave 23 binary digits to compare with `keep`; the lower half of the digits comes from u. */
+static uint32_t choose(const struct environment *e, float choice, const float u[2])
+{
+    const uint32_t low0 = (uint32_t)(u[0] * 0x1p24f) & 0xfffu;
+    const uint32_t low1 = (uint32_t)(u[1] * 0x1p24f) & 0xfffu;
+    const uint32_t count = e->width * e->height;
+    const double at = ((double)choice + (double)(low0 << 12 | low1) * 0x1p-48) * (double)count;
+    const uint32_t slot = at < (double)count ? (uint32_t)at : count - 1;
+    return at - (double)slot < (double)e->slots[slot].keep ? slot : e->slots[slot].other;
+}
+
+void environment_sample(const struct environment *e, float choice, const float u[2],
+                        float direction[3], float *pdf)
+{
+    direction[0] = direction[2] = 0.0f;
+    direction[1] = 1.0f;
+    *pdf = 0.0f;
+    if (!(e->density > 0.0f)) return;
+    const uint32_t i = choose(e, choice, u), y = i / e->width, x = i - y * e->width;
+    /* Rows below the equator are the upper ones' mirror image: 1 - cos is exact near both poles. */
+    const bool below = 2 * y >= e->height;
+    const uint32_t row = below ? e->height - 1 - y : y;
+    const double near = e->edges[row], far = e->edges[row + 1];
+    const double from_pole = near + (below ? 1.0 - (double)u[1] : (double)u[1]) * (far - near);
+    const float sine = sqrtf((float)(from_pole * (2.0 - from_pole)));
+    float around_sine, around_cosine;
+    elementary_sincos_turn((float)(((double)x + (double)u[0]) / (double)e->width), &around_sine,
+                           &around_cosine);
+    direction[0] = -sine * around_cosine;
+    direction[1] = (float)(below ? from_pole - 1.0 : 1.0 - from_pole);
+    direction[2] = -sine * around_sine;
+    *pdf = e->density * luminance(e->texels + 3 * (size_t)i);
+}
