@@ -9,6 +9,8 @@
 #include "worker/trace/geometry.h"
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path.h"
+#include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
 #include "worker/trace/shadow.h"
 
@@ -28,6 +30,9 @@ struct tile_tracer {
     struct RTCRayHit16 camera;
     struct shadow_scratch shadow;
     struct indirect_scratch indirect;
+    struct sky sky;
+    struct path_scratch path;
+    struct path_sums sums;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -40,6 +45,7 @@ int tile_tracer_create(struct tile_tracer **out)
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     queries_init_rays(&t->indirect.bounce);
     queries_init_rays(&t->indirect.shadow.rays);
+    path_scratch_init(&t->path);
     *out = t;
     return 0;
 }
@@ -53,6 +59,47 @@ void tile_tracer_destroy(struct tile_tracer **tracer)
 struct queries *tile_tracer_queries(struct tile_tracer *tracer)
 {
     return &tracer->queries;
+}
+
+/* What a pass of a plan runs. */
+struct stages {
+    bool centres;          /* pixel centres and their light fields */
+    uint32_t first, count; /* samples of the path tracer */
+    struct path_context context;
+};
+
+static bool has_rectangles(const struct plan *plan)
+{
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        if (plan->lights[k].type == LIGHT_RECTANGLE) return true;
+    return false;
+}
+
+static bool has_emissive(const struct material_table *materials)
+{
+    for (uint32_t k = 0; k < materials->count; k++)
+        if (materials->materials[k].emissive) return true;
+    return false;
+}
+
+#define PLANES_DEMODULATED (1u << PLANE_PATH_DIFFUSE_DIRECT | 1u << PLANE_PATH_DIFFUSE_INDIRECT)
+
+static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t pass,
+                        struct counters *counters, struct stages *out)
+{
+    *out = (struct stages){
+        .centres = pass == 0 && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0)};
+    if (plan->paths.spp > 0) plan_pass_range(plan, pass, &out->first, &out->count);
+    out->context = (struct path_context){
+        .queries = &t->queries,
+        .lights = &t->lights,
+        .sky = &t->sky,
+        .plan = plan,
+        .counters = counters,
+        .demodulate = (plan->planes & PLANES_DEMODULATED) != 0,
+        .shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
+                  has_emissive(t->queries.scene->materials),
+    };
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -113,7 +160,7 @@ static uint64_t light_rays(const struct plan *plan)
     uint64_t rays = 0;
     for (uint32_t k = 0; k < plan->light_count; k++)
         rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
-    if (plan->bounces > 0)
+    if (plan->indirect_strata_per_axis > 0)
         rays += (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     return rays;
 }
@@ -137,8 +184,9 @@ static bool choose_lit(struct tile_tracer *t, const struct plan *plan, struct co
     return t->point.lit_count > 0;
 }
 
-static void trace_block(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
-                        struct counters *counters)
+/* What is seen through pixel centres: surfaces and their light fields. */
+static void trace_centres(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+                          struct counters *counters)
 {
     trace_camera(t, plan, samples, counters);
     t->point.plan = plan;
@@ -151,19 +199,34 @@ static void trace_block(struct tile_tracer *t, const struct plan *plan, struct s
     for (uint32_t k = 0; k < plan->light_count; k++)
         shadow_trace(&t->queries, &t->lights.lights[k], k, &t->point, &t->shadow, samples,
                      counters);
-    if (plan->bounces > 0)
+    if (plan->indirect_strata_per_axis > 0)
         indirect_trace(&t->queries, &t->lights, &t->point, &t->indirect, samples, counters);
 }
 
-static int trace_rows(struct tile_tracer *t, const struct plan *plan, struct rect rect,
-                      _Atomic uint64_t *progress, const _Atomic bool *stop, struct samples *samples,
-                      struct counters *counters)
+/* The pass's paths, batch by batch. */
+static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
+{
+    path_sums_init(&t->sums);
+    for (uint32_t done = 0; done < stages->count;) {
+        uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        path_trace(&stages->context, &t->block, stages->first + done, n, &t->path);
+        path_sums_add(&t->sums, &t->path.harvest, n, stages->context.demodulate,
+                      stages->context.counters);
+        done += n;
+    }
+    path_sums_store(&t->sums, &t->block, samples);
+}
+
+static int trace_rows(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
+                      struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
+                      struct samples *samples, struct counters *counters)
 {
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         if (stop && atomic_load_explicit(stop, memory_order_relaxed)) return ERR_STATE;
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            trace_block(t, plan, samples, counters);
+            if (stages->centres) trace_centres(t, plan, samples, counters);
+            if (stages->count > 0) trace_paths(t, stages, samples);
         }
         int32_t first = y > rect.y0 ? y : rect.y0;
         int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
@@ -192,10 +255,11 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
                struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
                struct samples **out, struct counters *counters)
 {
-    (void)environment;
     struct samples_layout layout;
+    struct stages stages;
     struct samples *samples = NULL;
-    if (!rect_fits(plan, rect)) return ERR_RANGE;
+    if (!rect_fits(plan, rect) || pass >= plan_pass_count(plan)) return ERR_RANGE;
+    if (plan->environment.kind == ENVIRONMENT_MAP && !environment) return ERR_MISSING;
     int rc = samples_layout_init(&layout, plan, pass, rect_width(rect), rect_height(rect));
     if (rc == 0) rc = samples_create(&layout, &samples);
     if (rc) return rc;
@@ -206,7 +270,9 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
     tracer->queries.kernels = lane_kernels_for(scene->isa);
     tracer->queries.rejected = 0;
     light_table_init(&tracer->lights, plan);
-    rc = trace_rows(tracer, plan, rect, progress, stop, samples, counters);
+    sky_init(&tracer->sky, &plan->environment, environment);
+    stages_init(tracer, plan, pass, counters, &stages);
+    rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
     counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;

@@ -33,7 +33,8 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer);
  * Denormals are flushed to zero while it runs; the thread's own setting is restored.
  *
  * ERR_STATE when stopped, ERR_RANGE for a rectangle that is empty, outside the image or larger than
- * LIMIT_TILE_SIDE_PX, ERR_LIMIT or ERR_MEMORY from samples.h. */
+ * LIMIT_TILE_SIDE_PX and for a pass that the plan has not, ERR_MISSING for a plan with a map but no
+ * environment, ERR_LIMIT or ERR_MEMORY from samples.h. */
 int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
                const struct environment *environment, const struct plan *plan, uint32_t pass,
                struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,

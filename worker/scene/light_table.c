@@ -38,21 +38,44 @@ static void light_init(struct light *light, const struct plan_light *p, double p
     light->probability = (float)((double)p->power / power); /* every power is positive */
 }
 
+static double total_power(const struct plan *plan)
+{
+    double power = (double)plan->paths.emitter_power;
+    if (plan->environment.kind == ENVIRONMENT_MAP) power += (double)plan->environment.power;
+    for (uint32_t i = 0; i < plan->light_count; i++) power += (double)plan->lights[i].power;
+    return power;
+}
+
 void light_table_init(struct light_table *t, const struct plan *plan)
 {
-    double power = 0.0, upto = 0.0;
+    double power = total_power(plan), upto = 0.0;
     t->count = plan->light_count;
-    for (uint32_t i = 0; i < t->count; i++) power += (double)plan->lights[i].power;
+    t->emitters_probability = t->environment_probability = 0.0f;
     for (uint32_t i = 0; i < t->count; i++) {
         light_init(&t->lights[i], &plan->lights[i], power);
         upto += (double)plan->lights[i].power;
         t->lights[i].probability_upto = (float)(upto / power);
     }
+    if (plan->paths.emitter_power > 0.0f)
+        t->emitters_probability = (float)((double)plan->paths.emitter_power / power);
+    if (plan->environment.kind == ENVIRONMENT_MAP)
+        t->environment_probability = (float)((double)plan->environment.power / power);
+}
+
+bool light_table_is_empty(const struct light_table *t)
+{
+    return t->count == 0 && !(t->emitters_probability > 0.0f) &&
+           !(t->environment_probability > 0.0f);
 }
 
 uint32_t light_table_choose(const struct light_table *t, float x)
 {
-    uint32_t i = 0;
-    while (i + 1 < t->count && x >= t->lights[i].probability_upto) i++;
-    return i;
+    bool emitters = t->emitters_probability > 0.0f;
+    bool environment = t->environment_probability > 0.0f;
+    uint32_t last = environment ? LIGHT_CHOICE_ENVIRONMENT : emitters ? LIGHT_CHOICE_EMITTERS : 0;
+    if (last == 0) last = t->count - 1;
+    for (uint32_t i = 0; i < t->count; i++)
+        if (x < t->lights[i].probability_upto) return i;
+    if (emitters && x < 1.0f - t->environment_probability) return LIGHT_CHOICE_EMITTERS;
+    return last;
 }

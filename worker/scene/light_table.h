@@ -1,5 +1,7 @@
 #pragma once
 /* The plan's lights, prepared for tracing: areas, clearances, probabilities. */
+#include <stdbool.h>
+
 #include "proto/plan.h"
 
 struct light {
@@ -13,13 +15,24 @@ struct light {
     float probability_upto; /* sum of this light's and all before it */
 };
 
+/* What light_table_choose may answer besides the number of a light. */
+#define LIGHT_CHOICE_EMITTERS    LIMIT_LIGHTS
+#define LIGHT_CHOICE_ENVIRONMENT (LIMIT_LIGHTS + 1)
+
 struct light_table {
     uint32_t count;
     struct light lights[LIMIT_LIGHTS];
+    float emitters_probability;    /* of choosing the mesh emitters; 0 without */
+    float environment_probability; /* of an environment map; what is the same from everywhere is
+                                      never chosen: scattering finds it better */
 };
 
 /* `plan` must outlive the table. */
 void light_table_init(struct light_table *t, const struct plan *plan);
 
-/* The light that x in [0, 1) chooses, each with its probability. The table must not be empty. */
+/* Whether there is anything to choose. */
+bool light_table_is_empty(const struct light_table *t);
+
+/* The light that x in [0, 1) chooses, each with its probability, or LIGHT_CHOICE_EMITTERS or
+ * _ENVIRONMENT. The table must not be empty. */
 uint32_t light_table_choose(const struct light_table *t, float x);

@@ -5,6 +5,9 @@
  * concentric map (1997, "A low distortion map between disk and square"), then raised onto the
  * hemisphere (Malley). Trigonometry is by polynomials of our own, so that directions are the same
  * bits whatever the C library. */
+#include <math.h>
+
+#include "worker/shade/elementary.h"
 #include "worker/trace/lanes.h"
 
 #define LAMBERT_INV_PI 0.318309886183790672f
@@ -21,5 +24,20 @@ static inline float lambert_pdf(float cos)
     return cos > 0.0f ? cos * LAMBERT_INV_PI : 0.0f;
 }
 
-/* Directions around +z from points (u, v) of the unit square. */
+/* The direction around +z for the point (u, v) of the unit square. */
+static inline void lambert_direction(float u, float v, float *x, float *y, float *z)
+{
+    float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
+    int wide = fabsf(a) > fabsf(b);
+    float radius = wide ? a : b, other = wide ? b : a;
+    float divisor = radius == 0.0f ? 1.0f : radius; /* the centre: both are 0 */
+    float angle = other / divisor * (0.25f * ELEMENTARY_PI);
+    float c = elementary_small_cos(angle), s = elementary_small_sin(angle);
+    float height = 1.0f - radius * radius;
+    *x = radius * (wide ? c : s);
+    *y = radius * (wide ? s : c);
+    *z = sqrtf(height > 0.0f ? height : 0.0f);
+}
+
+/* The same for sixteen points. */
 void lambert_sample(const float u[LANES], const float v[LANES], struct lanes3 *local);

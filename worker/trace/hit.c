@@ -7,7 +7,7 @@
 
 /* What each lane hit. */
 struct hit_lanes {
-    const struct mesh_view *mesh[LANES]; /* NULL: nothing */
+    const struct mesh_view **mesh; /* the surface's */
     const struct scene_instance *instance[LANES];
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
     bool any_hit, any_placed, any_emissive;
@@ -129,16 +129,23 @@ static void shade(const struct hit_lanes *lanes, const struct RTCHit16 *hit, str
 }
 
 /* Emission leaves the side that the winding faces, unless the material has two sides. */
-static void hide_emission(const struct hit_lanes *lanes, const struct RTCRay16 *r,
-                          struct surface *s)
+static void hide_emission(struct surface *s)
 {
     for (int i = 0; i < LANES; i++) {
-        if (!lanes->mesh[i]) continue;
-        const struct material *m = lanes->mesh[i]->material;
+        if (!s->mesh[i]) continue;
+        const struct material *m = s->mesh[i]->material;
+        if (!s->behind.on[i] || m->double_sided || m->unlit) continue;
+        s->emission.x[i] = s->emission.y[i] = s->emission.z[i] = 0.0f;
+    }
+}
+
+/* Facets still point where the winding says. */
+static void find_sides(const struct RTCRay16 *r, struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
         float along =
             s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i];
-        if (along < 0.0f || m->double_sided || m->unlit) continue;
-        s->emission.x[i] = s->emission.y[i] = s->emission.z[i] = 0.0f;
+        s->behind.on[i] = -(along >= 0.0f) & s->hit.on[i];
     }
 }
 
@@ -201,6 +208,7 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
 {
     _Alignas(LANES_ALIGN) float magnitude[LANES];
     struct hit_lanes lanes;
+    lanes.mesh = out->mesh;
     lanes.any_hit = lanes.any_placed = lanes.any_emissive = false;
     clear(out);
     find(q->scene, valid, rays, &lanes, out);
@@ -210,6 +218,7 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
     for (int i = 0; lanes.any_placed && i < LANES; i++)
         if (lanes.mesh[i] && lanes.placed.on[i])
             to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
-    if (lanes.any_emissive) hide_emission(&lanes, &rays->ray, out);
+    find_sides(&rays->ray, out);
+    if (lanes.any_emissive) hide_emission(out);
     q->kernels->finish_surface(&rays->ray, magnitude, out);
 }

@@ -14,7 +14,9 @@ struct surface {
     _Alignas(LANES_ALIGN) float distance[LANES];
     _Alignas(LANES_ALIGN) uint32_t id[LANES]; /* instance index + 1 */
     struct lanes_mask hit;
-    struct lanes_mask light; /* on a mesh that is a light of the plan */
+    struct lanes_mask light;  /* on a mesh that is a light of the plan */
+    struct lanes_mask behind; /* the ray came from the side that the winding turns away */
+    const struct mesh_view *mesh[LANES]; /* NULL: nothing was hit */
 };
 
 /* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */

@@ -2,6 +2,7 @@
 /* The inner loops over sixteen lanes, once for each instruction set. All of them compute the same
  * bits: no contraction into fused multiply-adds, no approximate reciprocals. */
 #include "worker/trace/light.h"
+#include "worker/trace/path.h"
 #include "worker/trace/shadow_sums.h"
 
 struct lane_kernels {
@@ -41,6 +42,18 @@ struct lane_kernels {
     /* Adds one stratum whose rays have come back; its visibility goes to bit `bit`. */
     void (*add_stratum)(const struct light_packet *p, uint32_t bit, struct shadow_sums *sums);
     void (*add_slopes)(const struct light_packet *p, struct shadow_sums *sums);
+
+    /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */
+    void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
+    void (*lens_rays)(const struct plan_camera *camera, const float *s, const float *t,
+                      struct RTCRay16 *rays);
+    void (*tangents)(const struct lanes3 *normal, struct lanes3 *tangent, struct lanes3 *bitangent);
+    void (*lambert_scatter)(const struct surface *s, const float *u, const float *v,
+                            struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
+    void (*lambert_light)(const struct path_light *light, const struct surface *s,
+                          const float *probability, struct lanes3 *out);
+    void (*meet_rectangle)(const struct light *light, const struct path_packet *p,
+                           const float *reach, float *factor);
 };
 
 extern const struct lane_kernels lane_kernels_sse42, lane_kernels_avx2, lane_kernels_avx512;

@@ -4,6 +4,7 @@
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/light_lanes.h"
 #include "worker/trace/pack_lanes.h"
+#include "worker/trace/path_lanes.h"
 #include "worker/trace/ray_lanes.h"
 #include "worker/trace/surface_lanes.h"
 
@@ -18,4 +19,10 @@ const struct lane_kernels LANE_KERNELS = {
     .light_hidden = kernel_light_hidden,
     .add_stratum = kernel_add_stratum,
     .add_slopes = kernel_add_slopes,
+    .path_pairs = kernel_path_pairs,
+    .lens_rays = kernel_lens_rays,
+    .tangents = kernel_tangents,
+    .lambert_scatter = kernel_lambert_scatter,
+    .lambert_light = kernel_lambert_light,
+    .meet_rectangle = kernel_meet_rectangle,
 };

@@ -20,6 +20,8 @@ struct light_packet {
     float end;               /* their tfar as sent */
     struct lanes_mask traced;
     _Alignas(LANES_ALIGN) float irradiance[LANES]; /* E, without the light's color */
+    _Alignas(LANES_ALIGN) float density[LANES];    /* of the direction per solid angle; 0: a light
+                                                      without extent */
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
 };
 

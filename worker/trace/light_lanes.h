@@ -45,6 +45,7 @@ static void sample_rectangle(const struct light *light, const float *restrict u,
         /* In front of the emitter's own geometry, and never behind the receiver. */
         float half_way = 0.5f * front;
         float clear = light->clearance < half_way ? light->clearance : half_way;
+        out->density[i] = squared * sqrtf(squared) / (front * light->area);
         out->rays.ray.dir_x[i] = x + clear * n[0] - r->origin.x[i];
         out->rays.ray.dir_y[i] = y + clear * n[1] - r->origin.y[i];
         out->rays.ray.dir_z[i] = z + clear * n[2] - r->origin.z[i];
@@ -85,6 +86,7 @@ static void sample_point(const struct light *light, const struct surface *restri
         int lit = outside ? LIGHT_OUT_OF_CONE : LIGHT_TRACED;
         out->skip[i] = below ? LIGHT_BELOW_HORIZON : far ? LIGHT_OUT_OF_RANGE : lit;
         out->irradiance[i] = cone * cone * window * (shading * inverse) / squared;
+        out->density[i] = 0.0f;
         out->rays.ray.dir_x[i] = c[0] - r->origin.x[i];
         out->rays.ray.dir_y[i] = c[1] - r->origin.y[i];
         out->rays.ray.dir_z[i] = c[2] - r->origin.z[i];
@@ -101,6 +103,7 @@ static void sample_directional(const struct light *light, const struct surface *
         int below = !((shading > 0.0f) & (facet > 0.0f));
         out->skip[i] = below ? LIGHT_BELOW_HORIZON : LIGHT_TRACED;
         out->irradiance[i] = shading;
+        out->density[i] = 0.0f;
         out->rays.ray.dir_x[i] = -d[0];
         out->rays.ray.dir_y[i] = -d[1];
         out->rays.ray.dir_z[i] = -d[2];

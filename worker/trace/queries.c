@@ -59,7 +59,7 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
     static void copy_rays_##W(struct RTCRay##W *part, const struct RTCRay16 *whole, int first)     \
     {                                                                                              \
         COPY_IN(org_x), COPY_IN(org_y), COPY_IN(org_z), COPY_IN(tnear);                            \
-        COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(tfar);                             \
+        COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(tfar), COPY_IN(id);                \
     }                                                                                              \
     static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *part, int first)     \
     {                                                                                              \

@@ -1,5 +1,6 @@
 #pragma once
-/* All that is asked of Embree while tracing, sixteen rays at a time.
+/* All that is asked of Embree while tracing, sixteen rays at a time. A ray's id is the key of its
+ * random numbers at blended surfaces (worker/scene/alpha.h); 0: none.
  *
  * Embree aborts on rays that are not finite or start beyond 1e18: every packet goes through
  * queries_sanitise first, or was made by lane_kernels' sample_light, which looks itself. */

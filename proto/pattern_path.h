@@ -1,0 +1,103 @@
+#pragma once
+/* Random numbers of the path tracer: pairs in [0, 1)^2 for (pixel, sample, dimension).
+ *
+ * Each dimension of a pixel is the two-dimensional Sobol' sequence in an order and with a
+ * scrambling of its own (Owen 1995; hashed as in Burley 2020, "Practical hash-based Owen
+ * scrambling"), so that any power of two of consecutive samples is stratified in each pair, passes
+ * continue each other, and no table is needed. Pure arithmetic on 32 bits: loops over lanes become
+ * vector code.
+ *
+ * A filter never needs to know these positions; the light fields' are in pattern.h. */
+#include <stdint.h>
+
+/* What a pair is used for; at scattering v (0 is the camera's) PATH_VERTEX + v * PATH_PER_VERTEX +
+ * one of the offsets. */
+enum path_dimension {
+    PATH_PIXEL = 0,     /* position in the pixel */
+    PATH_LENS = 1,      /* position on the lens */
+    PATH_OCCLUSION = 2, /* direction of the ambient occlusion ray */
+    PATH_VERTEX = 4,
+    PATH_PER_VERTEX = 4,
+    PATH_DIRECTION = 0, /* where the path goes on */
+    PATH_LIGHT = 1,     /* position on the light */
+    PATH_CHOICE = 2,    /* first: which lobe; second: which light */
+    PATH_ROULETTE = 3,  /* first: whether the path goes on; second: which texel or triangle */
+};
+
+/* An avalanche of 32 bits (lowbias32 of Wellons 2018). */
+static inline uint32_t path_mix(uint32_t x)
+{
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    x ^= x >> 16;
+    return x;
+}
+
+static inline uint32_t path_reverse(uint32_t x)
+{
+    x = (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
+    x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
+    x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
+    x = (x & 0x00ff00ffu) << 8 | (x >> 8 & 0x00ff00ffu);
+    return x << 16 | x >> 16;
+}
+
+/* A bijection in which a bit depends on lower bits only: on reversed numbers this is what Owen
+ * scrambling does (form of Laine and Karras 2011, constants of Vegdahl 2021). */
+static inline uint32_t path_permute(uint32_t x, uint32_t seed)
+{
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= seed >> 16 | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+/* The second Sobol' dimension's digits, lowest first: bit j is the sum modulo 2 of all bits b of x
+ * for which the binomial b over j is odd, which by Lucas is where j's bits are among b's. */
+static inline uint32_t path_pascal(uint32_t x)
+{
+    x ^= x >> 1 & 0x55555555u;
+    x ^= x >> 2 & 0x33333333u;
+    x ^= x >> 4 & 0x0f0f0f0fu;
+    x ^= x >> 8 & 0x00ff00ffu;
+    return x ^ x >> 16;
+}
+
+static inline float path_unit(uint32_t bits)
+{
+    return (float)(int32_t)(bits >> 8) * 0x1p-24f;
+}
+
+/* The pair of sample `sample` in `dimension`, for the pixel that path_key named. */
+static inline void path_pair(uint32_t key, uint32_t sample, uint32_t dimension, float *u, float *v)
+{
+    const uint32_t seed = path_mix(key ^ dimension * 0x9e3779b9u);
+    const uint32_t index = path_reverse(path_permute(path_reverse(sample), seed));
+    const uint32_t seed_u = path_mix(seed + 0x68bc21ebu), seed_v = path_mix(seed + 0x02e5be93u);
+    *u = path_unit(path_reverse(path_permute(index, seed_u)));
+    *v = path_unit(path_reverse(path_permute(path_pascal(index), seed_v)));
+}
+
+/* What a ray is for, as far as its random numbers at blended surfaces go. */
+enum path_ray { PATH_RAY_NEXT = 1, PATH_RAY_SHADOW = 2, PATH_RAY_OCCLUSION = 3 };
+
+/* The key of a ray after `depth` scatterings; never 0. */
+static inline uint32_t path_ray_key(uint32_t key, uint32_t sample, uint32_t depth,
+                                    enum path_ray ray)
+{
+    return path_mix(path_mix(key + 0x27d4eb2fu * (uint32_t)ray) ^ (sample << 8 | depth)) | 1u;
+}
+
+/* A pixel's key. */
+static inline uint32_t path_key(uint64_t seed, uint32_t frame, int32_t x, int32_t y)
+{
+    uint32_t h = path_mix((uint32_t)seed + 0x9e3779b9u);
+    h = path_mix(h ^ (uint32_t)(seed >> 32));
+    h = path_mix(h ^ frame * 0x85ebca6bu);
+    h = path_mix(h ^ (uint32_t)x);
+    return path_mix(h + (uint32_t)y * 0xc2b2ae35u);
+}

@@ -1,0 +1,219 @@
+#include "worker/trace/path.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/scene/mesh.h"
+#include "worker/trace/lane_kernels.h"
+
+void path_scratch_init(struct path_scratch *s)
+{
+    memset(s, 0, sizeof *s);
+    path_pool_init(&s->pools[0]);
+    path_pool_init(&s->pools[1]);
+    queries_init_rays(&s->light.packet.rays);
+    queries_init_rays(&s->light.candidate.rays);
+    queries_init_rays(&s->occlusion);
+}
+
+void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
+                      uint32_t slot, const float value[3])
+{
+    struct path_rgb *to = scatterings > 1 ? &h->indirect : &h->direct;
+    to->r[slot] += value[0];
+    to->g[slot] += value[1];
+    to->b[slot] += value[2];
+    if (!c->demodulate) return;
+    to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
+    to->r[slot] += value[0] * h->share.r[slot];
+    to->g[slot] += value[1] * h->share.g[slot];
+    to->b[slot] += value[2] * h->share.b[slot];
+}
+
+/* Volumes dim what passes through them; a path that meets a surface from behind was inside. */
+static void attenuate(struct path_packet *p, const struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    struct lanes3 *t = &p->throughput;
+    for (uint32_t i = 0; i < p->count; i++) {
+        float left[3];
+        if (!(s->hit.on[i] & s->behind.on[i]) || !s->mesh[i]->material->volume) continue;
+        material_attenuation(s->mesh[i]->material, s->distance[i], left);
+        t->x[i] *= left[0];
+        t->y[i] *= left[1];
+        t->z[i] *= left[2];
+    }
+}
+
+/* The mesh's tangent in the world, and the sign of its bitangent. */
+static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
+                           float out[3])
+{
+    const struct scene_instance *instance = &c->queries->scene->blob->instances[id - 1];
+    const float *m = instance->to_world;
+    float t[4];
+    for (size_t k = 0; k < 4; k++) t[k] = mesh_interpolate(at, at->mesh->tangents, 4, k);
+    for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * t[0] + m[1] * t[1] + m[2] * t[2];
+    return t[3] < 0.0f ? -1.0f : 1.0f;
+}
+
+/* The tangents that anisotropy refers to: the mesh's, turned by the material. */
+static void align_tangents(const struct path_context *c, int i, const struct material_uv *uv,
+                           const struct mesh_point *at, struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    const struct mesh_view *mesh = s->mesh[i];
+    float direction[2], t[3];
+    if (!mesh->tangents) return;
+    material_tangent_angle(mesh->material, uv, direction);
+    direction[1] *= world_tangent(c, at, s->id[i], t);
+    float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+    float along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2], squared = 0.0f;
+    for (int k = 0; k < 3; k++) t[k] -= along * n[k], squared += t[k] * t[k];
+    if (!(squared > 1e-12f)) return;
+    const float length = sqrtf(squared);
+    for (int k = 0; k < 3; k++) t[k] /= length;
+    float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
+    v->tangent.x[i] = direction[0] * t[0] + direction[1] * b[0];
+    v->tangent.y[i] = direction[0] * t[1] + direction[1] * b[1];
+    v->tangent.z[i] = direction[0] * t[2] + direction[1] * b[2];
+    v->bitangent.x[i] = direction[0] * b[0] - direction[1] * t[0];
+    v->bitangent.y[i] = direction[0] * b[1] - direction[1] * t[1];
+    v->bitangent.z[i] = direction[0] * b[2] - direction[1] * t[2];
+}
+
+static void prepare_general(const struct path_context *c, const struct path_packet *p, int i,
+                            struct path_vertex *v)
+{
+    struct surface *s = &v->surface;
+    const struct mesh_view *mesh = s->mesh[i];
+    const struct RTCHit16 *hit = &p->rays.hit;
+    const struct RTCRay16 *r = &p->rays.ray;
+    struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
+    struct material_uv uv;
+    mesh_uv(&at, &uv);
+    material_bsdf(mesh->material, &uv, s->behind.on[i], &v->bsdf[i]);
+    if (mesh->material->anisotropic) align_tangents(c, i, &uv, &at, v);
+    float d[3] = {-r->dir_x[i], -r->dir_y[i], -r->dir_z[i]};
+    v->back.x[i] = d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i];
+    v->back.y[i] = d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i];
+    v->back.z[i] = d[0] * s->normal.x[i] + d[1] * s->normal.y[i] + d[2] * s->normal.z[i];
+    s->albedo.x[i] = v->bsdf[i].albedo[0];
+    s->albedo.y[i] = v->bsdf[i].albedo[1];
+    s->albedo.z[i] = v->bsdf[i].albedo[2];
+}
+
+/* Finds what each path's surface does to light; paths that it takes nowhere end. */
+static void prepare(const struct path_context *c, const struct path_packet *p,
+                    struct path_vertex *v)
+{
+    uint64_t black = 0;
+    struct surface *s = &v->surface;
+    v->any_lambert = v->any_general = false;
+    for (int i = 0; i < LANES; i++) {
+        const struct material *m = s->hit.on[i] ? s->mesh[i]->material : NULL;
+        v->active.on[i] = m && (uint32_t)i < p->count ? -1 : 0;
+        v->lambert.on[i] = v->active.on[i] && m->lambert ? -1 : 0;
+        v->any_general |= v->active.on[i] != v->lambert.on[i];
+    }
+    if (v->any_general) c->queries->kernels->tangents(&s->normal, &v->tangent, &v->bitangent);
+    for (int i = 0; i < LANES; i++) {
+        if (v->active.on[i] && !v->lambert.on[i]) prepare_general(c, p, i, v);
+        bool lights = v->lambert.on[i] ? s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f
+                                       : v->active.on[i] && v->bsdf[i].model != BSDF_BLACK;
+        black += v->active.on[i] && !lights;
+        v->active.on[i] &= lights ? -1 : 0;
+        v->lambert.on[i] &= v->active.on[i];
+        v->any_lambert |= v->lambert.on[i] != 0;
+    }
+    c->counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black;
+}
+
+static void note_camera_surface(const struct path_packet *p, const struct path_vertex *v,
+                                struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!s->hit.on[i]) continue;
+        h->coverage[slot] = 1.0f;
+        if (!v->active.on[i]) continue;
+        h->albedo.r[slot] = s->albedo.x[i];
+        h->albedo.g[slot] = s->albedo.y[i];
+        h->albedo.b[slot] = s->albedo.z[i];
+    }
+}
+
+/* Cosine-distributed rays that look for anything nearer than the plan's distance. */
+static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
+                            const struct path_vertex *v, struct RTCRayHit16 *rays,
+                            struct path_harvest *h)
+{
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES], pdf[LANES];
+    struct lanes_mask valid = v->surface.hit;
+    struct lanes3 direction;
+    struct RTCRay16 *r = &rays->ray;
+    c->queries->kernels->path_pairs(p, PATH_OCCLUSION, u, w);
+    c->queries->kernels->lambert_scatter(&v->surface, u, w, &valid, &direction, pdf);
+    for (int i = 0; i < LANES; i++) {
+        r->org_x[i] = v->surface.origin.x[i];
+        r->org_y[i] = v->surface.origin.y[i];
+        r->org_z[i] = v->surface.origin.z[i];
+        r->dir_x[i] = direction.x[i];
+        r->dir_y[i] = direction.y[i];
+        r->dir_z[i] = direction.z[i];
+        r->tnear[i] = 0.0f;
+        r->tfar[i] = c->plan->paths.occlusion_distance;
+        r->id[i] = path_ray_key(p->key[i], p->sample[i], 0, PATH_RAY_OCCLUSION);
+    }
+    queries_sanitise(c->queries, &valid, r);
+    c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
+    queries_occluded(c->queries, QUERY_BOUNCE_SHADOW, &valid, rays);
+    for (uint32_t i = 0; i < p->count; i++) {
+        bool blocked = v->surface.hit.on[i] && (!valid.on[i] || r->tfar[i] < 0.0f);
+        h->occlusion[p->slot[i]] = blocked ? 0.0f : 1.0f;
+    }
+}
+
+static void trace_packet(const struct path_context *c, uint32_t depth, struct path_packet *p,
+                         struct path_scratch *s, struct path_pool *next)
+{
+    struct path_vertex *v = &s->vertex;
+    struct lanes_mask valid;
+    v->depth = depth;
+    path_packet_lanes(p, &valid);
+    queries_sanitise(c->queries, &valid, &p->rays.ray);
+    c->counters->value[depth == 0 ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
+        lanes_count(&valid);
+    queries_closest(c->queries, depth == 0 ? QUERY_CAMERA : QUERY_BOUNCE, &valid, &p->rays);
+    hit_resolve(c->queries, &valid, &p->rays, &v->surface);
+    attenuate(p, v);
+    path_meet(c, p, v, &s->harvest);
+    prepare(c, p, v);
+    if (depth == 0) note_camera_surface(p, v, &s->harvest);
+    if (depth == 0 && c->plan->paths.occlusion_distance > 0.0f)
+        trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
+    if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
+    if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
+    if (depth < c->plan->bounces || c->shines)
+        path_scatter(c, p, v, &s->harvest, next);
+    else
+        c->counters->value[COUNTER_SKIPPED_LAST_SEGMENT] += lanes_count(&v->active);
+}
+
+void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
+                struct path_scratch *s)
+{
+    struct path_pool *now = &s->pools[0], *next = &s->pools[1];
+    memset(&s->harvest, 0, sizeof s->harvest);
+    path_camera(c, b, first, count, now);
+    for (uint32_t depth = 0; now->count > 0; depth++) {
+        next->count = 0;
+        for (uint32_t k = 0; k < path_pool_packets(now); k++)
+            trace_packet(c, depth, &now->packets[k], s, next);
+        struct path_pool *done = now;
+        now = next;
+        next = done;
+    }
+}

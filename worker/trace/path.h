@@ -1,0 +1,89 @@
+#pragma once
+/* The path tracer: what one batch of samples of a block brings back.
+ *
+ *   camera ray -> surface -> [light sample + shadow ray] -> scatter -> surface -> ...
+ *
+ * At every surface one point of one light is tried (chosen by power) and one direction is scattered
+ * into; where both could have found the same light, they are weighted by the power heuristic (Veach
+ * and Guibas 1995, "Optimally combining sampling techniques", section 5.1, exponent 2). Lights
+ * without extent and the Dirac lobes of mirrors and clear glass know one way only. What arrives
+ * after one scattering is direct light, after more indirect.
+ *
+ * Rectangles of the plan shine on scattered rays whether or not geometry stands for them: they are
+ * met analytically, and emission of geometry that stands for one is not counted again. The camera
+ * sees geometry only. */
+#include "worker/scene/light_table.h"
+#include "worker/shade/bsdf.h"
+#include "worker/trace/hit.h"
+#include "worker/trace/light.h"
+#include "worker/trace/path_pool.h"
+#include "worker/trace/sky.h"
+
+/* What all paths of a tile share. */
+struct path_context {
+    struct queries *queries;
+    const struct light_table *lights;
+    const struct sky *sky;
+    const struct plan *plan;
+    struct counters *counters;
+    bool demodulate; /* the plan wants the diffuse planes */
+    bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
+};
+
+/* One surface of sixteen paths. */
+struct path_vertex {
+    uint32_t depth;           /* scatterings before it */
+    struct lanes_mask active; /* paths that are still on their way */
+    struct surface surface;
+    struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
+    bool any_lambert, any_general;
+    struct bsdf bsdf[LANES];
+    struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
+    struct lanes3 back; /* to where the path came from, in the shading frame; the same */
+};
+
+/* A light sample of sixteen vertices. */
+struct path_light {
+    struct light_packet packet, candidate;
+    struct lanes3 color; /* radiance or intensity, over the probability of the choice */
+};
+
+/* Scratch of one thread. */
+struct path_scratch {
+    struct path_pool pools[2];
+    struct path_harvest harvest;
+    struct path_vertex vertex;
+    struct path_light light;
+    struct RTCRayHit16 occlusion;
+};
+
+void path_scratch_init(struct path_scratch *s);
+
+/* Traces samples first .. first + count - 1, count <= PATH_SAMPLES, of the block's kept pixels into
+ * s->harvest. Slots of other pixels are zero. */
+void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
+                struct path_scratch *s);
+
+/* The steps, in their order; each works on one packet. */
+
+/* Camera rays through the pixels and the lens. */
+void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
+                 uint32_t count, struct path_pool *pool);
+
+/* Adds what the rays met shines: environment, rectangles, surfaces. */
+void path_meet(const struct path_context *c, const struct path_packet *p,
+               const struct path_vertex *v, struct path_harvest *h);
+
+/* Adds one light sample of every active path. */
+void path_light(const struct path_context *c, const struct path_packet *p,
+                const struct path_vertex *v, struct path_light *light, struct path_harvest *h);
+
+/* The active paths' next segments go to `next`. */
+void path_scatter(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next);
+
+/* Adds a contribution to direct or indirect light, by the number of its scatterings (> 0), and the
+ * share of it that the first scattering sent on diffusely. Light samples of the first surface,
+ * which no scattering precedes, bring their own diffuse part: their share is still zero. */
+void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
+                      uint32_t slot, const float value[3]);

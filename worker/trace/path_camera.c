@@ -1,0 +1,85 @@
+/* Where paths begin: points of the pixel and of the lens. */
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/shade/lambert.h"
+#include "worker/trace/lane_kernels.h"
+
+void path_pool_init(struct path_pool *pool)
+{
+    memset(pool, 0, sizeof *pool);
+    for (int i = 0; i < PATH_SAMPLES; i++) queries_init_rays(&pool->packets[i].rays);
+}
+
+static void begin(const struct path_context *c, const struct block *b, uint32_t lane,
+                  uint32_t sample, uint32_t slot, struct path_pool *pool)
+{
+    uint32_t i;
+    const struct pattern *pattern = &c->plan->pattern;
+    struct path_packet *p = path_pool_add(pool, &i);
+    p->key[i] = path_key(pattern->seed, pattern->frame, b->x_px[lane], b->y_px[lane]);
+    p->sample[i] = sample;
+    p->slot[i] = slot;
+    p->pdf[i] = 0.0f;
+    p->rays.ray.id[i] = path_ray_key(p->key[i], sample, 0, PATH_RAY_NEXT);
+    p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
+}
+
+/* A point of the unit disc (Shirley and Chiu's concentric map, as for Lambert directions). */
+static void on_disc(float u, float v, float *s, float *t)
+{
+    float height;
+    lambert_direction(u, v, s, t, &height);
+}
+
+/* A point of the regular polygon: one of the triangles from its centre, uniform within. */
+static void on_polygon(const struct plan_camera *camera, float u, float v, float *s, float *t)
+{
+    const float blades = (float)camera->blade_count;
+    float blade = floorf(u * blades), rest = u * blades - blade,
+          step = 2.0f * ELEMENTARY_PI / blades;
+    float from = camera->blade_rotation_rad + blade * step, radius = sqrtf(v);
+    float a = radius * (1.0f - rest), b = radius * rest;
+    *s = a * elementary_cos(from) + b * elementary_cos(from + step);
+    *t = a * elementary_sin(from) + b * elementary_sin(from + step);
+}
+
+static void bend_through_lens(const struct path_context *c, struct path_packet *p)
+{
+    const struct plan_camera *camera = &c->plan->camera;
+    _Alignas(LANES_ALIGN) float u[LANES], v[LANES], s[LANES], t[LANES];
+    c->queries->kernels->path_pairs(p, PATH_LENS, u, v);
+    for (int i = 0; i < LANES; i++) {
+        if (camera->blade_count > 0)
+            on_polygon(camera, u[i], v[i], &s[i], &t[i]);
+        else
+            on_disc(u[i], v[i], &s[i], &t[i]);
+    }
+    c->queries->kernels->lens_rays(camera, s, t, &p->rays.ray);
+}
+
+/* The pixel of a slot's lane lies in the block that the packet's paths came from. */
+static void aim(const struct path_context *c, const struct block *b, struct path_packet *p)
+{
+    _Alignas(LANES_ALIGN) float u[LANES], v[LANES], x[LANES] = {0}, y[LANES] = {0};
+    c->queries->kernels->path_pairs(p, PATH_PIXEL, u, v);
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t lane = p->slot[i] % LANES;
+        x[i] = (float)b->x_px[lane] + u[i];
+        y[i] = (float)b->y_px[lane] + v[i];
+    }
+    c->queries->kernels->camera_rays(c->plan, x, y, &p->rays.ray);
+    if (c->plan->camera.aperture_radius > 0.0f) bend_through_lens(c, p);
+}
+
+void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
+                 uint32_t count, struct path_pool *pool)
+{
+    pool->count = 0;
+    for (uint32_t k = 0; k < count; k++)
+        for (uint32_t lane = 0; lane < LANES; lane++)
+            if (b->kept.on[lane]) begin(c, b, lane, first + k, k * LANES + lane, pool);
+    for (uint32_t k = 0; k < path_pool_packets(pool); k++) aim(c, b, &pool->packets[k]);
+    c->counters->value[COUNTER_PATHS] += pool->count;
+}

@@ -1,0 +1,306 @@
+/* One point of one light for every vertex, and the ray that tells whether it is seen. */
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/scene/emitters.h"
+#include "worker/trace/lane_kernels.h"
+
+/* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
+#define EMITTER_END 0.9999f
+
+/* What one lane is to try. */
+struct choice {
+    uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
+    _Alignas(LANES_ALIGN) float probability[LANES];
+    _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
+    uint64_t plan_lights; /* bits: chosen by some lane */
+    bool others;          /* emitters or environment are */
+};
+
+static float probability_of(const struct light_table *t, uint32_t chosen)
+{
+    if (chosen == LIGHT_CHOICE_EMITTERS) return t->emitters_probability;
+    if (chosen == LIGHT_CHOICE_ENVIRONMENT) return t->environment_probability;
+    return t->lights[chosen].probability;
+}
+
+static bool is_one_light(const struct light_table *t)
+{
+    return t->count == 1 && !(t->emitters_probability > 0.0f) &&
+           !(t->environment_probability > 0.0f);
+}
+
+static void choose(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, struct choice *out)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
+    _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
+    bool one = is_one_light(c->lights);
+    out->plan_lights = 0;
+    out->others = false;
+    kernels->path_pairs(p, base + PATH_LIGHT, out->u, out->v);
+    if (!one) {
+        kernels->path_pairs(p, base + PATH_CHOICE, lobe, which);
+        kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
+    }
+    for (int i = 0; i < LANES; i++) {
+        out->chosen[i] = UINT32_MAX;
+        out->probability[i] = 1.0f;
+        if (!v->active.on[i]) continue;
+        uint32_t chosen = one ? 0 : light_table_choose(c->lights, which[i]);
+        out->chosen[i] = chosen;
+        out->probability[i] = probability_of(c->lights, chosen);
+        if (chosen < LIMIT_LIGHTS)
+            out->plan_lights |= UINT64_C(1) << chosen;
+        else
+            out->others = true;
+    }
+}
+
+static void take_lane(const struct light_packet *from, int i, struct light_packet *to)
+{
+    const struct RTCRay16 *source = &from->rays.ray;
+    struct RTCRay16 *ray = &to->rays.ray;
+    ray->dir_x[i] = source->dir_x[i];
+    ray->dir_y[i] = source->dir_y[i];
+    ray->dir_z[i] = source->dir_z[i];
+    ray->tfar[i] = source->tfar[i];
+    to->traced.on[i] = from->traced.on[i];
+    to->irradiance[i] = from->irradiance[i];
+    to->density[i] = from->density[i];
+    to->skip[i] = from->skip[i];
+}
+
+/* Lanes that chose lights of the plan. One light for all needs no copying. */
+static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
+                               const struct choice *choice, struct path_light *out)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct light *lights = c->lights->lights;
+    if (!choice->others && (choice->plan_lights & (choice->plan_lights - 1)) == 0) {
+        kernels->sample_light(&lights[__builtin_ctzll(choice->plan_lights)], choice->u, choice->v,
+                              &v->surface, &v->active, &out->packet);
+        return;
+    }
+    for (uint64_t rest = choice->plan_lights; rest; rest &= rest - 1) {
+        uint32_t index = (uint32_t)__builtin_ctzll(rest);
+        kernels->sample_light(&lights[index], choice->u, choice->v, &v->surface, &v->active,
+                              &out->candidate);
+        for (int i = 0; i < LANES; i++)
+            if (choice->chosen[i] == index) take_lane(&out->candidate, i, &out->packet);
+    }
+}
+
+/* The direction of the ray to a sample at `way` from lane i's surface, with the cosines that decide
+ * whether it is needed. */
+static bool aim(const struct path_vertex *v, int i, const float way[3], float along,
+                struct light_packet *p)
+{
+    const struct surface *s = &v->surface;
+    float shading = way[0] * s->normal.x[i] + way[1] * s->normal.y[i] + way[2] * s->normal.z[i];
+    float facet = way[0] * s->facet.x[i] + way[1] * s->facet.y[i] + way[2] * s->facet.z[i];
+    bool above = shading > 0.0f && facet > 0.0f;
+    p->skip[i] = above ? LIGHT_TRACED : LIGHT_BELOW_HORIZON;
+    p->irradiance[i] = shading / along; /* the cosine; the caller divides by the density */
+    return above;
+}
+
+static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
+                           const struct choice *choice, int i, struct path_light *out)
+{
+    const struct surface *s = &v->surface;
+    struct light_packet *p = &out->packet;
+    struct RTCRay16 *r = &p->rays.ray;
+    struct emitter_point e;
+    float u[2] = {choice->u[i], choice->v[i]};
+    emitters_sample(c->queries->scene->emitters, choice->pick[i], u, &e);
+    float way[3] = {e.position[0] - s->position.x[i], e.position[1] - s->position.y[i],
+                    e.position[2] - s->position.z[i]};
+    float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    float front = -(way[0] * e.normal[0] + way[1] * e.normal[1] + way[2] * e.normal[2]);
+    float side = front < 0.0f ? -1.0f : 1.0f;
+    if (!aim(v, i, way, sqrtf(squared), p)) return;
+    if (front == 0.0f || (front < 0.0f && !e.double_sided)) {
+        p->skip[i] = LIGHT_FACING_AWAY;
+        return;
+    }
+    /* front, and so squared, are positive here */
+    p->density[i] = e.pdf_area * squared * sqrtf(squared) / fabsf(front);
+    p->irradiance[i] /= p->density[i];
+    float clear = side * fminf(e.offset, 0.5f * fabsf(front));
+    r->dir_x[i] = e.position[0] + clear * e.normal[0] - s->origin.x[i];
+    r->dir_y[i] = e.position[1] + clear * e.normal[1] - s->origin.y[i];
+    r->dir_z[i] = e.position[2] + clear * e.normal[2] - s->origin.z[i];
+    r->tfar[i] = EMITTER_END;
+    out->color.x[i] = e.radiance[0];
+    out->color.y[i] = e.radiance[1];
+    out->color.z[i] = e.radiance[2];
+}
+
+static void sample_sky(const struct path_context *c, const struct path_vertex *v,
+                       const struct choice *choice, int i, struct path_light *out)
+{
+    struct light_packet *p = &out->packet;
+    struct RTCRay16 *r = &p->rays.ray;
+    float direction[3], radiance[3], u[2] = {choice->u[i], choice->v[i]};
+    sky_sample(c->sky, choice->pick[i], u, direction, &p->density[i]);
+    if (!(p->density[i] > 0.0f)) {
+        p->skip[i] = LIGHT_FACING_AWAY;
+        return;
+    }
+    if (!aim(v, i, direction, 1.0f, p)) return;
+    p->irradiance[i] /= p->density[i];
+    sky_radiance(c->sky, direction, radiance);
+    r->dir_x[i] = direction[0];
+    r->dir_y[i] = direction[1];
+    r->dir_z[i] = direction[2];
+    r->tfar[i] = INFINITY;
+    out->color.x[i] = radiance[0];
+    out->color.y[i] = radiance[1];
+    out->color.z[i] = radiance[2];
+}
+
+static void sample_others(const struct path_context *c, const struct path_vertex *v,
+                          const struct choice *choice, struct path_light *out)
+{
+    struct light_packet *p = &out->packet;
+    for (int i = 0; i < LANES; i++) {
+        if (choice->chosen[i] == UINT32_MAX || choice->chosen[i] < LIMIT_LIGHTS) continue;
+        if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS)
+            sample_emitter(c, v, choice, i, out);
+        else
+            sample_sky(c, v, choice, i, out);
+        bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
+        if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
+        p->traced.on[i] = fit ? -1 : 0;
+    }
+}
+
+/* Origins, keys and colors, for whatever was chosen. */
+static void finish(const struct path_context *c, const struct path_packet *paths,
+                   const struct path_vertex *v, const struct choice *choice, struct path_light *out)
+{
+    struct RTCRay16 *r = &out->packet.rays.ray;
+    memcpy(r->org_x, v->surface.origin.x, sizeof r->org_x);
+    memcpy(r->org_y, v->surface.origin.y, sizeof r->org_y);
+    memcpy(r->org_z, v->surface.origin.z, sizeof r->org_z);
+    for (int i = 0; i < LANES; i++) {
+        bool plan_light = choice->chosen[i] < LIMIT_LIGHTS;
+        const float *color = plan_light ? c->lights->lights[choice->chosen[i]].plan->color : NULL;
+        float share = 1.0f / choice->probability[i];
+        out->color.x[i] = share * (color ? color[0] : out->color.x[i]);
+        out->color.y[i] = share * (color ? color[1] : out->color.y[i]);
+        out->color.z[i] = share * (color ? color[2] : out->color.z[i]);
+        r->id[i] = path_ray_key(paths->key[i], paths->sample[i], v->depth, PATH_RAY_SHADOW);
+    }
+}
+
+/* What the sample sends on were it seen, over the throughput: the white diffuse part, and all. */
+struct reflected {
+    struct lanes3 diffuse; /* albedo taken out */
+    struct lanes3 all;
+};
+
+static void reflect_general(const struct path_vertex *v, const struct choice *choice,
+                            const struct path_light *l, int i, struct reflected *out)
+{
+    const struct RTCRay16 *r = &l->packet.rays.ray;
+    const struct surface *s = &v->surface;
+    const struct bsdf *b = &v->bsdf[i];
+    float d[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
+    float squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    float scale = 1.0f / sqrtf(squared > 0.0f ? squared : 1.0f);
+    float wi[3] = {
+        scale * (d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i]),
+        scale * (d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i]),
+        scale * (d[0] * s->normal.x[i] + d[1] * s->normal.y[i] + d[2] * s->normal.z[i])};
+    float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    struct bsdf_value value;
+    bsdf_evaluate(b, wo, wi, &value);
+    float density = l->packet.density[i] * choice->probability[i];
+    float ratio = density > 0.0f ? value.pdf / density : 0.0f;
+    float e = l->packet.irradiance[i] / (1.0f + ratio * ratio);
+    const float color[3] = {l->color.x[i], l->color.y[i], l->color.z[i]};
+    float all[3];
+    for (int k = 0; k < 3; k++)
+        all[k] = (b->albedo[k] * value.diffuse + value.specular[k]) * e * color[k];
+    out->diffuse.x[i] = value.diffuse * e * color[0];
+    out->diffuse.y[i] = value.diffuse * e * color[1];
+    out->diffuse.z[i] = value.diffuse * e * color[2];
+    out->all.x[i] = all[0];
+    out->all.y[i] = all[1];
+    out->all.z[i] = all[2];
+}
+
+static void reflect(const struct path_context *c, const struct path_vertex *v,
+                    const struct choice *choice, const struct path_light *l, struct reflected *out)
+{
+    const struct surface *s = &v->surface;
+    if (!v->any_lambert) memset(out, 0, sizeof *out);
+    if (v->any_lambert) {
+        c->queries->kernels->lambert_light(l, s, choice->probability, &out->diffuse);
+        for (int i = 0; i < LANES; i++) {
+            out->all.x[i] = out->diffuse.x[i] * s->albedo.x[i];
+            out->all.y[i] = out->diffuse.y[i] * s->albedo.y[i];
+            out->all.z[i] = out->diffuse.z[i] * s->albedo.z[i];
+        }
+    }
+    for (int i = 0; v->any_general && i < LANES; i++)
+        if (l->packet.traced.on[i] && !v->lambert.on[i]) reflect_general(v, choice, l, i, out);
+}
+
+/* Rays whose light would not be sent on are not traced. */
+static void drop_dim(const struct path_context *c, const struct reflected *f,
+                     struct light_packet *p)
+{
+    uint32_t dim = 0;
+    for (int i = 0; i < LANES; i++) {
+        int32_t bright = -(f->all.x[i] + f->all.y[i] + f->all.z[i] > 0.0f);
+        dim += (uint32_t)(p->traced.on[i] & ~bright & 1);
+        p->traced.on[i] &= bright;
+    }
+    c->counters->value[COUNTER_SKIPPED_DIM_LIGHT] += dim;
+}
+
+static void gather(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, const struct light_packet *l,
+                   const struct reflected *f, struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!l->traced.on[i] || l->rays.ray.tfar[i] < 0.0f) continue; /* occluded */
+        uint32_t slot = p->slot[i];
+        float value[3] = {f->all.x[i] * t->x[i], f->all.y[i] * t->y[i], f->all.z[i] * t->z[i]};
+        path_harvest_add(c, h, v->depth + 1, slot, value);
+        if (!c->demodulate || v->depth > 0) continue;
+        h->diffuse_direct.r[slot] += f->diffuse.x[i];
+        h->diffuse_direct.g[slot] += f->diffuse.y[i];
+        h->diffuse_direct.b[slot] += f->diffuse.z[i];
+    }
+}
+
+void path_light(const struct path_context *c, const struct path_packet *p,
+                const struct path_vertex *v, struct path_light *light, struct path_harvest *h)
+{
+    struct choice choice;
+    struct reflected reflected;
+    struct light_packet *packet = &light->packet;
+    memset(&packet->traced, 0, sizeof packet->traced);
+    choose(c, p, v, &choice);
+    if (choice.plan_lights) sample_plan_lights(c, v, &choice, light);
+    if (choice.others) sample_others(c, v, &choice, light);
+    light_count_skips(packet, &v->active, 1, c->counters);
+    finish(c, p, v, &choice, light);
+    reflect(c, v, &choice, light, &reflected);
+    drop_dim(c, &reflected, packet);
+    queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
+    uint32_t traced = lanes_count(&packet->traced);
+    if (traced == 0) return;
+    c->counters->value[v->depth == 0 ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] +=
+        traced;
+    queries_occluded(c->queries, v->depth == 0 ? QUERY_SHADOW : QUERY_BOUNCE_SHADOW,
+                     &packet->traced, &packet->rays);
+    gather(c, p, v, packet, &reflected, h);
+}

@@ -1,0 +1,172 @@
+/* Where paths go on. */
+#include <math.h>
+
+#include "proto/pattern_path.h"
+#include "worker/trace/lane_kernels.h"
+
+/* From this scattering on, paths are ended by chance in proportion to what they still carry. */
+#define ROULETTE_DEPTH 2
+/* Even a path through white surfaces ends at last. */
+#define ROULETTE_MOST 0.98f
+
+/* The next segment of sixteen paths. */
+struct scattering {
+    struct lanes_mask on;
+    struct lanes3 direction;
+    struct lanes3 weight;
+    struct lanes_mask through; /* to the other side of the surface */
+    _Alignas(LANES_ALIGN) float pdf[LANES];
+};
+
+static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
+                            const float u[LANES], const float w[LANES], struct scattering *s)
+{
+    s->on = v->active;
+    c->queries->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
+    s->weight = v->surface.albedo;
+    for (int i = 0; i < LANES; i++) s->through.on[i] = 0;
+}
+
+static bool leaves(const struct surface *s, int i, const float d[3], bool through)
+{
+    float facet = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
+    return through ? facet < 0.0f : facet > 0.0f;
+}
+
+/* The share of the weight that is the diffuse lobe's, over its albedo: what turns all that comes
+ * along the new direction into demodulated light. */
+static void keep_share(const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
+                       struct path_harvest *h)
+{
+    h->share.r[slot] = weight[0] > 0.0f ? sample->diffuse / weight[0] : 0.0f;
+    h->share.g[slot] = weight[1] > 0.0f ? sample->diffuse / weight[1] : 0.0f;
+    h->share.b[slot] = weight[2] > 0.0f ? sample->diffuse / weight[2] : 0.0f;
+}
+
+static void scatter_general(const struct path_context *c, const struct path_packet *p,
+                            const struct path_vertex *v, int i, float choice, const float u[2],
+                            struct scattering *out, struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    const struct bsdf *b = &v->bsdf[i];
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    struct bsdf_sample sample;
+    out->on.on[i] = 0;
+    if (!bsdf_sample(b, wo, choice, u, &sample)) return;
+    const float *wi = sample.wi;
+    float d[3] = {wi[0] * v->tangent.x[i] + wi[1] * v->bitangent.x[i] + wi[2] * s->normal.x[i],
+                  wi[0] * v->tangent.y[i] + wi[1] * v->bitangent.y[i] + wi[2] * s->normal.y[i],
+                  wi[0] * v->tangent.z[i] + wi[1] * v->bitangent.z[i] + wi[2] * s->normal.z[i]};
+    if (!leaves(s, i, d, sample.transmitted)) return;
+    float weight[3];
+    for (int k = 0; k < 3; k++) weight[k] = b->albedo[k] * sample.diffuse + sample.specular[k];
+    out->on.on[i] = -1;
+    out->direction.x[i] = d[0];
+    out->direction.y[i] = d[1];
+    out->direction.z[i] = d[2];
+    out->weight.x[i] = weight[0];
+    out->weight.y[i] = weight[1];
+    out->weight.z[i] = weight[2];
+    out->through.on[i] = sample.transmitted ? -1 : 0;
+    /* Light samples look at the near side only. */
+    out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
+    if (c->demodulate && v->depth == 0) keep_share(&sample, weight, p->slot[i], h);
+}
+
+/* After a pure Lambert surface all that comes is diffuse. */
+static void keep_lambert_shares(const struct path_packet *p, const struct path_vertex *v,
+                                struct path_harvest *h)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!v->lambert.on[i]) continue;
+        uint32_t slot = p->slot[i];
+        h->share.r[slot] = a->x[i] > 0.0f ? 1.0f / a->x[i] : 0.0f;
+        h->share.g[slot] = a->y[i] > 0.0f ? 1.0f / a->y[i] : 0.0f;
+        h->share.b[slot] = a->z[i] > 0.0f ? 1.0f / a->z[i] : 0.0f;
+    }
+}
+
+/* Whether the path goes on; its throughput makes up for those that do not. */
+static bool survives(struct path_packet *next, uint32_t lane, float chance)
+{
+    struct lanes3 *t = &next->throughput;
+    float most = t->x[lane] > t->y[lane] ? t->x[lane] : t->y[lane];
+    most = most > t->z[lane] ? most : t->z[lane];
+    float stay = most < ROULETTE_MOST ? most : ROULETTE_MOST;
+    if (chance >= stay) return false;
+    t->x[lane] /= stay;
+    t->y[lane] /= stay;
+    t->z[lane] /= stay;
+    return true;
+}
+
+static void start_segment(const struct path_packet *p, const struct path_vertex *v,
+                          const struct scattering *s, uint32_t i, struct path_packet *next,
+                          uint32_t lane)
+{
+    const struct surface *from = &v->surface;
+    struct RTCRay16 *r = &next->rays.ray;
+    bool through = s->through.on[i];
+    /* The other side's origin lies as far behind the position as this side's before it. */
+    r->org_x[lane] = through ? 2.0f * from->position.x[i] - from->origin.x[i] : from->origin.x[i];
+    r->org_y[lane] = through ? 2.0f * from->position.y[i] - from->origin.y[i] : from->origin.y[i];
+    r->org_z[lane] = through ? 2.0f * from->position.z[i] - from->origin.z[i] : from->origin.z[i];
+    r->dir_x[lane] = s->direction.x[i];
+    r->dir_y[lane] = s->direction.y[i];
+    r->dir_z[lane] = s->direction.z[i];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = INFINITY;
+    r->id[lane] = path_ray_key(p->key[i], p->sample[i], v->depth + 1, PATH_RAY_NEXT);
+    next->key[lane] = p->key[i];
+    next->sample[lane] = p->sample[i];
+    next->slot[lane] = p->slot[i];
+    next->pdf[lane] = s->pdf[i];
+}
+
+static void append(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, const struct scattering *s, struct path_pool *pool)
+{
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    bool roulette = v->depth >= ROULETTE_DEPTH;
+    uint64_t *counters = c->counters->value;
+    if (roulette)
+        c->queries->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE,
+                                        chance, unused);
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!v->active.on[i]) continue;
+        if (!s->on.on[i]) {
+            counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
+            continue;
+        }
+        uint32_t lane;
+        struct path_packet *next = path_pool_add(pool, &lane);
+        next->throughput.x[lane] = p->throughput.x[i] * s->weight.x[i];
+        next->throughput.y[lane] = p->throughput.y[i] * s->weight.y[i];
+        next->throughput.z[lane] = p->throughput.z[i] * s->weight.z[i];
+        if (roulette && !survives(next, lane, chance[i])) {
+            counters[COUNTER_SKIPPED_ROULETTE]++;
+            path_pool_drop(pool);
+            continue;
+        }
+        start_segment(p, v, s, i, next, lane);
+    }
+}
+
+void path_scatter(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES], lobe[LANES], light[LANES];
+    struct scattering s;
+    kernels->path_pairs(p, base + PATH_DIRECTION, u, w);
+    if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
+    if (v->any_lambert && c->demodulate && v->depth == 0) keep_lambert_shares(p, v, h);
+    if (v->any_general) kernels->path_pairs(p, base + PATH_CHOICE, lobe, light);
+    for (int i = 0; v->any_general && i < LANES; i++) {
+        const float at[2] = {u[i], w[i]};
+        if (v->active.on[i] && !v->lambert.on[i]) scatter_general(c, p, v, i, lobe[i], at, &s, h);
+    }
+    append(c, p, v, &s, next);
+}

@@ -1,0 +1,121 @@
+#include "worker/trace/path_sums.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "worker/trace/block_store.h"
+
+void path_sums_init(struct path_sums *s)
+{
+    memset(s, 0, sizeof *s);
+}
+
+static void clear(struct path_rgb *c, size_t slot)
+{
+    c->r[slot] = c->g[slot] = c->b[slot] = 0.0f;
+}
+
+static bool is_finite(const struct path_rgb *c, size_t slot)
+{
+    return c->r[slot] < INFINITY && c->g[slot] < INFINITY && c->b[slot] < INFINITY;
+}
+
+/* Comparisons are false for NaN. Nothing is negative: lights, albedos and weights are not. */
+static void reject(struct path_harvest *h, size_t first, struct counters *counters)
+{
+    for (size_t slot = first; slot < first + LANES; slot++) {
+        if (is_finite(&h->emission, slot) && is_finite(&h->direct, slot) &&
+            is_finite(&h->indirect, slot) && is_finite(&h->diffuse_direct, slot) &&
+            is_finite(&h->diffuse_indirect, slot))
+            continue;
+        clear(&h->emission, slot);
+        clear(&h->direct, slot);
+        clear(&h->indirect, slot);
+        clear(&h->diffuse_direct, slot);
+        clear(&h->diffuse_indirect, slot);
+        counters->value[COUNTER_REJECTED_NOT_FINITE]++;
+    }
+}
+
+static void add(const struct path_rgb *c, size_t first, struct lanes3 *sum)
+{
+    for (size_t i = 0; i < LANES; i++) {
+        sum->x[i] += c->r[first + i];
+        sum->y[i] += c->g[first + i];
+        sum->z[i] += c->b[first + i];
+    }
+}
+
+/* Welford's update (1962): no cancellation, whatever the mean. */
+static inline void update(float value, float share, float *sum, float *mean, float *spread)
+{
+    float off = value - *mean;
+    *sum += value;
+    *mean += off * share;
+    *spread += off * (value - *mean);
+}
+
+static void add_radiance(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
+    const float share = 1.0f / (float)s->count;
+    for (size_t i = 0; i < LANES; i++) {
+        size_t k = first + i;
+        update(e->r[k] + d->r[k] + n->r[k], share, &s->radiance.x[i], &s->mean.x[i],
+               &s->spread.x[i]);
+        update(e->g[k] + d->g[k] + n->g[k], share, &s->radiance.y[i], &s->mean.y[i],
+               &s->spread.y[i]);
+        update(e->b[k] + d->b[k] + n->b[k], share, &s->radiance.z[i], &s->mean.z[i],
+               &s->spread.z[i]);
+    }
+}
+
+/* What came after the first scattering, its diffuse part with albedo taken out: direct light that
+ * was found by scattering, and all indirect light. */
+static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    add(&h->diffuse_direct, first, &s->diffuse_direct);
+    add(&h->diffuse_indirect, first, &s->diffuse_indirect);
+}
+
+void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
+                   struct counters *counters)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        size_t first = (size_t)k * LANES;
+        reject(h, first, counters);
+        s->count++;
+        add_radiance(h, first, s);
+        add(&h->emission, first, &s->emission);
+        add(&h->direct, first, &s->direct);
+        add(&h->indirect, first, &s->indirect);
+        add(&h->albedo, first, &s->albedo);
+        if (demodulate) add_demodulated(h, first, s);
+        for (size_t i = 0; i < LANES; i++) {
+            s->coverage[i] += h->coverage[first + i];
+            s->occlusion[i] += h->occlusion[first + i];
+        }
+    }
+}
+
+static void store(const struct lanes3 *v, const struct block *b, struct samples *samples,
+                  enum plane_id plane)
+{
+    block_store_f32(b, v->x, samples_f32(samples, plane, 0));
+    block_store_f32(b, v->y, samples_f32(samples, plane, 1));
+    block_store_f32(b, v->z, samples_f32(samples, plane, 2));
+}
+
+void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples)
+{
+    store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
+    store(&s->spread, b, samples, PLANE_PATH_SPREAD);
+    store(&s->emission, b, samples, PLANE_PATH_EMISSION);
+    store(&s->direct, b, samples, PLANE_PATH_DIRECT);
+    store(&s->indirect, b, samples, PLANE_PATH_INDIRECT);
+    store(&s->diffuse_direct, b, samples, PLANE_PATH_DIFFUSE_DIRECT);
+    store(&s->diffuse_indirect, b, samples, PLANE_PATH_DIFFUSE_INDIRECT);
+    store(&s->albedo, b, samples, PLANE_PATH_ALBEDO);
+    block_store_f32(b, s->coverage, samples_f32(samples, PLANE_PATH_COVERAGE, 0));
+    block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_OCCLUSION, 0));
+}

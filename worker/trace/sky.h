@@ -1,0 +1,23 @@
+#pragma once
+/* The environment as a plan places it: turned, scaled, or the same from everywhere. Directions are
+ * the world's. */
+#include "proto/plan.h"
+#include "worker/scene/environment.h"
+
+struct sky {
+    uint32_t kind; /* enum environment_kind */
+    const struct environment *map;
+    float radiance[3];  /* or the map's factor */
+    float cosine, sine; /* of the map's rotation */
+};
+
+/* `map` is the plan's, NULL when it has none; borrowed. */
+void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map);
+
+/* Radiance from a unit direction. */
+void sky_radiance(const struct sky *sky, const float direction[3], float radiance[3]);
+
+/* Of a map: a direction by three uniform numbers, its density per solid angle (0: none). */
+void sky_sample(const struct sky *sky, float choice, const float u[2], float direction[3],
+                float *pdf);
+float sky_pdf(const struct sky *sky, const float direction[3]);
