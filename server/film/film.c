@@ -4,17 +4,32 @@
 #include <stdlib.h>
 
 #include "server/film/gather.h"
+#include "server/film/passes.h"
+
+/* A pass that has landed while a block read its tile. */
+struct pending_pass {
+    struct samples *samples; /* owned */
+    struct pending_pass *next;
+};
 
 struct film_tile {
     struct samples
-        *samples; /* owned; NULL before it has landed and when nobody needs it any more */
-    uint32_t blocks_waiting; /* blocks that read it and are not done */
-    bool landed;
+        *samples;     /* owned; NULL before it has landed and when nobody needs it any more */
+    uint32_t merged;  /* passes that `samples` holds */
+    uint32_t landed;  /* merged ones and those pending */
+    uint32_t readers; /* blocks that are out and read it */
+    uint32_t blocks_waiting;             /* blocks that read it and are not done */
+    struct pending_pass *pending, *last; /* owned; in the order of the passes */
 };
 
+/* idle -> queued -> out -> idle, until its last time. Held: it was to go out, but something is
+ * pending for one of its tiles; it is queued again when that is merged. */
+enum block_state { BLOCK_IDLE, BLOCK_QUEUED, BLOCK_HELD, BLOCK_OUT, BLOCK_DONE };
+
 struct film_block {
-    uint32_t tiles_missing; /* tiles that it reads and that have not landed */
-    bool done;
+    enum block_state state;
+    uint32_t round;         /* passes that all its tiles have */
+    uint32_t tiles_missing; /* tiles that have no more than these */
 };
 
 struct film {
@@ -22,13 +37,13 @@ struct film {
     struct tile_grid grid;
     int32_t block_px, halo_px;
     int32_t columns, rows; /* of blocks */
-    uint32_t tile_count, block_count;
+    uint32_t tile_count, block_count, pass_count;
     uint32_t blocks_done;
-    struct film_tile *tiles;   /* owned */
-    struct film_block *blocks; /* owned */
-    uint32_t *ready;           /* owned; blocks in the order in which they became ready */
-    uint32_t ready_first, ready_end;
-    uint64_t bytes;
+    struct film_tile *tiles;          /* owned */
+    struct film_block *blocks;        /* owned */
+    uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */
+    uint32_t ready_first, ready_held; /* at most block_count: each block is in it once */
+    uint64_t bytes, pending;
 };
 
 /* A half-open range of columns and rows, of tiles or of blocks. */
@@ -84,6 +99,16 @@ static uint32_t block_at(const struct film *film, int32_t column, int32_t row)
     return (uint32_t)row * (uint32_t)film->columns + (uint32_t)column;
 }
 
+/* Calls visit for every tile that a block reads. */
+static void each_tile(struct film *film, uint32_t block,
+                      void (*visit)(struct film *film, uint32_t tile))
+{
+    struct rect t = tiles_of(film, block);
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++)
+            visit(film, tile_at(film, column, row));
+}
+
 static void count_needs(struct film *film)
 {
     for (uint32_t i = 0; i < film->tile_count; i++) {
@@ -110,6 +135,7 @@ int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, stru
     film->rows = (plan->height_px + block_px - 1) / block_px;
     film->tile_count = tile_grid_count(&film->grid);
     film->block_count = (uint32_t)film->columns * (uint32_t)film->rows;
+    film->pass_count = plan_pass_count(plan);
     film->tiles = calloc(film->tile_count, sizeof *film->tiles);
     film->blocks = calloc(film->block_count, sizeof *film->blocks);
     film->ready = calloc(film->block_count, sizeof *film->ready);
@@ -123,12 +149,29 @@ fail:
     return error;
 }
 
+/* Takes the first of what waits for a tile; the samples are the caller's. */
+static struct samples *take_pending(struct film *film, struct film_tile *t)
+{
+    struct pending_pass *first = t->pending;
+    struct samples *samples = first->samples;
+    t->pending = first->next;
+    if (!t->pending) t->last = NULL;
+    free(first);
+    film->pending--;
+    return samples;
+}
+
 void film_destroy(struct film **out)
 {
     struct film *film = *out;
     if (!film) return;
     for (uint32_t i = 0; film->tiles && i < film->tile_count; i++) {
-        if (film->tiles[i].samples) samples_destroy(&film->tiles[i].samples);
+        struct film_tile *t = &film->tiles[i];
+        while (t->pending) {
+            struct samples *samples = take_pending(film, t);
+            samples_destroy(&samples);
+        }
+        samples_destroy(&t->samples);
     }
     free(film->tiles);
     free(film->blocks);
@@ -137,76 +180,184 @@ void film_destroy(struct film **out)
     *out = NULL;
 }
 
-static bool fits(const struct film *film, uint32_t tile, const struct samples *samples)
+static bool fits(const struct film *film, uint32_t tile, uint32_t pass,
+                 const struct samples *samples)
 {
     struct rect r = tile_grid_rect(&film->grid, tile);
-    return samples->layout.width_px == rect_width(r) && samples->layout.height_px == rect_height(r);
+    const uint32_t planes = pass == 0 ? film->plan->planes : film->plan->planes & PLANES_PATH;
+    return samples->layout.width_px == rect_width(r) &&
+           samples->layout.height_px == rect_height(r) && samples->layout.planes == planes;
 }
 
-int film_land(struct film *film, uint32_t tile, struct samples *samples)
+/* Tiles of a block that have no more passes than its round; the round grows with the slowest. */
+static void begin_round(struct film *film, uint32_t block)
+{
+    struct film_block *b = &film->blocks[block];
+    struct rect t = tiles_of(film, block);
+    b->round = UINT32_MAX;
+    for (int32_t row = t.y0; row < t.y1; row++) {
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const uint32_t merged = film->tiles[tile_at(film, column, row)].merged;
+            if (merged < b->round) {
+                b->round = merged;
+                b->tiles_missing = 0;
+            }
+            b->tiles_missing += merged == b->round;
+        }
+    }
+}
+
+static void queue_block(struct film *film, uint32_t block)
+{
+    struct film_block *b = &film->blocks[block];
+    if (b->state == BLOCK_QUEUED) return;
+    /* While a block is out nothing is merged into its tiles. */
+    assert(b->state == BLOCK_IDLE || b->state == BLOCK_HELD);
+    b->state = BLOCK_QUEUED;
+    const uint64_t end = (uint64_t)film->ready_first + film->ready_held++;
+    film->ready[end % film->block_count] = block;
+}
+
+/* A tile has got more passes than `before`, and its blocks may have come a round further. */
+static void tell_blocks(struct film *film, uint32_t tile, uint32_t before)
+{
+    struct rect around = blocks_of(film, tile);
+    for (int32_t row = around.y0; row < around.y1; row++) {
+        for (int32_t column = around.x0; column < around.x1; column++) {
+            const uint32_t block = block_at(film, column, row);
+            struct film_block *b = &film->blocks[block];
+            if (before == b->round && --b->tiles_missing == 0) {
+                begin_round(film, block);
+                queue_block(film, block);
+            } else if (b->state == BLOCK_HELD) {
+                queue_block(film, block);
+            }
+        }
+    }
+}
+
+static void merge(struct film *film, struct film_tile *t, struct samples *samples)
+{
+    uint32_t first, count;
+    if (t->merged == 0) {
+        t->samples = samples;
+    } else {
+        plan_pass_range(film->plan, t->merged, &first, &count);
+        passes_add(t->samples, first, samples, count);
+        film->bytes -= samples->layout.total_bytes;
+        samples_destroy(&samples);
+    }
+    t->merged++;
+}
+
+static int put_aside(struct film *film, struct film_tile *t, struct samples *samples)
+{
+    struct pending_pass *p = calloc(1, sizeof *p);
+    if (!p) return ERR_MEMORY;
+    p->samples = samples;
+    if (t->last)
+        t->last->next = p;
+    else
+        t->pending = p;
+    t->last = p;
+    film->pending++;
+    return 0;
+}
+
+int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples)
 {
     if (tile >= film->tile_count) return ERR_RANGE;
     struct film_tile *t = &film->tiles[tile];
-    if (t->landed) return ERR_EXISTS;
-    if (!fits(film, tile, samples)) return ERR_MISMATCH;
-    t->landed = true;
-    t->samples = samples;
+    if (pass < t->landed) return ERR_EXISTS;
+    if (pass > t->landed || pass >= film->pass_count) return ERR_RANGE;
+    if (!fits(film, tile, pass, samples)) return ERR_MISMATCH;
+    const bool must_wait = t->readers > 0;
+    if (must_wait && put_aside(film, t, samples) != 0) return ERR_MEMORY;
+    t->landed++;
     film->bytes += samples->layout.total_bytes;
-    struct rect b = blocks_of(film, tile);
-    for (int32_t row = b.y0; row < b.y1; row++) {
-        for (int32_t column = b.x0; column < b.x1; column++) {
-            uint32_t block = block_at(film, column, row);
-            if (--film->blocks[block].tiles_missing == 0) film->ready[film->ready_end++] = block;
-        }
-    }
+    if (must_wait) return 0;
+    merge(film, t, samples);
+    tell_blocks(film, tile, pass);
     return 0;
+}
+
+static bool has_pending(const struct film *film, uint32_t block)
+{
+    struct rect t = tiles_of(film, block);
+    for (int32_t row = t.y0; row < t.y1 && film->pending > 0; row++)
+        for (int32_t column = t.x0; column < t.x1; column++)
+            if (film->tiles[tile_at(film, column, row)].pending) return true;
+    return false;
+}
+
+static void begin_reading(struct film *film, uint32_t tile)
+{
+    film->tiles[tile].readers++;
 }
 
 bool film_next_ready(struct film *film, uint32_t *block)
 {
-    if (film->ready_first == film->ready_end) return false;
-    *block = film->ready[film->ready_first++];
-    return true;
+    while (film->ready_held > 0) {
+        *block = film->ready[film->ready_first];
+        film->ready_first = (film->ready_first + 1) % film->block_count;
+        film->ready_held--;
+        const bool held = has_pending(film, *block);
+        film->blocks[*block].state = held ? BLOCK_HELD : BLOCK_OUT;
+        if (held) continue;
+        each_tile(film, *block, begin_reading);
+        return true;
+    }
+    return false;
 }
 
 int film_gather(const struct film *film, uint32_t block, struct patch **out)
 {
     struct patch *patch;
     *out = NULL;
-    assert(block < film->block_count && film->blocks[block].tiles_missing == 0);
+    assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
     int error = patch_create(film->plan, reach(film, film_block_rect(film, block)), &patch);
     if (error) return error;
     struct rect t = tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {
             uint32_t tile = tile_at(film, column, row);
-            gather_tile(film->plan, film->tiles[tile].samples, tile_grid_rect(&film->grid, tile),
-                        patch);
+            const struct film_tile *from = &film->tiles[tile];
+            gather_tile(film->plan, from->samples, plan_pass_spp(film->plan, from->merged),
+                        tile_grid_rect(&film->grid, tile), patch);
         }
     }
     *out = patch;
     return 0;
 }
 
-static void release(struct film *film, struct film_tile *tile)
+static void end_reading(struct film *film, uint32_t tile)
 {
-    if (--tile->blocks_waiting > 0) return;
-    film->bytes -= tile->samples->layout.total_bytes;
-    samples_destroy(&tile->samples);
+    struct film_tile *t = &film->tiles[tile];
+    if (--t->readers > 0 || !t->pending) return;
+    const uint32_t before = t->merged;
+    while (t->pending) merge(film, t, take_pending(film, t));
+    tell_blocks(film, tile, before);
 }
 
-void film_block_done(struct film *film, uint32_t block)
+static void release(struct film *film, uint32_t tile)
+{
+    struct film_tile *t = &film->tiles[tile];
+    if (--t->blocks_waiting > 0) return;
+    film->bytes -= t->samples->layout.total_bytes;
+    samples_destroy(&t->samples);
+}
+
+bool film_block_done(struct film *film, uint32_t block)
 {
     struct film_block *b = &film->blocks[block];
-    assert(block < film->block_count && b->tiles_missing == 0 && !b->done);
-    b->done = true;
+    assert(block < film->block_count && b->state == BLOCK_OUT);
+    const bool last = b->round == film->pass_count;
+    b->state = last ? BLOCK_DONE : BLOCK_IDLE;
+    each_tile(film, block, end_reading);
+    if (!last) return false;
     film->blocks_done++;
-    struct rect t = tiles_of(film, block);
-    for (int32_t row = t.y0; row < t.y1; row++) {
-        for (int32_t column = t.x0; column < t.x1; column++) {
-            release(film, &film->tiles[tile_at(film, column, row)]);
-        }
-    }
+    each_tile(film, block, release);
+    return true;
 }
 
 bool film_complete(const struct film *film)
@@ -217,4 +368,9 @@ bool film_complete(const struct film *film)
 uint64_t film_bytes(const struct film *film)
 {
     return film->bytes;
+}
+
+uint64_t film_pending(const struct film *film)
+{
+    return film->pending;
 }

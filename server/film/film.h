@@ -1,6 +1,18 @@
 #pragma once
 /* Where a frame's samples land: tiles in, patches out, memory bounded by what is still needed.
  *
+ * A tile lands pass by pass (proto/plan.h). Its first pass is kept; the sums of later ones are
+ * added to it in their order, so that a tile costs the same memory whatever the samples a pixel,
+ * and the sums are the same bytes whatever the order in which tiles arrive.
+ *
+ * A block is ready as soon as all its tiles have a first pass, and again each time when all of them
+ * have a further one: at most once a pass. In between it reads of each tile what has landed. A
+ * block is handed out once at a time, and while it is out nobody touches its tiles: what lands for
+ * them waits beside them, and is added when the last block that reads them is done. No block is
+ * handed out that reads a tile for which something waits, so that this comes soon. After the last
+ * pass of its tiles a block is reconstructed a last time, with all of their samples; then it lets
+ * go of them, and a tile that no block needs any more is freed.
+ *
  * Book-keeping (land, the ready list, release) is for the loop's thread. film_gather reads tiles
  * that have landed and may run on any thread for blocks that were reported ready and are not yet
  * done. */
@@ -16,12 +28,14 @@ struct film;
 int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile. Not taken: ERR_EXISTS when the tile has landed before, ERR_RANGE for
- * a tile that is none, ERR_MISMATCH for samples of another size. Blocks whose every tile is now
- * there are queued; film_next_ready takes them in order. */
-int film_land(struct film *film, uint32_t tile, struct samples *samples);
+/* Takes the samples of a tile's pass, which must be of this pass's layout. Not taken: ERR_EXISTS
+ * when the pass has landed before, ERR_RANGE for a tile or a pass that is none or comes before its
+ * turn, ERR_MISMATCH for samples of another size. Blocks that are now ready are queued;
+ * film_next_ready takes them in order. */
+int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples);
 
-/* The next block that can be reconstructed; false when there is none. */
+/* The next block that can be reconstructed; false when there is none. It is out until
+ * film_block_done. */
 bool film_next_ready(struct film *film, uint32_t *block);
 struct rect film_block_rect(const struct film *film, uint32_t block);
 uint32_t film_block_count(const struct film *film);
@@ -29,8 +43,10 @@ uint32_t film_block_count(const struct film *film);
 /* The block's samples with halo, as floats. Owned by the caller. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 
-/* The block is reconstructed: tiles that no other block waits for are freed. */
-void film_block_done(struct film *film, uint32_t block);
-bool film_complete(const struct film *film);
+/* The block is reconstructed: what waited for its tiles is added, which may make blocks ready, and
+ * tiles that no block needs any more are freed. True when that was its last time. */
+bool film_block_done(struct film *film, uint32_t block);
+bool film_complete(const struct film *film); /* the last time of all */
 
-uint64_t film_bytes(const struct film *film); /* held in tiles now */
+uint64_t film_bytes(const struct film *film);   /* held in tiles now */
+uint64_t film_pending(const struct film *film); /* passes that wait to be added */

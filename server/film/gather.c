@@ -219,8 +219,34 @@ static void gather_light(const struct overlap *o, uint32_t k)
     if (light->slope_max) widen_halves(o, samples_light_slope(s, k, 1), 1.0f, light->slope_max);
 }
 
-void gather_tile(const struct plan *plan, const struct samples *samples, struct rect tile,
-                 struct patch *patch)
+static void copy_rgb(const struct overlap *o, enum plane_id plane, float *const out[3])
+{
+    for (uint32_t c = 0; c < 3 && out[0]; c++) {
+        copy_words(o, samples_f32(o->samples, plane, c), out[c]);
+    }
+}
+
+static void gather_paths(const struct overlap *o, uint32_t spp)
+{
+    const struct patch_paths *p = &o->patch->paths;
+    copy_rgb(o, PLANE_PATH_RADIANCE, p->radiance);
+    copy_rgb(o, PLANE_PATH_SPREAD, p->spread);
+    copy_rgb(o, PLANE_PATH_EMISSION, p->emission);
+    copy_rgb(o, PLANE_PATH_DIRECT, p->direct);
+    copy_rgb(o, PLANE_PATH_INDIRECT, p->indirect);
+    copy_rgb(o, PLANE_PATH_DIFFUSE_DIRECT, p->diffuse_direct);
+    copy_rgb(o, PLANE_PATH_DIFFUSE_INDIRECT, p->diffuse_indirect);
+    copy_rgb(o, PLANE_PATH_ALBEDO, p->albedo);
+    if (p->coverage) copy_words(o, samples_f32(o->samples, PLANE_PATH_COVERAGE, 0), p->coverage);
+    if (p->open) copy_words(o, samples_f32(o->samples, PLANE_PATH_OCCLUSION, 0), p->open);
+    for (size_t y = 0; y < o->height; y++) {
+        float *to = p->spp + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] = (float)spp; /* below 2^24: exact */
+    }
+}
+
+void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
+                 struct rect tile, struct patch *patch)
 {
     struct rect r = rect_intersect(tile, patch->rect);
     if (rect_is_empty(r)) return;
@@ -240,4 +266,5 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
     gather_radiance(&o);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_light(&o, k);
+    if (plan->paths.spp > 0) gather_paths(&o, path_spp);
 }

@@ -3,10 +3,12 @@
 #include "proto/samples.h"
 #include "server/reconstruct/patch.h"
 
-/* Converts the pixels of `tile` (the samples' place in the image) that lie in the patch. Halves
+/* `path_spp` samples a pixel are in the samples' sums of paths.
+ *
+ * Converts the pixels of `tile` (the samples' place in the image) that lie in the patch. Halves
  * become floats, scales are taken out, sub-sample depths become distances, and where there is no
  * surface the normal is zero. Distances are cut at GATHER_DISTANCE_MAX, so that their squares stay
  * finite. */
 #define GATHER_DISTANCE_MAX 1e16f
-void gather_tile(const struct plan *plan, const struct samples *samples, struct rect tile,
-                 struct patch *patch);
+void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
+                 struct rect tile, struct patch *patch);

@@ -10,6 +10,9 @@
  * a block at 9 spp. */
 #define BLOCKS_OUT_MOST 128
 
+/* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
+#define PENDING_MOST 64
+
 static void destroy(struct frame *f)
 {
     tile_queue_destroy(&f->tiles);
@@ -32,7 +35,8 @@ int frame_create(const struct frame_options *options, struct frame **out)
     int error = f->plan_bytes.failed ? ERR_MEMORY : 0;
     if (!error)
         error = tile_grid_init(&f->grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px);
-    if (!error) error = tile_queue_create(&f->grid, BLOCK_SIDE_PX, &f->tiles);
+    if (!error)
+        error = tile_queue_create(&f->grid, BLOCK_SIDE_PX, plan_pass_count(&f->plan), &f->tiles);
     if (!error) error = film_create(&f->plan, BLOCK_SIDE_PX, block_halo_px(&f->plan), &f->film);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
@@ -109,7 +113,7 @@ const struct statistics *frame_statistics(const struct frame *f)
 
 uint64_t frame_revision(const struct frame *f)
 {
-    return f->blocks_done;
+    return f->blocks_drawn;
 }
 
 uint32_t frame_tiles_total(const struct frame *f)
@@ -127,17 +131,28 @@ uint32_t frame_tiles_waiting(const struct frame *f)
     return tile_queue_waiting(f->tiles);
 }
 
+double frame_traced_share(const struct frame *f)
+{
+    const uint32_t each = f->plan.paths.spp > 0 ? f->plan.paths.spp : 1;
+    return (double)f->samples_landed / ((double)each * tile_grid_count(&f->grid));
+}
+
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
 {
     *size_bytes = (uint32_t)f->plan_bytes.size_bytes;
     return f->plan_bytes.data;
 }
 
+static bool is_behind(const struct frame *f, uint32_t blocks_most, uint32_t pending_most)
+{
+    return f->blocks_out > blocks_most || film_pending(f->film) > pending_most;
+}
+
 bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
 {
     uint32_t tile, generation;
     if ((f->plan.capabilities & ~capabilities) != 0) return false;
-    if (f->blocks_out > BLOCKS_OUT_MOST) {
+    if (is_behind(f, BLOCKS_OUT_MOST, PENDING_MOST)) {
         f->held = true;
         return false;
     }
@@ -146,13 +161,14 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
     *out = (struct fleet_tile){.frame_id = f->options.id,
                                .index = tile,
                                .generation = generation,
+                               .pass = tile_queue_pass(f->tiles, tile),
                                .rect = tile_grid_rect(&f->grid, tile)};
     return true;
 }
 
 bool frame_was_held(struct frame *f)
 {
-    if (!f->held || f->blocks_out > BLOCKS_OUT_MOST / 2) return false;
+    if (!f->held || is_behind(f, BLOCKS_OUT_MOST / 2, PENDING_MOST / 2)) return false;
     f->held = false;
     return true;
 }

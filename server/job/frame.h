@@ -24,7 +24,7 @@ struct frame_events {
     void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
     /* Pixels of `rect` are in the image. */
     void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
-    /* All tiles have landed: workers may forget the frame. */
+    /* All tiles have landed with all their passes: workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
     /* The files are stored as objects. */
     void (*encoded)(void *ctx, struct frame *frame, const struct digest *exr,
@@ -55,17 +55,21 @@ enum frame_state frame_state(const struct frame *f);
 const struct image *frame_image(const struct frame *f);
 const struct exr_metadata *frame_metadata(const struct frame *f);
 const struct statistics *frame_statistics(const struct frame *f); /* tiles and CPU so far */
-uint64_t frame_revision(const struct frame *f);                   /* blocks drawn */
+uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that they were */
+/* Every pass of a tile (proto/plan.h) counts as a tile: a worker is given one at a time. */
 uint32_t frame_tiles_total(const struct frame *f);
 uint32_t frame_tiles_landed(const struct frame *f);
-uint32_t frame_tiles_waiting(const struct frame *f);
+uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now */
+/* Samples that have landed, of all: passes differ in length. 1 only when all have. */
+double frame_traced_share(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
 /* Why the last result that did not fit the plan was refused. Borrowed. */
 const struct fault *frame_refusal(const struct frame *f);
 
-/* The next tile for a worker. False when none waits, or when reconstruction is so far behind that
- * more samples would only fill memory; frame_was_held then says once that it goes on. */
+/* The next tile and pass for a worker. False when none waits, or when reconstruction is so far
+ * behind that more samples would only fill memory; frame_was_held then says once that it goes on.
+ */
 bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
 bool frame_was_held(struct frame *f);
 

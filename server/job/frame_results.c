@@ -65,6 +65,17 @@ static void copy_pixels(const struct block_task *t, struct image *image)
                    (size_t)width * sizeof *from);
 }
 
+static int submit_block(struct frame *f, uint32_t block);
+
+/* Blocks that have come a pass further go to the team. */
+static int submit_ready(struct frame *f)
+{
+    uint32_t block;
+    int error = 0;
+    while (!error && film_next_ready(f->film, &block)) error = submit_block(f, block);
+    return error;
+}
+
 static void block_over(struct frame *f, const struct block_task *t)
 {
     f->blocks_out--;
@@ -73,12 +84,18 @@ static void block_over(struct frame *f, const struct block_task *t)
         frame_fail(f, t->error, "", "reconstruction failed");
         return;
     }
-    f->statistics.sub_samples_unmatched += t->statistics.sub_samples_unmatched;
-    f->statistics.pixels_background += t->statistics.pixels_background;
     copy_pixels(t, f->image);
-    film_block_done(f->film, t->block);
-    f->blocks_done++;
-    if (f->blocks_done == film_block_count(f->film)) frame_encode(f);
+    f->blocks_drawn++;
+    if (film_block_done(f->film, t->block)) { /* pixels count once, as they are in the end */
+        f->statistics.sub_samples_unmatched += t->statistics.sub_samples_unmatched;
+        f->statistics.pixels_background += t->statistics.pixels_background;
+    }
+    const int error = submit_ready(f);
+    if (error) {
+        frame_fail(f, error, "", "a block could not be reconstructed");
+        return;
+    }
+    if (film_complete(f->film)) frame_encode(f);
     f->options.events.drawn(f->options.events.ctx, f, t->rect);
 }
 
@@ -107,6 +124,7 @@ struct decode_task {
     struct team_task task;
     struct frame *frame;
     uint64_t worker;
+    uint32_t pass;
     struct message_result result; /* its samples lie in bytes */
     uint8_t *bytes;               /* owned */
     struct samples *samples;      /* owned until landed */
@@ -119,7 +137,7 @@ static void decode_run(struct team_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
     if (atomic_load(&t->frame->dropped)) return;
-    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan, 0,
+    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan, t->pass,
                               rect_width(t->rect), rect_height(t->rect), &t->samples, &t->fault);
 }
 
@@ -146,11 +164,18 @@ static void reject(struct decode_task *t)
     judge(t, corrupt ? VERDICT_CORRUPT : VERDICT_STALE);
 }
 
+/* Samples a pixel, or one for the planes of a plan without paths. */
+static uint32_t pass_weight(const struct plan *plan, uint32_t pass)
+{
+    uint32_t first, count;
+    plan_pass_range(plan, pass, &first, &count);
+    return plan->paths.spp > 0 ? count : 1;
+}
+
 static void land(struct decode_task *t)
 {
     struct frame *f = t->frame;
-    uint32_t block;
-    int error = film_land(f->film, t->result.index, t->samples);
+    int error = film_land(f->film, t->result.index, t->pass, t->samples);
     if (error) {
         frame_fail(f, error, "", "a tile's samples could not be kept");
         return;
@@ -159,7 +184,8 @@ static void land(struct decode_task *t)
     tile_queue_land(f->tiles, t->result.index);
     counters_add(&f->statistics.counters, &t->result.counters);
     f->statistics.tiles_done++;
-    while (!error && film_next_ready(f->film, &block)) error = submit_block(f, block);
+    f->samples_landed += pass_weight(&f->plan, t->pass);
+    error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
         return;
@@ -204,6 +230,7 @@ uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_res
     t->task = (struct team_task){.run = decode_run, .done = decode_done};
     t->frame = f;
     t->worker = worker;
+    t->pass = tile_queue_pass(f->tiles, result->index);
     t->result = *result;
     t->rect = tile_grid_rect(&f->grid, result->index);
     t->bytes = *bytes;

@@ -18,8 +18,10 @@ struct frame {
     struct image *image; /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
-    uint32_t blocks_done, blocks_out; /* out: on the team */
-    uint32_t tasks;                   /* on the team, of any kind */
+    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel, one without paths */
+    uint64_t blocks_drawn;
+    uint32_t blocks_out; /* on the team */
+    uint32_t tasks;      /* on the team, of any kind */
     bool held;
     atomic_bool dropped; /* the team skips what is queued */
 };

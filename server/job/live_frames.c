@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/build.h"
+#include "proto/samples.h"
 #include "server/job/jobs_table.h"
 
 static int32_t number_of(const struct live_job *job, const struct live_frame *frame)
@@ -17,12 +18,23 @@ bool live_job_has_unopened(const struct live_job *job)
            job->frames_opened + job->frames_finished < job->frame_count;
 }
 
+/* Floats a pixel that wait for further passes; without these a frame's samples come and go. */
+static uint64_t waiting_floats(const struct plan *plan)
+{
+    struct samples_layout layout;
+    const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
+    if (plan_pass_count(plan) == 1) return 0;
+    if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
+    return layout.total_bytes / (sizeof(float) * LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
+}
+
 uint64_t live_job_frame_floats(const struct live_job *job)
 {
     const struct plan *plan = &job->prepared->plan;
     /* About three channels a layer. */
     uint64_t layers = (uint64_t)__builtin_popcount(job->prepared->job.layers);
-    return (uint64_t)plan->width_px * (uint64_t)plan->height_px * (3 * layers + 1);
+    return (uint64_t)plan->width_px * (uint64_t)plan->height_px *
+           (3 * layers + 1 + waiting_floats(plan));
 }
 
 static void frame_event(const struct live_job *job, const struct live_frame *frame)
@@ -125,6 +137,8 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
     if (ack->verdict == VERDICT_ACCEPTED) {
         note_tile(job, work, ack, worker);
         jobs_progress_soon(jobs, job);
+        /* A tile that has landed waits for its next pass. */
+        if (plan_pass_count(&job->prepared->plan) > 1) fleet_wake(jobs->fleet);
         return;
     }
     if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, work, worker);
@@ -244,7 +258,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .metadata = {.job = job->fingerprint,
                      .build = build_id(),
                      .seed = document->seed,
-                     .spp = l * l,
+                     .spp = plan.paths.spp > 0 ? plan.paths.spp : l * l,
                      .frame = number_of(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,

@@ -73,7 +73,7 @@ void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
 bool live_job_has_unopened(const struct live_job *job);
 void live_job_open_frame(struct live_job *job);
 void live_job_drop_frames(struct live_job *job);
-/* Pixels of an image, all channels counted: what opening a frame costs. */
+/* Floats of an image and of samples that wait for their next pass: what opening a frame costs. */
 uint64_t live_job_frame_floats(const struct live_job *job);
 
 /* live_report.c: what GET shows and what is kept: {progress, plan, statistics, warnings, revision}.

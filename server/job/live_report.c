@@ -14,7 +14,7 @@ static double frame_fraction(const struct live_frame *frame)
 {
     if (frame->state == FRAME_FINISHED) return 1;
     if (!frame->work) return frame->state == FRAME_ENCODING ? ENCODED_SHARE : 0;
-    return TRACED_SHARE * frame_tiles_landed(frame->work) / frame_tiles_total(frame->work);
+    return TRACED_SHARE * frame_traced_share(frame->work);
 }
 
 double live_job_fraction(const struct live_job *job)
@@ -37,13 +37,14 @@ static json_t *eta_of(const struct live_job *job, double fraction)
     return json_real(round(eta_s * 10) / 10);
 }
 
+/* Passes of tiles, as a frame counts them. */
 static uint64_t tiles_a_frame(const struct live_job *job)
 {
     struct tile_grid grid;
     const struct plan *plan = job->prepared ? &job->prepared->plan : NULL;
     if (!plan || tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0)
         return 0;
-    return tile_grid_count(&grid);
+    return (uint64_t)tile_grid_count(&grid) * plan_pass_count(plan);
 }
 
 json_t *live_job_progress(const struct live_job *job)

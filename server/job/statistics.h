@@ -10,12 +10,12 @@ struct statistics {
     uint64_t import_cpu_us;
     uint64_t decode_cpu_us; /* unpacking and checking samples */
     uint64_t reconstruct_cpu_us;
-    uint64_t encode_cpu_us;     /* EXR and PNG */
-    uint64_t coordinate_cpu_us; /* the loop's thread while the job was in work: all else */
-    uint64_t wall_us;           /* from import to the last file */
-    uint64_t bytes_received;    /* samples as they came over the wire */
-    uint64_t tiles_done, tiles_reissued;
-    uint64_t results_dropped; /* duplicate, stale, foreign */
+    uint64_t encode_cpu_us;              /* EXR and PNG */
+    uint64_t coordinate_cpu_us;          /* the loop's thread while the job was in work: all else */
+    uint64_t wall_us;                    /* from import to the last file */
+    uint64_t bytes_received;             /* samples as they came over the wire */
+    uint64_t tiles_done, tiles_reissued; /* each pass of a tile counts */
+    uint64_t results_dropped;            /* duplicate, stale, foreign */
     uint64_t results_corrupt;
     uint64_t sub_samples_unmatched, pixels_background;
     uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;

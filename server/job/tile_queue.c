@@ -12,17 +12,22 @@ struct tile_entry {
     uint64_t worker; /* of the lease in force */
     uint64_t faulted_by[TILE_QUEUE_FAULTS];
     uint32_t generation; /* of the last lease; 0: never leased */
-    uint16_t returns;
+    uint32_t settled;    /* the generation under which the last pass landed; 0: none has */
+    uint32_t rank;       /* place along the curve */
+    uint16_t pass;       /* that it is waiting for or at */
+    uint16_t returns;    /* of this pass, as all below */
     uint8_t faults;
     uint8_t state;
 };
 
 struct tile_queue {
-    uint32_t count, landed;
+    uint32_t count, passes, landed;
     uint64_t reissued;
-    uint32_t next;           /* in order: where fresh tiles come from */
+    uint32_t fresh_count;    /* tiles that wait for a pass not leased before: a heap */
     uint32_t returned_count; /* tiles that came back and wait: a stack */
-    uint32_t *order, *returned;
+    uint64_t *fresh;         /* keys */
+    uint32_t *order;         /* tiles by rank */
+    uint32_t *returned;
     struct tile_entry *tiles;
 };
 
@@ -71,24 +76,64 @@ static int order_tiles(struct tile_queue *q, const struct tile_grid *grid, int32
         places[i].distance = hilbert(side, (uint32_t)(r.x0 / cell_px), (uint32_t)(r.y0 / cell_px));
     }
     qsort(places, q->count, sizeof *places, compare_places);
-    for (uint32_t i = 0; i < q->count; i++) q->order[i] = places[i].tile;
+    for (uint32_t i = 0; i < q->count; i++) {
+        q->order[i] = places[i].tile;
+        q->tiles[places[i].tile].rank = i;
+    }
     free(places);
     return 0;
 }
 
-int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, struct tile_queue **out)
+/* What is fresh is a binary heap with the least key at the top: the pass, then the rank. */
+static uint64_t key_of(const struct tile_entry *t)
 {
-    assert(cell_px > 0);
+    return (uint64_t)t->pass << 32 | t->rank;
+}
+
+static void fresh_push(struct tile_queue *q, uint64_t key)
+{
+    uint32_t at = q->fresh_count++;
+    while (at > 0 && q->fresh[(at - 1) / 2] > key) {
+        q->fresh[at] = q->fresh[(at - 1) / 2];
+        at = (at - 1) / 2;
+    }
+    q->fresh[at] = key;
+}
+
+static uint32_t fresh_pop(struct tile_queue *q)
+{
+    const uint32_t tile = q->order[(uint32_t)q->fresh[0]];
+    const uint64_t key = q->fresh[--q->fresh_count];
+    uint32_t at = 0;
+    for (;;) {
+        uint32_t child = 2 * at + 1;
+        if (child >= q->fresh_count) break;
+        if (child + 1 < q->fresh_count && q->fresh[child + 1] < q->fresh[child]) child++;
+        if (q->fresh[child] >= key) break;
+        q->fresh[at] = q->fresh[child];
+        at = child;
+    }
+    q->fresh[at] = key;
+    return tile;
+}
+
+int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
+                      struct tile_queue **out)
+{
+    assert(cell_px > 0 && passes > 0 && passes <= LIMIT_PASSES);
     struct tile_queue *q = calloc(1, sizeof *q);
     if (!q) return ERR_MEMORY;
     q->count = tile_grid_count(grid);
+    q->passes = passes;
+    q->fresh = calloc(q->count, sizeof *q->fresh);
     q->order = calloc(q->count, sizeof *q->order);
     q->returned = calloc(q->count, sizeof *q->returned);
     q->tiles = calloc(q->count, sizeof *q->tiles);
-    if (!q->order || !q->returned || !q->tiles || order_tiles(q, grid, cell_px) != 0) {
+    if (!q->fresh || !q->order || !q->returned || !q->tiles || order_tiles(q, grid, cell_px) != 0) {
         tile_queue_destroy(&q);
         return ERR_MEMORY;
     }
+    for (uint32_t i = 0; i < q->count; i++) fresh_push(q, i); /* all at pass 0, by rank */
     *out = q;
     return 0;
 }
@@ -97,6 +142,7 @@ void tile_queue_destroy(struct tile_queue **queue)
 {
     struct tile_queue *q = *queue;
     if (!q) return;
+    free(q->fresh);
     free(q->order);
     free(q->returned);
     free(q->tiles);
@@ -107,10 +153,14 @@ void tile_queue_destroy(struct tile_queue **queue)
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation)
 {
     if (tile_queue_waiting(q) == 0) return false;
-    *tile = q->returned_count > 0 ? q->returned[--q->returned_count] : q->order[q->next++];
+    if (q->returned_count > 0) {
+        *tile = q->returned[--q->returned_count];
+        q->reissued++;
+    } else {
+        *tile = fresh_pop(q);
+    }
     struct tile_entry *t = &q->tiles[*tile];
     assert(t->state == TILE_WAITING);
-    if (t->generation > 0) q->reissued++;
     t->state = TILE_LEASED;
     t->worker = worker;
     *generation = ++t->generation;
@@ -148,7 +198,8 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
     if (tile >= q->count || generation == 0 || generation > q->tiles[tile].generation)
         return VERDICT_FOREIGN;
     t = &q->tiles[tile];
-    if (t->state == TILE_LANDED || t->state == TILE_RECEIVED) return VERDICT_DUPLICATE;
+    if (t->state == TILE_LANDED || t->state == TILE_RECEIVED || generation <= t->settled)
+        return VERDICT_DUPLICATE;
     if (t->state == TILE_LEASED && t->generation == generation)
         return VERDICT_FOREIGN; /* somebody else's lease */
     if (t->generation != generation) return VERDICT_STALE;
@@ -159,9 +210,21 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
 
 void tile_queue_land(struct tile_queue *q, uint32_t tile)
 {
-    assert(tile < q->count && q->tiles[tile].state == TILE_RECEIVED);
-    q->tiles[tile].state = TILE_LANDED;
+    struct tile_entry *t = &q->tiles[tile];
+    assert(tile < q->count && t->state == TILE_RECEIVED);
+    t->settled = t->generation;
+    t->returns = 0;
+    t->faults = 0;
+    t->pass++;
     q->landed++;
+    t->state = t->pass < q->passes ? TILE_WAITING : TILE_LANDED;
+    if (t->state == TILE_WAITING) fresh_push(q, key_of(t));
+}
+
+uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
+{
+    assert(tile < q->count);
+    return q->tiles[tile].pass;
 }
 
 static void put_back(struct tile_queue *q, struct tile_entry *t)
@@ -196,14 +259,15 @@ bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint
     return t->faults < TILE_QUEUE_FAULTS;
 }
 
+/* At most 4,194,304 tiles of 260 passes: within 32 bits. */
 uint32_t tile_queue_count(const struct tile_queue *q)
 {
-    return q->count;
+    return q->count * q->passes;
 }
 
 uint32_t tile_queue_waiting(const struct tile_queue *q)
 {
-    return q->count - q->next + q->returned_count;
+    return q->fresh_count + q->returned_count;
 }
 
 uint32_t tile_queue_landed(const struct tile_queue *q)
@@ -218,5 +282,5 @@ uint64_t tile_queue_reissued(const struct tile_queue *q)
 
 bool tile_queue_complete(const struct tile_queue *q)
 {
-    return q->landed == q->count;
+    return q->landed == q->count * q->passes;
 }

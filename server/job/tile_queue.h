@@ -1,14 +1,17 @@
 #pragma once
 /* The tiles of a frame: who traces which, and what became of it. Pure data, no clock, no IO.
  *
- * A tile waits, is leased to a worker under a generation, its result is received (taken to be
- * decoded) and then lands. Anything else puts it back in the queue, where it goes first. A result
- * counts under the lease that is in force, or, while the tile waits, under the one that was last:
- * whose link broke may send under another name what nobody has begun since.
+ * A tile is traced in passes, one after the other: it has at most one lease at a time. For its pass
+ * it waits, is leased to a worker under a generation, its result is received (taken to be decoded)
+ * and then lands; it then waits for the next pass, until its last has landed. Anything else puts it
+ * back in the queue, where it goes first. A result counts under the lease that is in force, or,
+ * while the tile waits after this came back, under the one that was last: whose link broke may send
+ * under another name what nobody has begun since.
  *
- * Tiles are given in the order of a Hilbert curve over cells of the reconstruction's block size, so
- * that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the turning
- * form is Warren, Hacker's Delight, 16-2). */
+ * The pass that is least far goes first, so that the whole picture forms early and no tile is left
+ * behind with many passes to go. Within a pass tiles are given in the order of a Hilbert curve over
+ * cells of the reconstruction's block size, so that blocks complete early and few unfinished ones
+ * are held at a time (Hilbert 1891; the turning form is Warren, Hacker's Delight, 16-2). */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -17,18 +20,25 @@
 
 /* Different workers that must have failed at a tile before the frame fails. */
 #define TILE_QUEUE_FAULTS 3
-/* Times that a tile may come back without a result, by workers that died or gave up: a tile that
- * kills every worker must not do so for ever. */
+/* Times that a pass of a tile may come back without a result, by workers that died or gave up: a
+ * tile that kills every worker must not do so for ever. */
 #define TILE_QUEUE_RETURNS 32
 
 struct tile_queue;
 
-/* Tiles are taken cell by cell, cell_px a side. ERR_MEMORY. */
-int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, struct tile_queue **out);
+/* Tiles are taken cell by cell, cell_px a side; each has `passes` passes, 1 .. LIMIT_PASSES.
+ * ERR_MEMORY. */
+int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
+                      struct tile_queue **out);
 void tile_queue_destroy(struct tile_queue **queue);
 
-/* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1. */
+/* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1 over
+ * all its passes. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
+
+/* The pass that a tile waits for, is leased or received for; the count of passes when the last has
+ * landed. */
+uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile);
 
 /* A result came: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE (leased
  * again since) or FOREIGN (no such tile, never leased in that generation, or leased to another
@@ -48,9 +58,9 @@ bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uin
  * different workers said so. */
 bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation);
 
-uint32_t tile_queue_count(const struct tile_queue *q);
-uint32_t tile_queue_waiting(const struct tile_queue *q);
-uint32_t tile_queue_landed(const struct tile_queue *q);
-/* Leases beyond each tile's first. */
+uint32_t tile_queue_count(const struct tile_queue *q);   /* passes of all tiles */
+uint32_t tile_queue_waiting(const struct tile_queue *q); /* tiles that could be leased now */
+uint32_t tile_queue_landed(const struct tile_queue *q);  /* passes of all tiles */
+/* Leases beyond the first of each pass of each tile. */
 uint64_t tile_queue_reissued(const struct tile_queue *q);
 bool tile_queue_complete(const struct tile_queue *q);

@@ -1,6 +1,7 @@
 #pragma once
-/* One block from samples to pixels: lighting (filtered or not), composition with albedo,
- * anti-aliased resolve. A pure function of its arguments; any thread. */
+/* One block from samples to pixels: under a plan with paths the mean of their sums, else the light
+ * field's lighting (filtered or not), composition with albedo, anti-aliased resolve. A pure
+ * function of its arguments; any thread. */
 #include "server/image/image.h"
 #include "server/reconstruct/patch.h"
 
@@ -8,7 +9,7 @@
 
 struct block_statistics {
     uint64_t sub_samples_unmatched; /* sub-samples whose surface no pixel around them shows */
-    uint64_t pixels_background;     /* no surface, no sub-sample's either: nothing was computed */
+    uint64_t pixels_background;     /* no sample shows a surface */
 };
 
 /* Pixels around a block that its reconstruction reads under this plan. */

@@ -119,7 +119,7 @@ static void compose_samples(const struct resolver *r, struct rect block, const s
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(r->patch, block.x0, y);
         for (int32_t x = block.x0; x < block.x1; x++, i++) {
-            *plane_at(out, x, y) = resolve_has_surface(r, i) ? (float)rays : 0.0f;
+            *plane_at(out, x, y) = patch_has_surface(r->patch, i) ? (float)rays : 0.0f;
         }
     }
 }
@@ -134,49 +134,56 @@ static uint32_t seen_strata(const struct patch *patch, uint32_t k, uint32_t byte
     return seen;
 }
 
-static float visibility(const struct resolver *r, size_t i)
+static float visibility(const struct plan *plan, const struct patch *patch, size_t i)
 {
     uint32_t seen = 0, all = 0;
-    if (!resolve_has_surface(r, i)) return 0.0f;
-    for (uint32_t k = 0; k < r->plan->light_count; k++) {
-        uint32_t strata = light_strata(r->plan, k);
-        if (!r->patch->lights[k].visibility || r->plan->lights[k].type != LIGHT_RECTANGLE) continue;
-        seen += seen_strata(r->patch, k, (strata + 7) / 8, i);
+    if (!patch_has_surface(patch, i)) return 0.0f;
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        uint32_t strata = light_strata(plan, k);
+        if (!patch->lights[k].visibility || plan->lights[k].type != LIGHT_RECTANGLE) continue;
+        seen += seen_strata(patch, k, (strata + 7) / 8, i);
         all += strata;
     }
     return all > 0 ? (float)seen / (float)all : 1.0f;
 }
 
-static void compose_visibility(const struct resolver *r, struct rect block, const struct plane *out)
+static void compose_visibility(const struct plan *plan, const struct patch *patch,
+                               struct rect block, const struct plane *out)
 {
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(r->patch, block.x0, y);
+        size_t i = patch_index(patch, block.x0, y);
         for (int32_t x = block.x0; x < block.x1; x++, i++) {
-            *plane_at(out, x, y) = visibility(r, i);
+            *plane_at(out, x, y) = visibility(plan, patch, i);
         }
     }
 }
 
-static void compose_slopes(const struct resolver *r, struct rect block, struct image *image)
+static void compose_slopes(const struct plan *plan, const struct patch *patch, struct rect block,
+                           struct image *image)
 {
-    for (uint32_t k = 0; k < r->plan->light_count; k++) {
-        const struct patch_light *light = &r->patch->lights[k];
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const struct patch_light *light = &patch->lights[k];
         if (!light->slope_min) continue;
-        copy_plane(r->patch, light->slope_min, block, image_plane(image, "slope_min.S"));
-        copy_plane(r->patch, light->slope_max, block, image_plane(image, "slope_max.S"));
+        copy_plane(patch, light->slope_min, block, image_plane(image, "slope_min.S"));
+        copy_plane(patch, light->slope_max, block, image_plane(image, "slope_max.S"));
         return;
     }
 }
 
-void compose_block(const struct resolver *resolver, struct rect block, struct image *image,
-                   struct block_statistics *statistics)
+void compose_centre(const struct plan *plan, const struct patch *patch, struct rect block,
+                    struct image *image)
+{
+    compose_geometry(patch, block, image);
+    compose_visibility(plan, patch, block, image_plane(image, "visibility.V"));
+    compose_slopes(plan, patch, block, image);
+}
+
+void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
+                         struct block_statistics *statistics)
 {
     struct targets targets;
     find_targets(image, &targets);
     compose_light(resolver, &targets, block, statistics);
-    compose_geometry(resolver->patch, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
-    compose_visibility(resolver, block, image_plane(image, "visibility.V"));
-    compose_slopes(resolver, block, image);
 }

@@ -63,6 +63,27 @@ static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, s
     }
 }
 
+static void carve_plane(struct carver *c, const struct plan *plan, enum plane_id plane,
+                        float *out[3])
+{
+    if (plan->planes >> plane & 1u) carve_rgb(c, out);
+}
+
+static void carve_paths(struct carver *c, const struct plan *plan, struct patch_paths *p)
+{
+    p->spp = carve(c, sizeof(float));
+    carve_plane(c, plan, PLANE_PATH_RADIANCE, p->radiance);
+    carve_plane(c, plan, PLANE_PATH_SPREAD, p->spread);
+    carve_plane(c, plan, PLANE_PATH_EMISSION, p->emission);
+    carve_plane(c, plan, PLANE_PATH_DIRECT, p->direct);
+    carve_plane(c, plan, PLANE_PATH_INDIRECT, p->indirect);
+    carve_plane(c, plan, PLANE_PATH_DIFFUSE_DIRECT, p->diffuse_direct);
+    carve_plane(c, plan, PLANE_PATH_DIFFUSE_INDIRECT, p->diffuse_indirect);
+    carve_plane(c, plan, PLANE_PATH_ALBEDO, p->albedo);
+    if (plan->planes >> PLANE_PATH_COVERAGE & 1u) p->coverage = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_PATH_OCCLUSION & 1u) p->open = carve(c, sizeof(float));
+}
+
 static void carve_all(struct carver *c, const struct plan *plan, struct patch *p)
 {
     if (plan->planes >> PLANE_DEPTH & 1u) p->depth = carve(c, sizeof(float));
@@ -73,6 +94,7 @@ static void carve_all(struct carver *c, const struct plan *plan, struct patch *p
     if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
     carve_indirect(c, plan, p);
     for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
+    if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
 }
 
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
@@ -104,4 +126,10 @@ void patch_destroy(struct patch **patch)
     free((*patch)->memory);
     free(*patch);
     *patch = NULL;
+}
+
+bool patch_has_surface(const struct patch *patch, size_t i)
+{
+    if (patch->depth) return patch->depth[i] > 0.0f;
+    return !patch->id || patch->id[i] > 0;
 }

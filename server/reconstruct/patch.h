@@ -4,12 +4,24 @@
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
+#include <stdbool.h>
+
 #include "proto/plan.h"
 
 struct patch_light {
     float *irradiance;   /* E of plan.h */
     uint8_t *visibility; /* visibility_bytes planes of w*h bytes, as samples.h */
     float *slope_min, *slope_max;
+};
+
+/* Sums over the samples of each pixel, as in proto/samples.h. */
+struct patch_paths {
+    float *spp; /* samples in the sums so far: tiles of a block may differ; at least 1 */
+    float *radiance[3], *spread[3];
+    float *emission[3], *direct[3], *indirect[3];
+    float *diffuse_direct[3], *diffuse_indirect[3];
+    float *albedo[3];
+    float *coverage, *open; /* samples that meet a surface; those whose occlusion ray is open */
 };
 
 struct patch {
@@ -28,9 +40,13 @@ struct patch {
     float *reflector;       /* scene units; 0: none */
     float *indirect_strata; /* l_i^2 * 4 planes */
     struct patch_light lights[LIMIT_LIGHTS];
+    struct patch_paths paths;
     void *memory; /* owned */
 };
 
 /* Allocates all arrays that the plan has for `rect`. */
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
 void patch_destroy(struct patch **patch);
+
+/* True when pixel i's centre shows a surface, as far as the patch can tell. */
+bool patch_has_surface(const struct patch *patch, size_t i);

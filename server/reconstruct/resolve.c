@@ -34,13 +34,6 @@ void resolver_init(struct resolver *r, const struct plan *plan, const struct pat
     r->share = 1.0f / (float)(1 + r->subs);
 }
 
-bool resolve_has_surface(const struct resolver *r, size_t i)
-{
-    const struct patch *p = r->patch;
-    if (p->depth) return p->depth[i] > 0.0f;
-    return !p->id || p->id[i] > 0;
-}
-
 /* -- which pixels lend their lighting -- */
 
 static void add_lender(struct lenders *l, size_t pixel, float weight)
@@ -211,7 +204,7 @@ void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
     float samples = 0.0f;
     struct surface_facing facing = {.known = false};
     *out = (struct resolved){.unmatched = 0};
-    if (resolve_has_surface(r, i)) {
+    if (patch_has_surface(r->patch, i)) {
         for (int c = 0; c < 3; c++) own[c] = p->albedo[0] ? p->albedo[c][i] : 1.0f;
         samples = 1.0f;
     }

@@ -32,6 +32,3 @@ void resolver_init(struct resolver *r, const struct plan *plan, const struct pat
  * pixels wide. Where no weight is left, the least mismatch decides, and the sub-sample counts as
  * unmatched; without any surface around, it is unlit. */
 void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out);
-
-/* True when the pixel's own sample hit a surface. */
-bool resolve_has_surface(const struct resolver *r, size_t i);

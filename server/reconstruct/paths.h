@@ -1,0 +1,16 @@
+#pragma once
+/* The path tracer's picture: its sums over the samples so far, divided by their number. Nothing is
+ * filtered, so a pixel needs no other. */
+#include "server/image/image.h"
+#include "server/reconstruct/block.h"
+
+/* Writes the channels that paths give, of `block`; those whose plane the plan does not have stay as
+ * they are.
+ *   R G B A         radiance; the share of samples that meet a surface
+ *   direct, indirect, emission, albedo, diffuse_direct, diffuse_indirect   means over the samples
+ *   occlusion       share of samples that are open
+ *   error           standard error of R G B: sqrt(spread / (n (n - 1))); 0 for a single sample,
+ * which tells nothing of its error samples         n, the samples so far Means are finite whatever
+ * the sums. pixels_background counts pixels of which no sample meets a surface. */
+void paths_compose(const struct patch *patch, struct rect block, struct image *image,
+                   struct block_statistics *statistics);
