@@ -8,190 +8,17 @@
  * asked, full packets and streams the best counts. Prints one JSON line with both and one with
  * every effect on. Times are CPU times of the tracing threads, medians over interleaved
  * repetitions. */
-#include <embree3/rtcore.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <xmmintrin.h>
 
+#include "tests/bench/bench_plan.h"
+#include "tests/bench/recording.h"
 #include "worker/tile.h"
-#include "worker/trace/queries.h"
 
-enum { SIDE_PX = 720, TILE_PX = 64, STRATA = 3, CHUNK = 2048, REPETITIONS = 7, THREADS_MAX = 64 };
-
-#define MXCSR_FLUSH 0x8040u
-
-/* Rays of one kind in the order in which they were asked, sixteen lanes a packet; `count` lanes are
- * on. Lanes that are off have a mask of 0. */
-struct recording {
-    struct RTCRay *rays;
-    size_t lanes, count, capacity;
-};
-
-struct recorder {
-    struct query_recorder base;
-    struct recording kinds[QUERY_KIND_COUNT];
-};
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void fail(const char *text)
-{
-    fprintf(stderr, "bench_rays: %s\n", text);
-    exit(1);
-}
-
-static void recording_add(struct recording *r, const struct RTCRay *ray)
-{
-    if (r->lanes == r->capacity) {
-        size_t capacity = r->capacity ? 2 * r->capacity : 65536;
-        struct RTCRay *grown = aligned_alloc(64, capacity * sizeof *grown);
-        if (!grown) fail("no memory for the recording");
-        if (r->lanes) memcpy(grown, r->rays, r->lanes * sizeof *grown);
-        free(r->rays);
-        r->rays = grown;
-        r->capacity = capacity;
-    }
-    r->rays[r->lanes++] = *ray;
-    if (ray->mask) r->count++;
-}
-
-static void record(struct query_recorder *self, enum query_kind kind,
-                   const struct lanes_mask *valid, const struct RTCRayHit16 *q)
-{
-    struct recorder *recorder = (struct recorder *)self;
-    const struct RTCRay16 *r = &q->ray;
-    for (int i = 0; i < LANES; i++) {
-        struct RTCRay ray = {.mask = 0};
-        if (valid->on[i])
-            ray = (struct RTCRay){r->org_x[i], r->org_y[i], r->org_z[i], r->tnear[i],
-                                  r->dir_x[i], r->dir_y[i], r->dir_z[i], 0.0f,
-                                  r->tfar[i],  r->mask[i],  0,           0};
-        recording_add(&recorder->kinds[kind], &ray);
-    }
-}
-
-/* A chunk of rays in the three layouts that Embree takes. */
-struct chunk {
-    struct RTCRayHit16 hits16[CHUNK / 16];
-    struct RTCRay16 rays16[CHUNK / 16];
-    struct RTCRayHit8 hits8[CHUNK / 8];
-    struct RTCRay8 rays8[CHUNK / 8];
-    struct RTCRayHit hits1[CHUNK];
-    struct RTCRay rays1[CHUNK];
-    _Alignas(64) int valid[CHUNK];
-};
-
-#define FILL(to, lane, ray)                                                                        \
-    do {                                                                                           \
-        (to).org_x[lane] = (ray).org_x, (to).org_y[lane] = (ray).org_y;                            \
-        (to).org_z[lane] = (ray).org_z, (to).tnear[lane] = (ray).tnear;                            \
-        (to).dir_x[lane] = (ray).dir_x, (to).dir_y[lane] = (ray).dir_y;                            \
-        (to).dir_z[lane] = (ray).dir_z, (to).time[lane] = 0.0f;                                    \
-        (to).tfar[lane] = (ray).tfar, (to).mask[lane] = (ray).mask;                                \
-        (to).id[lane] = (to).flags[lane] = 0;                                                      \
-    } while (0)
-
-enum layout { LAYOUT_ASKED, LAYOUT_16, LAYOUT_8, LAYOUT_STREAM, LAYOUT_COUNT };
-static const char *const layout_names[] = {"packets as asked", "packets of 16", "packets of 8",
-                                           "streams"};
-
-/* Lays out the rays in c->rays1 as one layout needs them. */
-static void chunk_lay_out(struct chunk *c, bool closest, enum layout layout)
-{
-    for (int i = 0; i < CHUNK; i++) {
-        const struct RTCRay *ray = &c->rays1[i];
-        c->valid[i] = ray->mask ? -1 : 0;
-        if (layout <= LAYOUT_16 && closest) FILL(c->hits16[i / 16].ray, i % 16, *ray);
-        if (layout <= LAYOUT_16 && !closest) FILL(c->rays16[i / 16], i % 16, *ray);
-        if (layout == LAYOUT_8 && closest) FILL(c->hits8[i / 8].ray, i % 8, *ray);
-        if (layout == LAYOUT_8 && !closest) FILL(c->rays8[i / 8], i % 8, *ray);
-        if (layout == LAYOUT_STREAM && closest) {
-            memset(&c->hits1[i].hit, 0xff, sizeof c->hits1[i].hit);
-            c->hits1[i].ray = *ray;
-        }
-    }
-    if (layout <= LAYOUT_16 && closest)
-        for (int i = 0; i < CHUNK / 16; i++)
-            memset(&c->hits16[i].hit, 0xff, sizeof c->hits16[i].hit);
-    if (layout == LAYOUT_8 && closest)
-        for (int i = 0; i < CHUNK / 8; i++) memset(&c->hits8[i].hit, 0xff, sizeof c->hits8[i].hit);
-}
-
-/* The next chunk of a recording from lane *at on, with the gaps between asked rays or without. How
- * many rays are on; 0 when too few are left. */
-static size_t chunk_fill(struct chunk *c, const struct recording *r, bool closest,
-                         enum layout layout, size_t *at)
-{
-    size_t n = 0, on = 0;
-    bool gaps = layout == LAYOUT_ASKED;
-    for (; n < CHUNK && *at < r->lanes; ++*at)
-        if (gaps || r->rays[*at].mask) {
-            c->rays1[n++] = r->rays[*at];
-            on += r->rays[*at].mask != 0;
-        }
-    if (n < CHUNK) return 0;
-    chunk_lay_out(c, closest, layout);
-    return on;
-}
-
-static void replay(const struct render_scene *render, struct chunk *c, bool closest,
-                   enum layout layout)
-{
-    RTCScene scene = render->top;
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    /* worker/trace/queries.c says why instances go without the hint */
-    if (closest || !render->has_instances) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    if (layout <= LAYOUT_16 && closest)
-        for (int i = 0; i < CHUNK / 16; i++)
-            rtcIntersect16(c->valid + (size_t)16 * (size_t)i, scene, &context, &c->hits16[i]);
-    else if (layout <= LAYOUT_16)
-        for (int i = 0; i < CHUNK / 16; i++)
-            rtcOccluded16(c->valid + (size_t)16 * (size_t)i, scene, &context, &c->rays16[i]);
-    else if (layout == LAYOUT_8 && closest)
-        for (int i = 0; i < CHUNK / 8; i++)
-            rtcIntersect8(c->valid + (size_t)8 * (size_t)i, scene, &context, &c->hits8[i]);
-    else if (layout == LAYOUT_8)
-        for (int i = 0; i < CHUNK / 8; i++)
-            rtcOccluded8(c->valid + (size_t)8 * (size_t)i, scene, &context, &c->rays8[i]);
-    else if (closest)
-        for (int i = 0; i < CHUNK; i += 1024)
-            rtcIntersect1M(scene, &context, &c->hits1[i], 1024, sizeof c->hits1[0]);
-    else
-        for (int i = 0; i < CHUNK; i += 1024)
-            rtcOccluded1M(scene, &context, &c->rays1[i], 1024, sizeof c->rays1[0]);
-}
-
-/* How far a recording has been replayed in one layout, and how long Embree alone took for that. */
-struct progress {
-    size_t lane, rays;
-    double cpu_s;
-};
-
-/* Replays the next chunk; nothing when too few rays are left. */
-static void replay_chunk(const struct render_scene *scene, struct chunk *c,
-                         const struct recording *r, bool closest, enum layout layout,
-                         struct progress *p)
-{
-    size_t on = chunk_fill(c, r, closest, layout, &p->lane);
-    if (on == 0) return;
-    unsigned int mode = _mm_getcsr();
-    _mm_setcsr(mode | MXCSR_FLUSH);
-    double start = cpu_s();
-    replay(scene, c, closest, layout);
-    p->cpu_s += cpu_s() - start;
-    p->rays += on;
-    _mm_setcsr(mode);
-}
+enum { REPETITIONS = 7, THREADS_MAX = 64 };
 
 /* One thread's share: every `step`-th tile. */
 struct share {
@@ -220,7 +47,7 @@ static void replay_upto(struct share *s, double part)
             size_t before = p->lane + 1;
             while (p->lane < (size_t)(part * (double)r->lanes) && p->lane != before) {
                 before = p->lane;
-                replay_chunk(s->scene, s->chunk, r, k == 0, l, p);
+                replay_chunk(s->scene, s->chunk, r, k == 0, true, l, p);
             }
         }
 }
@@ -266,84 +93,6 @@ static void run_all(struct share *shares, uint32_t threads, bool replaying)
     for (uint32_t i = 0; i < threads; i++) pthread_join(ids[i], NULL);
 }
 
-static float extent(const struct scene *s)
-{
-    float sum = 0.0f;
-    for (int i = 0; i < 3; i++) {
-        float side = s->info->bounds_max[i] - s->info->bounds_min[i];
-        sum += side * side;
-    }
-    return sqrtf(sum);
-}
-
-/* A square light up and to the camera's side of a scene that has none. */
-static void add_light(const struct scene *s, struct plan *p)
-{
-    float size = extent(s), length = 0.0f;
-    struct plan_light *light = &p->lights[p->light_count++];
-    *light = (struct plan_light){.type = LIGHT_RECTANGLE, .color = {1, 1, 1}, .power = 1.0f};
-    for (int i = 0; i < 3; i++) {
-        float up = p->camera.up[i], back = -p->camera.forward[i], right = p->camera.right[i];
-        float centre = 0.5f * (s->info->bounds_min[i] + s->info->bounds_max[i]);
-        float way = 0.8f * up + 0.6f * back + 0.3f * right;
-        light->position[i] = centre + size * way;
-        light->direction[i] = -way;
-        length += way * way;
-        light->half_u[i] = right;
-    }
-    float *n = light->direction, *u = light->half_u, *v = light->half_v, along = 0.0f, side = 0.0f;
-    for (int i = 0; i < 3; i++) n[i] /= sqrtf(length);
-    for (int i = 0; i < 3; i++) along += u[i] * n[i];
-    for (int i = 0; i < 3; i++) u[i] -= along * n[i];
-    for (int i = 0; i < 3; i++) side += u[i] * u[i];
-    for (int i = 0; i < 3; i++) u[i] *= 0.1f * size / sqrtf(side);
-    v[0] = n[1] * u[2] - n[2] * u[1];
-    v[1] = n[2] * u[0] - n[0] * u[2];
-    v[2] = n[0] * u[1] - n[1] * u[0];
-}
-
-static void add_scene_lights(const struct scene *s, struct plan *p)
-{
-    for (uint64_t i = 0; i < s->count[SCENE_LIGHTS] && p->light_count < LIMIT_LIGHTS; i++) {
-        const struct scene_light *from = &s->lights[i];
-        struct plan_light *to = &p->lights[p->light_count++];
-        to->type = from->type;
-        to->profile = from->profile;
-        memcpy(to->position, from->position, sizeof to->position);
-        memcpy(to->direction, from->direction, sizeof to->direction);
-        memcpy(to->half_u, from->half_u, sizeof to->half_u);
-        memcpy(to->half_v, from->half_v, sizeof to->half_v);
-        memcpy(to->color, from->color, sizeof to->color);
-        to->cos_inner = from->cos_inner;
-        to->cos_outer = from->cos_outer;
-        to->range = from->range;
-        to->power = 1.0f;
-    }
-    if (p->light_count == 0) add_light(s, p);
-    for (uint32_t i = 0; i < p->light_count; i++)
-        p->lights[i].strata_per_axis = p->lights[i].type == LIGHT_RECTANGLE ? STRATA : 1;
-}
-
-static void plan_init(const struct scene *s, struct plan *p)
-{
-    const struct scene_camera *c = &s->cameras[s->info->default_camera];
-    *p = (struct plan){.width_px = SIDE_PX, .height_px = SIDE_PX, .tile_px = TILE_PX};
-    p->pattern.seed = 1;
-    p->camera.type = c->type;
-    memcpy(p->camera.eye, c->eye, sizeof c->eye);
-    memcpy(p->camera.right, c->right, sizeof c->right);
-    memcpy(p->camera.up, c->up, sizeof c->up);
-    memcpy(p->camera.forward, c->forward, sizeof c->forward);
-    p->camera.half_height =
-        c->type == CAMERA_ORTHOGRAPHIC ? c->half_height : tanf(0.5f * c->yfov_rad);
-    p->camera.half_width = p->camera.half_height;
-    add_scene_lights(s, p);
-    p->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID;
-    p->light_planes = 1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY;
-    p->radiance_scale = 1.0f;
-    p->length_unit = exp2f(ceilf(log2f(0.5f * extent(s))));
-}
-
 /* The same frame with anti-aliasing, a bounce and slopes. */
 static void plan_add_all(struct plan *p)
 {
@@ -354,18 +103,6 @@ static void plan_add_all(struct plan *p)
     p->planes |= 1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
                  1u << PLANE_SUB_ID | 1u << PLANE_EMISSION | 1u << PLANE_INDIRECT_MEAN |
                  1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *v, size_t count)
-{
-    qsort(v, count, sizeof *v, compare_doubles);
-    return v[count / 2];
 }
 
 /* Rays of camera and shadow kinds, and seconds summed over threads. */
