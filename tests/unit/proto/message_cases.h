@@ -55,6 +55,7 @@ static inline void case_tile(struct message_tile *m)
     m->frame_id = 77;
     m->index = 2097151;
     m->generation = 4;
+    m->pass = 259;
     m->rect = (struct rect){16320, 8128, 16384, 8192};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/* A plan with every kind of light, all planes and a perspective camera, for tests to change. */
+/* A plan with every kind of light, all planes, paths and a perspective camera with a lens under an
+ * environment map, for tests to change. */
 #include <string.h>
 
 #include "proto/message.h"
@@ -50,9 +51,18 @@ static inline void plan_case(struct plan *plan)
                    .up = {0, 1, 0},
                    .forward = {0, 0, -1},
                    .half_width = 0.75f,
-                   .half_height = 0.5f},
+                   .half_height = 0.5f,
+                   .aperture_radius = 0.05f,
+                   .focus_distance = 4,
+                   .blade_count = 6,
+                   .blade_rotation_rad = 0.3f},
         .light_count = 4,
         .lights = {point, spot, directional, rectangle},
+        .environment = {.kind = ENVIRONMENT_MAP,
+                        .radiance = {0.5f, 0.75f, 1},
+                        .rotation_rad = -1.5f,
+                        .power = 6},
+        .paths = {.spp = 100, .occlusion_distance = 2, .emitter_power = 0.25f},
         .planes = PLAN_CASE_PLANES,
         .light_planes = PLAN_CASE_LIGHT_PLANES,
         .sub_samples = 3,
@@ -60,7 +70,10 @@ static inline void plan_case(struct plan *plan)
         .indirect_strata_per_axis = 3,
         .radiance_scale = 0.25f,
         .length_unit = 8,
-        .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT,
+        .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_PATHS,
     };
-    for (int i = 0; i < DIGEST_BYTES; i++) plan->scene.bytes[i] = (uint8_t)(i * 7 + 1);
+    for (int i = 0; i < DIGEST_BYTES; i++) {
+        plan->scene.bytes[i] = (uint8_t)(i * 7 + 1);
+        plan->environment.map.bytes[i] = (uint8_t)(i * 5 + 3);
+    }
 }

@@ -153,6 +153,7 @@ static void session_values(void **state)
 static void tile_values(void **state)
 {
     (void)state;
+    EXPECT_WITH(tile, m.pass = LIMIT_PASSES, ERR_LIMIT);
     EXPECT_WITH(tile, m.rect.x0 = -1, ERR_RANGE);
     EXPECT_WITH(tile, m.rect.y0 = INT32_MIN, ERR_RANGE);
     EXPECT_WITH(tile, m.rect.x0 = m.rect.x1, ERR_RANGE);

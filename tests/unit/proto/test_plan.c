@@ -46,6 +46,8 @@ static void plans_round_trip(void **state)
         assert_int_equal(w.size_bytes, again.size_bytes);
         assert_memory_equal(w.data, again.data, w.size_bytes);
         assert_memory_equal(&sent.camera, &got.camera, sizeof sent.camera);
+        assert_memory_equal(&sent.environment, &got.environment, sizeof sent.environment);
+        assert_memory_equal(&sent.paths, &got.paths, sizeof sent.paths);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
         assert_int_equal(sent.pattern.seed, got.pattern.seed);
         bytes_writer_fini(&w);
@@ -127,7 +129,80 @@ static void cameras_are_checked(void **state)
     EXPECT(plan.camera.half_width = 1e6f, ERR_RANGE, "camera.half_width");
     EXPECT(plan.camera.half_height = -1, ERR_RANGE, "camera.half_height");
     EXPECT(plan.camera.half_height = INFINITY, ERR_NOT_FINITE, "camera.half_height");
-    EXPECT((plan.camera.type = CAMERA_ORTHOGRAPHIC, plan.camera.half_width = 1e6f), ERR_OK, "");
+    EXPECT((plan.camera.type = CAMERA_ORTHOGRAPHIC, plan.camera.aperture_radius = 0,
+            plan.camera.half_width = 1e6f),
+           ERR_OK, "");
+}
+
+static void lenses_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.camera.aperture_radius = -1, ERR_RANGE, "camera.aperture_radius");
+    EXPECT(plan.camera.aperture_radius = NAN, ERR_NOT_FINITE, "camera.aperture_radius");
+    EXPECT(plan.camera.aperture_radius = 2e15f, ERR_RANGE, "camera.aperture_radius");
+    EXPECT(plan.camera.focus_distance = 0, ERR_RANGE, "camera.focus_distance");
+    EXPECT(plan.camera.focus_distance = -4, ERR_RANGE, "camera.focus_distance");
+    EXPECT(plan.camera.focus_distance = INFINITY, ERR_NOT_FINITE, "camera.focus_distance");
+    EXPECT((plan.camera.focus_distance = 0, plan.camera.aperture_radius = 0), ERR_OK, "");
+    EXPECT(plan.camera.blade_count = 0, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = 2, ERR_RANGE, "camera.blade_count");
+    EXPECT(plan.camera.blade_count = 3, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = LIMIT_LENS_BLADES, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = LIMIT_LENS_BLADES + 1, ERR_LIMIT, "camera.blade_count");
+    EXPECT(plan.camera.blade_rotation_rad = NAN, ERR_NOT_FINITE, "camera.blade_rotation_rad");
+    EXPECT(plan.camera.type = CAMERA_ORTHOGRAPHIC, ERR_RANGE, "camera.aperture_radius");
+}
+
+static void environments_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.environment.kind = 3, ERR_RANGE, "environment.kind");
+    EXPECT(plan.environment.kind = ENVIRONMENT_CONSTANT, ERR_OK, "");
+    EXPECT(plan.environment.radiance[1] = -1, ERR_RANGE, "environment.radiance");
+    EXPECT(plan.environment.radiance[1] = 1e13f, ERR_RANGE, "environment.radiance");
+    EXPECT(plan.environment.radiance[2] = NAN, ERR_NOT_FINITE, "environment.radiance");
+    EXPECT(plan.environment.rotation_rad = INFINITY, ERR_NOT_FINITE, "environment.rotation_rad");
+    EXPECT(plan.environment.power = 0, ERR_RANGE, "environment.power");
+    EXPECT(plan.environment.power = NAN, ERR_NOT_FINITE, "environment.power");
+    EXPECT((plan.environment.kind = ENVIRONMENT_NONE, plan.environment.power = 0), ERR_OK, "");
+}
+
+static void paths_are_checked(void **state)
+{
+    const uint32_t spread = 1u << PLANE_PATH_SPREAD, radiance = 1u << PLANE_PATH_RADIANCE,
+                   open = 1u << PLANE_PATH_OCCLUSION;
+    (void)state;
+    EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
+    EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
+    EXPECT(plan.paths.occlusion_distance = -1, ERR_RANGE, "paths.occlusion_distance");
+    EXPECT(plan.paths.occlusion_distance = NAN, ERR_NOT_FINITE, "paths.occlusion_distance");
+    EXPECT(plan.paths.emitter_power = -1, ERR_RANGE, "paths.emitter_power");
+    EXPECT(plan.paths.emitter_power = INFINITY, ERR_NOT_FINITE, "paths.emitter_power");
+    EXPECT(plan.paths.emitter_power = 0, ERR_OK, "");
+    EXPECT(plan.paths.spp = 0, ERR_RANGE, "planes");
+    EXPECT((plan.paths.spp = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
+    EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH), ERR_OK, "");
+    EXPECT((plan.paths.occlusion_distance = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
+    EXPECT(plan.paths.occlusion_distance = 0, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~open, ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~open, plan.paths.occlusion_distance = 0), ERR_OK, "");
+    EXPECT(plan.planes &= ~radiance, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~(radiance | spread), ERR_OK, "");
+    EXPECT(plan.planes &= ~spread, ERR_OK, "");
+}
+
+/* Paths need nothing of the light field. */
+static void paths_stand_alone(void **state)
+{
+    (void)state;
+    EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
+            plan.indirect_strata_per_axis = 0, plan.bounces = LIMIT_INDIRECT_BOUNCES),
+           ERR_OK, "");
+    EXPECT((plan.planes = PLANES_PATH, plan.indirect_strata_per_axis = 0, plan.bounces = 0), ERR_OK,
+           "");
+    EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 1u << LIGHT_PLANE_SLOPES,
+            plan.indirect_strata_per_axis = 1),
+           ERR_LIMIT, "indirect_strata_per_axis");
 }
 
 static void lights_are_checked(void **state)
@@ -175,13 +250,16 @@ static void planes_and_counts_are_checked(void **state)
     EXPECT(plan.sub_samples = 0, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~(1u << PLANE_DEPTH), ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0, plan.indirect_strata_per_axis = 0), ERR_RANGE, "planes");
-    EXPECT(plan.bounces = 2, ERR_LIMIT, "bounces");
+    EXPECT(plan.bounces = LIMIT_INDIRECT_BOUNCES + 1, ERR_LIMIT, "bounces");
     EXPECT(plan.indirect_strata_per_axis = 0, ERR_RANGE, "indirect_strata_per_axis");
     EXPECT(plan.indirect_strata_per_axis = 17, ERR_LIMIT, "indirect_strata_per_axis");
     EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~(1u << PLANE_INDIRECT_STRATA)),
            ERR_OK, "");
-    EXPECT((plan.bounces = 0, plan.planes = 1), ERR_LIMIT, "indirect_strata_per_axis");
-    EXPECT((plan.planes = 0, plan.light_planes = 0, plan.sub_samples = 0), ERR_OK, "");
+    EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0}), ERR_LIMIT,
+           "indirect_strata_per_axis");
+    EXPECT((plan.planes = 0, plan.light_planes = 0, plan.sub_samples = 0,
+            plan.indirect_strata_per_axis = 0, plan.paths = (struct plan_paths){0}),
+           ERR_OK, "");
     EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
     EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
     EXPECT(plan.radiance_scale = -1, ERR_RANGE, "radiance_scale");
@@ -247,6 +325,49 @@ static void rays_follow_the_camera(void **state)
     is_near(plan_pixel_size(&plan, 10), 1.5 / 720);
 }
 
+static void passes_cover_all_samples_once(void **state)
+{
+    static const uint32_t lengths[] = {16, 16, 32, 64, 128};
+    static struct plan plan;
+    (void)state;
+    plan_case(&plan);
+    for (uint32_t spp = 1; spp <= LIMIT_SPP; spp += spp < 2000 ? 1 : 997) {
+        uint32_t first, count, sum = 0;
+        plan.paths.spp = spp;
+        const uint32_t passes = plan_pass_count(&plan);
+        assert_in_range(passes, 1, LIMIT_PASSES);
+        for (uint32_t p = 0; p < passes; p++) {
+            plan_pass_range(&plan, p, &first, &count);
+            const uint32_t full = p < 5 ? lengths[p] : LIMIT_PASS_SPP;
+            assert_int_equal(first, sum);
+            assert_int_equal(plan_pass_spp(&plan, p), sum);
+            assert_int_equal(count, p + 1 < passes || full < spp - sum ? full : spp - sum);
+            sum += count;
+        }
+        assert_int_equal(sum, spp);
+        assert_int_equal(plan_pass_spp(&plan, passes), spp);
+        plan_pass_range(&plan, passes, &first, &count);
+        assert_true(first == spp && count == 0);
+    }
+}
+
+static void passes_are_bounded(void **state)
+{
+    static struct plan plan;
+    uint32_t first, count;
+    (void)state;
+    plan_case(&plan);
+    plan.paths.spp = LIMIT_SPP;
+    assert_int_equal(plan_pass_count(&plan), LIMIT_PASSES);
+    plan_pass_range(&plan, UINT32_MAX - 1, &first, &count);
+    assert_true(first == LIMIT_SPP && count == 0);
+    plan.paths.spp = 0;
+    assert_int_equal(plan_pass_count(&plan), 1);
+    assert_int_equal(plan_pass_spp(&plan, 1), 0);
+    plan_pass_range(&plan, 0, &first, &count);
+    assert_true(first == 0 && count == 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -255,6 +376,12 @@ int main(void)
         cmocka_unit_test(cut_and_grown_plans_fail),
         cmocka_unit_test(images_are_checked),
         cmocka_unit_test(cameras_are_checked),
+        cmocka_unit_test(lenses_are_checked),
+        cmocka_unit_test(environments_are_checked),
+        cmocka_unit_test(paths_are_checked),
+        cmocka_unit_test(paths_stand_alone),
+        cmocka_unit_test(passes_cover_all_samples_once),
+        cmocka_unit_test(passes_are_bounded),
         cmocka_unit_test(lights_are_checked),
         cmocka_unit_test(planes_and_counts_are_checked),
         cmocka_unit_test(light_count_is_checked),

@@ -74,10 +74,29 @@ static void names_verdicts(void **state)
 static void names_planes(void **state)
 {
     (void)state;
-    static const char *const planes[] = {
-        "DEPTH",           "NORMAL",     "ALBEDO",         "ID",       "SUB_DEPTH",
-        "SUB_NORMAL",      "SUB_ALBEDO", "SUB_ID",         "EMISSION", "INDIRECT_MEAN",
-        "INDIRECT_HALVES", "REFLECTOR",  "INDIRECT_STRATA"};
+    static const char *const planes[] = {"DEPTH",
+                                         "NORMAL",
+                                         "ALBEDO",
+                                         "ID",
+                                         "SUB_DEPTH",
+                                         "SUB_NORMAL",
+                                         "SUB_ALBEDO",
+                                         "SUB_ID",
+                                         "EMISSION",
+                                         "INDIRECT_MEAN",
+                                         "INDIRECT_HALVES",
+                                         "REFLECTOR",
+                                         "INDIRECT_STRATA",
+                                         "PATH_RADIANCE",
+                                         "PATH_SPREAD",
+                                         "PATH_EMISSION",
+                                         "PATH_DIRECT",
+                                         "PATH_INDIRECT",
+                                         "PATH_DIFFUSE_DIRECT",
+                                         "PATH_DIFFUSE_INDIRECT",
+                                         "PATH_ALBEDO",
+                                         "PATH_COVERAGE",
+                                         "PATH_OCCLUSION"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");
@@ -133,6 +152,10 @@ static void limits_are_true(void **state)
     expect("at most %d, then for each light", LIMIT_LIGHTS);
     expect("anti-aliasing rays a pixel, 0…%d", LIMIT_SUB_SAMPLES);
     expect("| u32 | bounces | 0…%d |", LIMIT_INDIRECT_BOUNCES);
+    assert_int_equal(LIMIT_SPP, 65536);
+    expect("0…65,536");
+    expect("| u32 | pass | below %d |", LIMIT_PASSES);
+    expect("0, or 3…%d |", LIMIT_LENS_BLADES);
 }
 
 int main(void)

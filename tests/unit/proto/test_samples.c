@@ -22,7 +22,7 @@ static void plan_of_formula(uint32_t without)
     plan_case(&plan);
     plan.lights[0] = plan.lights[3];
     plan.light_count = 1;
-    plan.planes &= ~without;
+    plan.planes &= ~(without | PLANES_PATH);
 }
 
 static uint32_t bytes_per_pixel(uint32_t without)
@@ -44,6 +44,21 @@ static void sizes_follow_the_formula(void **state)
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 76);
+}
+
+static void later_passes_hold_paths_alone(void **state)
+{
+    struct samples_layout layout;
+    (void)state;
+    plan_case(&plan);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
+    assert_int_equal(layout.planes, PLANES_PATH);
+    assert_int_equal(layout.total_bytes / (32 * 32), 104);
+    assert_int_equal(layout.offset[PLANE_DEPTH], SAMPLES_ABSENT);
+    for (uint32_t k = 0; k < 4; k++) assert_int_equal(layout.light_planes[k], 0);
+    plan.planes &= ~BIT(PATH_SPREAD);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
+    assert_int_equal(layout.total_bytes / (32 * 32), 92);
 }
 
 static void layouts_do_not_overlap(void **state)
@@ -76,14 +91,19 @@ static void large_layouts_are_refused(void **state)
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 128, 128), 0);
 }
 
-static struct samples *create(int32_t width, int32_t height)
+static struct samples *create_pass(uint32_t pass, int32_t width, int32_t height)
 {
     struct samples_layout layout;
     struct samples *s;
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, width, height), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, pass, width, height), 0);
     assert_int_equal(samples_create(&layout, &s), 0);
     assert_int_equal((uintptr_t)s->data % 64, 0);
     return s;
+}
+
+static struct samples *create(int32_t width, int32_t height)
+{
+    return create_pass(0, width, height);
 }
 
 static void pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
@@ -94,17 +114,23 @@ static void pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
 }
 
 /* Memory of exactly the size, so that a sanitizer sees a read beyond. */
-static int unpack(const uint8_t *data, size_t size_bytes, int32_t width, int32_t height,
-                  struct samples **out, struct fault *fault)
+static int unpack_pass(const uint8_t *data, size_t size_bytes, uint32_t pass, int32_t width,
+                       int32_t height, struct samples **out, struct fault *fault)
 {
     uint8_t *exact = malloc(size_bytes + (size_bytes == 0));
     assert_non_null(exact);
     memcpy(exact, data, size_bytes);
     *out = NULL;
-    const int error = samples_unpack(exact, size_bytes, &plan, 0, width, height, out, fault);
+    const int error = samples_unpack(exact, size_bytes, &plan, pass, width, height, out, fault);
     assert_true((error == 0) == (*out != NULL));
     free(exact);
     return error;
+}
+
+static int unpack(const uint8_t *data, size_t size_bytes, int32_t width, int32_t height,
+                  struct samples **out, struct fault *fault)
+{
+    return unpack_pass(data, size_bytes, 0, width, height, out, fault);
 }
 
 #define ANY UINT64_MAX /* small tiles may be zero by chance */
@@ -139,12 +165,21 @@ static void planes_round_trip(void **state)
     }
 }
 
+/* All sets of the light field's planes, each with some set of the paths'. */
+#define LIGHT_FIELD_SETS (1u << PLANE_PATH_RADIANCE)
+
+static uint32_t some_set(uint32_t i)
+{
+    return (i | i * 2654435761u << PLANE_PATH_RADIANCE) & PLAN_CASE_PLANES;
+}
+
 /* Planes that the buffer has but that hold nothing are left out on the way. */
 static void every_set_of_filled_planes_round_trips(void **state)
 {
     (void)state;
     plan_case(&plan);
-    for (uint32_t planes = 0; planes <= PLAN_CASE_PLANES; planes++) {
+    for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
+        const uint32_t planes = some_set(i);
         struct samples *s = create(7, 3);
         samples_case_fill(s, planes, planes, planes);
         uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcount(planes);
@@ -159,7 +194,8 @@ static void every_set_of_filled_planes_round_trips(void **state)
 static void every_set_of_planned_planes_round_trips(void **state)
 {
     (void)state;
-    for (uint32_t planes = 0; planes <= PLAN_CASE_PLANES; planes++) {
+    for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
+        const uint32_t planes = some_set(i);
         plan_case(&plan);
         plan.planes = planes;
         plan.light_planes = planes & PLAN_CASE_LIGHT_PLANES;
@@ -171,6 +207,30 @@ static void every_set_of_planned_planes_round_trips(void **state)
         round_trip(s, 0);
         samples_destroy(&s);
     }
+}
+
+static void later_passes_round_trip(void **state)
+{
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault = {0};
+    (void)state;
+    plan_case(&plan);
+    struct samples *s = create_pass(2, 7, 3);
+    samples_case_fill(s, UINT32_MAX, 0, 4);
+    pack(s, &w, NULL);
+    assert_int_equal(unpack_pass(w.data, w.size_bytes, 1, 7, 3, &back, &fault), 0);
+    assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
+    assert_memory_equal(back->data, s->data, s->layout.total_bytes);
+    samples_destroy(&back);
+    samples_destroy(&s);
+    bytes_writer_fini(&w);
+    s = create(7, 3); /* the planes of the first pass have no place in another */
+    samples_case_fill(s, BIT(ID), 0, 4);
+    pack(s, &w, NULL);
+    assert_int_equal(unpack_pass(w.data, w.size_bytes, 1, 7, 3, &back, &fault), ERR_RANGE);
+    samples_destroy(&s);
+    bytes_writer_fini(&w);
 }
 
 static void absent_planes_have_no_address(void **state)
@@ -366,6 +426,10 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_u16(s, PLANE_REFLECTOR, 0)[at] = 0xfc00, ERR_NOT_FINITE, "reflector[0]");
     EXPECT(samples_u16(s, PLANE_INDIRECT_STRATA, 35)[at] = 0xffff, ERR_NOT_FINITE,
            "indirect_strata[35]");
+    EXPECT(samples_f32(s, PLANE_PATH_RADIANCE, 2)[at] = NAN, ERR_NOT_FINITE, "path_radiance[2]");
+    EXPECT(samples_f32(s, PLANE_PATH_SPREAD, 1)[at] = -1e-30f, ERR_RANGE, "path_spread[1]");
+    EXPECT(samples_f32(s, PLANE_PATH_OCCLUSION, 0)[at] = -INFINITY, ERR_NOT_FINITE,
+           "path_occlusion[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");
@@ -384,7 +448,7 @@ static void bytes_are_golden(void **state)
     (void)state;
     plan_case(&plan);
     s = create(7, 3);
-    samples_case_fill(s, 0x1fef, 13, 42);
+    samples_case_fill(s, 0x1fef | BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE), 13, 42);
     pack(s, &w, NULL);
     golden_check("tests/golden/wire/samples.bin", w.data, w.size_bytes);
     memcpy(packed, w.data, w.size_bytes);
@@ -399,11 +463,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sizes_follow_the_formula),
+        cmocka_unit_test(later_passes_hold_paths_alone),
         cmocka_unit_test(layouts_do_not_overlap),
         cmocka_unit_test(large_layouts_are_refused),
         cmocka_unit_test(planes_round_trip),
         cmocka_unit_test(every_set_of_filled_planes_round_trips),
         cmocka_unit_test(every_set_of_planned_planes_round_trips),
+        cmocka_unit_test(later_passes_round_trip),
         cmocka_unit_test(absent_planes_have_no_address),
         cmocka_unit_test(quiet_planes_compress),
         cmocka_unit_test(surplus_bits_are_cleared),
