@@ -6,10 +6,11 @@
 struct hand_frame {
     struct hand_frame *next;
     uint64_t id;
-    struct shelf_scene *scene; /* a reference while tiles are open; NULL otherwise */
-    uint32_t tiles;            /* all that point here */
-    uint32_t open;             /* of them, not DONE and not dropped */
-    bool gone;                 /* cancelled: freed with its last tile */
+    /* References while tiles are open, NULL otherwise; environment also when the plan has none. */
+    struct shelf_blob *scene, *environment;
+    uint32_t tiles; /* all that point here */
+    uint32_t open;  /* of them, not DONE and not dropped */
+    bool gone;      /* cancelled: freed with its last tile */
     struct plan plan;
 };
 
@@ -24,7 +25,7 @@ struct hand_tile {
     uint64_t request_id;
     struct message_tile lease;
     _Atomic bool stop;
-    const void *scene;
+    const void *scene, *environment;
     struct bytes_writer packed;
     struct counters counters;
     int error;
@@ -51,12 +52,20 @@ static struct hand_frame *find_frame(const struct hand *hand, uint64_t id)
     return NULL;
 }
 
+static void release_blob(struct hand *hand, struct shelf_blob **blob)
+{
+    struct shelf_blob *b = *blob;
+    *blob = NULL;
+    if (b) shelf_release(hand->shelf, b);
+}
+
 static void free_frame(struct hand *hand, struct hand_frame *f)
 {
     struct hand_frame **at = &hand->frames;
     while (*at != f) at = &(*at)->next;
     *at = f->next;
-    if (f->scene) shelf_release(hand->shelf, f->scene);
+    release_blob(hand, &f->scene);
+    release_blob(hand, &f->environment);
     free(f);
 }
 
@@ -93,16 +102,15 @@ static void free_tile(struct hand *hand, struct hand_tile *t)
     if (--f->tiles == 0 && f->gone) free_frame(hand, f);
 }
 
-/* ---- counts: a tile is open, kept, or neither; the scene is held while tiles are open ---- */
+/* ---- counts: a tile is open, kept, or neither; blobs are held while tiles are open ---- */
 
 static void leave_open(struct hand *hand, struct hand_tile *t)
 {
     struct hand_frame *f = t->frame;
     hand->counts.open--;
     if (--f->open > 0) return;
-    struct shelf_scene *scene = f->scene;
-    f->scene = NULL;
-    if (scene) shelf_release(hand->shelf, scene);
+    release_blob(hand, &f->scene);
+    release_blob(hand, &f->environment);
 }
 
 /* ---- tracing ---- */
@@ -116,8 +124,9 @@ static void run_tile(struct crew_task *task, void *tracer)
 {
     struct hand_tile *t = tile_of(task);
     struct hand *hand = t->hand;
-    t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, &t->frame->plan,
-                                    t->lease.rect, &hand->rows, &t->stop, &t->packed, &t->counters);
+    t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, t->environment,
+                                    &t->frame->plan, t->lease.pass, t->lease.rect, &hand->rows,
+                                    &t->stop, &t->packed, &t->counters);
 }
 
 static void send_result(struct hand *hand, const struct hand_tile *t)
@@ -148,6 +157,14 @@ static void give_up(struct hand *hand, struct hand_tile *t, int code, const char
     free_tile(hand, t);
 }
 
+/* What loading a blob cost is told once, with the first result after it. */
+static void count_load(struct hand_tile *t, struct shelf_blob *blob)
+{
+    if (!blob) return;
+    t->counters.value[COUNTER_BUILD_CPU_US] += blob->cpu_us;
+    blob->cpu_us = 0;
+}
+
 static void done_tile(struct crew_task *task)
 {
     struct hand_tile *t = tile_of(task);
@@ -165,9 +182,8 @@ static void done_tile(struct crew_task *task)
     if (t->error) {
         give_up(hand, t, t->error, "tile", error_text(t->error));
     } else {
-        /* What loading the scene cost is told once, with the first result after it. */
-        t->counters.value[COUNTER_BUILD_CPU_US] += t->frame->scene->cpu_us;
-        t->frame->scene->cpu_us = 0;
+        count_load(t, t->frame->scene);
+        count_load(t, t->frame->environment);
         t->state = TILE_DONE;
         leave_open(hand, t);
         hand->counts.kept++;
@@ -179,20 +195,57 @@ static void done_tile(struct crew_task *task)
 static void queue_tile(struct hand *hand, struct hand_tile *t)
 {
     t->state = TILE_QUEUED;
-    t->scene = t->frame->scene->scene;
+    t->scene = t->frame->scene->loaded;
+    t->environment = t->frame->environment ? t->frame->environment->loaded : NULL;
     t->task = (struct crew_task){.run = run_tile, .done = done_tile};
     crew_submit(hand->crew, &t->task);
 }
 
-void hand_scene_settled(struct hand *hand, struct shelf_scene *s)
+/* READY, or FAILED with *fault, when the blob is settled and what it should be. */
+static enum shelf_state blob_state(const struct shelf_blob *blob, enum tracing_kind kind,
+                                   struct fault *fault)
+{
+    const char *const found =
+        kind == TRACING_SCENE ? "this is an environment map" : "this is a scene";
+    if (blob->state == SHELF_FAILED) *fault = blob->fault;
+    if (blob->state != SHELF_READY || blob->kind == kind) return blob->state;
+    fault_set(fault, ERR_MAGIC, "", "%s", found);
+    return SHELF_FAILED;
+}
+
+static void give_up_blob(struct hand *hand, struct hand_tile *t, const char *name,
+                         const struct fault *fault)
+{
+    struct fault text;
+    fault_set(&text, fault->code, "", "%s%s%s", fault->pointer, fault->pointer[0] ? ": " : "",
+              fault->detail);
+    give_up(hand, t, fault->code, name, text.detail);
+}
+
+/* A waiting tile goes on when its blobs are ready, and is given up when one of them has failed. */
+static void go_on(struct hand *hand, struct hand_tile *t)
+{
+    struct fault fault = {0};
+    const struct hand_frame *f = t->frame;
+    const enum shelf_state scene = blob_state(f->scene, TRACING_SCENE, &fault);
+    if (scene == SHELF_FAILED) {
+        give_up_blob(hand, t, "scene", &fault);
+        return;
+    }
+    enum shelf_state environment = SHELF_READY;
+    if (f->environment) environment = blob_state(f->environment, TRACING_ENVIRONMENT, &fault);
+    if (environment == SHELF_FAILED)
+        give_up_blob(hand, t, "environment", &fault);
+    else if (scene == SHELF_READY && environment == SHELF_READY)
+        queue_tile(hand, t);
+}
+
+void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
 {
     for (struct hand_tile *t = hand->first, *next; t; t = next) {
         next = t->next;
-        if (t->state != TILE_WAITING || t->frame->scene != s) continue;
-        if (s->state == SHELF_READY)
-            queue_tile(hand, t);
-        else
-            give_up(hand, t, s->fault.code, s->fault.pointer, s->fault.detail);
+        if (t->state != TILE_WAITING) continue;
+        if (t->frame->scene == blob || t->frame->environment == blob) go_on(hand, t);
     }
     hand->client.moved(hand->client.ctx);
 }
@@ -251,7 +304,18 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
         r.y1 > f->plan.height_px || rect_width(r) > LIMIT_TILE_SIDE_PX ||
         rect_height(r) > LIMIT_TILE_SIDE_PX)
         return ERR_RANGE;
+    if (m->pass >= plan_pass_count(&f->plan)) return ERR_RANGE;
     return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
+}
+
+/* Holds what the frame's tiles need. */
+static bool take_blobs(struct hand *hand, struct hand_frame *f)
+{
+    const struct plan_environment *environment = &f->plan.environment;
+    if (!f->scene) f->scene = shelf_take(hand->shelf, &f->plan.scene);
+    if (!f->environment && environment->kind == ENVIRONMENT_MAP)
+        f->environment = shelf_take(hand->shelf, &environment->map);
+    return f->scene && (f->environment || environment->kind != ENVIRONMENT_MAP);
 }
 
 int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
@@ -259,8 +323,7 @@ int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_t
     struct hand_frame *f = find_frame(hand, m->frame_id);
     int e = check_tile(hand, f, m);
     if (e) return e;
-    if (!f->scene) f->scene = shelf_take(hand->shelf, &f->plan.scene);
-    struct hand_tile *t = f->scene ? calloc(1, sizeof *t) : NULL;
+    struct hand_tile *t = take_blobs(hand, f) ? calloc(1, sizeof *t) : NULL;
     if (!t) return ERR_MEMORY;
     t->hand = hand;
     t->frame = f;
@@ -272,10 +335,7 @@ int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_t
     f->tiles++;
     f->open++;
     hand->counts.open++;
-    if (f->scene->state == SHELF_READY)
-        queue_tile(hand, t);
-    else if (f->scene->state == SHELF_FAILED)
-        give_up(hand, t, f->scene->fault.code, f->scene->fault.pointer, f->scene->fault.detail);
+    go_on(hand, t);
     return 0;
 }
 

@@ -2,7 +2,8 @@
 /* What the worker has in hand: frames whose plan it knows, and their tiles, from the lease to the
  * acknowledgement of the result.
  *
- *   WAITING (for the scene) --> QUEUED (with the crew) --> DONE (result kept) --> acknowledged
+ *   WAITING (for the scene, and the environment map if the plan has one) -->
+ *   QUEUED (with the crew) --> DONE (result kept) --> acknowledged
  *
  * A tile that was dropped while a thread traces it is stopped, and forgotten when the thread is
  * through. All calls on the loop's thread. */
@@ -38,7 +39,7 @@ void hand_destroy(struct hand **hand);
 int hand_add_frame(struct hand *hand, const struct message_frame_plan *m);
 
 /* A lease. ERR_STATE when its frame is not known, ERR_RANGE when the rectangle does not lie in the
- * frame, ERR_LIMIT above LIMIT_TILES_IN_HAND, ERR_MEMORY. */
+ * frame or the plan has no such pass, ERR_LIMIT above LIMIT_TILES_IN_HAND, ERR_MEMORY. */
 int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m);
 
 /* The result arrived: it need not be kept any longer. */
@@ -47,8 +48,8 @@ void hand_acknowledge(struct hand *hand, const struct message_ack *m);
 /* Drops a frame, its tiles and results. */
 void hand_cancel(struct hand *hand, uint64_t frame_id);
 
-/* A scene became READY or FAILED. */
-void hand_scene_settled(struct hand *hand, struct shelf_scene *s);
+/* A blob became READY or FAILED. */
+void hand_blob_settled(struct hand *hand, struct shelf_blob *blob);
 
 /* The link was lost: leases not begun are the coordinator's again; tiles being traced go on. */
 void hand_link_lost(struct hand *hand);

@@ -236,10 +236,10 @@ static void on_ask_for_part(void *ctx, const struct message_blob_get *m)
     link_put(s->link, MESSAGE_BLOB_GET, s->next_request++);
 }
 
-static void on_scene_settled(void *ctx, struct shelf_scene *scene)
+static void on_blob_settled(void *ctx, struct shelf_blob *blob)
 {
     struct session *s = ctx;
-    hand_scene_settled(s->hand, scene);
+    hand_blob_settled(s->hand, blob);
 }
 
 /* ---- one step function a message ---- */
@@ -486,7 +486,7 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
                                         .cache_dir = o->cache_dir,
                                         .cache_bytes = o->cache_bytes,
                                         .threads = o->threads};
-    const struct shelf_client shelf_client = {s, on_ask_for_part, on_scene_settled};
+    const struct shelf_client shelf_client = {s, on_ask_for_part, on_blob_settled};
     const struct hand_client hand_client = {s, on_result, on_tile_fault, on_tile_returned,
                                             on_moved};
     const struct link_client link_client = {s, on_up, on_frame, on_down};

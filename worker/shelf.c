@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 struct shelf_entry {
-    struct shelf_scene scene; /* first: what callers hold */
+    struct shelf_blob blob; /* first: what callers hold */
     struct crew_task task;
     struct shelf *shelf;
     struct shelf_entry *next;
@@ -40,7 +40,7 @@ struct shelf {
 
 static void free_entry(struct shelf *shelf, struct shelf_entry *e)
 {
-    if (e->scene.scene) shelf->tracing->unload(shelf->tracing->ctx, &e->scene.scene);
+    if (e->blob.loaded) shelf->tracing->unload(shelf->tracing->ctx, &e->blob.loaded);
     cache_unpin(&e->pin);
     cache_fetch_abort(&e->fetch);
     free(e);
@@ -90,7 +90,7 @@ void shelf_destroy(struct shelf **shelf)
 static struct shelf_entry *find(const struct shelf *shelf, const struct digest *digest)
 {
     for (struct shelf_entry *e = shelf->entries; e; e = e->next)
-        if (digest_equal(&e->scene.digest, digest)) return e;
+        if (digest_equal(&e->blob.digest, digest)) return e;
     return NULL;
 }
 
@@ -106,10 +106,10 @@ static void drop_entry(struct shelf *shelf, struct shelf_entry *e)
 
 static bool is_idle(const struct shelf_entry *e)
 {
-    return e->scene.refs == 0 && !e->has_task;
+    return e->blob.refs == 0 && !e->has_task;
 }
 
-/* The least recently used idle scene; counts all of them. */
+/* The least recently used idle blob; counts all of them. */
 static struct shelf_entry *oldest_idle(const struct shelf *shelf, unsigned *count, uint64_t *bytes)
 {
     struct shelf_entry *oldest = NULL;
@@ -128,31 +128,31 @@ static void trim(struct shelf *shelf)
 {
     for (struct shelf_entry *e = shelf->entries, *next; e; e = next) {
         next = e->next;
-        if (is_idle(e) && e->scene.state != SHELF_READY) drop_entry(shelf, e);
+        if (is_idle(e) && e->blob.state != SHELF_READY) drop_entry(shelf, e);
     }
     for (;;) {
         unsigned count;
         uint64_t bytes;
         struct shelf_entry *e = oldest_idle(shelf, &count, &bytes);
-        if (!e || (count <= SHELF_IDLE_SCENES && bytes <= SHELF_IDLE_BYTES)) return;
+        if (!e || (count <= SHELF_IDLE_BLOBS && bytes <= SHELF_IDLE_BYTES)) return;
         drop_entry(shelf, e);
     }
 }
 
-/* ---- on the crew: from a file to a scene ---- */
+/* ---- on the crew: from a file to what can be traced ---- */
 
 static int load_path(struct shelf_entry *e, const char *path)
 {
     const struct shelf *shelf = e->shelf;
-    return shelf->tracing->load(shelf->tracing->ctx, path, shelf->threads, &e->scene.scene,
-                                &e->bytes, &e->scene.cpu_us, &e->fault);
+    return shelf->tracing->load(shelf->tracing->ctx, path, shelf->threads, &e->blob.loaded,
+                                &e->blob.kind, &e->bytes, &e->blob.cpu_us, &e->fault);
 }
 
 static int load_from_blobs(struct shelf_entry *e)
 {
     char path[CACHE_PATH_BYTES], hex[DIGEST_HEX_BYTES];
     if (!e->shelf->blob_dir) return ERR_NOT_FOUND;
-    digest_to_hex(&e->scene.digest, hex);
+    digest_to_hex(&e->blob.digest, hex);
     int n = snprintf(path, sizeof path, "%s/%.2s/%s", e->shelf->blob_dir, hex, hex + 2);
     if (n < 0 || (size_t)n >= sizeof path || access(path, R_OK) != 0) return ERR_NOT_FOUND;
     return load_path(e, path);
@@ -162,7 +162,7 @@ static int load_from_cache(struct shelf_entry *e)
 {
     char path[CACHE_PATH_BYTES];
     if (!e->use_cache) return ERR_NOT_FOUND;
-    int error = cache_pin(&e->shelf->cache, &e->scene.digest, &e->pin, path);
+    int error = cache_pin(&e->shelf->cache, &e->blob.digest, &e->pin, path);
     if (error) return error;
     error = load_path(e, path);
     if (error) cache_unpin(&e->pin);
@@ -189,17 +189,17 @@ static void run_load(struct crew_task *task, void *tracer)
 
 static void settle(struct shelf_entry *e, enum shelf_state state)
 {
-    e->scene.state = state;
-    e->scene.refs++; /* the client may release its own from inside */
-    e->shelf->client.settled(e->shelf->client.ctx, &e->scene);
-    e->scene.refs--;
+    e->blob.state = state;
+    e->blob.refs++; /* the client may release its own from inside */
+    e->shelf->client.settled(e->shelf->client.ctx, &e->blob);
+    e->blob.refs--;
     trim(e->shelf);
 }
 
 static void fail(struct shelf_entry *e, const struct fault *fault)
 {
     cache_fetch_abort(&e->fetch);
-    e->scene.fault = *fault;
+    e->blob.fault = *fault;
     settle(e, SHELF_FAILED);
 }
 
@@ -210,7 +210,7 @@ static void ask_more(struct shelf_entry *e)
     unsigned most = e->fetch.total_bytes ? SHELF_PARTS_AHEAD : 1;
     while (shelf->link_is_up && e->ahead < most &&
            (e->fetch.total_bytes == 0 || e->asked_bytes < e->fetch.total_bytes)) {
-        struct message_blob_get get = {.digest = e->scene.digest,
+        struct message_blob_get get = {.digest = e->blob.digest,
                                        .offset = e->asked_bytes,
                                        .size_bytes = LIMIT_BLOB_PART_BYTES};
         e->ahead++;
@@ -234,14 +234,14 @@ static void begin_fetch(struct shelf_entry *e)
     struct fault fault = {0};
     e->fetches++;
     if (open_cache(e->shelf, &fault) != 0 ||
-        cache_fetch_begin(&e->shelf->cache, &e->scene.digest, &e->fetch, &fault) != 0) {
+        cache_fetch_begin(&e->shelf->cache, &e->blob.digest, &e->fetch, &fault) != 0) {
         fail(e, &fault);
         return;
     }
     /* The last part that was kept may be the blob's last: ask for one byte less, so that there is
      * an answer that tells the size. */
     if (e->fetch.have_bytes > 0) e->fetch.have_bytes--;
-    e->scene.state = SHELF_FETCHING;
+    e->blob.state = SHELF_FETCHING;
     e->asked_bytes = e->fetch.have_bytes;
     e->ahead = 0;
     ask_more(e);
@@ -261,7 +261,7 @@ static void done_load(struct crew_task *task)
     } else if (fetch || again) {
         begin_fetch(e);
     } else {
-        if (e->fault.code == 0) fault_set(&e->fault, e->error, "scene", "%s", error_text(e->error));
+        if (e->fault.code == 0) fault_set(&e->fault, e->error, "", "%s", error_text(e->error));
         fail(e, &e->fault);
     }
 }
@@ -274,18 +274,18 @@ static void start_task(struct shelf_entry *e)
     crew_submit_first(e->shelf->crew, &e->task);
 }
 
-struct shelf_scene *shelf_take(struct shelf *shelf, const struct digest *digest)
+struct shelf_blob *shelf_take(struct shelf *shelf, const struct digest *digest)
 {
     struct fault ignored;
     struct shelf_entry *e = find(shelf, digest);
-    if (e && e->scene.state == SHELF_FAILED && e->scene.refs == 0) {
+    if (e && e->blob.state == SHELF_FAILED && e->blob.refs == 0) {
         drop_entry(shelf, e);
         e = NULL;
     }
     if (!e) {
         e = calloc(1, sizeof *e);
         if (!e) return NULL;
-        e->scene.digest = *digest;
+        e->blob.digest = *digest;
         e->shelf = shelf;
         e->fetch.fd = e->pin.fd = -1;
         e->next = shelf->entries;
@@ -293,14 +293,14 @@ struct shelf_scene *shelf_take(struct shelf *shelf, const struct digest *digest)
         if (!shelf->blob_dir) open_cache(shelf, &ignored);
         start_task(e);
     }
-    e->scene.refs++;
+    e->blob.refs++;
     e->last_use = ++shelf->clock;
-    return &e->scene;
+    return &e->blob;
 }
 
-void shelf_release(struct shelf *shelf, struct shelf_scene *s)
+void shelf_release(struct shelf *shelf, struct shelf_blob *blob)
 {
-    s->refs--;
+    blob->refs--;
     trim(shelf);
 }
 
@@ -308,7 +308,7 @@ void shelf_part(struct shelf *shelf, const struct message_blob_part *part)
 {
     struct fault fault = {0};
     struct shelf_entry *e = find(shelf, &part->digest);
-    if (!e || e->scene.state != SHELF_FETCHING) return;
+    if (!e || e->blob.state != SHELF_FETCHING) return;
     shelf->parts++;
     if (e->ahead > 0) e->ahead--;
     if (cache_fetch_part(&shelf->cache, &e->fetch, part->total_bytes, part->offset, part->bytes,
@@ -320,7 +320,7 @@ void shelf_part(struct shelf *shelf, const struct message_blob_part *part)
         ask_more(e);
         return;
     }
-    e->scene.state = SHELF_LOADING;
+    e->blob.state = SHELF_LOADING;
     e->finish_fetch = true;
     start_task(e);
 }
@@ -329,8 +329,8 @@ void shelf_none(struct shelf *shelf, const struct digest *digest)
 {
     struct fault fault;
     struct shelf_entry *e = find(shelf, digest);
-    if (!e || e->scene.state != SHELF_FETCHING) return;
-    fault_set(&fault, ERR_NOT_FOUND, "scene", "the coordinator does not have the scene's blob");
+    if (!e || e->blob.state != SHELF_FETCHING) return;
+    fault_set(&fault, ERR_NOT_FOUND, "", "the coordinator does not have the blob");
     fail(e, &fault);
 }
 
@@ -338,7 +338,7 @@ void shelf_link_up(struct shelf *shelf)
 {
     shelf->link_is_up = true;
     for (struct shelf_entry *e = shelf->entries; e; e = e->next)
-        if (e->scene.state == SHELF_FETCHING) ask_more(e);
+        if (e->blob.state == SHELF_FETCHING) ask_more(e);
 }
 
 void shelf_link_down(struct shelf *shelf)
@@ -361,7 +361,7 @@ bool shelf_is_loading(const struct shelf *shelf)
 bool shelf_is_busy(const struct shelf *shelf)
 {
     for (const struct shelf_entry *e = shelf->entries; e; e = e->next)
-        if (e->scene.state == SHELF_FETCHING) return true;
+        if (e->blob.state == SHELF_FETCHING) return true;
     return shelf_is_loading(shelf);
 }
 

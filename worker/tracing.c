@@ -1,11 +1,16 @@
 #include "worker/tracing.h"
 
+#include <fcntl.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
+#include <unistd.h>
 
+#include "proto/environment.h"
 #include "proto/message.h"
 #include "proto/samples.h"
 #include "proto/scene.h"
+#include "worker/scene/environment.h"
 #include "worker/scene/render_scene.h"
 #include "worker/tile.h"
 
@@ -17,6 +22,17 @@
 struct loaded_scene {
     struct scene blob;
     struct render_scene *render;
+};
+
+struct loaded_environment {
+    struct environment_blob blob;
+    struct environment *map;
+};
+
+struct loaded {
+    enum tracing_kind kind;
+    struct loaded_scene scene;
+    struct loaded_environment environment;
 };
 
 static uint64_t cpu_us(clockid_t clock)
@@ -32,47 +48,82 @@ static const char *embree_version(void *ctx)
     return render_embree_version();
 }
 
-static void unload(void *ctx, void **scene)
+/* ---- blobs ---- */
+
+static void unload(void *ctx, void **loaded)
 {
     (void)ctx;
-    struct loaded_scene *s = *scene;
-    *scene = NULL;
-    if (!s) return;
-    render_scene_destroy(&s->render);
-    scene_unmap(&s->blob);
-    free(s);
+    struct loaded *l = *loaded;
+    *loaded = NULL;
+    if (!l) return;
+    render_scene_destroy(&l->scene.render);
+    scene_unmap(&l->scene.blob);
+    environment_destroy(&l->environment.map);
+    environment_unmap(&l->environment.blob);
+    free(l);
 }
 
-static int load(void *ctx, const char *path, unsigned threads, void **scene, uint64_t *bytes,
-                uint64_t *spent_us, struct fault *fault)
+/* The first bytes alone; what is neither is left to scene_map to refuse. */
+static enum tracing_kind kind_of(const char *path)
 {
-    (void)ctx;
-    struct loaded_scene *s = calloc(1, sizeof *s);
-    if (!s) return fault_set(fault, ERR_MEMORY, path, "%s", error_text(ERR_MEMORY));
-    uint64_t mine_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    char magic[sizeof ENVIRONMENT_MAGIC] = "";
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return TRACING_SCENE;
+    const ssize_t n = pread(fd, magic, sizeof magic, 0);
+    close(fd);
+    return n == (ssize_t)sizeof magic && memcmp(magic, ENVIRONMENT_MAGIC, sizeof magic) == 0
+               ? TRACING_ENVIRONMENT
+               : TRACING_SCENE;
+}
+
+static int load_scene(struct loaded_scene *s, const char *path, unsigned threads, uint64_t *bytes,
+                      uint64_t *spent_us, struct fault *fault)
+{
+    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
     int e = scene_map(path, &s->blob, fault);
-    if (e) {
-        free(s);
-        return e;
-    }
-    uint64_t triangles = s->blob.count[SCENE_TRIANGLES];
-    unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
-    uint64_t all_us = cpu_us(CLOCK_PROCESS_CPUTIME_ID);
-    mine_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - mine_us;
-    uint64_t build_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    if (e) return e;
+    const uint64_t triangles = s->blob.count[SCENE_TRIANGLES];
+    const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
+    const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
+    const uint64_t build_us = cpu_us(clock), open_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
     e = render_scene_create(&s->blob, used, &s->render, fault);
-    if (e) {
-        scene_unmap(&s->blob);
-        free(s);
-        return e;
-    }
-    build_us = used == 1 ? cpu_us(CLOCK_THREAD_CPUTIME_ID) - build_us
-                         : cpu_us(CLOCK_PROCESS_CPUTIME_ID) - all_us;
-    *spent_us = mine_us + build_us;
+    if (e) return e;
+    *spent_us = open_us + cpu_us(clock) - build_us;
     *bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles;
-    *scene = s;
     return 0;
 }
+
+static int load_environment(struct loaded_environment *l, const char *path, uint64_t *bytes,
+                            uint64_t *spent_us, struct fault *fault)
+{
+    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    int e = environment_map(path, &l->blob, fault);
+    if (e) return e;
+    e = environment_create(&l->blob, &l->map);
+    if (e) return fault_set(fault, e, path, "%s", error_text(e));
+    *spent_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
+    *bytes = l->blob.blob_bytes + environment_bytes(l->map);
+    return 0;
+}
+
+static int load(void *ctx, const char *path, unsigned threads, void **loaded,
+                enum tracing_kind *kind, uint64_t *bytes, uint64_t *spent_us, struct fault *fault)
+{
+    struct loaded *l = calloc(1, sizeof *l);
+    void *all = l;
+    if (!l) return fault_set(fault, ERR_MEMORY, path, "%s", error_text(ERR_MEMORY));
+    l->kind = *kind = kind_of(path);
+    const int e = l->kind == TRACING_SCENE
+                      ? load_scene(&l->scene, path, threads, bytes, spent_us, fault)
+                      : load_environment(&l->environment, path, bytes, spent_us, fault);
+    if (e)
+        unload(ctx, &all);
+    else
+        *loaded = l;
+    return e;
+}
+
+/* ---- tiles ---- */
 
 static int tracer_create(void *ctx, void **tracer)
 {
@@ -91,14 +142,18 @@ static void tracer_destroy(void *ctx, void **tracer)
     tile_tracer_destroy(&t);
 }
 
-static int trace(void *ctx, void *tracer, const void *scene, const struct plan *plan,
-                 struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-                 struct bytes_writer *packed, struct counters *counters)
+static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
+                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
+                 struct counters *counters)
 {
     (void)ctx;
-    const struct loaded_scene *s = scene;
+    const struct loaded *s = scene, *around = environment;
     struct samples *samples = NULL;
-    int e = tile_trace(tracer, s->render, NULL, plan, 0, rect, progress, stop, &samples, counters);
+    if (s->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
+        return ERR_MAGIC;
+    int e = tile_trace(tracer, s->scene.render, around ? around->environment.map : NULL, plan, pass,
+                       rect, progress, stop, &samples, counters);
     if (e) return e;
     uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
     e = samples_pack(samples, packed, &dropped);
@@ -109,8 +164,8 @@ static int trace(void *ctx, void *tracer, const void *scene, const struct plan *
 }
 
 const struct tracing tracing_embree = {
-    .capabilities =
-        CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA,
+    .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY |
+                    CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS,
     .embree_version = embree_version,
     .load = load,
     .unload = unload,

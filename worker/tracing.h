@@ -1,12 +1,15 @@
 #pragma once
-/* The heavy work behind the link: load a scene, trace a tile. A table of functions, so that the
- * protocol can be tested without a ray. */
+/* The heavy work behind the link: load a scene or an environment map, trace a tile. A table of
+ * functions, so that the protocol can be tested without a ray. */
 #include <stdatomic.h>
 #include <stdbool.h>
 
 #include "proto/bytes.h"
 #include "proto/counter.h"
 #include "proto/plan.h"
+
+/* What a blob turned out to be, by its first bytes. */
+enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
 
 struct tracing {
     void *ctx;
@@ -15,19 +18,21 @@ struct tracing {
 
     /* Opens the blob at `path` and makes it ready to trace with up to `threads` threads. Blocking;
      * any thread. *bytes: about how much memory it holds; *cpu_us: what it cost. */
-    int (*load)(void *ctx, const char *path, unsigned threads, void **scene, uint64_t *bytes,
-                uint64_t *cpu_us, struct fault *fault);
-    void (*unload)(void *ctx, void **scene);
+    int (*load)(void *ctx, const char *path, unsigned threads, void **loaded,
+                enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us, struct fault *fault);
+    void (*unload)(void *ctx, void **loaded);
 
     /* Scratch of one thread. */
     int (*tracer_create)(void *ctx, void **tracer);
     void (*tracer_destroy)(void *ctx, void **tracer);
 
-    /* Traces a tile and packs its samples into *packed. *progress grows by the tile's rows; *stop
-     * ends it with ERR_STATE. */
-    int (*trace)(void *ctx, void *tracer, const void *scene, const struct plan *plan,
-                 struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-                 struct bytes_writer *packed, struct counters *counters);
+    /* Traces a pass of a tile and packs its samples into *packed. `scene` was loaded as one;
+     * `environment` is the plan's map, NULL when it has none. *progress grows by the tile's rows;
+     * *stop ends it with ERR_STATE. ERR_MAGIC for what was loaded as the other kind. */
+    int (*trace)(void *ctx, void *tracer, const void *scene, const void *environment,
+                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
+                 struct counters *counters);
 };
 
 /* The real one: Embree. */

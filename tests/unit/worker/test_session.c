@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "proto/build.h"
+#include "proto/environment.h"
 #include "proto/message.h"
 #include "tests/unit/proto/plan_case.h"
 #include "worker/link.h"
@@ -25,6 +26,7 @@
 
 #define PATIENCE_MS 5000
 #define BLOB_BYTES  (LIMIT_BLOB_PART_BYTES + 5000u)
+#define MAP_BYTES   3000u
 #define LIFE        (5ull << WORKER_ID_LIFE_SHIFT)
 
 /* ---- tracing without rays ---- */
@@ -32,6 +34,8 @@
 static _Atomic bool hold;        /* tiles wait, and end when they are stopped */
 static _Atomic unsigned tracing; /* tiles that a thread has begun */
 static _Atomic unsigned loads, unloads;
+static _Atomic uint32_t traced_pass;
+static _Atomic bool traced_map; /* the last tile had an environment */
 
 static const char *embree_version(void *ctx)
 {
@@ -39,14 +43,21 @@ static const char *embree_version(void *ctx)
     return "3.13.5";
 }
 
-static int load(void *ctx, const char *path, unsigned threads, void **scene, uint64_t *bytes,
-                uint64_t *cpu_us, struct fault *fault)
+/* What is loaded is its kind; a map is told by its first bytes. */
+static int load(void *ctx, const char *path, unsigned threads, void **loaded,
+                enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us, struct fault *fault)
 {
     (void)ctx;
     (void)threads;
     struct stat st;
+    char magic[8] = "";
     if (stat(path, &st) != 0) return fault_set(fault, ERR_IO, path, "is not there");
-    *scene = malloc(1);
+    FILE *file = fopen(path, "rb");
+    if (!file || fread(magic, 1, sizeof magic, file) != sizeof magic) abort();
+    fclose(file);
+    *kind = memcmp(magic, ENVIRONMENT_MAGIC, 8) == 0 ? TRACING_ENVIRONMENT : TRACING_SCENE;
+    *loaded = malloc(sizeof *kind);
+    memcpy(*loaded, kind, sizeof *kind);
     *bytes = (uint64_t)st.st_size;
     *cpu_us = 1000;
     loads++;
@@ -75,12 +86,18 @@ static void tracer_destroy(void *ctx, void **tracer)
     *tracer = NULL;
 }
 
-static int trace(void *ctx, void *tracer, const void *scene, const struct plan *plan,
-                 struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-                 struct bytes_writer *packed, struct counters *counters)
+static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
+                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
+                 struct counters *counters)
 {
     (void)ctx;
     assert_true(tracer && scene && plan->width_px == 720);
+    assert_int_equal(*(const enum tracing_kind *)scene, TRACING_SCENE);
+    assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);
+    if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
+    traced_pass = pass;
+    traced_map = environment != NULL;
     tracing++;
     while (hold && !*stop) usleep(1000);
     *progress += (uint64_t)rect_height(rect);
@@ -113,6 +130,8 @@ struct world {
     struct bytes_writer w;
     struct plan plan;
     uint8_t *blob;
+    uint8_t map[MAP_BYTES]; /* of an environment */
+    struct digest map_digest;
     uint32_t asked; /* tiles that the worker wants, as far as we read */
 };
 
@@ -175,6 +194,12 @@ static struct world *world_open(uint32_t threads, bool with_blobs)
     for (size_t i = 0; i < BLOB_BYTES; i++) w->blob[i] = (uint8_t)(i * 7 + (i >> 9));
     plan_case(&w->plan);
     digest_of(w->blob, BLOB_BYTES, &w->plan.scene);
+    memset(w->map, 5, sizeof w->map);
+    memcpy(w->map, ENVIRONMENT_MAGIC, sizeof ENVIRONMENT_MAGIC);
+    digest_of(w->map, MAP_BYTES, &w->map_digest);
+    w->plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
+    w->plan.paths.spp = 40; /* three passes */
+    w->plan.paths.occlusion_distance = 1.0f;
     hold = false;
     tracing = loads = unloads = 0;
     listen_there(w);
@@ -308,12 +333,17 @@ static void send_frame(struct world *w, uint64_t id)
     bytes_writer_fini(&p);
 }
 
-static void send_tile(struct world *w, uint64_t frame_id, uint32_t index)
+static void send_pass(struct world *w, uint64_t frame_id, uint32_t index, uint32_t pass)
 {
     const int32_t x = (int32_t)(index % 20) * 32;
-    const struct message_tile m = {frame_id, index, 1, {x, 0, x + 32, 32}};
+    const struct message_tile m = {frame_id, index, 1, pass, {x, 0, x + 32, 32}};
     message_encode_tile(&w->w, &m);
     put(w, MESSAGE_TILE, NULL, 0);
+}
+
+static void send_tile(struct world *w, uint64_t frame_id, uint32_t index)
+{
+    send_pass(w, frame_id, index, 0);
 }
 
 static void send_ack(struct world *w, uint64_t frame_id, uint32_t index)
@@ -322,24 +352,55 @@ static void send_ack(struct world *w, uint64_t frame_id, uint32_t index)
     put(w, MESSAGE_ACK, NULL, 0);
 }
 
+/* Answers a question for a part of the scene or the map. Returns the offset behind the part. */
+static uint64_t answer(struct world *w, const struct message_blob_get *get)
+{
+    const bool is_map = digest_equal(&get->digest, &w->map_digest);
+    const uint8_t *bytes = is_map ? w->map : w->blob;
+    const uint64_t all_bytes = is_map ? MAP_BYTES : BLOB_BYTES, left = all_bytes - get->offset;
+    const uint32_t part = left < get->size_bytes ? (uint32_t)left : get->size_bytes;
+    const struct message_blob_part m = {
+        .digest = get->digest, .total_bytes = all_bytes, .offset = get->offset, .size_bytes = part};
+    message_encode_blob_part(&w->w, &m);
+    put(w, MESSAGE_BLOB_PART, bytes + get->offset, part);
+    return get->offset + part;
+}
+
+static void expect_get(struct world *w, struct message_blob_get *get)
+{
+    struct frame_view f;
+    expect(w, MESSAGE_BLOB_GET, &f);
+    assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, get), 0);
+}
+
 static void serve_blob(struct world *w)
 {
     for (uint64_t sent = 0; sent < BLOB_BYTES;) {
-        struct frame_view f;
         struct message_blob_get get;
-        expect(w, MESSAGE_BLOB_GET, &f);
-        assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, &get), 0);
+        expect_get(w, &get);
         assert_true(digest_equal(&get.digest, &w->plan.scene));
-        uint64_t left = BLOB_BYTES - get.offset;
-        uint32_t part = left < get.size_bytes ? (uint32_t)left : get.size_bytes;
-        const struct message_blob_part m = {.digest = get.digest,
-                                            .total_bytes = BLOB_BYTES,
-                                            .offset = get.offset,
-                                            .size_bytes = part};
-        message_encode_blob_part(&w->w, &m);
-        put(w, MESSAGE_BLOB_PART, w->blob + get.offset, part);
-        sent = get.offset + part;
+        sent = answer(w, &get);
     }
+}
+
+/* The first questions for a scene and for a map, in whatever order they come. */
+static void expect_both(struct world *w, struct message_blob_get *scene,
+                        struct message_blob_get *map)
+{
+    struct message_blob_get first, second;
+    expect_get(w, &first);
+    expect_get(w, &second);
+    const bool scene_first = digest_equal(&first.digest, &w->plan.scene);
+    *scene = scene_first ? first : second;
+    *map = scene_first ? second : first;
+    assert_true(digest_equal(&scene->digest, &w->plan.scene));
+    assert_true(digest_equal(&map->digest, &w->plan.environment.map));
+}
+
+static void give_map(struct world *w)
+{
+    w->plan.environment = (struct plan_environment){
+        .kind = ENVIRONMENT_MAP, .map = w->map_digest, .radiance = {1, 1, 1}, .power = 1};
 }
 
 static uint32_t expect_result(struct world *w)
@@ -475,7 +536,7 @@ static void illegal_messages_break_the_link(void **state)
     (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 6; i++) {
         welcome(w, LIFE | 1);
         switch (i) {
         case 0: /* no such frame */
@@ -491,8 +552,12 @@ static void illegal_messages_break_the_link(void **state)
             break;
         case 3: /* outside the frame */
             send_frame(w, 9);
-            message_encode_tile(&w->w, &(struct message_tile){9, 0, 1, {704, 0, 736, 32}});
+            message_encode_tile(&w->w, &(struct message_tile){9, 0, 1, 0, {704, 0, 736, 32}});
             put(w, MESSAGE_TILE, NULL, 0);
+            break;
+        case 4: /* a pass too many */
+            send_frame(w, 9);
+            send_pass(w, 9, 0, 3);
             break;
         default:
             assert_int_equal(send(w->fd, "no frame at all, but long enough", 32, 0), 32);
@@ -575,6 +640,154 @@ static void damaged_blobs_are_not_traced(void **state)
     assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
     assert_int_equal(fault.code, ERR_CHECKSUM);
     assert_int_equal(loads, 0);
+    world_close(w);
+}
+
+static void a_map_is_fetched_beside_the_scene(void **state)
+{
+    (void)state;
+    struct world *w = world_open(2, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    expect_both(w, &scene, &map);
+    assert_int_equal(answer(w, &map), MAP_BYTES);
+    for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
+    expect_nothing(w); /* the scene is not there yet */
+    assert_int_equal(tracing, 0);
+    answer(w, &scene);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 3);
+    assert_true(traced_map);
+    assert_int_equal(loads, 2);
+    send_ack(w, 9, 3);
+    w->plan.environment.kind = ENVIRONMENT_NONE;
+    send_frame(w, 10);
+    send_tile(w, 10, 4);
+    assert_int_equal(expect_result(w), 4); /* the same scene without */
+    assert_false(traced_map);
+    send_ack(w, 10, 4);
+    w->plan.environment.kind = ENVIRONMENT_MAP;
+    send_frame(w, 11);
+    send_tile(w, 11, 5);
+    assert_int_equal(expect_result(w), 5); /* both are still there */
+    assert_int_equal(loads, 2);
+    world_close(w);
+}
+
+static void expect_fault(struct world *w, int code, const char *part)
+{
+    struct frame_view f;
+    struct message_tile_fault fault;
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, code);
+    if (!strstr(fault.text, part)) fail_msg("\"%s\" lacks \"%s\"", fault.text, part);
+}
+
+static void a_missing_map_is_named(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->map_digest});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect_fault(w, ERR_NOT_FOUND, "environment: the coordinator does not have the blob");
+    answer(w, &scene); /* nobody waits for it any longer */
+    expect_nothing(w);
+    send_tile(w, 9, 2); /* it tries again */
+    expect_both(w, &scene, &map);
+    answer(w, &scene);
+    answer(w, &map);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 2);
+    send_ack(w, 9, 2);
+    expect_nothing(w);
+    world_close(w);
+}
+
+static void a_missing_scene_beside_a_map_is_named(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    answer(w, &map);
+    for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect_fault(w, ERR_NOT_FOUND, "scene: the coordinator does not have the blob");
+    world_close(w);
+}
+
+static void blobs_of_the_wrong_kind_are_faults(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get get;
+    const struct digest scene = w->plan.scene;
+    welcome(w, LIFE | 1);
+    w->plan.scene = w->map_digest;
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_get(w, &get);
+    answer(w, &get);
+    expect_fault(w, ERR_MAGIC, "scene: this is an environment map");
+    w->plan.scene = scene;
+    give_map(w);
+    w->plan.environment.map = scene; /* the same blob twice */
+    send_frame(w, 10);
+    send_tile(w, 10, 1);
+    serve_blob(w);
+    expect_fault(w, ERR_MAGIC, "environment: this is a scene");
+    send_tile(w, 10, 2); /* it is loaded by now */
+    expect_fault(w, ERR_MAGIC, "environment: this is a scene");
+    assert_int_equal(tracing, 0);
+    world_close(w);
+}
+
+static void a_cancelled_frame_lets_both_blobs_go(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    message_encode_cancel(&w->w, &(struct message_cancel){9});
+    put(w, MESSAGE_CANCEL, NULL, 0);
+    expect_nothing(w);
+    answer(w, &map);
+    answer(w, &scene);
+    expect_nothing(w);
+    assert_int_equal(loads, 0);
+    world_close(w);
+}
+
+static void a_lease_names_its_pass(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    warm_up(w);
+    for (uint32_t pass = 3; pass-- > 0;) {
+        send_pass(w, 9, 1, pass);
+        assert_int_equal(expect_result(w), 1);
+        assert_int_equal(traced_pass, pass);
+        send_ack(w, 9, 1);
+    }
     world_close(w);
 }
 
@@ -760,6 +973,12 @@ int main(void)
         cmocka_unit_test(a_missing_blob_is_a_fault_of_its_tiles),
         cmocka_unit_test(a_fetch_goes_on_after_a_reconnect),
         cmocka_unit_test(damaged_blobs_are_not_traced),
+        cmocka_unit_test(a_map_is_fetched_beside_the_scene),
+        cmocka_unit_test(a_missing_map_is_named),
+        cmocka_unit_test(a_missing_scene_beside_a_map_is_named),
+        cmocka_unit_test(blobs_of_the_wrong_kind_are_faults),
+        cmocka_unit_test(a_cancelled_frame_lets_both_blobs_go),
+        cmocka_unit_test(a_lease_names_its_pass),
         cmocka_unit_test(a_cancelled_frame_is_stopped),
         cmocka_unit_test(told_to_stop_it_finishes_what_it_traces),
         cmocka_unit_test(told_twice_it_leaves_at_once),
