@@ -20,6 +20,8 @@ const char *import_folder_sniff(const void *head, size_t size_bytes)
 {
     const uint8_t *at = head, *end = at + size_bytes;
     if (size_bytes >= 4 && !memcmp(head, "glTF", 4)) return ".glb";
+    if (size_bytes >= 4 && !memcmp(head, "\x76\x2f\x31\x01", 4)) return ".exr";
+    if (size_bytes >= 2 && !memcmp(head, "#?", 2)) return ".hdr"; /* "#?RADIANCE", "#?RGBE" */
     at = skip_mark(at, end);
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
     if (at < end && *at == '{') return ".gltf";
@@ -104,8 +106,9 @@ static int place_main(const struct objects *objects, const struct digest *scene,
     close(fd);
     const char *suffix = n > 0 ? import_folder_sniff(head, (size_t)n) : NULL;
     if (!suffix)
-        return fault_set(fault, ERR_MAGIC, "/scene/asset",
-                         "this file is neither glTF (binary or JSON) nor OBJ");
+        return fault_set(
+            fault, ERR_MAGIC, "/scene/asset",
+            "this file is neither glTF (binary or JSON) nor OBJ, nor a map (.hdr, .exr)");
     snprintf(folder->main_name, sizeof folder->main_name, "scene%s", suffix);
     for (int i = 1; i < 1000; i++) {
         snprintf(to, sizeof to, "%s/%s", folder->root, folder->main_name);

@@ -23,5 +23,5 @@ int import_folder_make(const struct objects *objects, const struct digest *scene
                        struct fault *fault);
 void import_folder_remove(struct import_folder *folder);
 
-/* ".glb", ".gltf", ".obj" by the first bytes of a file; NULL: none of them. */
+/* ".glb", ".gltf", ".obj", ".hdr", ".exr" by the first bytes of a file; NULL: none of them. */
 const char *import_folder_sniff(const void *head, size_t size_bytes);

@@ -1,5 +1,5 @@
 #pragma once
-/* From scenes to blobs: looked up, or imported once however many ask. */
+/* From scenes and environment maps to blobs: looked up, or imported once however many ask. */
 #include "proto/job.h"
 #include "server/job/import_process.h"
 #include "server/store/job_store.h"
@@ -16,7 +16,8 @@ void imports_stop(struct imports *imports);
 /* After imports_stop, once store and team have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
-/* The scene is borrowed for the call. `done` comes later, once, unless forgotten; the request is
+/* Of `scene` only the main file and its files count: an environment map is a scene of one file. It
+ * is borrowed for the call. `done` comes later, once, unless forgotten; the request is
  * gone then. cpu_us is charged to the first who asked. */
 int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
                     struct import_request **out);

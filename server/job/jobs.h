@@ -55,7 +55,8 @@ typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *plan)
 void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx);
 
 /* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan
- * {effects, layers, planes, skipped: [{what, why}], lights, camera, warnings}, statistics {...},
+ * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
+ * warnings}, statistics {...},
  * warnings, error, frames: [{number, state, exr, png}], priority, revision}; exr and png are
  * addresses, null until the file is there. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);

@@ -56,14 +56,19 @@ static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault 
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
 
+static bool needs_blob(const struct plan *p, const struct digest *digest)
+{
+    return digest_equal(&p->scene, digest) ||
+           (p->environment.kind == ENVIRONMENT_MAP && digest_equal(&p->environment.map, digest));
+}
+
 /* Workers may have the blobs of open frames, and nothing else of the store. */
 static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t capacity)
 {
     struct jobs *jobs = ctx;
     char path[OBJECTS_PATH_BYTES];
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        const struct plan *p = &jobs->open[i].job->prepared->plan;
-        if (!digest_equal(&p->scene, digest)) continue;
+        if (!needs_blob(&jobs->open[i].job->prepared->plan, digest)) continue;
         objects_path(jobs->options.objects, digest, path);
         return (size_t)snprintf(out, capacity, "%s", path) < capacity;
     }

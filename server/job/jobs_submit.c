@@ -5,20 +5,26 @@
 
 #include "server/job/jobs_table.h"
 
+static int check_asset(const struct objects *objects, const struct digest *asset,
+                       const char *pointer, struct fault *fault)
+{
+    char hex[DIGEST_HEX_BYTES];
+    if (objects_have(objects, asset, NULL)) return 0;
+    digest_to_hex(asset, hex);
+    return fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
+}
+
 static int check_assets(const struct objects *objects, const struct job *job, struct fault *fault)
 {
-    char hex[DIGEST_HEX_BYTES], pointer[LIMIT_POINTER_BYTES];
-    digest_to_hex(&job->scene, hex);
-    if (!objects_have(objects, &job->scene, NULL))
-        return fault_set(fault, ERR_NOT_FOUND, "/scene/asset", "asset %s is not here; PUT it first",
-                         hex);
-    for (uint32_t i = 0; i < job->file_count; i++) {
-        if (objects_have(objects, &job->files[i].asset, NULL)) continue;
-        digest_to_hex(&job->files[i].asset, hex);
+    char pointer[LIMIT_POINTER_BYTES];
+    int error = check_asset(objects, &job->scene, "/scene/asset", fault);
+    for (uint32_t i = 0; !error && i < job->file_count; i++) {
         snprintf(pointer, sizeof pointer, "/scene/files/%.200s", job->files[i].path);
-        return fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
+        error = check_asset(objects, &job->files[i].asset, pointer, fault);
     }
-    return 0;
+    if (!error && job->environment.kind == ENVIRONMENT_MAP)
+        error = check_asset(objects, &job->environment.asset, "/environment/asset", fault);
+    return error;
 }
 
 static int check_new(const struct jobs *jobs, const struct job *job, struct fault *fault)

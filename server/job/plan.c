@@ -8,8 +8,6 @@
 #include "proto/plan_check.h"
 #include "proto/samples.h"
 
-#define PLANE_BIT(plane) (1u << PLANE_##plane)
-
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
     va_list args;
@@ -42,67 +40,19 @@ static void copy_warnings(const struct scene *scene, struct plan_report *report)
     }
 }
 
-static bool emits(const struct scene_material *m)
+/* Visibility and slopes, for the layers that show them. */
+void plan_strata_planes(struct plan *plan, struct plan_report *report)
 {
-    return m->emission[0] > 0 || m->emission[1] > 0 || m->emission[2] > 0 ||
-           (m->flags & MATERIAL_UNLIT) != 0;
-}
-
-/* What shines towards the camera, and what shines at bounces besides the lights. */
-static void find_emitters(const struct scene *scene, bool *any, bool *besides_lights)
-{
-    *any = *besides_lights = false;
-    for (uint64_t i = 0; i < scene->count[SCENE_MESHES]; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[i];
-        if (!emits(&scene->materials[mesh->material])) continue;
-        *any = true;
-        if (!(mesh->flags & MESH_IS_LIGHT)) *besides_lights = true;
-    }
-}
-
-static void plan_indirect(const struct job *job, bool lit, struct plan *plan,
-                          struct plan_report *report)
-{
-    if (job->indirect_bounces == 0) {
-        plan_skip(report, "effect indirect", "effects.indirect_bounces is 0");
-        return;
-    }
-    if (!lit) {
-        plan_skip(report, "effect indirect", "nothing lights the scene");
-        return;
-    }
-    plan->bounces = job->indirect_bounces;
-    plan->indirect_strata_per_axis =
-        job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
-    plan->planes |= PLANE_BIT(INDIRECT_MEAN);
-    plan->capabilities |= CAPABILITY_INDIRECT;
-    report->effects |= EFFECT_INDIRECT;
-    static const char why[] = "no filter of this plan reads it";
-    plan_skip(report, "plane indirect_halves", why);
-    plan_skip(report, "plane reflector", why);
-    plan_skip(report, "plane indirect_strata", why);
-}
-
-static void plan_direct(struct plan *plan, struct plan_report *report)
-{
-    bool area = false;
-    uint32_t layers = report->layers;
-    if (plan->light_count == 0) {
-        plan_skip(report, "effect direct", "there is no light");
-        return;
-    }
-    for (uint32_t k = 0; k < plan->light_count; k++)
-        area = area || plan->lights[k].type == LIGHT_RECTANGLE;
-    report->effects |= EFFECT_DIRECT | EFFECT_SHADOWS;
-    plan->light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
-    plan->capabilities |= CAPABILITY_DIRECT;
     static const char no_reader[] = "no filter or layer of this plan reads it";
     static const char no_area[] = "no light has area";
-    if (layers & LAYER_VISIBILITY)
+    bool area = false;
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        area = area || plan->lights[k].type == LIGHT_RECTANGLE;
+    if (plan->light_count > 0 && (report->layers & LAYER_VISIBILITY))
         plan->light_planes |= 1u << LIGHT_PLANE_VISIBILITY;
     else
         plan_skip(report, "plane visibility", "%s", area ? no_reader : no_area);
-    if (area && (layers & (LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)))
+    if (area && (report->layers & (LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)))
         plan->light_planes |= 1u << LIGHT_PLANE_SLOPES;
     else
         plan_skip(report, "plane slopes", "%s", area ? no_reader : no_area);
@@ -137,53 +87,88 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-static void plan_surfaces(bool emission, struct plan *plan, struct plan_report *report)
+/* Who makes the picture; the report says why not the other. */
+static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
+                   struct plan_report *report)
 {
-    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID) |
-                   PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
-                   PLANE_BIT(SUB_ID);
-    plan->sub_samples = LIMIT_SUB_SAMPLES;
-    report->effects = EFFECT_PRIMARY | EFFECT_ANTIALIAS;
-    if (emission) {
-        plan->planes |= PLANE_BIT(EMISSION);
-        report->effects |= EFFECT_EMISSION;
-    } else {
-        plan_skip(report, "plane emission", "no material emits light");
-    }
-}
-
-static void plan_filter(const struct job *job, struct plan_report *report)
-{
+    char why[PLAN_WHY_BYTES];
     report->method = FILTER_NONE;
-    if (job->method == FILTER_NONE)
+    report->integrator = INTEGRATOR_PATHS;
+    if (job->method == FILTER_NONE) {
         plan_skip(report, "filter", "filter.method is none: samples are averaged");
-    else
-        plan_skip(report, "filter", "this version has no filter yet: auto means none");
+        plan_skip(report, "light fields", "filter.method is none: every sample is a path");
+        return;
+    }
+    plan_skip(report, "filter", "this version has no filter yet: auto averages samples");
+    if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
+        plan_skip(report, "light fields", "%s", why);
+        return;
+    }
+    report->integrator = INTEGRATOR_LIGHT_FIELD;
+    plan_skip(report, "paths", "light fields cover the scene and the layers");
 }
 
-int plan_make(const struct job *job, const struct scene *scene, const struct digest *blob,
-              int32_t frame, struct plan *plan, struct plan_report *report, struct fault *fault)
+static void tell_emitters(struct plan_report *report)
+{
+    if (report->emitters.flux > 0)
+        report->effects |= EFFECT_EMITTERS;
+    else
+        plan_skip(report, "effect emitters", "no mesh shines besides the lights");
+}
+
+static void tell_occlusion(const struct job *job, struct plan_report *report)
+{
+    if (report->layers & LAYER_OCCLUSION) return;
+    plan_skip(report, "effect occlusion", "the layer occlusion is not asked for");
+    if (job->occlusion_distance > 0)
+        plan_warn(report, "effects.ambient_occlusion has a distance, but \"layers\" does not name "
+                          "\"occlusion\": nothing shows it");
+}
+
+static void tell_darkness(struct plan_report *report)
+{
+    if (report->effects & (EFFECT_DIRECT | EFFECT_EMISSION)) return;
+    plan_warn(report, "nothing lights this scene: the picture will be black; add \"lights\" or an "
+                      "\"environment\"");
+}
+
+/* All that stands before the integrator. */
+static int gather(const struct job *job, const struct plan_source *source, struct plan *plan,
+                  struct plan_report *report, float environment_mean[3], struct fault *fault)
+{
+    copy_warnings(source->scene, report);
+    int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
+    if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
+    if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);
+    if (error) return error;
+    if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
+    plan_find_emitters(source->scene, &report->emitters);
+    tell_emitters(report);
+    tell_occlusion(job, report);
+    return 0;
+}
+
+int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
+              struct plan *plan, struct plan_report *report, struct fault *fault)
 {
     struct fault inner = {0};
-    bool emission, emission_besides_lights;
-    *plan = (struct plan){.scene = *blob,
+    float environment_mean[3];
+    *plan = (struct plan){.scene = source->scene_blob,
                           .width_px = job->width_px,
                           .height_px = job->height_px,
                           .tile_px = job->tile_px,
                           .pattern = {.seed = job->seed, .frame = (uint32_t)frame}};
     memset(report, 0, sizeof *report);
     report->layers = job->layers;
-    copy_warnings(scene, report);
-    int error = plan_resolve_camera(job, scene, &plan->camera, report, fault);
-    if (!error) error = plan_gather_lights(job, scene, plan, report, fault);
+    int error = gather(job, source, plan, report, environment_mean, fault);
     if (error) return error;
-    find_emitters(scene, &emission, &emission_besides_lights);
-    plan_filter(job, report);
-    plan_surfaces(emission, plan, report);
-    plan_direct(plan, report);
-    plan_indirect(job, plan->light_count > 0 || emission_besides_lights, plan, report);
-    if (plan->light_count == 0 && !emission)
-        plan_warn(report, "nothing lights this scene: the picture will be black; add \"lights\"");
+    choose(job, source->scene, plan, report);
+    if (report->integrator == INTEGRATOR_PATHS)
+        plan_paths(job, plan, report);
+    else
+        plan_light_field(job, plan, report);
+    plan_set_powers(source->scene, &report->emitters, environment_mean, plan);
+    tell_darkness(report);
     error = check_strata(job, plan, fault);
     if (!error) error = fit_tile(plan, report, fault);
     if (!error && plan_check(plan, &inner) != 0)

@@ -1,12 +1,17 @@
 #pragma once
-/* What a frame needs, decided once: which effects run, which planes travel, what is left out and
- * why.
+/* What a frame needs, decided once: who makes the picture, which effects run, which planes travel,
+ * what is left out and why.
  *
- * A pure function of the job and its scene; any thread. Everything that a person may ask about the
- * decision is in struct plan_report. */
+ * filter.method none is the path tracer. auto is the light fields where they cover all that scene
+ * and job ask for (pure Lambert surfaces, lights of the list alone, a pinhole, at most one bounce,
+ * layers that they give), else the path tracer.
+ *
+ * A pure function of the job and what it names; any thread. Everything that a person may ask about
+ * the decision is in struct plan_report. */
 #include <jansson.h>
 #include <stdbool.h>
 
+#include "proto/environment.h"
 #include "proto/job.h"
 #include "proto/plan.h"
 #include "proto/scene.h"
@@ -19,8 +24,15 @@ enum plan_effect {
     EFFECT_SHADOWS = 1u << 3,
     EFFECT_INDIRECT = 1u << 4,
     EFFECT_EMISSION = 1u << 5,
+    EFFECT_ENVIRONMENT = 1u << 6,
+    EFFECT_LENS = 1u << 7,
+    EFFECT_OCCLUSION = 1u << 8,
+    EFFECT_EMITTERS = 1u << 9, /* meshes that no light of the list stands for */
 };
-#define EFFECT_COUNT 6
+#define EFFECT_COUNT 10
+
+/* Who makes the picture. */
+enum plan_integrator { INTEGRATOR_LIGHT_FIELD, INTEGRATOR_PATHS };
 
 /* What is skipped ("plane reflector", "light /lights/2"), and why, as sentences. */
 struct plan_skip {
@@ -35,7 +47,25 @@ struct plan_light_source {
     char name[64];  /* cut; "" for none */
 };
 
+/* What shines among the placed meshes. */
+struct plan_emitters {
+    uint64_t instances; /* that shine and are no light of the list */
+    double flux;        /* luminance that leaves them all, W */
+    bool any_seen;      /* something shines towards the camera: these, recognised lights, unlit */
+    bool any_unlit;
+};
+
+/* What a plan is made from; all of it is borrowed for the call. */
+struct plan_source {
+    const struct scene *scene;
+    struct digest scene_blob;
+    const struct environment_header *map; /* of the job's map; NULL when it has none */
+    struct digest map_blob;
+};
+
 struct plan_report {
+    enum plan_integrator integrator;
+    struct plan_emitters emitters;
     uint32_t effects;
     uint32_t layers; /* enum layer */
     enum filter_method method;
@@ -50,11 +80,11 @@ struct plan_report {
 
 /* Plans one frame; frames of a job differ in plan->pattern.frame alone. ERR_LIMIT, ERR_NOT_FOUND,
  * ERR_RANGE with *fault pointing into the job document. */
-int plan_make(const struct job *job, const struct scene *scene, const struct digest *blob,
-              int32_t frame, struct plan *plan, struct plan_report *report, struct fault *fault);
+int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
+              struct plan *plan, struct plan_report *report, struct fault *fault);
 
-/* {effects, layers, planes, light_planes, skipped: [{what, why}], lights, camera, samples, tiles,
- * warnings}. New reference; NULL on failed allocation. */
+/* {integrator, effects, layers, planes, light_planes, skipped: [{what, why}], lights, environment,
+ * emitters, camera, samples, tiles, warnings}. New reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
 
 /* Adds a line; what does not fit is dropped. */
@@ -63,8 +93,33 @@ void plan_skip(struct plan_report *report, const char *what, const char *format,
 void plan_warn(struct plan_report *report, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* The parts of plan_make. */
+/* The parts of plan_make, in their order. */
 int plan_resolve_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                         struct plan_report *report, struct fault *fault);
 int plan_gather_lights(const struct job *job, const struct scene *scene, struct plan *plan,
                        struct plan_report *report, struct fault *fault);
+void plan_find_emitters(const struct scene *scene, struct plan_emitters *out);
+
+/* *mean: radiance averaged over all directions, 0 without an environment. */
+int plan_set_environment(const struct job *job, const struct plan_source *source, struct plan *plan,
+                         struct plan_report *report, float mean[3], struct fault *fault);
+
+/* By what a path chooses among lights, mesh emitters and environment: shares of the flux into the
+ * scene (W, by luminance), each at least a thousandth. */
+void plan_set_powers(const struct scene *scene, const struct plan_emitters *emitters,
+                     const float environment_mean[3], struct plan *plan);
+
+#define PLAN_WHY_BYTES sizeof(((struct plan_skip *)0)->why)
+
+/* Whether light fields give all that is asked for; else why not, a sentence. */
+bool plan_light_field_covers(const struct job *job, const struct scene *scene,
+                             const struct plan *plan, const struct plan_emitters *emitters,
+                             char why[PLAN_WHY_BYTES]);
+void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);
+void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report);
+
+/* What those parts share. */
+/* Light planes for the layers visibility and slopes, with a line for each that is left out. */
+void plan_strata_planes(struct plan *plan, struct plan_report *report);
+double plan_luminance(const float color[3]);
+double plan_scene_radius(const struct scene *scene); /* of a sphere around its bounds; > 0 */

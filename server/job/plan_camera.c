@@ -96,6 +96,28 @@ static int find(const struct job *job, const struct scene *scene, uint64_t *out,
     return refuse_name(scene, job->camera.name, fault);
 }
 
+static int set_lens(const struct job *job, struct plan_camera *out, struct plan_report *report,
+                    struct fault *fault)
+{
+    struct fault inner = {0};
+    if (!(job->aperture_radius > 0)) {
+        plan_skip(report, "effect lens", "the camera is a pinhole");
+        return 0;
+    }
+    if (out->type == CAMERA_ORTHOGRAPHIC)
+        return fault_set(fault, ERR_RANGE, "/lens",
+                         "the camera is orthographic; only a perspective one can have a lens");
+    out->aperture_radius = job->aperture_radius;
+    out->focus_distance = job->focus_distance;
+    out->blade_count = job->blades;
+    out->blade_rotation_rad =
+        (float)(remainder((double)job->blade_rotation_deg, 360) * (M_PI / 180));
+    if (plan_camera_check(out, "camera", &inner) != 0)
+        return fault_set(fault, inner.code, "/lens", "%s: %s", inner.pointer, inner.detail);
+    report->effects |= EFFECT_LENS;
+    return 0;
+}
+
 int plan_resolve_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                         struct plan_report *report, struct fault *fault)
 {
@@ -116,5 +138,5 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
     }
     if (plan_camera_check(out, "camera", &inner) != 0)
         return fault_set(fault, inner.code, "/scene/camera", "%s: %s", inner.pointer, inner.detail);
-    return 0;
+    return set_lens(job, out, report, fault);
 }

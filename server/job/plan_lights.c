@@ -6,18 +6,6 @@
 #include "proto/plan_check.h"
 #include "server/job/plan.h"
 
-/* Integral over the square [-1, 1]^2 of exp(-2 (u^2 + v^2)), divided by its area:
- * (sqrt(pi / 2) erf(sqrt 2) / 2)^2. */
-#define GAUSSIAN_MEAN 0.357735
-
-/* A light that a bounce chose less often than this would return as rare bright samples. */
-#define POWER_LEAST 1e-3
-
-static double luminance(const float c[3])
-{
-    return 0.2126 * (double)c[0] + 0.7152 * (double)c[1] + 0.0722 * (double)c[2];
-}
-
 static double normal_of(const struct plan_light *light, double n[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -26,34 +14,6 @@ static double normal_of(const struct plan_light *light, double n[3])
                (double)light->half_u[k] * (double)light->half_v[j];
     }
     return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-}
-
-static double scene_radius(const struct scene *scene)
-{
-    double sum = 0;
-    for (int i = 0; i < 3; i++) {
-        double side = (double)scene->info->bounds_max[i] - (double)scene->info->bounds_min[i];
-        sum += side * side / 4;
-    }
-    return sum > 0 && isfinite(sum) ? sqrt(sum) : 1;
-}
-
-/* Radiant flux into the scene (W), by luminance: what a bounce chooses lights by. A directional
- * light's is what it sends through the disc of the scene's bounding sphere. */
-static double flux(const struct plan_light *light, double radius)
-{
-    double n[3], l = luminance(light->color);
-    switch (light->type) {
-    case LIGHT_POINT:
-        return 4 * M_PI * l;
-    case LIGHT_SPOT:
-        return 2 * M_PI * (1 - (double)light->cos_outer) * l;
-    case LIGHT_DIRECTIONAL:
-        return M_PI * radius * radius * l;
-    default:
-        return M_PI * 4 * normal_of(light, n) * l *
-               (light->profile == PROFILE_GAUSSIAN ? GAUSSIAN_MEAN : 1);
-    }
 }
 
 /* Whether all corners of the scene's bounds lie behind a rectangle. */
@@ -162,17 +122,6 @@ static int add_scene_lights(const struct scene *scene, struct plan *plan,
     return 0;
 }
 
-/* Shares of the whole flux, so that their size does not depend on the scene's units. */
-static void set_powers(const struct scene *scene, struct plan *plan)
-{
-    double sum = 0, radius = scene_radius(scene);
-    for (uint32_t k = 0; k < plan->light_count; k++) sum += flux(&plan->lights[k], radius);
-    for (uint32_t k = 0; k < plan->light_count; k++) {
-        double share = sum > 0 && isfinite(sum) ? flux(&plan->lights[k], radius) / sum : 1;
-        plan->lights[k].power = (float)(share > POWER_LEAST ? share : POWER_LEAST);
-    }
-}
-
 static double strongest(const float c[3])
 {
     return (double)fmaxf(c[0], fmaxf(c[1], c[2]));
@@ -183,7 +132,7 @@ static double strongest(const float c[3])
  */
 static float radiance_scale(const struct scene *scene, const struct plan *plan)
 {
-    double most = 0, radius = scene_radius(scene);
+    double most = 0, radius = plan_scene_radius(scene);
     for (uint64_t i = 0; i < scene->count[SCENE_MATERIALS]; i++) {
         const struct scene_material *m = &scene->materials[i];
         most = fmax(most, strongest(m->emission));
@@ -205,7 +154,7 @@ static float radiance_scale(const struct scene *scene, const struct plan *plan)
 
 static float length_unit(const struct scene *scene)
 {
-    int exponent = (int)lround(log2(scene_radius(scene)));
+    int exponent = (int)lround(log2(plan_scene_radius(scene)));
     return ldexpf(1, exponent < -60 ? -60 : exponent > 60 ? 60 : exponent);
 }
 
@@ -227,7 +176,6 @@ int plan_gather_lights(const struct job *job, const struct scene *scene, struct 
     uint32_t l = job_strata_per_axis(job->light_spp ? job->light_spp : job->spp);
     for (uint32_t k = 0; k < plan->light_count; k++)
         plan->lights[k].strata_per_axis = plan->lights[k].type == LIGHT_RECTANGLE ? l : 1;
-    set_powers(scene, plan);
     plan->radiance_scale = radiance_scale(scene, plan);
     plan->length_unit = length_unit(scene);
     return 0;

@@ -4,12 +4,32 @@
 #include "proto/samples.h"
 #include "server/job/plan.h"
 
-static const char *const effect_names[EFFECT_COUNT] = {"primary", "antialias", "direct",
-                                                       "shadows", "indirect",  "emission"};
-static const char *const plane_names[PLANE_ID_COUNT] = {
-    "depth",           "normal",     "albedo",         "id",       "sub_depth",
-    "sub_normal",      "sub_albedo", "sub_id",         "emission", "indirect_mean",
-    "indirect_halves", "reflector",  "indirect_strata"};
+static const char *const effect_names[EFFECT_COUNT] = {
+    "primary",  "antialias",   "direct", "shadows",   "indirect",
+    "emission", "environment", "lens",   "occlusion", "emitters"};
+static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
+                                                        "normal",
+                                                        "albedo",
+                                                        "id",
+                                                        "sub_depth",
+                                                        "sub_normal",
+                                                        "sub_albedo",
+                                                        "sub_id",
+                                                        "emission",
+                                                        "indirect_mean",
+                                                        "indirect_halves",
+                                                        "reflector",
+                                                        "indirect_strata",
+                                                        "path_radiance",
+                                                        "path_spread",
+                                                        "path_emission",
+                                                        "path_direct",
+                                                        "path_indirect",
+                                                        "path_diffuse_direct",
+                                                        "path_diffuse_indirect",
+                                                        "path_albedo",
+                                                        "path_coverage",
+                                                        "path_occlusion"};
 static const char *const light_plane_names[LIGHT_PLANE_COUNT] = {"irradiance", "visibility",
                                                                  "slopes"};
 static const char *const light_type_names[] = {"point", "spot", "directional", "rectangle"};
@@ -83,6 +103,11 @@ static json_t *camera_of(const struct plan *plan, const struct plan_report *repo
                             json_real(360 / M_PI * atan((double)c->half_height)));
     else
         json_object_set_new(camera, "half_height", json_real((double)c->half_height));
+    if (c->aperture_radius > 0) {
+        json_object_set_new(camera, "aperture_radius", json_real((double)c->aperture_radius));
+        json_object_set_new(camera, "focus_distance", json_real((double)c->focus_distance));
+        json_object_set_new(camera, "blades", json_integer(c->blade_count));
+    }
     json_t *name = report->camera_name[0] ? json_string(report->camera_name) : NULL;
     if (name) json_object_set_new(camera, "name", name);
     return camera;
@@ -93,9 +118,38 @@ static json_t *samples_of(const struct plan *plan)
     uint64_t light = 0;
     for (uint32_t k = 0; k < plan->light_count; k++)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
+    if (plan->paths.spp > 0)
+        return json_pack("{s:i,s:I,s:I,s:I}", "primary", plan->planes & ~PLANES_PATH ? 1 : 0,
+                         "light", plan->light_planes ? (json_int_t)light : 0, "paths",
+                         (json_int_t)plan->paths.spp, "passes", (json_int_t)plan_pass_count(plan));
     return json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
                      "light", (json_int_t)light, "indirect",
                      (json_int_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis);
+}
+
+static json_t *environment_of(const struct plan *plan)
+{
+    char map[DIGEST_HEX_BYTES];
+    const struct plan_environment *e = &plan->environment;
+    if (e->kind == ENVIRONMENT_NONE) return json_null();
+    bool is_map = e->kind == ENVIRONMENT_MAP;
+    json_t *environment =
+        json_pack("{s:s,s:f}", "type", is_map ? "map" : "constant", "power", (double)e->power);
+    if (is_map) {
+        digest_to_hex(&e->map, map);
+        json_object_set_new(environment, "map", json_string(map));
+        json_object_set_new(environment, "intensity", json_real((double)e->radiance[0]));
+    } else {
+        json_object_set_new(environment, "radiance", vector_of(e->radiance));
+    }
+    return environment;
+}
+
+static json_t *emitters_of(const struct plan *plan, const struct plan_report *report)
+{
+    if (!(report->emitters.flux > 0)) return json_null();
+    return json_pack("{s:I,s:f}", "instances", (json_int_t)report->emitters.instances, "power",
+                     (double)plan->paths.emitter_power);
 }
 
 static json_t *tiles_of(const struct plan *plan)
@@ -112,12 +166,14 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:o,s:o,s:o,s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}", "effects",
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}", "integrator",
+        report->integrator == INTEGRATOR_PATHS ? "paths" : "light_field", "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
         "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
         names_of(plan->light_planes, light_plane_names, LIGHT_PLANE_COUNT), "filter",
         filter_method_name(report->method), "skipped", skips_of(report), "lights",
-        lights_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
+        lights_of(plan, report), "environment", environment_of(plan), "emitters",
+        emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
         "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
         "length_unit", (double)plan->length_unit, "warnings", warnings_of(report));
 }

@@ -1,15 +1,17 @@
 #include "server/job/preparation.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct preparation {
     struct team_task task; /* first */
     struct team *team;
+    struct imports *imports;
     const struct objects *objects;
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
-    struct digest blob;
+    struct digest scene_blob, map_blob;
     struct fault fault;
     bool planning; /* on the team */
     bool cancelled;
@@ -17,24 +19,63 @@ struct preparation {
     void *ctx;
 };
 
+static bool has_map(const struct preparation *p)
+{
+    return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
+}
+
 static void destroy(struct preparation *p)
 {
     prepared_destroy(&p->prepared);
     free(p);
 }
 
+/* A blob that cannot be used is the asset's fault. The importer tells scenes and maps apart by
+ * themselves: one in place of the other comes this far. */
+static int blame(struct preparation *p, const char *pointer, const char *kind)
+{
+    const struct fault inner = p->fault;
+    if (inner.code == ERR_MAGIC)
+        return fault_set(&p->fault, ERR_MAGIC, pointer, "this file is %s", kind);
+    return fault_set(&p->fault, inner.code, pointer, "its blob: %s: %s", inner.pointer,
+                     inner.detail);
+}
+
+static int plan_scene(struct preparation *p, struct plan_source *source)
+{
+    struct scene scene;
+    struct prepared *out = p->prepared;
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(p->objects, &p->scene_blob, path);
+    if (scene_map(path, &scene, &p->fault) != 0)
+        return blame(p, "/scene/asset", "an environment map, no scene");
+    source->scene = &scene;
+    source->scene_blob = p->scene_blob;
+    int error =
+        plan_make(&out->job, source, out->job.first_frame, &out->plan, &out->report, &p->fault);
+    scene_unmap(&scene);
+    return error;
+}
+
+static int plan_with_map(struct preparation *p)
+{
+    struct environment_blob map;
+    struct plan_source source = {.map_blob = p->map_blob};
+    char path[OBJECTS_PATH_BYTES];
+    if (!has_map(p)) return plan_scene(p, &source);
+    objects_path(p->objects, &p->map_blob, path);
+    if (environment_map(path, &map, &p->fault) != 0)
+        return blame(p, "/environment/asset", "a scene, no environment map (.hdr or .exr)");
+    source.map = map.header;
+    int error = plan_scene(p, &source);
+    environment_unmap(&map);
+    return error;
+}
+
 static void plan_run(struct team_task *task)
 {
     struct preparation *p = (struct preparation *)task;
-    struct prepared *out = p->prepared;
-    struct scene scene;
-    char path[OBJECTS_PATH_BYTES];
-    objects_path(p->objects, &p->blob, path);
-    p->fault.code = scene_map(path, &scene, &p->fault);
-    if (p->fault.code) return;
-    p->fault.code = plan_make(&out->job, &scene, &p->blob, out->job.first_frame, &out->plan,
-                              &out->report, &p->fault);
-    scene_unmap(&scene);
+    p->fault.code = plan_with_map(p);
 }
 
 static void tell(struct preparation *p)
@@ -56,8 +97,49 @@ static void plan_done(struct team_task *task)
     tell(p);
 }
 
-static void imported(void *ctx, const struct fault *fault, const struct digest *blob,
-                     uint64_t cpu_us)
+static void start_planning(struct preparation *p)
+{
+    p->planning = true;
+    p->task = (struct team_task){.run = plan_run, .done = plan_done};
+    team_submit(p->team, &p->task);
+}
+
+/* What the imports say of a scene's asset is said of the map's. */
+static void blame_map(struct fault *fault)
+{
+    static const char scene[] = "/scene/asset";
+    if (strcmp(fault->pointer, scene) == 0)
+        snprintf(fault->pointer, sizeof fault->pointer, "/environment/asset");
+}
+
+static void map_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                         uint64_t cpu_us)
+{
+    struct preparation *p = ctx;
+    p->request = NULL;
+    if (fault) {
+        p->fault = *fault;
+        blame_map(&p->fault);
+        tell(p);
+        return;
+    }
+    p->map_blob = *blob;
+    p->prepared->import_cpu_us += cpu_us;
+    start_planning(p);
+}
+
+/* A map is imported as a scene of one file is. */
+static void import_map(struct preparation *p)
+{
+    struct job file = {.scene = p->prepared->job.environment.asset};
+    int error = imports_request(p->imports, &file, map_imported, p, &p->request);
+    if (!error) return;
+    fault_set(&p->fault, error, "", "no memory to import the environment");
+    tell(p);
+}
+
+static void scene_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                           uint64_t cpu_us)
 {
     struct preparation *p = ctx;
     p->request = NULL;
@@ -66,11 +148,12 @@ static void imported(void *ctx, const struct fault *fault, const struct digest *
         tell(p);
         return;
     }
-    p->blob = *blob;
+    p->scene_blob = *blob;
     p->prepared->import_cpu_us = cpu_us;
-    p->planning = true;
-    p->task = (struct team_task){.run = plan_run, .done = plan_done};
-    team_submit(p->team, &p->task);
+    if (has_map(p))
+        import_map(p);
+    else
+        start_planning(p);
 }
 
 int preparation_start(struct imports *imports, struct team *team, const struct objects *objects,
@@ -86,9 +169,13 @@ int preparation_start(struct imports *imports, struct team *team, const struct o
     }
     prepared->job = *job;
     memset(job, 0, sizeof *job);
-    *p = (struct preparation){
-        .team = team, .objects = objects, .prepared = prepared, .done = done, .ctx = ctx};
-    int error = imports_request(imports, &prepared->job, imported, p, &p->request);
+    *p = (struct preparation){.team = team,
+                              .imports = imports,
+                              .objects = objects,
+                              .prepared = prepared,
+                              .done = done,
+                              .ctx = ctx};
+    int error = imports_request(imports, &prepared->job, scene_imported, p, &p->request);
     if (error) {
         destroy(p);
         return error;

@@ -1,6 +1,6 @@
 #pragma once
-/* A job on its way from a document to something that can be traced: its scene imported or found,
- * mapped, planned. */
+/* A job on its way from a document to something that can be traced: its scene and its environment
+ * map imported or found, mapped, planned. */
 #include "server/job/imports.h"
 #include "server/job/plan.h"
 

@@ -21,11 +21,15 @@ struct stage {
     struct scene scene;
     struct scene_info info;
     struct scene_mesh mesh;
+    struct scene_instance instances[3];
     struct scene_material material;
+    float positions[9];
+    uint32_t triangles[3];
     struct scene_light lights[LIMIT_LIGHTS + 1];
     struct scene_camera cameras[2];
     char names[32];
     char warnings[64];
+    struct environment_header map;
     struct job job;
     struct plan plan;
     struct plan_report report;
@@ -50,7 +54,12 @@ static int set_up(void **state)
     memcpy(s.names, "\0main\0side", 11);
     memcpy(s.warnings, "first warning\0second", 21);
     s.info = (struct scene_info){.bounds_min = {-1, -1, -1}, .bounds_max = {1, 1, 1}};
-    s.material = (struct scene_material){.base_color = {1, 1, 1, 1}};
+    /* A triangle of area 2 with a Lambert surface. */
+    s.mesh = (struct scene_mesh){.vertex_count = 3, .triangle_count = 1};
+    memcpy(s.positions, (float[]){0, 0, 0, 2, 0, 0, 0, 2, 0}, sizeof s.positions);
+    memcpy(s.triangles, (uint32_t[]){0, 1, 2}, sizeof s.triangles);
+    s.instances[0].flags = INSTANCE_IDENTITY;
+    s.material = (struct scene_material){.base_color = {1, 1, 1, 1}, .name = 1};
     set_lamp(&s.lights[0]);
     for (int i = 0; i < 2; i++)
         s.cameras[i] = (struct scene_camera){.type = CAMERA_PERSPECTIVE,
@@ -61,13 +70,18 @@ static int set_up(void **state)
                                              .forward = {0, 0, -1},
                                              .yfov_rad = i ? 0.5f : 1.0f};
     s.scene = (struct scene){.info = &s.info,
+                             .positions = s.positions,
+                             .triangles = s.triangles,
                              .meshes = &s.mesh,
+                             .instances = s.instances,
                              .materials = &s.material,
                              .lights = s.lights,
                              .cameras = s.cameras,
                              .names = s.names,
                              .warnings = s.warnings};
     s.scene.count[SCENE_MESHES] = s.scene.count[SCENE_MATERIALS] = 1;
+    s.scene.count[SCENE_INSTANCES] = s.scene.count[SCENE_TRIANGLES] = 1;
+    s.map = (struct environment_header){.mean = {1, 2, 3}, .maximum = {100, 200, 300}};
     s.scene.count[SCENE_LIGHTS] = 1;
     s.scene.count[SCENE_CAMERAS] = 2;
     s.scene.count[SCENE_NAMES] = 11;
@@ -88,9 +102,10 @@ static int tear_down(void **state)
 
 static int make(struct stage *s)
 {
-    struct digest blob = {{7}};
+    struct plan_source source = {
+        .scene = &s->scene, .scene_blob = {{7}}, .map = &s->map, .map_blob = {{8}}};
     s->fault = (struct fault){0};
-    return plan_make(&s->job, &s->scene, &blob, 3, &s->plan, &s->report, &s->fault);
+    return plan_make(&s->job, &source, 3, &s->plan, &s->report, &s->fault);
 }
 
 static const char *why(const struct stage *s, const char *what)
@@ -187,17 +202,325 @@ static void warns_of_darkness(void **state)
     assert_int_equal(s->plan.light_count, 0);
     assert_int_equal(s->plan.bounces, 0);
     assert_int_equal(s->plan.capabilities, 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
     assert_non_null(strstr(s->report.warnings[s->report.warning_count - 1], "add \"lights\""));
     assert_string_equal(why(s, "effect indirect"), "nothing lights the scene");
-    /* What glows lights by bounces, unless it stands for a light of the list. */
+    /* What glows is seen even where the lights that it stands for are switched off. */
     s->material.emission[1] = 2;
-    assert_int_equal(make(s), 0);
-    assert_int_equal(s->plan.bounces, 1);
-    assert_true(s->plan.planes & 1u << PLANE_EMISSION);
     s->mesh.flags = MESH_IS_LIGHT;
     assert_int_equal(make(s), 0);
     assert_int_equal(s->plan.bounces, 0);
     assert_true(s->plan.planes & 1u << PLANE_EMISSION);
+    assert_int_equal(s->report.warning_count, 0);
+    /* An unlit surface lights by bounces. */
+    s->material = (struct scene_material){.flags = MATERIAL_UNLIT, .specular = 1};
+    s->mesh.flags = 0;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_int_equal(s->plan.bounces, 1);
+    assert_true(s->plan.planes & 1u << PLANE_EMISSION);
+    assert_int_equal(s->report.warning_count, 0);
+}
+
+static bool has_warning(const struct stage *s, const char *words)
+{
+    for (uint32_t i = 0; i < s->report.warning_count; i++)
+        if (strstr(s->report.warnings[i], words)) return true;
+    return false;
+}
+
+/* Without lights the path tracer is in the dark just the same; anything that shines changes it. */
+static void paths_know_darkness(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->scene.count[SCENE_LIGHTS] = 0;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "an \"environment\""));
+    assert_int_equal(s->plan.bounces, 0);
+    assert_string_equal(why(s, "effect direct"), "nothing lights the scene");
+    assert_string_equal(why(s, "effect indirect"), "nothing lights the scene");
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {0, 0, 1}};
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "black"));
+    assert_int_equal(s->plan.bounces, 1);
+    s->job.environment.kind = ENVIRONMENT_NONE;
+    s->material.emission[0] = 1;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "black"));
+    assert_int_equal(s->plan.bounces, 1);
+    s->mesh.flags = MESH_IS_LIGHT;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "black"));
+    assert_int_equal(s->plan.bounces, 0);
+}
+
+#define BIT(plane) (1u << PLANE_##plane)
+
+static void none_is_paths(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.spp = 10;
+    s->job.indirect_bounces = 64;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(plan_check(&s->plan, &s->fault), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->report.method, FILTER_NONE);
+    assert_int_equal(s->plan.paths.spp, 16);
+    assert_int_equal(s->plan.bounces, 64);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 0);
+    assert_int_equal(s->plan.sub_samples, 0);
+    assert_int_equal(s->plan.planes, BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.light_planes, 0);
+    assert_int_equal(s->plan.lights[0].strata_per_axis, 1);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
+    assert_string_equal(why(s, "light fields"), "filter.method is none: every sample is a path");
+    assert_string_equal(why(s, "plane path_spread"), "no layer of this plan reads it");
+    assert_string_equal(why(s, "plane depth"), "no layer of this plan reads it");
+    assert_string_equal(why(s, "effect lens"), "the camera is a pinhole");
+    assert_null(why(s, "paths"));
+    assert_int_equal(s->report.effects, EFFECT_PRIMARY | EFFECT_ANTIALIAS | EFFECT_DIRECT |
+                                            EFFECT_SHADOWS | EFFECT_INDIRECT);
+    s->job.indirect_bounces = 0;
+    s->job.light_spp = s->job.indirect_spp = 4;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.bounces, 0);
+    assert_string_equal(why(s, "effect indirect"), "effects.indirect_bounces is 0");
+    assert_non_null(why(s, "sampling.light_spp"));
+    assert_non_null(why(s, "sampling.indirect_spp"));
+}
+
+static void paths_bring_what_layers_read(void **state)
+{
+    static const struct {
+        uint32_t layer, planes;
+    } cases[] = {
+        {LAYER_BEAUTY, BIT(PATH_COVERAGE)},
+        {LAYER_DIRECT, BIT(PATH_DIRECT)},
+        {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
+        {LAYER_EMISSION, BIT(PATH_EMISSION)},
+        {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
+        {LAYER_ERROR, BIT(PATH_SPREAD)},
+        {LAYER_OCCLUSION, BIT(PATH_OCCLUSION)},
+        {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
+        {LAYER_DIFFUSE_INDIRECT, BIT(PATH_DIFFUSE_INDIRECT)},
+        {LAYER_SAMPLES, 0},
+        {LAYER_DEPTH, BIT(DEPTH)},
+        {LAYER_NORMAL, BIT(DEPTH) | BIT(NORMAL)},
+        {LAYER_ID, BIT(ID)},
+        {LAYER_VISIBILITY, BIT(DEPTH)},
+        {LAYER_SLOPE_MIN, BIT(DEPTH)},
+        {LAYER_SLOPE_MAX, BIT(DEPTH)},
+    };
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.occlusion_distance = 2;
+    uint32_t seen = 0;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.layers = cases[i].layer;
+        seen |= cases[i].layer;
+        if (make(s) != 0) fail_msg("%s: %s", layer_name(cases[i].layer), s->fault.detail);
+        assert_int_equal(s->plan.planes, cases[i].planes | BIT(PATH_RADIANCE));
+        assert_true(s->plan.paths.occlusion_distance ==
+                    (cases[i].layer == LAYER_OCCLUSION ? 2.0f : 0.0f));
+    }
+    assert_int_equal(seen, LAYERS_AVAILABLE);
+    s->job.layers = LAYERS_AVAILABLE;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.planes, PLANES_PATH | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
+}
+
+static void paths_keep_strata_for_their_layers(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.spp = 1024;
+    s->job.light_spp = 16;
+    s->job.layers = LAYER_VISIBILITY | LAYER_SLOPE_MAX;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.light_planes, 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES);
+    assert_int_equal(s->plan.lights[0].strata_per_axis, 4);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_VISIBILITY);
+    assert_null(why(s, "sampling.light_spp"));
+    s->job.light_spp = 0;
+    assert_int_equal(make(s), ERR_LIMIT);
+    assert_string_equal(s->fault.pointer, "/sampling/spp");
+}
+
+/* One thing after the other that light fields cannot do. */
+static void auto_tells_why_it_is_paths(void **state)
+{
+    struct stage *s = *state;
+    const struct scene_material lambert = s->material;
+    const struct job job = s->job;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_string_equal(why(s, "paths"), "light fields cover the scene and the layers");
+    assert_null(why(s, "light fields"));
+#define PATHS(sentence)                                                                            \
+    do {                                                                                           \
+        assert_int_equal(make(s), 0);                                                              \
+        assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);                                  \
+        assert_true(s->plan.paths.spp == 9 && s->plan.planes & BIT(PATH_RADIANCE));                \
+        assert_string_equal(why(s, "light fields"), sentence);                                     \
+        s->material = lambert;                                                                     \
+        s->job = job;                                                                              \
+    } while (0)
+    s->material.metallic = 0.5f;
+    PATHS("material 0 \"main\" is not Lambert");
+    s->material.specular = 1;
+    PATHS("material 0 \"main\" is not Lambert");
+    s->material.transmission = 0.1f;
+    PATHS("material 0 \"main\" is not Lambert");
+    s->material.model = MODEL_PHONG;
+    PATHS("material 0 \"main\" is not Lambert");
+    s->material.alpha_mode = ALPHA_BLEND;
+    PATHS("material 0 \"main\" lets light through by its alpha");
+    s->job.indirect_bounces = 2;
+    PATHS("effects.indirect_bounces is 2, above 1");
+    s->job.layers |= LAYER_ERROR;
+    PATHS("they do not give the layer error");
+    s->job.layers |= LAYER_DIFFUSE_INDIRECT;
+    PATHS("they do not give the layer diffuse_indirect");
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    PATHS("there is an environment");
+    s->job.aperture_radius = 0.1f;
+    s->job.focus_distance = 4;
+    PATHS("there is a lens");
+    s->material.emission[2] = 1;
+    PATHS("meshes shine that are no rectangular lights");
+#undef PATHS
+    /* None of these is in its way. */
+    s->material.alpha_mode = ALPHA_MASK;
+    s->mesh.flags = MESH_IS_LIGHT;
+    s->material.emission[2] = 1;
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {0, 0, 0}};
+    s->job.occlusion_distance = 1;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_true(s->plan.paths.spp == 0 && s->plan.paths.occlusion_distance == 0);
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    assert_string_equal(why(s, "effect environment"), "its radiance is black");
+    assert_true(has_warning(s, "nothing shows it"));
+    assert_string_equal(why(s, "effect occlusion"), "the layer occlusion is not asked for");
+}
+
+static void names_of_materials_stay_ascii(void **state)
+{
+    struct stage *s = *state;
+    memcpy(s->names + 1, "m\xc3\xa4 \xff", 6);
+    s->material.specular = 1;
+    assert_int_equal(make(s), 0);
+    assert_string_equal(why(s, "light fields"), "material 0 \"m\\xc3\\xa4 \\xff\" is not Lambert");
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    json_decref(json);
+}
+
+static bool near_share(float power, double expected)
+{
+    return fabsf(power - (float)expected) < 1e-5f * (float)expected;
+}
+
+static void powers_have_one_unit(void **state)
+{
+    struct stage *s = *state;
+    const double lamp = M_PI * 0.25 * (0.2126 * 10 + 0.7152 * 8 + 0.0722 * 6);
+    const double sky = M_PI * 3 * M_PI * 2; /* radius^2 3, luminance 2 */
+    double glow = M_PI * 2 * 0.5;           /* area 2, luminance 0.5 */
+    for (int c = 0; c < 3; c++) s->material.emission[c] = 0.5f;
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {2, 2, 2}};
+    assert_int_equal(make(s), 0);
+    double sum = lamp + sky + glow;
+    assert_true(near_share(s->plan.lights[0].power, lamp / sum));
+    assert_true(near_share(s->plan.environment.power, sky / sum));
+    assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT);
+    /* Both sides, and two more placements: moved and twice as large; stretched along z alone, which
+     * a triangle in the plane of x and y does not feel. */
+    s->material.flags = MATERIAL_DOUBLE_SIDED;
+    s->scene.count[SCENE_INSTANCES] = 3;
+    memcpy(s->instances[1].to_world, (float[]){0, 2, 0, 9, -2, 0, 0, 0, 0, 0, 2, 0}, 48);
+    memcpy(s->instances[2].to_world, (float[]){1, 0, 0, 9, 0, 1, 0, 0, 0, 0, 5, 0}, 48);
+    assert_int_equal(make(s), 0);
+    glow *= 2 * (1 + 4 + 1);
+    sum = lamp + sky + glow;
+    assert_int_equal(s->report.emitters.instances, 3);
+    assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
+    /* A faint one still gets its least share. */
+    for (int c = 0; c < 3; c++) s->job.environment.radiance[c] = 1e-9f;
+    assert_int_equal(make(s), 0);
+    assert_true(near_share(s->plan.environment.power, 1e-3));
+    s->mesh.flags = MESH_IS_LIGHT;
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.paths.emitter_power == 0);
+    assert_non_null(why(s, "effect emitters"));
+}
+
+static void maps_are_planned_from_their_header(void **state)
+{
+    struct stage *s = *state;
+    const double luminance = 0.2126 * 1 + 0.7152 * 2 + 0.0722 * 3;
+    s->scene.count[SCENE_LIGHTS] = 0;
+    for (int c = 0; c < 3; c++) s->material.emission[c] = 1;
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_MAP, .intensity = 4, .rotation_deg = 270};
+    assert_int_equal(make(s), 0);
+    const struct plan_environment *e = &s->plan.environment;
+    assert_int_equal(e->kind, ENVIRONMENT_MAP);
+    assert_int_equal(e->map.bytes[0], 8);
+    assert_true(e->radiance[0] == 4 && e->radiance[1] == 4 && e->radiance[2] == 4);
+    assert_true(fabsf(e->rotation_rad + 1.5707964f) < 1e-6f);
+    double sky = M_PI * 3 * M_PI * luminance * 4;
+    assert_true(near_share(e->power, sky / (sky + M_PI * 2)));
+    assert_true(s->report.effects & EFFECT_ENVIRONMENT);
+    s->job.environment.intensity = 4e9f;
+    assert_int_equal(make(s), ERR_RANGE);
+    assert_string_equal(s->fault.pointer, "/environment/intensity");
+    s->job.environment.intensity = 0;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    assert_true(digest_is_zero(&s->plan.environment.map));
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
+}
+
+static void lenses_need_perspective(void **state)
+{
+    struct stage *s = *state;
+    s->job.aperture_radius = 0.25f;
+    s->job.focus_distance = 5;
+    s->job.blades = 6;
+    s->job.blade_rotation_deg = -350;
+    assert_int_equal(make(s), 0);
+    const struct plan_camera *c = &s->plan.camera;
+    assert_true(c->aperture_radius == 0.25f && c->focus_distance == 5 && c->blade_count == 6);
+    assert_true(fabsf(c->blade_rotation_rad - 0.17453293f) < 1e-6f);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_LENS);
+    assert_true(s->report.effects & EFFECT_LENS);
+    s->cameras[0].type = CAMERA_ORTHOGRAPHIC;
+    s->cameras[0].half_width = s->cameras[0].half_height = 3;
+    assert_int_equal(make(s), ERR_RANGE);
+    assert_string_equal(s->fault.pointer, "/lens");
+    assert_non_null(strstr(s->fault.detail, "orthographic"));
+    s->job.aperture_radius = 0;
+    assert_int_equal(make(s), 0);
+}
+
+static void warns_of_an_error_without_samples(void **state)
+{
+    struct stage *s = *state;
+    s->job.layers = LAYER_ERROR;
+    s->job.spp = 1;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "one path a pixel"));
+    s->job.spp = 4;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "one path a pixel"));
 }
 
 static void drops_what_cannot_matter(void **state)
@@ -281,6 +604,53 @@ static void reports_as_json(void **state)
     json_t *skip = json_array_get(json_object_get(json, "skipped"), 0);
     assert_true(json_is_string(json_object_get(skip, "what")));
     assert_true(json_is_string(json_object_get(skip, "why")));
+    assert_string_equal(json_string_value(json_object_get(json, "integrator")), "light_field");
+    assert_true(json_is_null(json_object_get(json, "environment")));
+    assert_true(json_is_null(json_object_get(json, "emitters")));
+    json_decref(json);
+}
+
+static void has_word(const json_t *list, const char *word)
+{
+    size_t i;
+    json_t *item;
+    json_array_foreach (list, i, item)
+        if (!strcmp(json_string_value(item), word)) return;
+    fail_msg("%s is missing", word);
+}
+
+static void reports_paths_as_json(void **state)
+{
+    struct stage *s = *state;
+    s->material.emission[0] = 1;
+    s->job.spp = 100;
+    s->job.layers = LAYERS_AVAILABLE;
+    s->job.occlusion_distance = 1;
+    s->job.aperture_radius = s->job.focus_distance = 1;
+    s->job.environment = (struct job_environment){.kind = ENVIRONMENT_MAP, .intensity = 1};
+    assert_int_equal(make(s), 0);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_string_equal(json_string_value(json_object_get(json, "integrator")), "paths");
+    static const char *const effects[] = {"primary",  "antialias",  "direct", "shadows",
+                                          "indirect", "emission",   "lens",   "occlusion",
+                                          "emitters", "environment"};
+    for (size_t i = 0; i < sizeof effects / sizeof effects[0]; i++)
+        has_word(json_object_get(json, "effects"), effects[i]);
+    static const char *const planes[] = {"depth",       "path_radiance", "path_diffuse_indirect",
+                                         "path_albedo", "path_coverage", "path_occlusion"};
+    for (size_t i = 0; i < sizeof planes / sizeof planes[0]; i++)
+        has_word(json_object_get(json, "planes"), planes[i]);
+    const json_t *environment = json_object_get(json, "environment");
+    assert_string_equal(json_string_value(json_object_get(environment, "type")), "map");
+    assert_int_equal(json_string_length(json_object_get(environment, "map")), 64);
+    assert_int_equal(
+        json_integer_value(json_object_get(json_object_get(json, "emitters"), "instances")), 1);
+    const json_t *samples = json_object_get(json, "samples");
+    assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 100);
+    assert_int_equal(json_integer_value(json_object_get(samples, "passes")), 4);
+    assert_true(
+        json_real_value(json_object_get(json_object_get(json, "camera"), "focus_distance")) == 1);
     json_decref(json);
 }
 
@@ -293,9 +663,23 @@ static void fingerprints_leave_out_how(void **state)
     s->job.tile_px = 64;
     assert_int_equal(fingerprint_of(&s->job, b), 0);
     assert_string_equal(a, b);
-    s->job.seed++;
-    assert_int_equal(fingerprint_of(&s->job, b), 0);
-    assert_string_not_equal(a, b);
+    const struct job job = s->job;
+#define OTHER(change)                                                                              \
+    do {                                                                                           \
+        s->job = job;                                                                              \
+        change;                                                                                    \
+        assert_int_equal(fingerprint_of(&s->job, b), 0);                                           \
+        assert_string_not_equal(a, b);                                                             \
+    } while (0)
+    OTHER(s->job.seed++);
+    OTHER(s->job.environment.kind = ENVIRONMENT_CONSTANT);
+    OTHER((s->job.environment.kind = ENVIRONMENT_MAP, s->job.environment.asset.bytes[9] = 1));
+    OTHER(s->job.aperture_radius = 1);
+    OTHER(s->job.occlusion_distance = 1);
+    OTHER(s->job.indirect_bounces = 2);
+    OTHER(s->job.layers |= LAYER_ERROR);
+#undef OTHER
+    s->job = job;
 }
 
 static void sources_depend_on_names_not_order(void **state)
@@ -323,6 +707,8 @@ static void sniffs_kinds(void **state)
     assert_string_equal(import_folder_sniff("glTF\2\0\0\0", 8), ".glb");
     assert_string_equal(import_folder_sniff("\xef\xbb\xbf {\"asset\"", 12), ".gltf");
     assert_string_equal(import_folder_sniff("# Blender\nv 0 0 0\n", 18), ".obj");
+    assert_string_equal(import_folder_sniff("#?RADIANCE\n", 11), ".hdr");
+    assert_string_equal(import_folder_sniff("\x76\x2f\x31\x01\2\0", 6), ".exr");
     assert_null(import_folder_sniff("# bin\0ary", 9));
     assert_null(import_folder_sniff("\x89PNG\r\n", 6));
     assert_null(import_folder_sniff("  ", 2));
@@ -338,11 +724,22 @@ int main(void)
         TEST(finds_cameras),
         TEST(looks_at_a_target),
         TEST(warns_of_darkness),
+        TEST(paths_know_darkness),
+        TEST(none_is_paths),
+        TEST(paths_bring_what_layers_read),
+        TEST(paths_keep_strata_for_their_layers),
+        TEST(auto_tells_why_it_is_paths),
+        TEST(names_of_materials_stay_ascii),
+        TEST(powers_have_one_unit),
+        TEST(maps_are_planned_from_their_header),
+        TEST(lenses_need_perspective),
+        TEST(warns_of_an_error_without_samples),
         TEST(drops_what_cannot_matter),
         TEST(refuses_too_many_lights),
         TEST(layers_bring_their_planes),
         TEST(shrinks_tiles_to_a_message),
         TEST(reports_as_json),
+        TEST(reports_paths_as_json),
         TEST(fingerprints_leave_out_how),
         TEST(sources_depend_on_names_not_order),
         TEST(sniffs_kinds),

@@ -1,0 +1,94 @@
+/* A plan of paths: spp of them a pixel, and planes that the layers need. */
+#include <stdio.h>
+
+#include "proto/message.h"
+#include "proto/samples.h"
+#include "server/job/plan.h"
+
+#define PLANE_BIT(plane)   (1u << PLANE_##plane)
+#define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
+
+/* The layers that read a plane. Those of the pixel's centre tell by the depth whether there is a
+ * surface. */
+static const struct {
+    const char *name;
+    uint32_t plane;
+    uint32_t layers;
+} readers[] = {
+    {"depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM},
+    {"normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
+    {"id", PLANE_BIT(ID), LAYER_ID},
+    {"path_spread", PLANE_BIT(PATH_SPREAD), LAYER_ERROR},
+    {"path_emission", PLANE_BIT(PATH_EMISSION), LAYER_EMISSION},
+    {"path_direct", PLANE_BIT(PATH_DIRECT), LAYER_DIRECT},
+    {"path_indirect", PLANE_BIT(PATH_INDIRECT), LAYER_INDIRECT},
+    {"path_diffuse_direct", PLANE_BIT(PATH_DIFFUSE_DIRECT), LAYER_DIFFUSE_DIRECT},
+    {"path_diffuse_indirect", PLANE_BIT(PATH_DIFFUSE_INDIRECT), LAYER_DIFFUSE_INDIRECT},
+    {"path_albedo", PLANE_BIT(PATH_ALBEDO), LAYER_ALBEDO},
+    {"path_coverage", PLANE_BIT(PATH_COVERAGE), LAYER_BEAUTY},
+    {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
+};
+
+static void plan_planes(struct plan *plan, struct plan_report *report)
+{
+    char what[64];
+    plan->planes = PLANE_BIT(PATH_RADIANCE);
+    for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        if (report->layers & readers[i].layers) {
+            plan->planes |= readers[i].plane;
+            continue;
+        }
+        snprintf(what, sizeof what, "plane %s", readers[i].name);
+        plan_skip(report, what, "no layer of this plan reads it");
+    }
+}
+
+/* Lights keep strata only for the layers that show them: a path takes one point of one light. */
+static void plan_lights(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan_strata_planes(plan, report);
+    if (plan->light_planes) return;
+    for (uint32_t k = 0; k < plan->light_count; k++) plan->lights[k].strata_per_axis = 1;
+    if (job->light_spp)
+        plan_skip(report, "sampling.light_spp", "paths take one point of one light each");
+}
+
+static void plan_bounces(const struct job *job, bool lit, struct plan *plan,
+                         struct plan_report *report)
+{
+    if (job->indirect_spp)
+        plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
+    if (!lit) {
+        plan_skip(report, "effect direct", "nothing lights the scene");
+        plan_skip(report, "effect indirect", "nothing lights the scene");
+        return;
+    }
+    report->effects |= EFFECT_DIRECT;
+    if (job->indirect_bounces == 0) {
+        plan_skip(report, "effect indirect", "effects.indirect_bounces is 0");
+        return;
+    }
+    plan->bounces = job->indirect_bounces;
+    report->effects |= EFFECT_INDIRECT;
+}
+
+void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    uint32_t l = job_strata_per_axis(job->spp);
+    bool environment = plan->environment.kind != ENVIRONMENT_NONE;
+    bool sources = plan->light_count > 0 || environment || report->emitters.flux > 0;
+    plan->paths.spp = l * l;
+    plan->capabilities |= CAPABILITY_PATHS;
+    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+    if (sources) report->effects |= EFFECT_SHADOWS;
+    if (environment || report->emitters.any_seen) report->effects |= EFFECT_EMISSION;
+    plan_planes(plan, report);
+    plan_lights(job, plan, report);
+    plan_bounces(job, sources || report->emitters.any_unlit, plan, report);
+    if (report->layers & LAYER_OCCLUSION) {
+        plan->paths.occlusion_distance = job->occlusion_distance;
+        report->effects |= EFFECT_OCCLUSION;
+    }
+    if ((report->layers & LAYER_ERROR) && plan->paths.spp < 2)
+        plan_warn(report, "one path a pixel tells nothing of its error: the layer error is 0");
+}
