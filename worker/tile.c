@@ -75,6 +75,13 @@ static bool has_rectangles(const struct plan *plan)
     return false;
 }
 
+static bool has_blended(const struct material_table *materials)
+{
+    for (uint32_t k = 0; k < materials->count; k++)
+        if (materials->materials[k].blend) return true;
+    return false;
+}
+
 static bool has_emissive(const struct material_table *materials)
 {
     for (uint32_t k = 0; k < materials->count; k++)
@@ -97,6 +104,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t
         .plan = plan,
         .counters = counters,
         .demodulate = (plan->planes & PLANES_DEMODULATED) != 0,
+        .blended = has_blended(t->queries.scene->materials),
         .shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
                   has_emissive(t->queries.scene->materials),
     };

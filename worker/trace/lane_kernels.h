@@ -1,6 +1,7 @@
 #pragma once
 /* The inner loops over sixteen lanes, once for each instruction set. All of them compute the same
  * bits: no contraction into fused multiply-adds, no approximate reciprocals. */
+#include "proto/pattern_path.h"
 #include "worker/trace/light.h"
 #include "worker/trace/path.h"
 #include "worker/trace/shadow_sums.h"
@@ -45,6 +46,8 @@ struct lane_kernels {
 
     /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */
     void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
+    void (*ray_keys)(const struct path_packet *p, uint32_t depth, enum path_ray ray,
+                     struct RTCRay16 *rays);
     void (*lens_rays)(const struct plan_camera *camera, const float *s, const float *t,
                       struct RTCRay16 *rays);
     void (*tangents)(const struct lanes3 *normal, struct lanes3 *tangent, struct lanes3 *bitangent);

@@ -20,6 +20,7 @@ const struct lane_kernels LANE_KERNELS = {
     .add_stratum = kernel_add_stratum,
     .add_slopes = kernel_add_slopes,
     .path_pairs = kernel_path_pairs,
+    .ray_keys = kernel_ray_keys,
     .lens_rays = kernel_lens_rays,
     .tangents = kernel_tangents,
     .lambert_scatter = kernel_lambert_scatter,

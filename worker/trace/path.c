@@ -165,8 +165,8 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
         r->dir_z[i] = direction.z[i];
         r->tnear[i] = 0.0f;
         r->tfar[i] = c->plan->paths.occlusion_distance;
-        r->id[i] = path_ray_key(p->key[i], p->sample[i], 0, PATH_RAY_OCCLUSION);
     }
+    if (c->blended) c->queries->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
     queries_sanitise(c->queries, &valid, r);
     c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
     queries_occluded(c->queries, QUERY_BOUNCE_SHADOW, &valid, rays);
@@ -183,6 +183,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     struct lanes_mask valid;
     v->depth = depth;
     path_packet_lanes(p, &valid);
+    if (c->blended) c->queries->kernels->ray_keys(p, depth, PATH_RAY_NEXT, &p->rays.ray);
     queries_sanitise(c->queries, &valid, &p->rays.ray);
     c->counters->value[depth == 0 ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
         lanes_count(&valid);

@@ -27,6 +27,7 @@ struct path_context {
     const struct plan *plan;
     struct counters *counters;
     bool demodulate; /* the plan wants the diffuse planes */
+    bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
 };
 

@@ -12,17 +12,14 @@ void path_pool_init(struct path_pool *pool)
     for (int i = 0; i < PATH_SAMPLES; i++) queries_init_rays(&pool->packets[i].rays);
 }
 
-static void begin(const struct path_context *c, const struct block *b, uint32_t lane,
-                  uint32_t sample, uint32_t slot, struct path_pool *pool)
+static void begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool)
 {
     uint32_t i;
-    const struct pattern *pattern = &c->plan->pattern;
     struct path_packet *p = path_pool_add(pool, &i);
-    p->key[i] = path_key(pattern->seed, pattern->frame, b->x_px[lane], b->y_px[lane]);
+    p->key[i] = key;
     p->sample[i] = sample;
     p->slot[i] = slot;
     p->pdf[i] = 0.0f;
-    p->rays.ray.id[i] = path_ray_key(p->key[i], sample, 0, PATH_RAY_NEXT);
     p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
 }
 
@@ -76,10 +73,14 @@ static void aim(const struct path_context *c, const struct block *b, struct path
 void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
                  uint32_t count, struct path_pool *pool)
 {
+    const struct pattern *pattern = &c->plan->pattern;
+    uint32_t keys[LANES];
     pool->count = 0;
+    for (uint32_t i = 0; i < LANES; i++)
+        keys[i] = path_key(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i]);
     for (uint32_t k = 0; k < count; k++)
         for (uint32_t lane = 0; lane < LANES; lane++)
-            if (b->kept.on[lane]) begin(c, b, lane, first + k, k * LANES + lane, pool);
+            if (b->kept.on[lane]) begin(keys[lane], first + k, k * LANES + lane, pool);
     for (uint32_t k = 0; k < path_pool_packets(pool); k++) aim(c, b, &pool->packets[k]);
     c->counters->value[COUNTER_PATHS] += pool->count;
 }

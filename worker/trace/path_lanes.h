@@ -14,6 +14,12 @@ static void kernel_path_pairs(const struct path_packet *restrict p, uint32_t dim
     for (int i = 0; i < LANES; i++) path_pair(p->key[i], p->sample[i], dimension, &u[i], &v[i]);
 }
 
+static void kernel_ray_keys(const struct path_packet *restrict p, uint32_t depth, enum path_ray ray,
+                            struct RTCRay16 *restrict r)
+{
+    for (int i = 0; i < LANES; i++) r->id[i] = path_ray_key(p->key[i], p->sample[i], depth, ray);
+}
+
 /* From pinhole rays to rays through the points (s, t) of a lens of radius 1. */
 static void kernel_lens_rays(const struct plan_camera *c, const float *restrict s,
                              const float *restrict t, struct RTCRay16 *restrict r)
@@ -61,11 +67,12 @@ static void kernel_lambert_scatter(const struct surface *restrict s, const float
                                    const float *restrict v, struct lanes_mask *restrict valid,
                                    struct lanes3 *restrict out, float *restrict pdf)
 {
-    struct lanes3 t, b;
+    struct lanes3 t, b, local;
     kernel_tangents(&s->normal, &t, &b);
+    for (int i = 0; i < LANES; i++)
+        lambert_direction(u[i], v[i], &local.x[i], &local.y[i], &local.z[i]);
     for (int i = 0; i < LANES; i++) {
-        float x, y, z;
-        lambert_direction(u[i], v[i], &x, &y, &z);
+        float x = local.x[i], y = local.y[i], z = local.z[i];
         out->x[i] = x * t.x[i] + y * b.x[i] + z * s->normal.x[i];
         out->y[i] = x * t.y[i] + y * b.y[i] + z * s->normal.y[i];
         out->z[i] = x * t.z[i] + y * b.z[i] + z * s->normal.z[i];

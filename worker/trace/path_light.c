@@ -37,19 +37,16 @@ static void choose(const struct path_context *c, const struct path_packet *p,
     const struct lane_kernels *kernels = c->queries->kernels;
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
-    bool one = is_one_light(c->lights);
     out->plan_lights = 0;
     out->others = false;
     kernels->path_pairs(p, base + PATH_LIGHT, out->u, out->v);
-    if (!one) {
-        kernels->path_pairs(p, base + PATH_CHOICE, lobe, which);
-        kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
-    }
+    kernels->path_pairs(p, base + PATH_CHOICE, lobe, which);
+    kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
     for (int i = 0; i < LANES; i++) {
         out->chosen[i] = UINT32_MAX;
         out->probability[i] = 1.0f;
         if (!v->active.on[i]) continue;
-        uint32_t chosen = one ? 0 : light_table_choose(c->lights, which[i]);
+        uint32_t chosen = light_table_choose(c->lights, which[i]);
         out->chosen[i] = chosen;
         out->probability[i] = probability_of(c->lights, chosen);
         if (chosen < LIMIT_LIGHTS)
@@ -178,23 +175,62 @@ static void sample_others(const struct path_context *c, const struct path_vertex
     }
 }
 
-/* Origins, keys and colors, for whatever was chosen. */
-static void finish(const struct path_context *c, const struct path_packet *paths,
-                   const struct path_vertex *v, const struct choice *choice, struct path_light *out)
+/* Colors over the probability of their choice. */
+static void finish_colors(const struct path_context *c, const struct choice *choice,
+                          struct path_light *out)
 {
-    struct RTCRay16 *r = &out->packet.rays.ray;
+    for (int i = 0; i < LANES; i++) {
+        const float own[3] = {out->color.x[i], out->color.y[i], out->color.z[i]};
+        const float *color = own, share = 1.0f / choice->probability[i];
+        if (choice->chosen[i] < LIMIT_LIGHTS)
+            color = c->lights->lights[choice->chosen[i]].plan->color;
+        out->color.x[i] = share * color[0];
+        out->color.y[i] = share * color[1];
+        out->color.z[i] = share * color[2];
+    }
+}
+
+/* Origins, for whatever was chosen. */
+static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
+{
     memcpy(r->org_x, v->surface.origin.x, sizeof r->org_x);
     memcpy(r->org_y, v->surface.origin.y, sizeof r->org_y);
     memcpy(r->org_z, v->surface.origin.z, sizeof r->org_z);
+}
+
+/* The only light of a plan: nothing to choose. */
+static void sample_only_light(const struct path_context *c, const struct path_packet *p,
+                              const struct path_vertex *v, struct choice *choice,
+                              struct path_light *out)
+{
+    const struct light *light = &c->lights->lights[0];
+    const float *color = light->plan->color;
+    c->queries->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT,
+                                    choice->u, choice->v);
+    c->queries->kernels->sample_light(light, choice->u, choice->v, &v->surface, &v->active,
+                                      &out->packet);
     for (int i = 0; i < LANES; i++) {
-        bool plan_light = choice->chosen[i] < LIMIT_LIGHTS;
-        const float *color = plan_light ? c->lights->lights[choice->chosen[i]].plan->color : NULL;
-        float share = 1.0f / choice->probability[i];
-        out->color.x[i] = share * (color ? color[0] : out->color.x[i]);
-        out->color.y[i] = share * (color ? color[1] : out->color.y[i]);
-        out->color.z[i] = share * (color ? color[2] : out->color.z[i]);
-        r->id[i] = path_ray_key(paths->key[i], paths->sample[i], v->depth, PATH_RAY_SHADOW);
+        choice->probability[i] = 1.0f;
+        out->color.x[i] = color[0];
+        out->color.y[i] = color[1];
+        out->color.z[i] = color[2];
     }
+}
+
+static void sample_lights(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct choice *choice,
+                          struct path_light *out)
+{
+    if (is_one_light(c->lights)) {
+        sample_only_light(c, p, v, choice, out);
+        return;
+    }
+    memset(&out->packet.traced, 0, sizeof out->packet.traced);
+    choose(c, p, v, choice);
+    if (choice->plan_lights) sample_plan_lights(c, v, choice, out);
+    if (choice->others) sample_others(c, v, choice, out);
+    finish_rays(v, &out->packet.rays.ray);
+    finish_colors(c, choice, out);
 }
 
 /* What the sample sends on were it seen, over the throughput: the white diffuse part, and all. */
@@ -287,12 +323,9 @@ void path_light(const struct path_context *c, const struct path_packet *p,
     struct choice choice;
     struct reflected reflected;
     struct light_packet *packet = &light->packet;
-    memset(&packet->traced, 0, sizeof packet->traced);
-    choose(c, p, v, &choice);
-    if (choice.plan_lights) sample_plan_lights(c, v, &choice, light);
-    if (choice.others) sample_others(c, v, &choice, light);
+    sample_lights(c, p, v, &choice, light);
+    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);
-    finish(c, p, v, &choice, light);
     reflect(c, v, &choice, light, &reflected);
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);

@@ -117,7 +117,6 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     r->dir_z[lane] = s->direction.z[i];
     r->tnear[lane] = 0.0f;
     r->tfar[lane] = INFINITY;
-    r->id[lane] = path_ray_key(p->key[i], p->sample[i], v->depth + 1, PATH_RAY_NEXT);
     next->key[lane] = p->key[i];
     next->sample[lane] = p->sample[i];
     next->slot[lane] = p->slot[i];
