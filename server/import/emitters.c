@@ -216,8 +216,7 @@ static int find_in_mesh(struct builder *b, uint64_t first, uint64_t end, struct 
     snprintf(place, sizeof place, "mesh %" PRIu32 " (%.180s)", builder_instances(b)[first].mesh,
              names + m->name);
     warnings_add(&b->warnings, place,
-                 "the emissive mesh is no light, since %s: only bounce rays find what it emits",
-                 why);
+                 "the emissive mesh is no light, since %s: only paths sample what it emits", why);
     return 0;
 }
 

@@ -5,7 +5,7 @@
  * rectangles, becomes that many rectangle lights for each of its instances, twice as many when the
  * material is double-sided; it is flagged MESH_IS_LIGHT. Emission leaves on the front side: the
  * one from which the corners run counter-clockwise. Other emissive meshes stay as they are, with a
- * warning that only bounce rays find their light. */
+ * warning that only paths sample their light (worker/scene/emitters.h). */
 #include "server/import/builder.h"
 
 #define EMITTER_RECTANGLES 8

@@ -10,9 +10,10 @@
 #define CHUNK_BIN          0x004e4942u
 
 static const char *const supported[] = {
-    "KHR_lights_punctual",    "KHR_materials_emissive_strength", "KHR_materials_ior",
-    "KHR_materials_specular", "KHR_materials_transmission",      "KHR_materials_unlit",
-    "KHR_mesh_quantization",  "KHR_texture_transform",
+    "KHR_lights_punctual",   "KHR_materials_anisotropy", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",     "KHR_materials_specular",   "KHR_materials_transmission",
+    "KHR_materials_unlit",   "KHR_materials_volume",     "KHR_mesh_quantization",
+    "KHR_texture_transform",
 };
 
 /* Known to change nothing in a still picture. */

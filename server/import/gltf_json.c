@@ -161,6 +161,26 @@ int gltf_vector(const json_t *of, const char *place, const char *key, size_t n, 
     return 0;
 }
 
+int gltf_float(const json_t *of, const char *place, const char *key, double lowest, double highest,
+               float *inout, struct fault *fault)
+{
+    double value = (double)*inout;
+    int rc = gltf_number(of, place, key, lowest, highest, &value, fault);
+    *inout = (float)value;
+    return rc;
+}
+
+int gltf_floats(const json_t *of, const char *place, const char *key, size_t n, double lowest,
+                double highest, float *inout, struct fault *fault)
+{
+    double values[4] = {0, 0, 0, 0};
+    bool present;
+    if (n > 4) return fault_set(fault, ERR_LIMIT, place, "%zu numbers", n);
+    int rc = gltf_vector(of, place, key, n, lowest, highest, values, &present, fault);
+    for (size_t i = 0; rc == 0 && present && i < n; i++) inout[i] = (float)values[i];
+    return rc;
+}
+
 int gltf_extension(const json_t *of, const char *place, const char *name, const json_t **out,
                    gltf_place out_place, struct fault *fault)
 {

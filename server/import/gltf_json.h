@@ -45,6 +45,12 @@ int gltf_index(const json_t *of, const char *place, const char *key, size_t coun
 int gltf_vector(const json_t *of, const char *place, const char *key, size_t n, double lowest,
                 double highest, double *inout, bool *present, struct fault *fault);
 
+/* The same for what is kept as float. */
+int gltf_float(const json_t *of, const char *place, const char *key, double lowest, double highest,
+               float *inout, struct fault *fault);
+int gltf_floats(const json_t *of, const char *place, const char *key, size_t n, double lowest,
+                double highest, float *inout, struct fault *fault);
+
 /* of["extensions"][name]; NULL when absent. Writes its place. */
 int gltf_extension(const json_t *of, const char *place, const char *name, const json_t **out,
                    gltf_place out_place, struct fault *fault);

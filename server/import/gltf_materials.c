@@ -1,54 +1,20 @@
-/* Materials: metallic-roughness and the extensions that the tracer knows. */
+/* Materials: what glTF's core says of them, how they emit, where they are transparent. */
 #include <string.h>
 
-#include "server/import/gltf.h"
-
-/* What an absent material means (glTF 2.0, section 3.9.6). */
-static void set_defaults(struct scene_material *m)
-{
-    const struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
-    *m = (struct scene_material){.base_color = {1, 1, 1, 1},
-                                 .metallic = 1,
-                                 .roughness = 1,
-                                 .normal_scale = 1,
-                                 .alpha_cutoff = 0.5f,
-                                 .specular = 1,
-                                 .ior = 1.5f,
-                                 .base_color_texture = none,
-                                 .metallic_roughness_texture = none,
-                                 .normal_texture = none,
-                                 .emission_texture = none,
-                                 .specular_color = {1, 1, 1},
-                                 .attenuation = {1, 1, 1},
-                                 .transmission_texture = none,
-                                 .specular_texture = none,
-                                 .specular_color_texture = none,
-                                 .anisotropy_texture = none};
-}
-
-/* A number that is kept as float. */
-static int read_float(const json_t *json, const char *place, const char *key, double lowest,
-                      double highest, float *inout, struct fault *fault)
-{
-    double value = (double)*inout;
-    int rc = gltf_number(json, place, key, lowest, highest, &value, fault);
-    *inout = (float)value;
-    return rc;
-}
+#include "server/import/gltf_material.h"
+#include "server/import/surface.h"
 
 static int read_metallic_roughness(struct gltf *g, const json_t *material, const char *place,
                                    struct scene_material *m, struct fault *fault)
 {
     const json_t *json, *info;
     gltf_place at;
-    double color[4] = {1, 1, 1, 1};
     gltf_place_set(at, "%s.pbrMetallicRoughness", place);
     int rc = gltf_object(material, place, "pbrMetallicRoughness", &json, fault);
     if (rc != 0) return rc;
-    rc = gltf_vector(json, at, "baseColorFactor", 4, 0, 1, color, NULL, fault);
-    for (int i = 0; i < 4; i++) m->base_color[i] = (float)color[i];
-    if (rc == 0) rc = read_float(json, at, "metallicFactor", 0, 1, &m->metallic, fault);
-    if (rc == 0) rc = read_float(json, at, "roughnessFactor", 0, 1, &m->roughness, fault);
+    rc = gltf_floats(json, at, "baseColorFactor", 4, 0, 1, m->base_color, fault);
+    if (rc == 0) rc = gltf_float(json, at, "metallicFactor", 0, 1, &m->metallic, fault);
+    if (rc == 0) rc = gltf_float(json, at, "roughnessFactor", 0, 1, &m->roughness, fault);
     if (rc == 0)
         rc = gltf_texture_read(g, json, at, "baseColorTexture", true, &m->base_color_texture, &info,
                                fault);
@@ -66,7 +32,7 @@ static int read_normal_map(struct gltf *g, const json_t *json, const char *place
     gltf_place_set(at, "%s.normalTexture", place);
     int rc =
         gltf_texture_read(g, json, place, "normalTexture", false, &m->normal_texture, &info, fault);
-    if (rc == 0) rc = read_float(info, at, "scale", -1e6, 1e6, &m->normal_scale, fault);
+    if (rc == 0) rc = gltf_float(info, at, "scale", -1e6, 1e6, &m->normal_scale, fault);
     return rc;
 }
 
@@ -89,13 +55,13 @@ static int read_emission(struct gltf *g, const json_t *json, const char *place,
     return rc;
 }
 
-static int read_alpha(struct gltf *g, const json_t *json, const char *place,
-                      struct scene_material *m, struct fault *fault)
+static int read_alpha(const json_t *json, const char *place, struct scene_material *m,
+                      struct fault *fault)
 {
     const char *mode;
     gltf_place at;
     int rc = gltf_text(json, place, "alphaMode", &mode, fault);
-    if (rc == 0) rc = read_float(json, place, "alphaCutoff", 0, 1e6, &m->alpha_cutoff, fault);
+    if (rc == 0) rc = gltf_float(json, place, "alphaCutoff", 0, 1e6, &m->alpha_cutoff, fault);
     if (rc != 0 || mode == NULL || strcmp(mode, "OPAQUE") == 0) return rc;
     if (strcmp(mode, "MASK") == 0) {
         m->alpha_mode = ALPHA_MASK;
@@ -103,42 +69,10 @@ static int read_alpha(struct gltf *g, const json_t *json, const char *place,
     }
     if (strcmp(mode, "BLEND") == 0) {
         m->alpha_mode = ALPHA_BLEND;
-        m->alpha_cutoff = 0.5f;
-        warnings_add(&g->builder->warnings, place,
-                     "alpha mode BLEND is drawn as a mask with cutoff 0.5");
         return 0;
     }
     gltf_place_set(at, "%s.alphaMode", place);
     return fault_set(fault, ERR_RANGE, at, "\"%.40s\" is not OPAQUE, MASK or BLEND", mode);
-}
-
-/* Warns of a member of an extension that is not read. */
-static void warn_of_member(struct gltf *g, const json_t *json, const char *place, const char *key)
-{
-    if (json_object_get(json, key) != NULL)
-        warnings_add(&g->builder->warnings, place, "%s is ignored", key);
-}
-
-static int read_dielectric(struct gltf *g, const json_t *json, const char *place,
-                           struct scene_material *m, struct fault *fault)
-{
-    const json_t *extension;
-    gltf_place at;
-    int rc = gltf_extension(json, place, "KHR_materials_specular", &extension, at, fault);
-    if (rc == 0) rc = read_float(extension, at, "specularFactor", 0, 1, &m->specular, fault);
-    warn_of_member(g, extension, at, "specularTexture");
-    warn_of_member(g, extension, at, "specularColorFactor");
-    warn_of_member(g, extension, at, "specularColorTexture");
-    if (rc == 0) rc = gltf_extension(json, place, "KHR_materials_ior", &extension, at, fault);
-    if (rc == 0) rc = read_float(extension, at, "ior", 0, 1000, &m->ior, fault);
-    if (rc == 0 && m->ior > 0 && m->ior < 1) /* 0 stands for infinity */
-        rc = fault_set(fault, ERR_RANGE, at, "an ior of %g is below 1", (double)m->ior);
-    if (rc == 0)
-        rc = gltf_extension(json, place, "KHR_materials_transmission", &extension, at, fault);
-    if (rc == 0)
-        rc = read_float(extension, at, "transmissionFactor", 0, 1, &m->transmission, fault);
-    warn_of_member(g, extension, at, "transmissionTexture");
-    return rc;
 }
 
 static int read_flags(const json_t *json, const char *place, struct scene_material *m,
@@ -169,15 +103,16 @@ static int read_material(struct gltf *g, size_t index, struct fault *fault)
     gltf_place place;
     const char *name;
     struct scene_material m;
-    set_defaults(&m);
+    surface_init(&m);
     int rc = gltf_item(g->root, "materials", index, &json, place, fault);
     if (rc == 0) rc = gltf_text(json, place, "name", &name, fault);
     if (rc == 0) rc = builder_name(g->builder, name, &m.name, fault);
     if (rc == 0) rc = read_metallic_roughness(g, json, place, &m, fault);
     if (rc == 0) rc = read_normal_map(g, json, place, &m, fault);
     if (rc == 0) rc = read_emission(g, json, place, &m, fault);
-    if (rc == 0) rc = read_alpha(g, json, place, &m, fault);
-    if (rc == 0) rc = read_dielectric(g, json, place, &m, fault);
+    if (rc == 0) rc = read_alpha(json, place, &m, fault);
+    if (rc == 0) rc = gltf_material_extensions_read(g, json, place, &m, fault);
+    if (rc == 0) rc = gltf_material_extras_read(g, json, place, &m, fault);
     if (rc == 0) rc = read_flags(json, place, &m, fault);
     return rc == 0 ? append_material(g, &m, fault) : rc;
 }
@@ -194,7 +129,7 @@ int gltf_default_material(struct gltf *g, uint32_t *out, struct fault *fault)
 {
     if (g->default_material == SCENE_NONE) {
         struct scene_material m;
-        set_defaults(&m);
+        surface_init(&m);
         uint32_t index = (uint32_t)builder_count(g->builder, SCENE_MATERIALS);
         int rc = append_material(g, &m, fault);
         if (rc != 0) return rc;

@@ -41,15 +41,45 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
 static void check_uvs(struct gltf *g, const struct scene_material *m,
                       const struct gltf_geometry *geometry, const char *place)
 {
-    const struct scene_texture_ref *refs[4] = {&m->base_color_texture, &m->normal_texture,
-                                               &m->metallic_roughness_texture,
-                                               &m->emission_texture};
-    for (size_t i = 0; i < 4; i++) {
+    const struct scene_texture_ref *refs[] = {
+        &m->base_color_texture,     &m->normal_texture,       &m->metallic_roughness_texture,
+        &m->emission_texture,       &m->transmission_texture, &m->specular_texture,
+        &m->specular_color_texture, &m->anisotropy_texture};
+    for (size_t i = 0; i < sizeof refs / sizeof *refs; i++) {
         if (refs[i]->texture == SCENE_NONE || geometry->uv[refs[i]->uv_set] != SCENE_NONE) continue;
         warnings_add(&g->builder->warnings, place,
                      "its material has textures, but it lacks the texture coordinates");
         return;
     }
+}
+
+static bool has_uvs_of(const struct gltf_geometry *geometry, const struct scene_texture_ref *map)
+{
+    return map->texture != SCENE_NONE && geometry->uv[map->uv_set] != SCENE_NONE;
+}
+
+/* The UV set that tangents run along: the normal map's; else, of an anisotropic surface, that of
+ * its directions, else the first. SCENE_NONE: no tangents are needed or can be made. */
+static uint32_t tangent_set(const struct scene_material *m, const struct gltf_geometry *geometry)
+{
+    if (has_uvs_of(geometry, &m->normal_texture)) return m->normal_texture.uv_set;
+    if (m->anisotropy == 0) return SCENE_NONE;
+    if (has_uvs_of(geometry, &m->anisotropy_texture)) return m->anisotropy_texture.uv_set;
+    return geometry->uv[0] != SCENE_NONE ? 0 : SCENE_NONE;
+}
+
+/* Tangents without normals are to be ignored (glTF 2.0, section 3.7.2.1); those that nothing needs
+ * would only keep equal geometries apart. */
+static void choose_tangents(struct gltf *g, const struct scene_material *m,
+                            struct gltf_geometry *geometry, const char *place)
+{
+    geometry->tangent_set = tangent_set(m, geometry);
+    bool needed = geometry->tangent_set != SCENE_NONE || m->anisotropy > 0;
+    if (!needed || geometry->normal == SCENE_NONE) geometry->tangent = SCENE_NONE;
+    if (m->anisotropy > 0 && geometry->tangent_set == SCENE_NONE && geometry->tangent == SCENE_NONE)
+        warnings_add(&g->builder->warnings, place,
+                     "its material is anisotropic, but it has neither tangents nor texture "
+                     "coordinates: the direction is arbitrary");
 }
 
 static int read_material(struct gltf *g, const json_t *json, const char *place,
@@ -61,15 +91,8 @@ static int read_material(struct gltf *g, const json_t *json, const char *place,
         rc = gltf_default_material(g, &out->material, fault);
     if (rc != 0) return rc;
     const struct scene_material *m = &builder_materials(g->builder)[out->material];
-    struct gltf_geometry *geometry = &out->geometry;
-    check_uvs(g, m, geometry, place);
-    const struct scene_texture_ref *map = &m->normal_texture;
-    if (map->texture != SCENE_NONE && geometry->uv[map->uv_set] != SCENE_NONE)
-        geometry->tangent_set = map->uv_set;
-    /* Tangents without normals are to be ignored (glTF 2.0, section 3.7.2.1); those that no map
-     * needs would only keep equal geometries apart. */
-    if (geometry->tangent_set == SCENE_NONE || geometry->normal == SCENE_NONE)
-        geometry->tangent = SCENE_NONE;
+    check_uvs(g, m, &out->geometry, place);
+    choose_tangents(g, m, &out->geometry, place);
     return 0;
 }
 

@@ -7,7 +7,7 @@
 struct gltf_geometry {
     uint32_t position, normal, tangent, uv[2], indices; /* accessors; SCENE_NONE: none */
     uint32_t mode;                                      /* 4 triangles, 5 strip, 6 fan */
-    uint32_t tangent_set; /* the UV set of the material's normal map; SCENE_NONE: no tangents */
+    uint32_t tangent_set; /* the UV set that tangents are made from; SCENE_NONE: none are */
 };
 
 struct gltf_primitive {

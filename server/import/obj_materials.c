@@ -6,6 +6,10 @@
 #include <string.h>
 
 #include "server/import/image_decoder.h"
+#include "server/import/obj_shading.h"
+#include "server/import/surface.h"
+
+#define ABSENT_KD 0.6f /* grey of a material that names no colour, as assimp has it */
 
 int obj_materials_init(struct obj_materials *m, struct files *files, struct builder *builder,
                        const char *name, const struct aiScene *scene, struct fault *fault)
@@ -115,29 +119,6 @@ static int read_texture(struct obj_materials *m, const struct aiMaterial *from,
     return rc;
 }
 
-static bool has_texture(const struct aiMaterial *from, enum aiTextureType type)
-{
-    return aiGetMaterialTextureCount(from, type) > 0;
-}
-
-/* What MTL says beyond a Lambert surface. */
-static void warn_of_rest(struct obj_materials *m, const struct aiMaterial *from, const char *place)
-{
-    struct warnings *w = &m->builder->warnings;
-    struct aiColor4D specular = {0, 0, 0, 0};
-    float opacity = 1;
-    aiGetMaterialColor(from, AI_MATKEY_COLOR_SPECULAR, &specular);
-    aiGetMaterialFloatArray(from, AI_MATKEY_OPACITY, &opacity, NULL);
-    if (specular.r > 0 || specular.g > 0 || specular.b > 0 ||
-        has_texture(from, aiTextureType_SPECULAR))
-        warnings_add(w, place, "Ks and Ns are ignored: the surface is drawn matt");
-    if (opacity < 1 || has_texture(from, aiTextureType_OPACITY))
-        warnings_add(w, place, "d and Tr are ignored: the surface is drawn opaque");
-    if (has_texture(from, aiTextureType_HEIGHT) || has_texture(from, aiTextureType_NORMALS) ||
-        has_texture(from, aiTextureType_DISPLACEMENT))
-        warnings_add(w, place, "bump, normal and displacement maps are ignored");
-}
-
 static bool is_black(const float rgb[3])
 {
     return !(rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0);
@@ -168,28 +149,19 @@ static int read_colors(struct obj_materials *m, const struct aiMaterial *from, c
 static int append_material(struct obj_materials *m, unsigned index, struct fault *fault)
 {
     const struct aiMaterial *from = m->scene->mMaterials[index];
-    const struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
-    struct scene_material material = {.base_color = {0.6f, 0.6f, 0.6f, 1},
-                                      .roughness = 1,
-                                      .normal_scale = 1,
-                                      .alpha_cutoff = 0.5f,
-                                      .ior = 1.5f,
-                                      .metallic_roughness_texture = none,
-                                      .normal_texture = none,
-                                      .specular_color = {1, 1, 1},
-                                      .attenuation = {1, 1, 1},
-                                      .transmission_texture = none,
-                                      .specular_texture = none,
-                                      .specular_color_texture = none,
-                                      .anisotropy_texture = none};
+    struct scene_material material;
     struct aiString name = {0};
     char place[LIMIT_POINTER_BYTES];
     void *at;
+    surface_init(&material);
+    material.metallic = 0;
+    material.specular = 0;
+    for (int i = 0; i < 3; i++) material.base_color[i] = ABSENT_KD;
     aiGetMaterialString(from, AI_MATKEY_NAME, &name);
     snprintf(place, sizeof place, "newmtl %.150s", name.data);
     text_make_printable(place);
     int rc = read_colors(m, from, place, &material, fault);
-    warn_of_rest(m, from, place);
+    obj_shading_read(from, place, &material, &m->builder->warnings);
     /* OBJ surfaces are seen from both sides; they emit from the front. */
     if (is_black(material.emission)) material.flags |= MATERIAL_DOUBLE_SIDED;
     if (rc == 0) rc = builder_name(m->builder, name.data, &material.name, fault);

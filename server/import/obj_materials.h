@@ -1,5 +1,5 @@
 #pragma once
-/* MTL materials as Lambert surfaces with textures. */
+/* MTL materials with their textures; obj_shading.h tells how they scatter. */
 #include <assimp/scene.h>
 
 #include "server/import/builder.h"

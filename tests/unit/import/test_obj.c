@@ -33,7 +33,85 @@ static void reads_faces_and_materials(void **state)
     assert_true(s.lights[0].color[0] == 9 && s.lights[0].direction[2] == 1);
     assert_int_equal(s.meshes[1].flags & MESH_IS_LIGHT, MESH_IS_LIGHT);
     assert_true(room_warned("Ks and Ns are ignored"));
-    assert_true(room_warned("d and Tr are ignored"));
+    assert_true(red->alpha_mode == ALPHA_BLEND && red->base_color[3] == 0.5f);
+    assert_true(red->model == MODEL_GLTF && red->specular == 0);
+    scene_unmap(&s);
+}
+
+/* The scene with one square of a material of these lines. */
+static const struct scene_material *read_material(const char *lines, struct scene *s)
+{
+    char mtl[1024];
+    snprintf(mtl, sizeof mtl, "newmtl m\n%s", lines);
+    room_write("m.mtl", mtl, strlen(mtl));
+    assert_int_equal(room_import_text("a.obj", "mtllib m.mtl\n" QUAD "usemtl m\nf 1 2 3 4\n", s),
+                     0);
+    return &s->materials[s->meshes[0].material];
+}
+
+static void models_follow_illum(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *lines;
+        uint32_t model;
+        float base, specular, exponent;
+    } rows[] = {
+        {"Kd .5 .5 .5\nillum 0\n", MODEL_GLTF, 0.5f, 0, 0},
+        {"Kd .5 .5 .5\nillum 2\nKs 0 0 0\nNs 10\n", MODEL_GLTF, 0.5f, 0, 0},
+        {"Kd .5 .5 .5\nillum 2\nKs .25 .25 .25\nNs 40\n", MODEL_BLINN_PHONG, 0.5f, 0.25f, 40},
+        {"Kd 1 1 1\nillum 2\nKs 1 1 1\nNs 40\n", MODEL_BLINN_PHONG, 0.5f, 0.5f, 40},
+        {"Kd 0 0 0\nillum 2\nKs 1 1 1\nNs 1e9\n", MODEL_BLINN_PHONG, 0, 1, 1e5f},
+        {"Kd 0 0 0\nillum 3\nKs 1 1 1\nNs 1000\n", MODEL_MIRROR, 0, 1, 1000},
+        {"Kd 0 0 0\nillum 5\nKs 1 1 1\n", MODEL_MIRROR, 0, 1, 0},
+        {"Kd 0 0 0\nillum 8\nKs 1 1 1\nNs 20\n", MODEL_BLINN_PHONG, 0, 1, 20},
+        {"Kd .5 .5 .5\nillum 5\n", MODEL_GLTF, 0.5f, 0, 0},
+        {"Kd .5 .5 .5\nillum 10\nKs 1 1 1\n", MODEL_GLTF, 0.5f, 0, 0},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct scene s;
+        const struct scene_material *m = read_material(rows[i].lines, &s);
+        assert_int_equal(m->model, rows[i].model);
+        assert_true(m->base_color[1] == rows[i].base);
+        assert_true(m->model_specular[1] == rows[i].specular);
+        assert_true(m->exponent_u == rows[i].exponent && m->exponent_v == rows[i].exponent);
+        assert_true(m->specular == 0 && m->transmission == 0 && m->alpha_mode == ALPHA_OPAQUE);
+        assert_int_equal(room_warned("sum up to more than 1"), i == 3);
+        assert_int_equal(room_warned("Ns is out of range"), i == 4);
+        assert_int_equal(room_warned("Ks and Ns are ignored"), i == 9);
+        scene_unmap(&s);
+    }
+}
+
+static void glass_is_a_solid(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m =
+        read_material("Kd .1 .1 .1\nKs 1 1 1\nTf .25 1 1\nNi 1.33\nd 0.5\nillum 7\n", &s);
+    assert_true(m->model == MODEL_GLTF && m->transmission == 1 && m->thickness > 0);
+    assert_true(m->specular == 1 && m->roughness == 0 && m->metallic == 0 && m->ior == 1.33f);
+    assert_true(m->base_color[0] == 0.5f && m->base_color[1] == 1); /* twice passed: Tf */
+    assert_true(m->alpha_mode == ALPHA_OPAQUE && m->base_color[3] == 1);
+    scene_unmap(&s);
+    m = read_material("illum 4\nNi 0.9\n", &s);
+    assert_true(m->transmission == 1 && m->ior == 1.5f && m->base_color[0] == 1);
+    assert_true(room_warned("Ni of 1 or less"));
+    scene_unmap(&s);
+}
+
+static void metals_and_opacity_are_read(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m = read_material("Kd 1 .5 0\nPm 1\nPr 0.25\nTr 0.25\n", &s);
+    assert_true(m->model == MODEL_GLTF && m->metallic == 1 && m->roughness == 0.25f);
+    assert_true(m->specular == 1 && m->base_color[1] == 0.5f);
+    assert_true(m->alpha_mode == ALPHA_BLEND && m->base_color[3] == 0.75f);
+    scene_unmap(&s);
+    m = read_material("Kd 1 1 1\nPr 7\n", &s);
+    assert_true(m->metallic == 0 && m->roughness == 1);
+    assert_true(room_warned("Pr is out of range"));
     scene_unmap(&s);
 }
 
@@ -89,6 +167,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reads_faces_and_materials),
+        cmocka_unit_test(models_follow_illum),
+        cmocka_unit_test(glass_is_a_solid),
+        cmocka_unit_test(metals_and_opacity_are_read),
         cmocka_unit_test(turns_v_over),
         cmocka_unit_test(reads_scenes_without_extension),
         cmocka_unit_test(names_missing_and_forbidden_libraries),
