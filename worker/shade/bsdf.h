@@ -29,8 +29,8 @@ enum bsdf_model {
 
 struct bsdf {
     enum bsdf_model model;
-    float
-        albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission) */
+    float albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission);
+                        Ashikhmin-Shirley: base colour (1-model_specular) */
     float alpha_u, alpha_v; /* roughness of facets, [0, 1]; below BSDF_SMOOTH it is a mirror's */
     /* glTF */
     float base_color[3];
@@ -49,7 +49,8 @@ struct bsdf {
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
 
 struct bsdf_value {
-    float diffuse;     /* the diffuse lobe over its albedo */
+    float
+        diffuse; /* the diffuse lobe over its albedo; 0 where albedo is black beside other lobes */
     float specular[3]; /* all other lobes that are no Dirac lobes */
     float pdf;         /* of bsdf_sample choosing wi, Dirac lobes aside */
 };
@@ -73,5 +74,6 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
 bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out);
 
-/* Whether bsdf_evaluate can be anything but zero: false for pure mirrors and clear glass. */
+/* Whether all lobes are Dirac lobes, as of black, pure mirrors and clear glass: bsdf_evaluate is
+ * zero for every pair, and light need not be sampled. */
 bool bsdf_is_smooth_only(const struct bsdf *b);

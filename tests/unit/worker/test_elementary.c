@@ -118,6 +118,25 @@ static void test_log(void **state)
     assert_true(elementary_log(1e-44f) == elementary_log(0.0f));
 }
 
+static void test_near_zero(void **state)
+{
+    (void)state;
+    begin();
+    EACH_FLOAT(x, 1e-30f, 87.0f)
+    {
+        compare(elementary_expm1(x), expm1((double)x), 1e-38, x);
+        compare(elementary_expm1(-x), expm1(-(double)x), 1e-38, -x);
+    }
+    end("expm1", 4e-7);
+    begin();
+    EACH_FLOAT(x, 1e-30f, 0.9999999f)
+    {
+        compare(elementary_log1p(x * 100.0f), log1p((double)(x * 100.0f)), 1e-38, x);
+        compare(elementary_log1p(-x), log1p(-(double)x), 1e-38, -x);
+    }
+    end("log1p", 3e-7);
+}
+
 static void test_pow(void **state)
 {
     (void)state;
@@ -235,7 +254,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sine), cmocka_unit_test(test_turns), cmocka_unit_test(test_exp),
         cmocka_unit_test(test_log),  cmocka_unit_test(test_pow),   cmocka_unit_test(test_atan2),
-        cmocka_unit_test(test_acos), cmocka_unit_test(test_erf),   cmocka_unit_test(test_erfinv),
+        cmocka_unit_test(test_acos), cmocka_unit_test(test_erf),   cmocka_unit_test(test_erfinv), cmocka_unit_test(test_near_zero),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

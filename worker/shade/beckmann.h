@@ -1,0 +1,20 @@
+#pragma once
+/* Cook-Torrance reflection by Beckmann facets: D F G / (4 cos cos) with Smith's masking (Walter et
+ * al. 2007, "Microfacet models for refraction through rough surfaces"; the exact form with erf, not
+ * its rational fit; heights of both directions correlated, Heitz 2014). F is Fresnel's of a
+ * conductor where eta[0] > 0, else Schlick's of `model_specular`. Beside it albedo / pi; light that
+ * facets pass on to other facets is lost. */
+#include "worker/shade/bsdf.h"
+
+/* wo.z, wi.z >= DIRECTION_GRAZING; alpha >= BSDF_SMOOTH. */
+void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                       struct bsdf_value *out);
+/* wi of density beckmann_evaluate's pdf; it may lie below the horizon. */
+void beckmann_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                     float wi[3]);
+
+/* Reflectance of a facet. */
+void beckmann_fresnel(const struct bsdf *b, float cosine, float out[3]);
+
+/* The probability of the specular lobe, also where it is a mirror. */
+float beckmann_specular_share(const struct bsdf *b, float cosine);

@@ -1,0 +1,148 @@
+#include "worker/shade/bsdf.h"
+
+#include "worker/shade/ashikhmin_shirley.h"
+#include "worker/shade/beckmann.h"
+#include "worker/shade/blinn_phong.h"
+#include "worker/shade/gltf.h"
+#include "worker/shade/lobe.h"
+#include "worker/shade/phong.h"
+#include "worker/shade/roughness.h"
+
+/* Densities below this would make weights overflow. */
+#define PDF_LEAST 1e-30f
+
+static void lambert_value(const float wi[3], struct bsdf_value *out)
+{
+    out->diffuse = LAMBERT_INV_PI;
+    out->pdf = lambert_pdf(wi[2]);
+}
+
+/* Models that only reflect: wi above the surface. */
+static void evaluate_reflection(const struct bsdf *b, const float wo[3], const float wi[3],
+                                struct bsdf_value *out)
+{
+    switch (b->model) {
+    case BSDF_LAMBERT:
+        lambert_value(wi, out);
+        break;
+    case BSDF_PHONG:
+        phong_evaluate(b, wo, wi, out);
+        break;
+    case BSDF_BLINN_PHONG:
+        blinn_phong_evaluate(b, wo, wi, out);
+        break;
+    case BSDF_BECKMANN:
+        if (roughness_is_smooth(b)) {
+            lambert_value(wi, out);
+            out->pdf *= 1.0f - beckmann_specular_share(b, wo[2]);
+            if (!(out->pdf > 0.0f)) out->diffuse = 0.0f;
+        } else {
+            beckmann_evaluate(b, wo, wi, out);
+        }
+        break;
+    case BSDF_ASHIKHMIN_SHIRLEY:
+        ashikhmin_shirley_evaluate(b, wo, wi, out);
+        break;
+    default: /* black and mirrors */
+        break;
+    }
+}
+
+void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                   struct bsdf_value *out)
+{
+    *out = (struct bsdf_value){0};
+    if (wo[2] < DIRECTION_GRAZING || fabsf(wi[2]) < DIRECTION_GRAZING) return;
+    if (b->model == BSDF_GLTF)
+        gltf_evaluate(b, wo, wi, out);
+    else if (wi[2] > 0.0f)
+        evaluate_reflection(b, wo, wi, out);
+}
+
+/* A mirror of reflectance `color` that is chosen with probability p. */
+static bool reflect_dirac(const float wo[3], const float color[3], float p, struct bsdf_sample *out)
+{
+    direction_mirror(wo, out->wi);
+    for (int k = 0; k < 3; k++) out->specular[k] = color[k] / p;
+    out->dirac = true;
+    return color[0] > 0.0f || color[1] > 0.0f || color[2] > 0.0f;
+}
+
+static bool sample_smooth_beckmann(const struct bsdf *b, const float wo[3], float choice,
+                                   const float u[2], struct bsdf_sample *out)
+{
+    float f[3];
+    const float p = beckmann_specular_share(b, wo[2]);
+    beckmann_fresnel(b, wo[2], f);
+    if (choice < p) return reflect_dirac(wo, f, p, out);
+    lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
+    return true;
+}
+
+/* Sets out->wi, or all of *out where the lobe is a Dirac one. */
+static bool choose_direction(const struct bsdf *b, const float wo[3], float choice,
+                             const float u[2], struct bsdf_sample *out)
+{
+    switch (b->model) {
+    case BSDF_LAMBERT:
+        lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
+        return true;
+    case BSDF_GLTF:
+        return gltf_sample(b, wo, choice, u, out);
+    case BSDF_PHONG:
+        phong_sample(b, wo, choice, u, out->wi);
+        return true;
+    case BSDF_BLINN_PHONG:
+        blinn_phong_sample(b, wo, choice, u, out->wi);
+        return true;
+    case BSDF_BECKMANN:
+        if (roughness_is_smooth(b)) return sample_smooth_beckmann(b, wo, choice, u, out);
+        beckmann_sample(b, wo, choice, u, out->wi);
+        return true;
+    case BSDF_ASHIKHMIN_SHIRLEY:
+        ashikhmin_shirley_sample(b, wo, choice, u, out->wi);
+        return true;
+    case BSDF_MIRROR:
+        return reflect_dirac(wo, b->model_specular, 1.0f, out);
+    default:
+        return false;
+    }
+}
+
+bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                 struct bsdf_sample *out)
+{
+    struct bsdf_value value;
+    *out = (struct bsdf_sample){0};
+    if (wo[2] < DIRECTION_GRAZING || !choose_direction(b, wo, choice, u, out)) return false;
+    if (out->dirac) return true;
+    /* Weights come from the same formulas as everyone's who evaluates the pair. */
+    bsdf_evaluate(b, wo, out->wi, &value);
+    if (!(value.pdf > PDF_LEAST)) return false;
+    const float scale = fabsf(out->wi[2]) / value.pdf;
+    bool any = false;
+    for (int k = 0; k < 3; k++) {
+        out->specular[k] = value.specular[k] * scale;
+        any |= out->specular[k] > 0.0f || (b->albedo[k] > 0.0f && value.diffuse > 0.0f);
+    }
+    out->diffuse = value.diffuse * scale;
+    out->pdf = value.pdf;
+    out->transmitted = out->wi[2] < 0.0f;
+    return any;
+}
+
+bool bsdf_is_smooth_only(const struct bsdf *b)
+{
+    switch (b->model) {
+    case BSDF_BLACK:
+    case BSDF_MIRROR:
+        return true;
+    case BSDF_GLTF:
+        return gltf_is_smooth_only(b);
+    case BSDF_BECKMANN:
+        return roughness_is_smooth(b) &&
+               !(b->albedo[0] > 0.0f || b->albedo[1] > 0.0f || b->albedo[2] > 0.0f);
+    default:
+        return false;
+    }
+}

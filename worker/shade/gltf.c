@@ -1,0 +1,293 @@
+#include "worker/shade/gltf.h"
+
+#include "worker/shade/coupling.h"
+#include "worker/shade/fresnel.h"
+#include "worker/shade/ggx.h"
+#include "worker/shade/lobe.h"
+#include "worker/shade/roughness.h"
+
+/* What is transmitted, and how. */
+enum clear_kind {
+    CLEAR_NONE,
+    CLEAR_THIN,   /* unbent, through rough facets mirrored */
+    CLEAR_BENT,   /* refracted */
+    CLEAR_MATCHED /* unbent and unhindered: a Dirac lobe whatever the roughness */
+};
+
+/* The material as wo sees it. */
+struct gltf {
+    float alpha[2];
+    bool smooth;
+    enum clear_kind clear;
+    float opaque, clear_share, metal;    /* shares of the surface: sum 1 */
+    float index_f0;                      /* ((ior - 1) / (ior + 1))^2 */
+    float most_f0;                       /* the most reflecting colour's */
+    float span;                          /* ggx_span of wo */
+    float kept;                          /* of diffuse light on its way out: 1 - specular M(wo) */
+    float p_diffuse, p_facet, p_matched; /* of choosing a lobe; sum 1, or all 0 */
+};
+
+/* What a facet does to light, per colour. */
+struct facet {
+    float reflect[3], transmit[3];
+    float p_reflect; /* the probability of choosing reflection */
+    float cosine_far;
+};
+
+static float most_of(const float c[3])
+{
+    const float m = c[0] > c[1] ? c[0] : c[1];
+    return m > c[2] ? m : c[2];
+}
+
+static enum clear_kind clear_kind_of(const struct bsdf *b, float share)
+{
+    if (!(share > 0.0f)) return CLEAR_NONE;
+    if (b->thin || !(b->ior > 0.0f)) return CLEAR_THIN; /* index 0: reflects all, bends nothing */
+    return fabsf(b->ior - 1.0f) < GLTF_MATCHED ? CLEAR_MATCHED : CLEAR_BENT;
+}
+
+/* Fresnel's equations with f0 and weight of KHR_materials_specular in place of the index's own f0;
+ * returns the greatest colour's. */
+static float reflect_volume(const struct bsdf *b, const struct gltf *g, float cosine, float share,
+                            struct facet *f)
+{
+    const float exact = fresnel_dielectric(cosine, b->ior, &f->cosine_far);
+    const bool total = f->cosine_far <= 0.0f;
+    const float span = 1.0f - g->index_f0;
+    const float above = span > 0.0f && exact > g->index_f0 ? (exact - g->index_f0) / span : 0.0f;
+    for (int k = 0; k < 3; k++) {
+        const float r = total ? 1.0f : b->specular * fresnel_schlick(b->specular_f0[k], above);
+        f->reflect[k] += share * r;
+    }
+    return total ? 1.0f : b->specular * fresnel_schlick(g->most_f0, above);
+}
+
+/* The facet that meets wo at `cosine`; grazing is (1 - cosine)^5 or a mean of it. */
+static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, float grazing,
+                     struct facet *f)
+{
+    const float under_schlick = g->opaque + (g->clear == CLEAR_THIN ? g->clear_share : 0.0f);
+    const float layer = under_schlick * b->specular;
+    for (int k = 0; k < 3; k++)
+        f->reflect[k] = layer * fresnel_schlick(b->specular_f0[k], grazing) +
+                        g->metal * fresnel_schlick(b->base_color[k], grazing);
+    float passes = 0.0f;
+    if (g->clear == CLEAR_THIN)
+        passes = g->clear_share * (1.0f - b->specular * fresnel_schlick(g->most_f0, grazing));
+    else if (g->clear == CLEAR_BENT)
+        passes = g->clear_share * (1.0f - reflect_volume(b, g, cosine, g->clear_share, f));
+    for (int k = 0; k < 3; k++) f->transmit[k] = passes * b->base_color[k];
+    const float r = lobe_mean(f->reflect), t = lobe_mean(f->transmit);
+    f->p_reflect = t > 0.0f ? r / (r + t) : 1.0f;
+}
+
+/* The roughness that counts in the plane of w and the normal. */
+static float alpha_towards(const struct gltf *g, const float w[3])
+{
+    if (g->alpha[0] == g->alpha[1]) return g->alpha[0];
+    const float x2 = w[0] * w[0], y2 = w[1] * w[1], r2 = x2 + y2;
+    if (!(r2 > 0.0f)) return g->alpha[0];
+    const float u = g->alpha[0], v = g->alpha[1];
+    return sqrtf((x2 * u * u + y2 * v * v) / r2);
+}
+
+/* The mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is given. */
+static float hindrance(const struct bsdf *b, const struct gltf *g, float grazing)
+{
+    return b->specular * fresnel_schlick(g->most_f0, grazing);
+}
+
+/* Probabilities by what each lobe is expected to give; `grazing`: the mean over facets. */
+static void choose(const struct bsdf *b, struct gltf *g, const float wo[3], float grazing)
+{
+    struct facet f;
+    facet_of(b, g, wo[2], grazing, &f);
+    const float diffuse = lobe_mean(b->albedo) * g->kept;
+    const float matched =
+        g->clear == CLEAR_MATCHED ? g->clear_share * lobe_mean(b->base_color) : 0.0f;
+    float facet = lobe_mean(f.reflect) + lobe_mean(f.transmit);
+    if (g->smooth) {
+        /* one facet: the estimate is exact, and where it is 0 there is nothing */
+    } else if (b->specular > 0.0f || g->metal > 0.0f || g->clear == CLEAR_THIN ||
+               g->clear == CLEAR_BENT) {
+        const float least = LOBE_LEAST * (diffuse + matched);
+        facet = facet > least ? facet : least;
+    }
+    const float sum = diffuse + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
+    g->p_diffuse = diffuse * scale;
+    g->p_matched = matched * scale;
+    g->p_facet = facet * scale;
+}
+
+static void see(const struct bsdf *b, const float wo[3], struct gltf *g)
+{
+    const float dielectric = 1.0f - b->metallic;
+    roughness_of(b, g->alpha);
+    g->smooth = roughness_is_smooth(b);
+    g->metal = b->metallic;
+    g->clear_share = dielectric * b->transmission;
+    g->opaque = dielectric - g->clear_share;
+    g->clear = clear_kind_of(b, g->clear_share);
+    const float root = (b->ior - 1.0f) / (b->ior + 1.0f);
+    g->index_f0 = root * root;
+    g->most_f0 = most_of(b->specular_f0);
+    g->span = ggx_span(wo, g->alpha);
+    const float grazing =
+        g->smooth ? fresnel_grazing(wo[2]) : coupling_grazing(wo[2], alpha_towards(g, wo));
+    const float kept = 1.0f - hindrance(b, g, grazing);
+    g->kept = kept > 0.0f ? kept : 0.0f;
+    choose(b, g, wo, grazing);
+}
+
+/* The diffuse lobe over its albedo. */
+static float diffuse(const struct bsdf *b, const struct gltf *g, const float wi[3])
+{
+    if (b->specular <= 0.0f) return LAMBERT_INV_PI;
+    const float alpha = sqrtf(g->alpha[0] * g->alpha[1]);
+    const float in = 1.0f - hindrance(b, g, coupling_grazing(wi[2], alpha_towards(g, wi)));
+    const float all = 1.0f - hindrance(b, g, coupling_average(alpha));
+    return in > 0.0f && all > 1e-6f ? LAMBERT_INV_PI * g->kept * in / all : 0.0f;
+}
+
+/* Adds light that facets reflect; `wi` above the surface. Through a thin wall (`through`) it is
+ * what they would reflect into the mirrored direction. */
+static void add_mirrored(const struct bsdf *b, const struct gltf *g, const float wo[3],
+                         const float wi[3], bool through, struct bsdf_value *out)
+{
+    float h[3];
+    struct facet f;
+    const float twice = direction_normalize(wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2], h);
+    const float cosine = 0.5f * twice, d = ggx_facets(h, g->alpha);
+    const float value = d * ggx_visibility(wo[2], g->span, wi[2], ggx_span(wi, g->alpha));
+    facet_of(b, g, cosine, fresnel_grazing(cosine), &f);
+    const float *color = through ? f.transmit : f.reflect;
+    for (int k = 0; k < 3; k++) out->specular[k] += color[k] * value;
+    const float p = through ? 1.0f - f.p_reflect : f.p_reflect;
+    out->pdf += g->p_facet * p * 0.25f * d * ggx_seen(wo[2], g->span);
+}
+
+/* Adds light that facets refract; wi below the surface. */
+static void add_refracted(const struct bsdf *b, const struct gltf *g, const float wo[3],
+                          const float wi[3], struct bsdf_value *out)
+{
+    float h[3];
+    struct facet f;
+    const float eta = b->ior;
+    const float length =
+        direction_normalize(wo[0] + eta * wi[0], wo[1] + eta * wi[1], wo[2] + eta * wi[2], h);
+    if (h[2] < 0.0f) direction_set(-h[0], -h[1], -h[2], h);
+    const float cosine = direction_dot(wo, h), cosine_i = -direction_dot(wi, h);
+    if (!(length > 0.0f && cosine > 0.0f && cosine_i > 0.0f)) return;
+    facet_of(b, g, cosine, fresnel_grazing(cosine), &f);
+    const float d = ggx_facets(h, g->alpha);
+    const float below[3] = {wi[0], wi[1], -wi[2]};
+    /* of directions per facet: dh = eta^2 |wi.h| / |wo + eta wi|^2 dwi */
+    const float bend = eta / length, jacobian = bend * bend * cosine_i * cosine * d;
+    const float value =
+        4.0f * jacobian * ggx_visibility(wo[2], g->span, below[2], ggx_span(below, g->alpha));
+    for (int k = 0; k < 3; k++) out->specular[k] += f.transmit[k] * value;
+    out->pdf += g->p_facet * (1.0f - f.p_reflect) * jacobian * ggx_seen(wo[2], g->span);
+}
+
+static void evaluate_seen(const struct bsdf *b, const struct gltf *g, const float wo[3],
+                          const float wi[3], struct bsdf_value *out)
+{
+    *out = (struct bsdf_value){0};
+    const bool facets = g->p_facet > 0.0f && !g->smooth;
+    if (wi[2] > 0.0f) {
+        if (g->p_diffuse > 0.0f) {
+            out->diffuse = diffuse(b, g, wi);
+            out->pdf = lobe_diffuse_pdf(g->p_diffuse, wi[2]);
+        }
+        if (facets) add_mirrored(b, g, wo, wi, false, out);
+    } else if (facets && g->clear == CLEAR_THIN) {
+        const float above[3] = {wi[0], wi[1], -wi[2]};
+        add_mirrored(b, g, wo, above, true, out);
+    } else if (facets && g->clear == CLEAR_BENT) {
+        add_refracted(b, g, wo, wi, out);
+    }
+}
+
+void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                   struct bsdf_value *out)
+{
+    struct gltf g;
+    see(b, wo, &g);
+    evaluate_seen(b, &g, wo, wi, out);
+}
+
+/* Straight on. */
+static bool pass(const struct bsdf *b, const struct gltf *g, const float wo[3],
+                 struct bsdf_sample *out)
+{
+    direction_set(-wo[0], -wo[1], -wo[2], out->wi);
+    for (int k = 0; k < 3; k++) out->specular[k] = g->clear_share * b->base_color[k] / g->p_matched;
+    out->dirac = out->transmitted = true;
+    return true;
+}
+
+/* The direction into which a facet sends wo; false where that is on the wrong side. */
+static bool leave(const struct bsdf *b, const struct gltf *g, const float wo[3], const float h[3],
+                  float choice, struct facet *f, struct bsdf_sample *out)
+{
+    const float cosine = direction_dot(wo, h);
+    facet_of(b, g, cosine, fresnel_grazing(cosine), f);
+    out->transmitted = choice >= f->p_reflect;
+    if (!out->transmitted || g->clear == CLEAR_THIN) {
+        direction_reflect(wo, h, cosine, out->wi);
+        if (out->wi[2] <= 0.0f) return false;
+        if (out->transmitted) out->wi[2] = -out->wi[2];
+        return true;
+    }
+    if (f->cosine_far <= 0.0f) return false;
+    direction_refract(wo, h, cosine, f->cosine_far, b->ior, out->wi);
+    return out->wi[2] < 0.0f;
+}
+
+/* All facets are the surface itself. */
+static bool leave_smooth(const struct bsdf *b, const struct gltf *g, const float wo[3],
+                         float choice, struct bsdf_sample *out)
+{
+    static const float normal[3] = {0.0f, 0.0f, 1.0f};
+    struct facet f;
+    if (!leave(b, g, wo, normal, choice, &f, out)) return false;
+    const float p = g->p_facet * (out->transmitted ? 1.0f - f.p_reflect : f.p_reflect);
+    const float *color = out->transmitted ? f.transmit : f.reflect;
+    if (!(p > 0.0f)) return false;
+    for (int k = 0; k < 3; k++) out->specular[k] = color[k] / p;
+    out->dirac = true;
+    return true;
+}
+
+bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                 struct bsdf_sample *out)
+{
+    struct gltf g;
+    see(b, wo, &g);
+    if (choice < g.p_diffuse) {
+        lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
+    } else if (choice < g.p_diffuse + g.p_matched) {
+        return pass(b, &g, wo, out);
+    } else if (g.p_facet > 0.0f) {
+        /* what is left of the choice decides between reflection and transmission */
+        const float rest = (choice - g.p_diffuse - g.p_matched) / g.p_facet;
+        float h[3];
+        struct facet f;
+        if (g.smooth) return leave_smooth(b, &g, wo, rest, out);
+        ggx_sample(wo, g.alpha, u, h);
+        if (!leave(b, &g, wo, h, rest, &f, out)) return false;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+bool gltf_is_smooth_only(const struct bsdf *b)
+{
+    if (most_of(b->albedo) > 0.0f) return false;
+    const float clear = (1.0f - b->metallic) * b->transmission;
+    const bool facets = b->specular > 0.0f || b->metallic > 0.0f;
+    if (roughness_is_smooth(b)) return true;
+    return !facets && (clear <= 0.0f || clear_kind_of(b, clear) == CLEAR_MATCHED);
+}

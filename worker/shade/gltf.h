@@ -1,0 +1,37 @@
+#pragma once
+/* glTF 2.0's metallic-roughness material (appendix B) with KHR_materials_specular, _ior,
+ * _transmission, _volume and _anisotropy:
+ *
+ *   dielectric = mix(diffuse, btdf * base_color, transmission) under facets that reflect
+ *                fr = specular * (f0 + (1 - f0) (1 - V.H)^5), f0 = specular_f0, per colour
+ *   metal      = facets that reflect base_color + (1 - base_color) (1 - V.H)^5
+ *   material   = mix(dielectric, metal, metallic)
+ *
+ * Facets are GGX with Smith's masking, heights correlated; light that they pass on to other facets
+ * is lost, as in the formulas of the format. Where we differ from them:
+ * - The diffuse lobe gets what the facets let through of light in and out (coupling.h) in place of
+ *   1 - max fr(V.H), which would reflect more light than comes in.
+ * - What a volume transmits (`thin` false) reflects by Fresnel's equations in place of Schlick's
+ *   fit, which knows no total reflection; `specular` and its colour scale it as they do Schlick's.
+ *   Total reflection is total whatever they are.
+ * - A volume of an index within GLTF_MATCHED of its surroundings' does neither bend nor reflect.
+ *
+ * Refraction (Walter et al. 2007) is kept basic: radiance is not scaled by the square of the index
+ * ratio. L / n^2 is what a path keeps, so that a furnace stays 1 inside glass, and emitters inside
+ * a volume shine as in air. So f(wo, wi) / n(wi)^2 is reciprocal, n the index of a direction's
+ * side. A thin wall transmits as it reflects, mirrored at the surface. base_color tints each
+ * passage. */
+#include "worker/shade/bsdf.h"
+
+#define GLTF_MATCHED 1e-3f
+
+/* wo.z, |wi.z| >= DIRECTION_GRAZING. */
+void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                   struct bsdf_value *out);
+
+/* With out->dirac false on return only out->wi is set, of density gltf_evaluate's pdf; else all of
+ * *out. False: absorbed. */
+bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                 struct bsdf_sample *out);
+
+bool gltf_is_smooth_only(const struct bsdf *b);

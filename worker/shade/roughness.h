@@ -1,0 +1,15 @@
+#pragma once
+/* The roughness of facets along x and y, and where it ends: below BSDF_SMOOTH in both directions
+ * facets are one plane; in one direction alone, as rough as that. */
+#include "worker/shade/bsdf.h"
+
+static inline bool roughness_is_smooth(const struct bsdf *b)
+{
+    return b->alpha_u < BSDF_SMOOTH && b->alpha_v < BSDF_SMOOTH;
+}
+
+static inline void roughness_of(const struct bsdf *b, float alpha[2])
+{
+    alpha[0] = b->alpha_u > BSDF_SMOOTH ? b->alpha_u : BSDF_SMOOTH;
+    alpha[1] = b->alpha_v > BSDF_SMOOTH ? b->alpha_v : BSDF_SMOOTH;
+}
