@@ -100,9 +100,24 @@ struct scene_texture_ref {
     float transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
 };
 
-/* How a surface scatters. GLTF is metallic-roughness with its extensions, the default; the others
- * come from OBJ files and from a glTF material's extras: {"shearwater": {"model": "phong",
- * "exponent": 50, ...}}. */
+/* How a surface scatters. GLTF is metallic-roughness with its extensions, the default. The others
+ * come from OBJ files (server/import/obj_shading.h) and from a glTF material's extras,
+ *
+ *   "extras": {"shearwater": {"model": "phong", "exponent": 50, "specular": [0.2, 0.2, 0.2]}}
+ *
+ *   model              members beside it, all required but as said
+ *   lambert            none: glTF's model without its coat, as KHR_materials_specular of factor 0
+ *   phong              exponent in [0, 1e5], specular
+ *   blinn_phong        exponent, specular
+ *   ashikhmin_shirley  exponent, or exponent_u (along the tangent) and exponent_v; specular
+ *   beckmann           alpha in [0, 1]; specular, or eta and k (real and imaginary part of a metal's
+ *                      refractive index by colour, in [1e-3, 1e3] and [0, 1e3])
+ *   mirror             specular, [1, 1, 1] if absent
+ *
+ * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
+ * baseColorTexture; it and specular are scaled down, with a warning, where they sum up to more than
+ * 1. Mirrors and metals have none. Emission, opacity and normal maps stay glTF's; metallic, clear
+ * and anisotropic parts are ignored. */
 enum material_model {
     MODEL_GLTF = 0,
     MODEL_PHONG = 1,       /* Lafortune and Willems' normalised Phong; specular, exponent_u */

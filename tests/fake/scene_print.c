@@ -51,17 +51,47 @@ static json_t *texture(const struct scene_texture_ref *t)
                      "transform", numbers(t->transform, 6));
 }
 
-static json_t *material(const struct scene *s, const struct scene_material *m)
+static json_t *textures_of(const struct scene_material *m)
 {
     return json_pack(
-        "{s:s,s:o,s:o,s:f,s:f,s:f,s:f,s:i,s:b,s:b,s:o,s:o,s:o,s:o}", "name", scene_name(s, m->name),
-        "base_color", numbers(m->base_color, 4), "emission", numbers(m->emission, 3), "metallic",
-        (double)m->metallic, "roughness", (double)m->roughness, "specular", (double)m->specular,
+        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "base_color_texture", texture(&m->base_color_texture),
+        "metallic_roughness_texture", texture(&m->metallic_roughness_texture), "normal_texture",
+        texture(&m->normal_texture), "emission_texture", texture(&m->emission_texture),
+        "transmission_texture", texture(&m->transmission_texture), "specular_texture",
+        texture(&m->specular_texture), "specular_color_texture",
+        texture(&m->specular_color_texture), "anisotropy_texture", texture(&m->anisotropy_texture));
+}
+
+/* What the path tracer's models add. */
+static json_t *scattering(const struct scene_material *m)
+{
+    static const char *const models[MODEL_COUNT] = {
+        "gltf", "phong", "blinn_phong", "beckmann", "ashikhmin_shirley", "mirror"};
+    return json_pack("{s:s,s:f,s:o,s:f,s:f,s:f,s:f,s:o,s:f,s:o,s:f,s:f,s:f,s:o,s:o}", "model",
+                     models[m->model], "specular", (double)m->specular, "specular_color",
+                     numbers(m->specular_color, 3), "ior", (double)m->ior, "transmission",
+                     (double)m->transmission, "anisotropy", (double)m->anisotropy, "anisotropy_rad",
+                     (double)m->anisotropy_rad, "attenuation", numbers(m->attenuation, 3),
+                     "attenuation_distance", (double)m->attenuation_distance, "model_specular",
+                     numbers(m->model_specular, 3), "exponent_u", (double)m->exponent_u,
+                     "exponent_v", (double)m->exponent_v, "alpha_u", (double)m->alpha_u, "eta",
+                     numbers(m->eta, 3), "k", numbers(m->k, 3));
+}
+
+static json_t *material(const struct scene *s, const struct scene_material *m)
+{
+    json_t *json = json_pack(
+        "{s:s,s:o,s:o,s:f,s:f,s:f,s:f,s:i,s:b,s:b}", "name", scene_name(s, m->name), "base_color",
+        numbers(m->base_color, 4), "emission", numbers(m->emission, 3), "metallic",
+        (double)m->metallic, "roughness", (double)m->roughness, "thickness", (double)m->thickness,
         "alpha_cutoff", (double)m->alpha_cutoff, "alpha_mode", (int)m->alpha_mode, "double_sided",
-        (m->flags & MATERIAL_DOUBLE_SIDED) != 0, "unlit", (m->flags & MATERIAL_UNLIT) != 0,
-        "base_color_texture", texture(&m->base_color_texture), "metallic_roughness_texture",
-        texture(&m->metallic_roughness_texture), "normal_texture", texture(&m->normal_texture),
-        "emission_texture", texture(&m->emission_texture));
+        (m->flags & MATERIAL_DOUBLE_SIDED) != 0, "unlit", (m->flags & MATERIAL_UNLIT) != 0);
+    json_t *parts[2] = {scattering(m), textures_of(m)};
+    for (int i = 0; i < 2; i++) {
+        json_object_update(json, parts[i]);
+        json_decref(parts[i]);
+    }
+    return json;
 }
 
 static json_t *instance(const struct scene *s, const struct scene_instance *i)

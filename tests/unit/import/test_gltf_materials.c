@@ -1,0 +1,304 @@
+/* glTF's material extensions and our extras: what becomes of them, what they are refused for. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <float.h>
+#include <math.h>
+
+#include "tests/unit/import/scene_room.h"
+
+/* A triangle's positions, normals, UVs and tangents, in this order in the buffer. */
+struct triangle {
+    float positions[9], normals[9], uvs[6], tangents[12];
+};
+static const struct triangle triangle = {{0, 0, 0, 1, 0, 0, 0, 1, 0},
+                                         {0, 0, 1, 0, 0, 1, 0, 0, 1},
+                                         {0, 0, 1, 0, 0, 1},
+                                         {0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1}};
+
+/* A PNG of one pixel; its colour is of no matter. */
+#define PIXEL                                                                                      \
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGNo"           \
+    "aGgAAAMEAYFL09IQAAAAAElFTkSuQmCC"
+
+static const char head[] =
+    "{\"asset\": {\"version\": \"2.0\"}, \"buffers\": [{\"uri\": \"t.bin\", \"byteLength\": 144}],"
+    "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": 36}, {\"buffer\": 0, \"byteOffset\": 36, "
+    "\"byteLength\": 36}, {\"buffer\": 0, \"byteOffset\": 72, \"byteLength\": 24}, {\"buffer\": 0, "
+    "\"byteOffset\": 96, \"byteLength\": 48}], \"accessors\": ["
+    "{\"bufferView\": 0, \"componentType\": 5126, \"count\": 3, \"type\": \"VEC3\"},"
+    "{\"bufferView\": 1, \"componentType\": 5126, \"count\": 3, \"type\": \"VEC3\"},"
+    "{\"bufferView\": 2, \"componentType\": 5126, \"count\": 3, \"type\": \"VEC2\"},"
+    "{\"bufferView\": 3, \"componentType\": 5126, \"count\": 3, \"type\": \"VEC4\"}],"
+    "\"images\": [{\"uri\": \"" PIXEL "\"}, {\"uri\": \"" PIXEL "\"}],"
+    "\"textures\": [{\"source\": 0}, {\"source\": 1}],"
+    "\"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": 0}],";
+
+#define WITH_UVS      "\"POSITION\": 0, \"NORMAL\": 1, \"TEXCOORD_0\": 2"
+#define WITH_TANGENTS "\"POSITION\": 0, \"NORMAL\": 1, \"TANGENT\": 3"
+
+static const char *document(const char *attributes, const char *material)
+{
+    static char text[8192];
+    snprintf(text, sizeof text,
+             "%s\"meshes\": [{\"primitives\": [{\"attributes\": {%s}, \"material\": 0}]}],"
+             "\"materials\": [{%s}]}",
+             head, attributes, material);
+    return text;
+}
+
+static int set_up(void **state)
+{
+    if (room_open(state) != 0) return -1;
+    _Static_assert(sizeof triangle == 144, "as the documents say");
+    room_write("t.bin", &triangle, sizeof triangle);
+    return 0;
+}
+
+static const struct scene_material *read_with(const char *attributes, const char *material,
+                                              struct scene *s)
+{
+    int rc = room_import_text("a.gltf", document(attributes, material), s);
+    if (rc != 0) print_error("%s: %s\n", room_fault.pointer, room_fault.detail);
+    assert_int_equal(rc, 0);
+    return &s->materials[0];
+}
+
+static const struct scene_material *read_one(const char *material, struct scene *s)
+{
+    return read_with(WITH_UVS, material, s);
+}
+
+static void absent_extensions_mean_defaults(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m = read_one("", &s);
+    assert_true(m->model == MODEL_GLTF && m->metallic == 1 && m->roughness == 1);
+    assert_true(m->specular == 1 && m->specular_color[2] == 1 && m->ior == 1.5f);
+    assert_true(m->transmission == 0 && m->thickness == 0 && m->anisotropy == 0);
+    assert_true(m->attenuation[0] == 1 && m->attenuation_distance == 0);
+    assert_int_equal(m->transmission_texture.texture, SCENE_NONE);
+    assert_int_equal(m->specular_texture.texture, SCENE_NONE);
+    assert_int_equal(m->specular_color_texture.texture, SCENE_NONE);
+    assert_int_equal(m->anisotropy_texture.texture, SCENE_NONE);
+    scene_unmap(&s);
+}
+
+static void coats_are_read(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_specular\": {\"specularFactor\": 0.25,"
+                 "\"specularTexture\": {\"index\": 0}, \"specularColorFactor\": [0.5, 1, 3],"
+                 "\"specularColorTexture\": {\"index\": 1, \"texCoord\": 1}},"
+                 "\"KHR_materials_ior\": {\"ior\": 0}}",
+                 &s);
+    assert_true(m->specular == 0.25f && m->ior == 0);
+    assert_true(m->specular_color[0] == 0.5f && m->specular_color[2] == 3);
+    const struct scene_texture *textures = s.textures;
+    assert_int_equal(s.images[textures[m->specular_texture.texture].image].flags, 0);
+    assert_int_equal(s.images[textures[m->specular_color_texture.texture].image].flags,
+                     IMAGE_IS_SRGB);
+    assert_int_equal(m->specular_color_texture.uv_set, 1);
+    assert_true(room_warned("lacks the texture coordinates"));
+    scene_unmap(&s);
+}
+
+static void solids_are_read(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m = read_one(
+        "\"extensions\": {\"KHR_materials_transmission\": {\"transmissionFactor\": 0.75,"
+        "\"transmissionTexture\": {\"index\": 0}}, \"KHR_materials_volume\": {\"thicknessFactor\": "
+        "2, \"thicknessTexture\": {\"index\": 1}, \"attenuationColor\": [0, 0.5, 1],"
+        "\"attenuationDistance\": 3}}",
+        &s);
+    assert_true(m->transmission == 0.75f && m->thickness == 2 && m->attenuation_distance == 3);
+    assert_true(m->attenuation[0] == FLT_MIN && m->attenuation[1] == 0.5f);
+    assert_int_equal(m->transmission_texture.texture, 0);
+    assert_int_equal(s.count[SCENE_TEXTURES], 1); /* that of the thickness is not kept */
+    assert_true(room_warned("thicknessTexture is ignored"));
+    scene_unmap(&s);
+    m = read_one("\"extensions\": {\"KHR_materials_volume\": {\"thicknessFactor\": 1,"
+                 "\"thicknessTexture\": {\"index\": 1}, \"attenuationDistance\": 1e300}}",
+                 &s);
+    assert_true(m->thickness == 1 && m->attenuation_distance == 0); /* as good as infinite */
+    assert_false(room_warned("thicknessTexture"));                  /* opaque: it says nothing */
+    scene_unmap(&s);
+}
+
+static void anisotropy_brings_tangents(void **state)
+{
+    (void)state;
+    struct scene s;
+    const char *turned = "\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": "
+                         "0.5, \"anisotropyRotation\": 7, \"anisotropyTexture\": {\"index\": 1}}}";
+    const struct scene_material *m = read_one(turned, &s);
+    assert_true(m->anisotropy == 0.5f);
+    assert_true(fabs((double)m->anisotropy_rad - (7 - 6.283185307179586)) < 1e-6);
+    assert_int_equal(s.images[s.textures[m->anisotropy_texture.texture].image].flags, 0);
+    assert_true(s.meshes[0].flags & MESH_HAS_TANGENTS); /* made from UVs */
+    assert_true(s.tangents[0] == 1.0f);
+    scene_unmap(&s);
+    m = read_with(WITH_TANGENTS, turned, &s);
+    assert_true(s.meshes[0].flags & MESH_HAS_TANGENTS); /* those of the file */
+    assert_true(s.tangents[1] == 1.0f);
+    scene_unmap(&s);
+    m = read_with("\"POSITION\": 0, \"NORMAL\": 1", turned, &s);
+    assert_false(s.meshes[0].flags & MESH_HAS_TANGENTS);
+    assert_true(room_warned("the direction is arbitrary"));
+    scene_unmap(&s);
+    m = read_with(WITH_TANGENTS, "", &s);
+    assert_false(s.meshes[0].flags & MESH_HAS_TANGENTS); /* needless */
+    scene_unmap(&s);
+}
+
+static void blends_are_read(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m = read_one("\"alphaMode\": \"BLEND\", \"pbrMetallicRoughness\": "
+                                              "{\"baseColorFactor\": [1, 1, 1, 0.25]}",
+                                              &s);
+    assert_true(m->alpha_mode == ALPHA_BLEND && m->base_color[3] == 0.25f);
+    assert_int_equal(room_warnings.count, 0);
+    scene_unmap(&s);
+}
+
+#define EXTRAS(members) "\"extras\": {\"shearwater\": {" members "}}"
+#define GREY            "\"pbrMetallicRoughness\": {\"baseColorFactor\": [0.5, 0.5, 0.5, 0.25]}, "
+
+static void extras_choose_models(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m = read_one(
+        GREY EXTRAS("\"model\": \"phong\", \"exponent\": 50, \"specular\": [0.1, 0.2, 0.5]"), &s);
+    assert_true(m->model == MODEL_PHONG && m->exponent_u == 50 && m->model_specular[1] == 0.2f);
+    assert_true(m->base_color[0] == 0.5f && m->base_color[3] == 0.25f);
+    scene_unmap(&s);
+    m = read_one(EXTRAS("\"model\": \"blinn_phong\", \"exponent\": 9, \"specular\": [1, 0, 0]"),
+                 &s);
+    assert_true(m->model == MODEL_BLINN_PHONG && m->exponent_u == 9);
+    assert_true(m->base_color[0] == 0.5f && m->model_specular[0] == 0.5f); /* 2 made 1 */
+    assert_true(room_warned("sum up to more than 1"));
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent_u\": 9, "
+                             "\"exponent_v\": 90, \"specular\": [0.5, 0.5, 0.5]"),
+                 &s);
+    assert_true(m->model == MODEL_ASHIKHMIN_SHIRLEY && m->exponent_u == 9 && m->exponent_v == 90);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent\": 9, "
+                             "\"specular\": [0.5, 0.5, 0.5]"),
+                 &s);
+    assert_true(m->exponent_u == 9 && m->exponent_v == 9);
+    scene_unmap(&s);
+}
+
+static void extras_make_metals_and_matt_ones(void **state)
+{
+    (void)state;
+    struct scene s;
+    const struct scene_material *m =
+        read_one(GREY EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.25, \"eta\": [0.2, 1, 1.5], "
+                             "\"k\": [4, 2, 0]"),
+                 &s);
+    assert_true(m->model == MODEL_BECKMANN && m->alpha_u == 0.25f);
+    assert_true(m->eta[0] == 0.2f && m->k[1] == 2 && m->base_color[0] == 0);
+    assert_true(m->base_color[3] == 0.25f);
+    scene_unmap(&s);
+    m = read_one(
+        GREY EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"specular\": [0.5, 0.25, 0]"), &s);
+    assert_true(m->eta[0] == 0 && m->base_color[0] == 0.5f && m->model_specular[1] == 0.25f);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"mirror\""), &s);
+    assert_true(m->model == MODEL_MIRROR && m->model_specular[0] == 1 && m->base_color[0] == 0);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"lambert\""), &s);
+    assert_true(m->model == MODEL_GLTF && m->specular == 0 && m->metallic == 0);
+    assert_true(m->base_color[0] == 0.5f);
+    scene_unmap(&s);
+    read_one("\"extras\": 7", &s); /* somebody else's */
+    scene_unmap(&s);
+    read_one("\"extras\": {\"other\": {\"model\": 3}}", &s);
+    scene_unmap(&s);
+}
+
+static void names_what_it_refuses(void **state)
+{
+    (void)state;
+#define OURS "materials[0].extras.shearwater"
+#define EXT  "materials[0].extensions."
+    static const struct {
+        const char *material;
+        int code;
+        const char *pointer;
+    } rows[] = {
+        {"\"extensions\": {\"KHR_materials_specular\": {\"specularColorFactor\": [-1, 0, 0]}}",
+         ERR_RANGE, EXT "KHR_materials_specular.specularColorFactor"},
+        {"\"extensions\": {\"KHR_materials_specular\": {\"specularTexture\": {\"index\": 9}}}",
+         ERR_RANGE, EXT "KHR_materials_specular.specularTexture.index"},
+        {"\"extensions\": {\"KHR_materials_ior\": {\"ior\": 0.5}}", ERR_RANGE,
+         EXT "KHR_materials_ior"},
+        {"\"extensions\": {\"KHR_materials_transmission\": {\"transmissionFactor\": 1.5}}",
+         ERR_RANGE, EXT "KHR_materials_transmission.transmissionFactor"},
+        {"\"extensions\": {\"KHR_materials_volume\": {\"thicknessFactor\": -1}}", ERR_RANGE,
+         EXT "KHR_materials_volume.thicknessFactor"},
+        {"\"extensions\": {\"KHR_materials_volume\": {\"attenuationDistance\": 0}}", ERR_RANGE,
+         EXT "KHR_materials_volume"},
+        {"\"extensions\": {\"KHR_materials_volume\": {\"attenuationColor\": [1, 1, 2]}}", ERR_RANGE,
+         EXT "KHR_materials_volume.attenuationColor"},
+        {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
+         ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
+        {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},
+        {EXTRAS(""), ERR_MISSING, OURS ".model"},
+        {EXTRAS("\"model\": \"velvet\""), ERR_RANGE, OURS ".model"},
+        {EXTRAS("\"model\": 3"), ERR_TYPE, OURS ".model"},
+        {EXTRAS("\"model\": \"phong\", \"specular\": [0, 0, 0]"), ERR_MISSING, OURS ".exponent"},
+        {EXTRAS("\"model\": \"phong\", \"exponent\": 5"), ERR_MISSING, OURS ".specular"},
+        {EXTRAS("\"model\": \"phong\", \"exponent\": -5, \"specular\": [0, 0, 0]"), ERR_RANGE,
+         OURS ".exponent"},
+        {EXTRAS("\"model\": \"phong\", \"exponent\": 5, \"specular\": [0, 0]"), ERR_RANGE,
+         OURS ".specular"},
+        {EXTRAS("\"model\": \"phong\", \"exponents\": 5"), ERR_UNKNOWN_MEMBER, OURS ".exponents"},
+        {EXTRAS("\"model\": \"mirror\", \"exponent\": 5"), ERR_UNKNOWN_MEMBER, OURS ".exponent"},
+        {EXTRAS("\"model\": \"lambert\", \"specular\": [0, 0, 0]"), ERR_UNKNOWN_MEMBER,
+         OURS ".specular"},
+        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5"), ERR_MISSING, OURS},
+        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [1, 1, 1]"), ERR_MISSING, OURS},
+        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [1, 1, 1], \"k\": [1, 1, 1], "
+                "\"specular\": [1, 1, 1]"),
+         ERR_MISMATCH, OURS},
+        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [0, 1, 1], \"k\": [1, 1, 1]"),
+         ERR_RANGE, OURS ".eta"},
+        {EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent_u\": 4, \"specular\": [1, 1, 1]"),
+         ERR_MISSING, OURS},
+        {EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent_u\": 4, \"exponent_v\": 4, "
+                "\"exponent\": 4, \"specular\": [1, 1, 1]"),
+         ERR_MISMATCH, OURS},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        room_refuses("a.gltf", document(WITH_UVS, rows[i].material), rows[i].code, rows[i].pointer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(absent_extensions_mean_defaults),
+        cmocka_unit_test(coats_are_read),
+        cmocka_unit_test(solids_are_read),
+        cmocka_unit_test(anisotropy_brings_tangents),
+        cmocka_unit_test(blends_are_read),
+        cmocka_unit_test(extras_choose_models),
+        cmocka_unit_test(extras_make_metals_and_matt_ones),
+        cmocka_unit_test(names_what_it_refuses),
+    };
+    return cmocka_run_group_tests_name("gltf_materials", tests, set_up, room_close);
+}
