@@ -26,24 +26,17 @@ int job_file_read(const char *path, json_t **out, struct fault *fault)
     return error;
 }
 
-static int set_tile(json_t *document, long tile_px)
+int job_file_prepare(struct client *c, const char *path, const struct job_changes *changes,
+                     json_t *document, struct fault *fault)
 {
-    json_t *sampling = json_object_get(document, "sampling");
-    if (!sampling) {
-        sampling = json_object();
-        if (json_object_set_new(document, "sampling", sampling) != 0) return ERR_MEMORY;
-    }
-    /* A "sampling" of the wrong type is the server's to refuse. */
-    if (json_is_object(sampling))
-        json_object_set_new(sampling, "tile_px", json_integer((json_int_t)tile_px));
-    return 0;
+    int error = job_changes_apply(changes, document, fault);
+    return error ? error : scene_bundle_upload(c, path, document, fault);
 }
 
-int job_file_submit(struct client *c, const char *path, json_t *document, long tile_px,
-                    json_t **job, struct fault *fault)
+int job_file_submit(struct client *c, const char *path, const struct job_changes *changes,
+                    json_t *document, json_t **job, struct fault *fault)
 {
-    int error = scene_bundle_upload(c, path, document, fault);
-    if (!error && tile_px > 0) error = set_tile(document, tile_px);
+    int error = job_file_prepare(c, path, changes, document, fault);
     if (!error) error = client_json(c, "POST", "/v1/jobs", document, job, fault);
     if (!error && !json_is_string(json_object_get(*job, "id"))) {
         json_decref(*job);

@@ -1,16 +1,20 @@
 #pragma once
-/* A job file on this machine, ready to be sent: read, its scene uploaded, options applied. */
+/* A job file on this machine, ready to be sent: read, options applied, its files uploaded. */
 #include <jansson.h>
 
 #include "server/cli/client.h"
+#include "server/cli/job_changes.h"
 
 /* Reads the document at `path` ("-": standard input). New reference. */
 int job_file_read(const char *path, json_t **out, struct fault *fault);
 
-/* Uploads what it names on this disk and submits it. tile_px 0: as the document says. The answer
- * (the job) is a new reference; its "id" is there. */
-int job_file_submit(struct client *c, const char *path, json_t *document, long tile_px,
-                    json_t **job, struct fault *fault);
+/* Changes the document and uploads what it then names on this disk. */
+int job_file_prepare(struct client *c, const char *path, const struct job_changes *changes,
+                     json_t *document, struct fault *fault);
+
+/* The same, and submits it. The answer (the job) is a new reference; its "id" is there. */
+int job_file_submit(struct client *c, const char *path, const struct job_changes *changes,
+                    json_t *document, json_t **job, struct fault *fault);
 
 /* Prints "shearwater NAME: pointer: detail" on standard error; returns 1, a failed command's exit
  * status. */

@@ -17,7 +17,8 @@
 
 struct render_options {
     const char *exr, *png, *stats;
-    long workers, worker_threads, tile_px;
+    long workers, worker_threads;
+    struct job_changes changes;
     bool quiet;
 };
 
@@ -40,7 +41,8 @@ static int parse(int argc, char **argv, struct render_options *o)
          "threads of each worker (default: the cores shared out)", 1, LIMIT_THREADS,
          &o->worker_threads},
         {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 64)",
-         LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->tile_px},
+         LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->changes.tile_px},
+        JOB_CHANGES_OPTIONS(&o->changes),
         {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skips, CPU seconds, memory", 0, 0,
          &o->stats},
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &o->quiet},
@@ -162,7 +164,7 @@ static int render(struct client *c, const char *path, json_t *document,
 {
     char id[64];
     json_t *accepted = NULL;
-    int error = job_file_submit(c, path, document, o->tile_px, &accepted, fault);
+    int error = job_file_submit(c, path, &o->changes, document, &accepted, fault);
     if (error) return error;
     snprintf(id, sizeof id, "%s", json_string_value(json_object_get(accepted, "id")));
     json_decref(accepted);
@@ -181,7 +183,7 @@ static double now_s(void)
 
 int cli_render(int argc, char **argv)
 {
-    struct render_options o = {0};
+    struct render_options o = {.changes = JOB_CHANGES_NONE};
     struct fault fault = {0};
     struct private_server server = {0};
     struct progress progress;

@@ -219,37 +219,69 @@ static int add_references(struct bundle *b, const char *path)
     return error;
 }
 
-static int put_asset(json_t *scene, const struct digest *digest, json_t *files)
+/* {"file": ...} becomes {"asset": ...}. */
+static int put_asset(json_t *object, const struct digest *digest)
 {
     char hex[DIGEST_HEX_BYTES];
     digest_to_hex(digest, hex);
-    json_object_del(scene, "file");
-    if (json_object_set_new(scene, "asset", json_string(hex)) != 0) return ERR_MEMORY;
-    return json_object_size(files) > 0 && json_object_set(scene, "files", files) != 0 ? ERR_MEMORY
-                                                                                      : 0;
+    json_object_del(object, "file");
+    return json_object_set_new(object, "asset", json_string(hex)) == 0 ? 0 : ERR_MEMORY;
+}
+
+/* The path of the file that document[member] names; "" when it names none. */
+static int file_of(const char *job_path, const json_t *document, const char *member, char *out,
+                   size_t capacity, struct fault *fault)
+{
+    char base[2048], pointer[64];
+    const json_t *object = json_object_get(document, member);
+    const char *file = json_string_value(json_object_get(object, "file"));
+    out[0] = '\0';
+    if (!file) return 0;
+    snprintf(pointer, sizeof pointer, "/%s", member);
+    if (json_object_get(object, "asset"))
+        return fault_set(fault, ERR_RANGE, pointer, "give either \"file\" or \"asset\", not both");
+    folder_of(job_path, base, sizeof base);
+    if ((size_t)snprintf(out, capacity, "%s%s", file[0] == '/' ? "" : base, file) < capacity)
+        return 0;
+    snprintf(pointer, sizeof pointer, "/%s/file", member);
+    return fault_set(fault, ERR_LIMIT, pointer, "the file's name is too long");
+}
+
+/* Uploads the file that document[member] names. */
+static int upload(struct client *c, const char *path, json_t *document, const char *member,
+                  struct fault *fault)
+{
+    struct digest digest;
+    int error = client_put_asset(c, path, &digest, fault);
+    if (error && fault->code && !fault->pointer[0])
+        snprintf(fault->pointer, sizeof fault->pointer, "/%s/file", member);
+    return error ? error : put_asset(json_object_get(document, member), &digest);
+}
+
+static int upload_scene(struct client *c, const char *job_path, json_t *document,
+                        struct fault *fault)
+{
+    struct bundle b = {.client = c, .fault = fault};
+    char path[4096];
+    int error = file_of(job_path, document, "scene", path, sizeof path, fault);
+    if (error || !path[0]) return error;
+    folder_of(path, b.folder, sizeof b.folder);
+    b.files = json_object();
+    error = b.files ? upload(c, path, document, "scene", fault) : ERR_MEMORY;
+    if (!error) error = add_references(&b, path);
+    if (!error && json_object_size(b.files) > 0 &&
+        json_object_set(json_object_get(document, "scene"), "files", b.files) != 0)
+        error = ERR_MEMORY;
+    json_decref(b.files);
+    return error;
 }
 
 int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
                         struct fault *fault)
 {
-    struct bundle b = {.client = c, .fault = fault};
-    struct digest digest;
-    char base[2048], path[4096];
-    json_t *scene = json_object_get(document, "scene");
-    const char *file = json_string_value(json_object_get(scene, "file"));
-    if (!file) return 0;
-    if (json_object_get(scene, "asset"))
-        return fault_set(fault, ERR_RANGE, "/scene", "give either \"file\" or \"asset\", not both");
-    folder_of(job_path, base, sizeof base);
-    if (snprintf(path, sizeof path, "%s%s", file[0] == '/' ? "" : base, file) >= (int)sizeof path)
-        return fault_set(fault, ERR_LIMIT, "/scene/file", "the file's name is too long");
-    folder_of(path, b.folder, sizeof b.folder);
-    b.files = json_object();
-    int error = b.files ? client_put_asset(c, path, &digest, fault) : ERR_MEMORY;
-    if (error && fault->code && !fault->pointer[0])
-        snprintf(fault->pointer, sizeof fault->pointer, "/scene/file");
-    if (!error) error = add_references(&b, path);
-    if (!error) error = put_asset(scene, &digest, b.files);
-    json_decref(b.files);
+    char path[4096];
+    int error = upload_scene(c, job_path, document, fault);
+    if (!error) error = file_of(job_path, document, "environment", path, sizeof path, fault);
+    if (!error && path[0]) error = upload(c, path, document, "environment", fault);
     return error;
 }

@@ -6,12 +6,12 @@
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
-#include "server/cli/scene_bundle.h"
 
-static int print_plan(struct client *c, const char *path, json_t *document, struct fault *fault)
+static int print_plan(struct client *c, const char *path, const struct job_changes *changes,
+                      json_t *document, struct fault *fault)
 {
     json_t *plan = NULL;
-    int error = scene_bundle_upload(c, path, document, fault);
+    int error = job_file_prepare(c, path, changes, document, fault);
     if (!error) error = client_json(c, "POST", "/v1/jobs?dry_run=1", document, &plan, fault);
     if (error) return error;
     json_dumpf(plan, stdout, JSON_INDENT(2));
@@ -23,16 +23,18 @@ static int print_plan(struct client *c, const char *path, json_t *document, stru
 int cli_submit(int argc, char **argv)
 {
     const char *server = NULL;
+    struct job_changes changes = JOB_CHANGES_NONE;
     bool quiet = false, watch = false, dry_run = false;
     const struct option_line lines[] = {
         CLIENT_SERVER_OPTION(&server),
         {"watch", 'w', OPTION_FLAG, NULL, "stay until the job has ended", 0, 0, &watch},
         {"dry-run", 'n', OPTION_FLAG, NULL, "check only, and print the plan", 0, 0, &dry_run},
+        JOB_CHANGES_OPTIONS(&changes),
         {"quiet", 'q', OPTION_FLAG, NULL, "print the id alone", 0, 0, &quiet},
     };
     const struct option_table table = {
         .usage = "shearwater submit JOB.json [options]",
-        .summary = "Uploads the job's scene, submits the job and prints its id.",
+        .summary = "Uploads the job's scene and environment, submits the job and prints its id.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,
@@ -47,9 +49,9 @@ int cli_submit(int argc, char **argv)
     int error = job_file_read(argv[1], &document, &fault);
     if (!error) error = client_create(client_base_url(server), &client);
     if (!error && dry_run)
-        error = print_plan(client, argv[1], document, &fault);
+        error = print_plan(client, argv[1], &changes, document, &fault);
     else if (!error)
-        error = job_file_submit(client, argv[1], document, 0, &job, &fault);
+        error = job_file_submit(client, argv[1], &changes, document, &job, &fault);
     if (!error && job) {
         const char *id = json_string_value(json_object_get(job, "id"));
         printf("%s\n", id);

@@ -1,0 +1,51 @@
+#include "server/cli/job_changes.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Sets document[group][key]. */
+static int set_member(json_t *document, const char *group, const char *key, json_t *value)
+{
+    json_t *object = json_object_get(document, group);
+    if (!object) {
+        object = json_object();
+        if (json_object_set_new(document, group, object) != 0) object = NULL;
+    }
+    if (object && !json_is_object(object)) {
+        json_decref(value);
+        return 0;
+    }
+    return json_object_set_new(object, key, value) == 0 ? 0 : ERR_MEMORY;
+}
+
+static int set_environment(const char *path, json_t *document, struct fault *fault)
+{
+    char *whole = realpath(path, NULL);
+    if (!whole)
+        return fault_set(fault, ERR_NOT_FOUND, "", "--environment: %s: %s", path, strerror(errno));
+    json_t *environment = json_object_get(document, "environment");
+    if (json_is_null(environment) || json_object_get(environment, "radiance"))
+        json_object_del(document, "environment");
+    else
+        json_object_del(environment, "asset");
+    int error = set_member(document, "environment", "file", json_string(whole));
+    free(whole);
+    return error;
+}
+
+int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
+{
+    int error = 0;
+    if (changes->environment) error = set_environment(changes->environment, document, fault);
+    if (!error && changes->method)
+        error = set_member(document, "filter", "method", json_string(changes->method));
+    if (!error && changes->bounces >= 0)
+        error = set_member(document, "effects", "indirect_bounces", json_integer(changes->bounces));
+    if (!error && changes->spp > 0)
+        error = set_member(document, "sampling", "spp", json_integer(changes->spp));
+    if (!error && changes->tile_px > 0)
+        error = set_member(document, "sampling", "tile_px", json_integer(changes->tile_px));
+    if (error == ERR_MEMORY) fault_set(fault, error, "", "memory is exhausted");
+    return error;
+}

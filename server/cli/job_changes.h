@@ -1,0 +1,46 @@
+#pragma once
+/* What a command line changes of a job document before it is sent. */
+#include <jansson.h>
+
+#include "proto/error.h"
+#include "proto/limits.h"
+#include "server/cli/option.h"
+
+struct job_changes {
+    const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
+    const char *method;      /* filter.method; NULL */
+    long bounces;            /* effects.indirect_bounces; -1 */
+    long spp;                /* sampling.spp; 0 */
+    long tile_px;            /* sampling.tile_px; 0 */
+};
+#define JOB_CHANGES_NONE                                                                           \
+    {                                                                                              \
+        .bounces = -1                                                                              \
+    }
+
+#define JOB_CHANGE_TEXT(word, sign, what, sentence, where)                                         \
+    {                                                                                              \
+        .name = (word), .letter = (sign), .kind = OPTION_TEXT, .value = (what),                    \
+        .text = (sentence), .out = (where)                                                         \
+    }
+#define JOB_CHANGE_NUMBER(word, sign, sentence, from, to, where)                                   \
+    {                                                                                              \
+        .name = (word), .letter = (sign), .kind = OPTION_NUMBER, .value = "N", .text = (sentence), \
+        .least = (from), .most = (to), .out = (where)                                              \
+    }
+
+/* The lines of a command's option table that fill *c. */
+#define JOB_CHANGES_OPTIONS(c)                                                                     \
+    JOB_CHANGE_TEXT("environment", 'e', "FILE", "map (.hdr, .exr) in place of the job's",          \
+                    &(c)->environment),                                                            \
+        JOB_CHANGE_NUMBER("bounces", 'b', "indirect bounces in place of the job's", 0,             \
+                          LIMIT_INDIRECT_BOUNCES, &(c)->bounces),                                  \
+        JOB_CHANGE_NUMBER("spp", 0, "samples per pixel in place of the job's", 1, LIMIT_SPP,       \
+                          &(c)->spp),                                                              \
+        JOB_CHANGE_TEXT("method", 'm', "NAME", "auto, or none for plain path tracing",             \
+                        &(c)->method)
+
+/* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
+ * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.
+ * ERR_NOT_FOUND for a map that is not there, ERR_MEMORY. */
+int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault);

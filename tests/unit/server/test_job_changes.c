@@ -1,0 +1,99 @@
+/* Options of render and submit in a job document: what is replaced, what stays. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "server/cli/job_changes.h"
+
+/* Applies the changes to a document and compares it with another. */
+static void check_change(const struct job_changes *changes, const char *before, const char *after)
+{
+    struct fault fault = {0};
+    json_t *document = json_loads(before, 0, NULL), *expected = json_loads(after, 0, NULL);
+    assert_non_null(document);
+    assert_non_null(expected);
+    assert_int_equal(job_changes_apply(changes, document, &fault), 0);
+    if (!json_equal(document, expected)) {
+        char *text = json_dumps(document, 0);
+        fail_msg("%s became %s, not %s", before, text, after);
+    }
+    json_decref(document);
+    json_decref(expected);
+}
+
+static void nothing_changes_nothing(void **state)
+{
+    const struct job_changes none = JOB_CHANGES_NONE;
+    (void)state;
+    check_change(&none, "{}", "{}");
+    check_change(&none, "{\"sampling\": 3, \"environment\": null}",
+                 "{\"sampling\": 3, \"environment\": null}");
+}
+
+static void numbers_and_words_replace(void **state)
+{
+    const struct job_changes all = {.method = "none", .bounces = 0, .spp = 64, .tile_px = 32};
+    (void)state;
+    check_change(&all, "{\"sampling\": {\"spp\": 9, \"seed\": 5}, \"filter\": {\"mu\": 2}}",
+                 "{\"sampling\": {\"spp\": 64, \"seed\": 5, \"tile_px\": 32},"
+                 " \"filter\": {\"mu\": 2, \"method\": \"none\"},"
+                 " \"effects\": {\"indirect_bounces\": 0}}");
+    /* The server says better what is wrong. */
+    check_change(&all, "{\"sampling\": 3, \"filter\": [], \"effects\": null}",
+                 "{\"sampling\": 3, \"filter\": [], \"effects\": null}");
+}
+
+static void environments_are_replaced(void **state)
+{
+    char path[] = "/tmp/job_changes_XXXXXX", file[64], after[256];
+    struct job_changes changes = JOB_CHANGES_NONE;
+    (void)state;
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    close(fd);
+    changes.environment = path;
+    snprintf(file, sizeof file, "\"file\": \"%s\"", path);
+    snprintf(after, sizeof after, "{\"environment\": {%s}}", file);
+    check_change(&changes, "{}", after);
+    check_change(&changes, "{\"environment\": null}", after);
+    check_change(&changes, "{\"environment\": {\"radiance\": [1, 1, 1]}}", after);
+    snprintf(after, sizeof after, "{\"environment\": {%s, \"intensity\": 2, \"rotation_deg\": 30}}",
+             file);
+    check_change(&changes,
+                 "{\"environment\": {\"asset\": \"00\", \"intensity\": 2, \"rotation_deg\": 30}}",
+                 after);
+    check_change(
+        &changes,
+        "{\"environment\": {\"file\": \"old.exr\", \"intensity\": 2, \"rotation_deg\": 30}}",
+        after);
+    unlink(path);
+}
+
+static void absent_maps_are_named(void **state)
+{
+    struct job_changes changes = JOB_CHANGES_NONE;
+    struct fault fault = {0};
+    (void)state;
+    changes.environment = "/nowhere/sky.hdr";
+    json_t *document = json_object();
+    assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_NOT_FOUND);
+    assert_non_null(strstr(fault.detail, "--environment: /nowhere/sky.hdr"));
+    json_decref(document);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_changes_nothing),
+        cmocka_unit_test(numbers_and_words_replace),
+        cmocka_unit_test(environments_are_replaced),
+        cmocka_unit_test(absent_maps_are_named),
+    };
+    return cmocka_run_group_tests_name("job changes", tests, NULL, NULL);
+}
