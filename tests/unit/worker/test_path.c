@@ -1,0 +1,255 @@
+/* Paths: what they must agree on whatever the tiles and passes, and what their parts add up to.
+ * Closed forms are in tests/golden. */
+#include "tests/unit/worker/tile_fixture.h"
+
+static void assert_near(double a, double b, double tolerance)
+{
+    if (!(fabs(a - b) <= tolerance)) print_message("%.9g is not %.9g within %g\n", a, b, tolerance);
+    assert_true(fabs(a - b) <= tolerance);
+}
+
+#define PATH_BIT(plane) (1u << PLANE_PATH_##plane)
+
+enum { SIDE_PX = 24 };
+
+/* A coloured floor, a mirror-like metal wall, a matt box top and a ceiling light. */
+static struct plan room(struct scene_fixture *f)
+{
+    struct plan p = floor_plan(f, 3.0f, SIDE_PX);
+    f->materials[0].base_color[1] = 0.25f;
+    uint32_t metal = fixture_material(f, 0.9f, 0.8f, 0.7f);
+    f->materials[metal].metallic = 1.0f;
+    f->materials[metal].roughness = 0.3f;
+    f->materials[metal].specular = 1.0f;
+    uint32_t glossy = fixture_material(f, 0.2f, 0.6f, 0.2f);
+    f->materials[glossy].specular = 1.0f;
+    f->materials[glossy].roughness = 0.4f;
+    fixture_panel(f, metal, (float[]){-2, 1, 0}, (float[]){0, 0, -1}, (float[]){0, 1, 0});
+    fixture_panel(f, glossy, (float[]){1, 0.5f, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0, -0.5f});
+    fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
+    p.lights[0].color[1] = 0.5f;
+    p.light_planes = 0;
+    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.bounces = 3;
+    p.paths.spp = 16;
+    return p;
+}
+
+static float *plane(const struct traced *t, enum plane_id id, uint32_t c)
+{
+    float *v = samples_f32(t->samples, id, c);
+    assert_non_null(v);
+    return v;
+}
+
+static double mean(const struct traced *t, enum plane_id id, uint32_t c, uint32_t spp)
+{
+    double sum = 0;
+    const float *v = plane(t, id, c);
+    int32_t area = t->samples->layout.width_px * t->samples->layout.height_px;
+    for (int32_t i = 0; i < area; i++) sum += (double)v[i];
+    return sum / area / spp;
+}
+
+static void tiles_do_not_matter(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    struct traced whole = trace_all(f, &p);
+    struct rect odd = {5, 3, 18, 20};
+    struct traced part = trace(f, &p, odd);
+    for (int32_t y = odd.y0; y < odd.y1; y++)
+        for (uint32_t c = 0; c < 3; c++)
+            assert_memory_equal(plane(&part, PLANE_PATH_RADIANCE, c) +
+                                    (y - odd.y0) * rect_width(odd),
+                                plane(&whole, PLANE_PATH_RADIANCE, c) + y * SIDE_PX + odd.x0,
+                                (size_t)rect_width(odd) * sizeof(float));
+    traced_fini(&part);
+    traced_fini(&whole);
+    free(f);
+}
+
+static struct samples *trace_pass(struct traced *t, const struct plan *p, uint32_t pass)
+{
+    struct samples *s = NULL;
+    struct rect all = {0, 0, SIDE_PX, SIDE_PX};
+    assert_int_equal(
+        tile_trace(t->tracer, t->scene, NULL, p, pass, all, NULL, NULL, &s, &t->counters), 0);
+    return s;
+}
+
+/* Pass 0 of many is the whole of a short job; the passes of a long one are different samples. */
+static void passes_continue_each_other(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f), longer = p;
+    struct traced t = trace_all(f, &p);
+    longer.paths.spp = 64;
+    struct samples *first = trace_pass(&t, &longer, 0), *second = trace_pass(&t, &longer, 1);
+    size_t bytes = (size_t)SIDE_PX * SIDE_PX * sizeof(float);
+    assert_memory_equal(samples_f32(first, PLANE_PATH_RADIANCE, 0),
+                        plane(&t, PLANE_PATH_RADIANCE, 0), bytes);
+    assert_memory_not_equal(samples_f32(second, PLANE_PATH_RADIANCE, 0),
+                            plane(&t, PLANE_PATH_RADIANCE, 0), bytes);
+    samples_destroy(&first);
+    samples_destroy(&second);
+    traced_fini(&t);
+    free(f);
+}
+
+static void parts_add_up(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    struct traced t = trace_all(f, &p);
+    double lit = 0;
+    for (uint32_t c = 0; c < 3; c++)
+        for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+            double all = (double)plane(&t, PLANE_PATH_RADIANCE, c)[i];
+            double sum = (double)plane(&t, PLANE_PATH_EMISSION, c)[i] +
+                         (double)plane(&t, PLANE_PATH_DIRECT, c)[i] +
+                         (double)plane(&t, PLANE_PATH_INDIRECT, c)[i];
+            assert_near(all, sum, 1e-4 * all + 1e-6);
+            lit += all;
+        }
+    assert_true(lit > 1);
+    traced_fini(&t);
+    free(f);
+}
+
+/* On a scene of one Lambert material its albedo times the demodulated light is the light. */
+static void demodulation_divides_by_albedo(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 2.5f, SIDE_PX);
+    f->materials[0].base_color[2] = 0.25f;
+    fixture_panel(f, 0, (float[]){-1, 1, 0}, (float[]){0, 0, -1}, (float[]){0, 1, 0});
+    fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
+    p.light_planes = 0;
+    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.bounces = 2;
+    p.paths.spp = 4;
+    struct traced t = trace_all(f, &p);
+    const double albedo[3] = {0.5, 0.5, 0.25};
+    for (uint32_t c = 0; c < 3; c++)
+        for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+            double direct = (double)plane(&t, PLANE_PATH_DIRECT, c)[i];
+            double indirect = (double)plane(&t, PLANE_PATH_INDIRECT, c)[i];
+            double white = (double)plane(&t, PLANE_PATH_DIFFUSE_DIRECT, c)[i];
+            double bounced = (double)plane(&t, PLANE_PATH_DIFFUSE_INDIRECT, c)[i];
+            assert_near(direct, albedo[c] * white, 1e-4 * direct + 1e-6);
+            assert_near(indirect, albedo[c] * bounced, 1e-4 * indirect + 1e-6);
+        }
+    assert_near(mean(&t, PLANE_PATH_ALBEDO, 2, 4), 0.25, 1e-5);
+    assert_near(mean(&t, PLANE_PATH_COVERAGE, 0, 4), 1.0, 1e-6);
+    traced_fini(&t);
+    free(f);
+}
+
+static void no_bounce_means_no_indirect_light(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.bounces = 0;
+    struct traced t = trace_all(f, &p);
+    for (uint32_t c = 0; c < 3; c++) assert_near(mean(&t, PLANE_PATH_INDIRECT, c, 16), 0, 0);
+    assert_true(mean(&t, PLANE_PATH_DIRECT, 0, 16) > 0.01);
+    traced_fini(&t);
+    free(f);
+}
+
+/* A point light cannot be met: without bounces no ray looks for it. */
+static void last_rays_that_meet_nothing_are_skipped(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.bounces = 0;
+    p.lights[0].type = LIGHT_POINT;
+    struct traced t = trace_all(f, &p);
+    assert_int_equal(count(&t, COUNTER_RAYS_INDIRECT), 0);
+    assert_true(count(&t, COUNTER_SKIPPED_LAST_SEGMENT) > 0);
+    assert_true(count(&t, COUNTER_RAYS_SHADOW) > 0);
+    traced_fini(&t);
+    free(f);
+}
+
+/* The same light counted by light samples alone and by both ways: with a rough metal both matter.
+ * A rectangle without bounces, once found by scattering only (its power is hidden behind a stronger
+ * light that reaches nothing). */
+static void both_ways_agree_with_one(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.bounces = 0;
+    p.paths.spp = 256;
+    struct traced both = trace_all(f, &p);
+    struct plan one = p;
+    struct plan_light *hidden = fixture_light(&one, LIGHT_POINT, 1);
+    hidden->position[1] = -5.0f; /* below the floor: lights nothing */
+    hidden->power = 99.0f;
+    struct traced rare = trace_all(f, &one);
+    for (uint32_t c = 0; c < 3; c++) {
+        double a = mean(&both, PLANE_PATH_DIRECT, c, 16), b = mean(&rare, PLANE_PATH_DIRECT, c, 16);
+        double spread = mean(&rare, PLANE_PATH_SPREAD, c, 16);
+        double error = sqrt(spread / (16.0 * SIDE_PX * SIDE_PX));
+        assert_near(a, b, 4 * error);
+    }
+    traced_fini(&rare);
+    traced_fini(&both);
+    free(f);
+}
+
+static void spread_is_the_samples_own(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.paths.spp = 1;
+    struct traced t = trace_all(f, &p);
+    for (int i = 0; i < SIDE_PX * SIDE_PX; i++)
+        assert_near((double)plane(&t, PLANE_PATH_SPREAD, 1)[i], 0, 0);
+    traced_fini(&t);
+    free(f);
+}
+
+static void passes_and_maps_are_checked(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    struct traced t = trace_all(f, &p);
+    struct rect all = {0, 0, SIDE_PX, SIDE_PX};
+    struct samples *s = NULL;
+    assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, plan_pass_count(&p), all, NULL, NULL,
+                                &s, &t.counters),
+                     ERR_RANGE);
+    p.environment.kind = ENVIRONMENT_MAP;
+    p.environment.power = 1.0f;
+    assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, all, NULL, NULL, &s, &t.counters),
+                     ERR_MISSING);
+    traced_fini(&t);
+    free(f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tiles_do_not_matter),
+        cmocka_unit_test(passes_continue_each_other),
+        cmocka_unit_test(parts_add_up),
+        cmocka_unit_test(demodulation_divides_by_albedo),
+        cmocka_unit_test(no_bounce_means_no_indirect_light),
+        cmocka_unit_test(last_rays_that_meet_nothing_are_skipped),
+        cmocka_unit_test(both_ways_agree_with_one),
+        cmocka_unit_test(spread_is_the_samples_own),
+        cmocka_unit_test(passes_and_maps_are_checked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
