@@ -141,7 +141,7 @@ static struct image *render(const struct plan *plan, const struct world *w, int3
     assert_int_equal(image_create(ALL_LAYERS, plan->width_px, plan->height_px, &image), 0);
     for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {
         struct samples *s = w ? world_tile(plan, w, t) : synthetic_tile(plan, t);
-        assert_int_equal(film_land(film, t, s), 0);
+        assert_int_equal(film_land(film, t, 0, s), 0);
     }
     double start = cpu_s();
     if (sum) *sum = (struct block_statistics){0};
@@ -374,7 +374,7 @@ static void threads_make_the_same_picture(void **state)
     assert_int_equal(film_create(&plan, 64, 1, &film), 0);
     assert_int_equal(image_create(ALL_LAYERS, 200, 150, &image), 0);
     for (uint32_t t = tile_grid_count(&grid); t-- > 0;) {
-        assert_int_equal(film_land(film, t, synthetic_tile(&plan, t)), 0);
+        assert_int_equal(film_land(film, t, 0, synthetic_tile(&plan, t)), 0);
         while (film_next_ready(film, &block)) {
             struct threaded_block *b = malloc(sizeof *b);
             *b = (struct threaded_block){
@@ -431,12 +431,14 @@ static void a_stray_sub_sample_is_counted(void **state)
     struct block_statistics sum;
     make_plan(&plan, 8, 8);
     struct film *film;
+    uint32_t block;
     assert_int_equal(film_create(&plan, 8, 1, &film), 0);
     struct samples *s = world_tile(&plan, &plain, 0);
     samples_u16(s, PLANE_SUB_DEPTH, 1)[27] = half_from_float(-0.8f);
     samples_u16(s, PLANE_SUB_ID, 1)[27] = 99;
-    assert_int_equal(film_land(film, 0, s), 0);
-    assert_int_equal(film_gather(film, 0, &patch), 0);
+    assert_int_equal(film_land(film, 0, 0, s), 0);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
     assert_int_equal(image_create(ALL_LAYERS, 8, 8, &image), 0);
     assert_int_equal(block_reconstruct(&plan, patch, patch->rect, image, &sum), 0);
     assert_int_equal(sum.sub_samples_unmatched, 1);
@@ -505,10 +507,12 @@ static void beauty_does_not_depend_on_other_layers(void **state)
     struct film *film;
     struct image *all, *one;
     struct block_statistics sum;
+    uint32_t block;
     synthetic_plan(&plan, 32, 32, 32);
     assert_int_equal(film_create(&plan, 64, 1, &film), 0);
-    assert_int_equal(film_land(film, 0, synthetic_tile(&plan, 0)), 0);
-    assert_int_equal(film_gather(film, 0, &patch), 0);
+    assert_int_equal(film_land(film, 0, 0, synthetic_tile(&plan, 0)), 0);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
     assert_int_equal(image_create(ALL_LAYERS, 32, 32, &all), 0);
     assert_int_equal(image_create(1, 32, 32, &one), 0);
     assert_int_equal(block_reconstruct(&plan, patch, patch->rect, all, &sum), 0);
@@ -529,6 +533,7 @@ static void extremes_stay_finite(void **state)
     struct patch *patch;
     struct image *image;
     struct block_statistics sum;
+    uint32_t block;
     make_plan(&plan, 8, 8);
     plan.lights[0].color[0] = LIMIT_RADIANCE;
     plan.radiance_scale = 0x1p-24f;
@@ -546,8 +551,9 @@ static void extremes_stay_finite(void **state)
             samples_u16(s, PLANE_SUB_NORMAL, c)[i] = (uint16_t)(i * 40503u);
         }
     }
-    assert_int_equal(film_land(film, 0, s), 0);
-    assert_int_equal(film_gather(film, 0, &patch), 0);
+    assert_int_equal(film_land(film, 0, 0, s), 0);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
     for (int type = 0; type < 2; type++) {
         plan.camera.type = type ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE;
         plan.camera.half_width = type ? LIMIT_COORDINATE : 1e-8f;

@@ -35,7 +35,7 @@ static void shuffle(uint32_t *items, uint32_t count)
 static void land(struct film *film, const struct plan *plan, uint32_t tile)
 {
     struct samples *samples = synthetic_tile(plan, tile);
-    assert_int_equal(film_land(film, tile, samples), 0);
+    assert_int_equal(film_land(film, tile, 0, samples), 0);
 }
 
 /* Every pixel of a patch is what the synthetic scene says of it, wherever it is cut. */
@@ -120,13 +120,13 @@ static void a_tile_counts_once(void **state)
     assert_int_equal(film_create(&plan, 32, 0, &film), 0);
     land(film, &plan, 2);
     struct samples *again = synthetic_tile(&plan, 2);
-    assert_int_equal(film_land(film, 2, again), ERR_EXISTS);
+    assert_int_equal(film_land(film, 2, 0, again), ERR_EXISTS);
     uint32_t block;
     assert_true(film_next_ready(film, &block));
     film_block_done(film, block);
     assert_int_equal(film_bytes(film), 0);
-    assert_int_equal(film_land(film, 2, again), ERR_EXISTS); /* also when it is freed */
-    assert_int_equal(film_land(film, 4, again), ERR_RANGE);
+    assert_int_equal(film_land(film, 2, 0, again), ERR_EXISTS); /* also when it is freed */
+    assert_int_equal(film_land(film, 4, 0, again), ERR_RANGE);
     assert_false(film_next_ready(film, &block));
     samples_destroy(&again);
     film_destroy(&film);
@@ -140,8 +140,8 @@ static void a_tile_of_another_size_is_refused(void **state)
     synthetic_plan(&plan, 50, 64, 32);
     assert_int_equal(film_create(&plan, 64, 1, &film), 0);
     struct samples *first = synthetic_tile(&plan, 0);
-    assert_int_equal(film_land(film, 1, first), ERR_MISMATCH); /* the last column is narrower */
-    assert_int_equal(film_land(film, 0, first), 0);
+    assert_int_equal(film_land(film, 1, 0, first), ERR_MISMATCH); /* the last column is narrower */
+    assert_int_equal(film_land(film, 0, 0, first), 0);
     film_destroy(&film); /* frees what has landed */
 }
 
@@ -180,8 +180,10 @@ static void hostile_depths_stay_finite(void **state)
         samples_u16(s, PLANE_SUB_DEPTH, 0)[i] = half_from_float(HALF_MAX);
         samples_u16(s, PLANE_SUB_DEPTH, 1)[i] = half_from_float(SUB_DEPTH_MISS);
     }
-    assert_int_equal(film_land(film, 0, s), 0);
-    assert_int_equal(film_gather(film, 0, &patch), 0);
+    assert_int_equal(film_land(film, 0, 0, s), 0);
+    uint32_t block;
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
     assert_true(isfinite(patch->depth[0] * patch->depth[0]));
     assert_true(isfinite(patch->sub_depth[0][0] * patch->sub_depth[0][0]));
     assert_true(patch->sub_depth[1][0] == 0.0f);

@@ -13,7 +13,7 @@
 
 #include "proto/job.h"
 #include "server/job/frame.h"
-#include "tests/unit/server/synthetic.h"
+#include "tests/unit/server/synthetic_paths.h"
 
 struct bench {
     uv_loop_t loop;
@@ -21,6 +21,7 @@ struct bench {
     struct objects objects;
     char dir[64];
     struct plan plan;
+    uint32_t path_spp; /* 0: the light field */
     struct frame *frame;
     unsigned accepted, corrupt, drawn, traced, encoded, failed;
     int64_t drawn_px;
@@ -42,15 +43,16 @@ static void on_judged(void *ctx, struct frame *frame, uint64_t worker,
 static void on_drawn(void *ctx, struct frame *frame, struct rect rect)
 {
     struct bench *b = ctx;
-    (void)frame;
     b->drawn++;
     b->drawn_px += rect_area(rect);
+    assert_true(frame_revision(frame) == b->drawn);
 }
 
 static void on_traced(void *ctx, struct frame *frame)
 {
     struct bench *b = ctx;
     assert_int_equal(frame_tiles_landed(frame), frame_tiles_total(frame));
+    assert_true(frame_traced_share(frame) == 1.0);
     b->traced++;
 }
 
@@ -105,7 +107,8 @@ static void begin(struct bench *b, int32_t tile_px)
 {
     struct frame_options options = {.id = 9,
                                     .number = 1,
-                                    .layers = LAYER_BEAUTY | LAYER_NORMAL,
+                                    .layers = LAYER_BEAUTY | LAYER_NORMAL |
+                                              (b->path_spp ? LAYER_ERROR | LAYER_SAMPLES : 0),
                                     .metadata = {.job = "feed", .build = "test", .spp = 9},
                                     .plan = &b->plan,
                                     .team = b->team,
@@ -116,7 +119,11 @@ static void begin(struct bench *b, int32_t tile_px)
                                                .traced = on_traced,
                                                .encoded = on_encoded,
                                                .failed = on_failed}};
-    synthetic_plan(&b->plan, 203, 131, tile_px);
+    b->drawn = 0;
+    if (b->path_spp > 0)
+        synthetic_paths_plan(&b->plan, 75, 70, tile_px, b->path_spp);
+    else
+        synthetic_plan(&b->plan, 203, 131, tile_px);
     assert_int_equal(frame_create(&options, &b->frame), 0);
 }
 
@@ -125,7 +132,8 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
                           size_t damage)
 {
     struct bytes_writer w;
-    struct samples *samples = synthetic_tile(&b->plan, tile->index);
+    struct samples *samples = b->path_spp > 0 ? synthetic_pass(&b->plan, tile->index, tile->pass)
+                                              : synthetic_tile(&b->plan, tile->index);
     uint64_t dropped = 0;
     bytes_writer_init(&w);
     assert_int_equal(samples_pack(samples, &w, &dropped), 0);
@@ -230,6 +238,88 @@ static void bad_workers_change_nothing(void **state)
     assert_true(digest_equal(&exr, &b->exr));
 }
 
+/* Workers that hold many tiles and send them in any order, while the loop runs now and then. */
+static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
+{
+    struct fleet_tile held[24];
+    unsigned holding = 0;
+    uint32_t seed = 11;
+    double share = 0;
+    b->accepted = b->encoded = b->traced = 0;
+    b->path_spp = spp;
+    begin(b, tile_px);
+    const uint32_t passes = plan_pass_count(&b->plan), total = frame_tiles_total(b->frame);
+    while (b->frame) {
+        while (b->frame && holding < 24 && frame_lease(b->frame, 1, ~0u, &held[holding])) {
+            assert_true(held[holding].pass < passes);
+            holding++;
+        }
+        if (holding > 0) {
+            seed = seed * 1664525u + 1013904223u;
+            const unsigned at = (seed >> 8) % holding;
+            assert_int_equal(send_tile(b, 1, &held[at], 0), 0);
+            held[at] = held[--holding];
+        }
+        uv_run(&b->loop, holding == 0 || seed >> 30 == 0 ? UV_RUN_DEFAULT : UV_RUN_NOWAIT);
+        if (!b->frame) break;
+        assert_true(frame_traced_share(b->frame) >= share && frame_traced_share(b->frame) <= 1.0);
+        share = frame_traced_share(b->frame);
+        assert_true(share < 1.0 || frame_tiles_landed(b->frame) == total);
+    }
+    assert_int_equal(b->accepted, total);
+    assert_int_equal(b->failed, 0);
+    assert_int_equal(b->encoded, 1);
+    assert_int_equal(b->traced, 1);
+    assert_in_range(b->drawn, 4, 4 * passes); /* 75 x 70 are four blocks */
+}
+
+static void passes_give_the_same_files_in_any_order(void **state)
+{
+    struct bench *b = *state;
+    static const int32_t sizes[] = {8, 16, 40, 64, 256};
+    render_paths(b, 32, 300);
+    struct digest exr = b->exr, png = b->png;
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        render_paths(b, sizes[i], 300);
+        assert_true(digest_equal(&exr, &b->exr));
+        assert_true(digest_equal(&png, &b->png));
+    }
+    render_paths(b, 32, 7); /* a single pass */
+    render_paths(b, 32, 17);
+}
+
+/* Passes differ in length: the share counts samples. */
+static void the_share_counts_samples(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    b->path_spp = 64;
+    begin(b, 256);
+    assert_int_equal(frame_tiles_total(b->frame), 3);
+    for (uint32_t pass = 0; pass < 2; pass++) {
+        assert_true(frame_traced_share(b->frame) == 0.25 * pass);
+        assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+        assert_int_equal(tile.pass, pass);
+        assert_int_equal(tile.generation, pass + 1);
+        assert_int_equal(frame_tiles_waiting(b->frame), 0);
+        assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+        assert_int_equal(send_tile(b, 1, &tile, 0), VERDICT_DUPLICATE);
+        run(b);
+        assert_int_equal(frame_tiles_waiting(b->frame), 1);
+        assert_int_equal(send_tile(b, 1, &tile, 0), VERDICT_DUPLICATE);
+    }
+    assert_int_equal(frame_tiles_landed(b->frame), 2);
+    assert_true(frame_traced_share(b->frame) == 0.5);
+    assert_int_equal(b->encoded, 0);
+    /* A result of another pass does not fit: it has planes that this one has not. */
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    tile.pass = 0;
+    assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+    run(b);
+    assert_int_equal(b->corrupt, 1);
+    frame_drop(&b->frame);
+}
+
 static void a_hopeless_tile_fails_the_frame(void **state)
 {
     struct bench *b = *state;
@@ -284,6 +374,8 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
         TEST(tiles_of_any_size_give_the_same_files),
         TEST(bad_workers_change_nothing),
+        TEST(passes_give_the_same_files_in_any_order),
+        TEST(the_share_counts_samples),
         TEST(a_hopeless_tile_fails_the_frame),
         TEST(a_dropped_frame_is_silent),
         TEST(capabilities_are_asked_for),

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "server/reconstruct/patch.h"
-#include "tests/unit/server/synthetic.h"
+#include "tests/unit/server/synthetic_paths.h"
 
 /* Fills an array with a byte of its own; remembers it. */
 struct arrays {
@@ -72,6 +72,38 @@ static void arrays_do_not_overlap(void **state)
     patch_destroy(&p);
 }
 
+static void paths_do_not_overlap(void **state)
+{
+    (void)state;
+    struct plan plan;
+    struct patch *p;
+    struct arrays a = {.count = 0};
+    synthetic_paths_plan(&plan, 64, 64, 32, 16);
+    assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
+    const size_t bytes = 35 * sizeof(float);
+    add(&a, p->depth, bytes);
+    add(&a, p->paths.spp, bytes);
+    add_rgb(&a, p->paths.radiance, bytes);
+    add_rgb(&a, p->paths.spread, bytes);
+    add_rgb(&a, p->paths.emission, bytes);
+    add_rgb(&a, p->paths.direct, bytes);
+    add_rgb(&a, p->paths.indirect, bytes);
+    add_rgb(&a, p->paths.diffuse_direct, bytes);
+    add_rgb(&a, p->paths.diffuse_indirect, bytes);
+    add_rgb(&a, p->paths.albedo, bytes);
+    add(&a, p->paths.coverage, bytes);
+    add(&a, p->paths.open, bytes);
+    for (int i = 0; i < a.count; i++)
+        for (size_t b = 0; b < a.size_bytes[i]; b++) assert_int_equal(a.at[i][b], i + 1);
+    patch_destroy(&p);
+    plan.planes &= ~(1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_COVERAGE);
+    assert_int_equal(patch_create(&plan, (struct rect){0, 0, 1, 1}, &p), 0);
+    assert_non_null(p->paths.radiance[0]);
+    assert_null(p->paths.spread[0]);
+    assert_null(p->paths.coverage);
+    patch_destroy(&p);
+}
+
 static void absent_planes_are_null(void **state)
 {
     (void)state;
@@ -93,6 +125,7 @@ static void absent_planes_are_null(void **state)
     assert_non_null(p->lights[1].irradiance);
     assert_null(p->lights[1].slope_min);
     assert_null(p->lights[2].irradiance);
+    assert_null(p->paths.spp);
     patch_destroy(&p);
 }
 
@@ -110,6 +143,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arrays_do_not_overlap),
+        cmocka_unit_test(paths_do_not_overlap),
         cmocka_unit_test(absent_planes_are_null),
         cmocka_unit_test(an_empty_rect_is_refused),
     };

@@ -14,13 +14,19 @@
 #define BOB   102u
 #define CAROL 103u
 
-static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int32_t cell)
+static struct tile_queue *make_passes(int32_t width, int32_t height, int32_t side, int32_t cell,
+                                      uint32_t passes)
 {
     struct tile_grid grid;
     struct tile_queue *q = NULL;
     assert_int_equal(tile_grid_init(&grid, width, height, side), 0);
-    assert_int_equal(tile_queue_create(&grid, cell, &q), 0);
+    assert_int_equal(tile_queue_create(&grid, cell, passes, &q), 0);
     return q;
+}
+
+static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int32_t cell)
+{
+    return make_passes(width, height, side, cell, 1);
 }
 
 static void gives_each_tile_once(void **state)
@@ -176,11 +182,135 @@ static void fails_when_a_tile_never_stays(void **state)
     tile_queue_destroy(&q);
 }
 
-/* Random workers that finish, return, fault and send late: in the end every tile landed once. */
-static void survives_any_order(void **state)
+static void lease(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation,
+                  uint32_t pass)
+{
+    uint32_t got, under;
+    assert_true(tile_queue_lease(q, worker, &got, &under));
+    assert_int_equal(got, tile);
+    assert_int_equal(under, generation);
+    assert_int_equal(tile_queue_pass(q, got), pass);
+}
+
+static void finish(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
+{
+    assert_int_equal(tile_queue_receive(q, worker, tile, generation), VERDICT_ACCEPTED);
+    tile_queue_land(q, tile);
+}
+
+/* All tiles' first pass in the order of the curve, then all tiles' second: also when tiles land in
+ * another order. */
+static void gives_pass_after_pass(void **state)
 {
     (void)state;
-    struct tile_queue *q = make(300, 200, 16, 64);
+    enum { PASSES = 5, TILES = 63 };
+    struct tile_queue *q = make_passes(9 * 16, 7 * 16, 16, 32, PASSES);
+    uint32_t order[TILES], again, generation;
+    assert_int_equal(tile_queue_count(q), TILES * PASSES);
+    for (uint32_t pass = 0; pass < PASSES; pass++) {
+        assert_int_equal(tile_queue_waiting(q), TILES);
+        for (uint32_t i = 0; i < TILES; i++) {
+            assert_true(tile_queue_lease(q, ALICE, &again, &generation));
+            if (pass == 0) order[i] = again;
+            assert_int_equal(again, order[i]);
+            assert_int_equal(generation, pass + 1);
+            assert_int_equal(tile_queue_pass(q, again), pass);
+        }
+        assert_false(tile_queue_lease(q, ALICE, &again, &generation)); /* one lease a tile */
+        assert_false(tile_queue_complete(q));
+        for (uint32_t i = 0; i < TILES; i++)
+            finish(q, ALICE, order[(i * 37 + 11) % TILES], pass + 1);
+        assert_int_equal(tile_queue_landed(q), TILES * (pass + 1));
+    }
+    assert_true(tile_queue_complete(q));
+    assert_int_equal(tile_queue_pass(q, 0), PASSES);
+    assert_int_equal(tile_queue_reissued(q), 0);
+    assert_false(tile_queue_lease(q, ALICE, &again, &generation));
+    tile_queue_destroy(&q);
+}
+
+/* Whoever is left behind goes before those that are further. */
+static void slow_tiles_catch_up(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(64, 32, 32, 64, 4);
+    lease(q, ALICE, 0, 1, 0);
+    lease(q, BOB, 1, 1, 0);
+    finish(q, BOB, 1, 1);
+    lease(q, BOB, 1, 2, 1);
+    finish(q, BOB, 1, 2);
+    finish(q, ALICE, 0, 1);
+    lease(q, ALICE, 0, 2, 1); /* tile 1 is at pass 2 */
+    finish(q, ALICE, 0, 2);
+    lease(q, ALICE, 0, 3, 2);
+    lease(q, BOB, 1, 3, 2);
+    tile_queue_destroy(&q);
+}
+
+/* A pass that came back keeps its pass; what was sent for an earlier one is a duplicate. */
+static void leases_hold_in_every_pass(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 3);
+    lease(q, ALICE, 0, 1, 0);
+    assert_true(tile_queue_return(q, ALICE, 0, 1));
+    assert_int_equal(tile_queue_receive(q, CAROL, 0, 1), VERDICT_ACCEPTED); /* late, not begun */
+    tile_queue_land(q, 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while it waits */
+    assert_int_equal(tile_queue_waiting(q), 1);
+    lease(q, ALICE, 0, 2, 1);
+    assert_int_equal(tile_queue_reissued(q), 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while leased */
+    assert_true(tile_queue_return(q, ALICE, 0, 2));
+    lease(q, BOB, 0, 3, 1);
+    assert_int_equal(tile_queue_reissued(q), 1);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 2), VERDICT_STALE);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 3), VERDICT_ACCEPTED);
+    tile_queue_reject(q, 0);
+    lease(q, CAROL, 0, 4, 1);
+    finish(q, CAROL, 0, 4);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 2), VERDICT_DUPLICATE);
+    lease(q, BOB, 0, 5, 2);
+    finish(q, BOB, 0, 5);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 5), VERDICT_DUPLICATE);
+    assert_true(tile_queue_complete(q));
+    tile_queue_destroy(&q);
+}
+
+/* A long frame may lose many leases, but not of one pass. */
+static void each_pass_has_its_own_patience(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 8);
+    uint32_t tile, generation;
+    for (uint32_t pass = 0; pass < 8; pass++) {
+        for (int i = 1; i < TILE_QUEUE_RETURNS; i++) {
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            assert_true(tile_queue_return(q, ALICE, tile, generation));
+        }
+        assert_true(tile_queue_lease(q, BOB, &tile, &generation));
+        assert_int_equal(tile_queue_pass(q, tile), pass);
+        finish(q, BOB, tile, generation);
+    }
+    assert_true(tile_queue_complete(q));
+    tile_queue_destroy(&q);
+    q = make_passes(32, 32, 32, 64, 2);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    lease(q, CAROL, 0, 3, 0);
+    finish(q, CAROL, 0, 3);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    assert_false(fault_once(q, CAROL));
+    tile_queue_destroy(&q);
+}
+
+/* Random workers that finish, return, fault and send late: in the end every tile landed
+ * once, or once in each pass. */
+static void survive(uint32_t passes)
+{
+    struct tile_queue *q = make_passes(300, 200, 16, 64, passes);
     uint32_t count = tile_queue_count(q), landed = 0, seed = 7;
     struct {
         uint32_t tile, generation;
@@ -224,6 +354,13 @@ static void survives_any_order(void **state)
     tile_queue_destroy(&q);
 }
 
+static void survives_any_order(void **state)
+{
+    (void)state;
+    survive(1);
+    survive(7);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -234,6 +371,10 @@ int main(void)
         cmocka_unit_test(takes_a_late_result_of_a_waiting_tile),
         cmocka_unit_test(fails_by_three_different_workers),
         cmocka_unit_test(fails_when_a_tile_never_stays),
+        cmocka_unit_test(gives_pass_after_pass),
+        cmocka_unit_test(slow_tiles_catch_up),
+        cmocka_unit_test(leases_hold_in_every_pass),
+        cmocka_unit_test(each_pass_has_its_own_patience),
         cmocka_unit_test(survives_any_order),
     };
     return cmocka_run_group_tests_name("tile_queue", tests, NULL, NULL);
