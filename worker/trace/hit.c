@@ -5,6 +5,8 @@
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
 
+static const float white[3] = {1.0f, 1.0f, 1.0f};
+
 /* What each lane hit. */
 struct hit_lanes {
     const struct mesh_view **mesh; /* the surface's */
@@ -100,9 +102,11 @@ static void shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *
         map_normal(&point, &uv, v);
         put(&out->normal, i, v);
     }
-    if (!m->unlit) {
+    if (m->lambert) {
         material_base_color(m, &uv, v);
         put(&out->albedo, i, v);
+    } else if (!m->unlit) {
+        put(&out->albedo, i, white);
     }
     if (!m->emissive) return;
     material_emission(m, &uv, v);
@@ -121,7 +125,7 @@ static void shade(const struct hit_lanes *lanes, const struct RTCHit16 *hit, str
             continue;
         }
         float radiance[3];
-        if (!m->unlit) put(&out->albedo, i, m->base_color);
+        if (!m->unlit) put(&out->albedo, i, m->lambert ? m->base_color : white);
         if (!m->emissive) continue;
         material_emission(m, NULL, radiance);
         put(&out->emission, i, radiance);

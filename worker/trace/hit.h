@@ -6,10 +6,10 @@
  * and the vectors mean nothing. */
 struct surface {
     struct lanes3 position;
-    struct lanes3 origin; /* where rays that leave the surface start: offset.h */
-    struct lanes3 facet;  /* geometric normal, unit, facing the ray */
-    struct lanes3 normal; /* shading normal, unit, facing the ray and on the facet's side */
-    struct lanes3 albedo;
+    struct lanes3 origin;   /* where rays that leave the surface start: offset.h */
+    struct lanes3 facet;    /* geometric normal, unit, facing the ray */
+    struct lanes3 normal;   /* shading normal, unit, facing the ray and on the facet's side */
+    struct lanes3 albedo;   /* of Lambert surfaces; 1 of others: a BSDF says what theirs is */
     struct lanes3 emission; /* radiance towards the ray's origin */
     _Alignas(LANES_ALIGN) float distance[LANES];
     _Alignas(LANES_ALIGN) uint32_t id[LANES]; /* instance index + 1 */
