@@ -6,6 +6,8 @@ const entries = (object, show = count) =>
   Object.entries(object ?? {}).filter(([, value]) => value > 0)
     .map(([name, value]) => `${name.replaceAll("_", " ")} ${show(value)}`).join(", ");
 
+const INTEGRATORS = { paths: "path tracing", light_field: "light fields" };
+
 // [[name, value], ...]; only what the job says.
 export function facts(job) {
   const rows = [];
@@ -15,6 +17,7 @@ export function facts(job) {
   const statistics = job.statistics ?? {};
   if (document.image) add("Image", `${document.image.width} × ${document.image.height}`);
   if (document.sampling) add("Samples", `${document.sampling.spp} a pixel, seed ${document.sampling.seed}`);
+  add("Integrator", INTEGRATORS[plan.integrator]);
   if (Array.isArray(plan.effects)) add("Effects", plan.effects.join(", "));
   for (const { what, why } of plan.skipped ?? []) add("Skipped", `${what}: ${why}`);
   add("Rays", entries(statistics.rays));

@@ -72,6 +72,13 @@ try 400 PUT $p -T "$scene" "/v1/assets/short"
 try 422 PUT $p -T "$scene" "/v1/assets/$(printf '%064d' 1)"
 try 413 PUT $p -H 'Content-Length: 2147483649' -H 'Expect: 100-continue' -d x "/v1/assets/$asset"
 
+# A map of 4 x 2 texels of radiance 1.
+{ printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n'; for _ in 1 2 3 4 5 6 7 8; do printf '\x80\x80\x80\x81'; done; } >"$tmp/map.hdr"
+map=$(sha256sum <"$tmp/map.hdr" | cut -c1-64)
+try 422 POST /v1/jobs "${json[@]}" -d "{\"scene\": {\"asset\": \"$asset\"}, \"environment\": {\"asset\": \"$map\"}}" /v1/jobs
+check "... because the map is not there" jq -e '.pointer == "/environment/asset" and (.type | endswith("missing-asset"))' "$tmp/body"
+try 201 PUT $p -T "$tmp/map.hdr" "/v1/assets/$map"
+
 # Jobs: documents on which schema and server must agree. The server only checks (dry_run).
 scene_member="\"scene\": {\"asset\": \"$asset\"}"
 rectangle='"type": "rectangle", "center": [0, 1.9, 0], "half_u": [0.2, 0, 0], "half_v": [0, 0, 0.2]'
@@ -85,6 +92,15 @@ good=("{$scene_member}"
         {\"type\": \"directional\", \"direction\": [0, -2, 0], \"irradiance\": [0, 1, 0]},
         {\"type\": \"spot\", \"position\": [0, 1, 0], \"direction\": [0, -1, 0], \"intensity\": [0, 0, 9], \"inner_deg\": 10, \"outer_deg\": 90}]}"
     "{$scene_member, \"effects\": {\"indirect_bounces\": 0, \"ambient_occlusion\": false}}"
+    "{$scene_member, \"effects\": {\"indirect_bounces\": 64, \"ambient_occlusion\": {\"distance\": 0.5}}}"
+    "{$scene_member, \"environment\": null, \"lens\": null}"
+    "{$scene_member, \"environment\": {\"radiance\": [0, 1, 1e12]}}"
+    "{$scene_member, \"environment\": {\"asset\": \"$map\"}}"
+    "{$scene_member, \"environment\": {\"asset\": \"$map\", \"intensity\": 2.5, \"rotation_deg\": -360}}"
+    "{$scene_member, \"lens\": {\"aperture_radius\": 0}}"
+    "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5, \"blades\": 32, \"blade_rotation_deg\": 12.5}}"
+    "{$scene_member, \"effects\": {\"ambient_occlusion\": {\"distance\": 1}}, \"filter\": {\"method\": \"none\"},
+        \"layers\": [\"error\", \"occlusion\", \"diffuse_direct\", \"diffuse_indirect\"]}"
     "{$scene_member, \"sampling\": {\"spp\": 65536, \"light_spp\": 1, \"indirect_spp\": 0, \"seed\": 9007199254740992, \"tile_px\": 8}}"
     "{$scene_member, \"filter\": {\"method\": \"none\", \"mu\": 100}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
@@ -105,14 +121,24 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"lights\": [{$rectangle, \"radiance\": [-1, 0, 0]}]}"
     "{$scene_member, \"lights\": [{$rectangle, \"radiance\": [1, 1, 1], \"intensity\": [1, 1, 1]}]}"
     "{$scene_member, \"lights\": [{\"type\": \"point\", \"position\": [0, 1e30, 0], \"intensity\": [1, 0, 0]}]}"
-    "{$scene_member, \"effects\": {\"indirect_bounces\": 2}}" "{$scene_member, \"effects\": {\"ambient_occlusion\": true}}"
+    "{$scene_member, \"effects\": {\"indirect_bounces\": 65}}" "{$scene_member, \"effects\": {\"ambient_occlusion\": true}}"
     "{$scene_member, \"sampling\": {\"spp\": 0}}" "{$scene_member, \"sampling\": {\"spp\": 65537}}"
     "{$scene_member, \"sampling\": {\"seed\": -1}}" "{$scene_member, \"sampling\": {\"tile_px\": 7}}"
     "{$scene_member, \"sampling\": {\"target_error\": 0.1}}" "{$scene_member, \"filter\": {\"method\": \"sheared\"}}"
     "{$scene_member, \"filter\": {\"mu\": 0}}" "{$scene_member, \"layers\": []}"
-    "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"error\"]}"
+    "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_width\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
-    "{$scene_member, \"environment\": {}}" "{$scene_member, \"lens\": {}}")
+    "{$scene_member, \"effects\": {\"ambient_occlusion\": {}}}"
+    "{$scene_member, \"effects\": {\"ambient_occlusion\": {\"distance\": 0}}}"
+    "{$scene_member, \"environment\": {}}" "{$scene_member, \"environment\": []}"
+    "{$scene_member, \"environment\": {\"asset\": \"$map\", \"radiance\": [1, 1, 1]}}"
+    "{$scene_member, \"environment\": {\"radiance\": [1, 1, 1], \"intensity\": 2}}"
+    "{$scene_member, \"environment\": {\"asset\": \"$map\", \"intensity\": -1}}"
+    "{$scene_member, \"environment\": {\"asset\": \"$map\", \"rotation_deg\": 361}}"
+    "{$scene_member, \"environment\": {\"file\": \"sky.hdr\"}}"
+    "{$scene_member, \"lens\": {}}" "{$scene_member, \"lens\": {\"focus_distance\": 2}}"
+    "{$scene_member, \"lens\": {\"aperture_radius\": -1, \"focus_distance\": 2}}"
+    "{$scene_member, \"lens\": {\"aperture_radius\": 1, \"focus_distance\": 2, \"blades\": 33}}")
 agree() { # agree STATUS DOCUMENT
     printf '%s' "$2" >"$tmp/document"
     local fits=200
@@ -121,6 +147,29 @@ agree() { # agree STATUS DOCUMENT
     answers "$1" POST /v1/jobs "${json[@]}" --data-binary @"$tmp/document" "/v1/jobs?dry_run=1"
 }
 for document in "${good[@]}"; do check "schema and server accept ${document:0:160}" agree 200 "$document"; done
+check_plan() { # check_plan WHAT DOCUMENT JQ-FILTER: of the plan
+    check "$1" answers 200 POST /v1/jobs "${json[@]}" -d "$2" "/v1/jobs?dry_run=1"
+    check "... and the plan says so" jq -e ".plan | $3" "$tmp/body"
+}
+check_fault() { # check_fault WHAT DOCUMENT POINTER WORDS
+    check "$1" answers 422 POST /v1/jobs "${json[@]}" -d "$2" "/v1/jobs?dry_run=1"
+    check "... at $3" jq -e --arg words "$4" ".pointer == \"$3\" and (.detail | contains(\$words))" "$tmp/body"
+}
+check_plan "auto is light fields in a Lambert box" "{$scene_member}" \
+    '.integrator == "light_field" and (.skipped | any(.what == "paths"))'
+check_plan "an environment makes it paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
+    '.integrator == "paths" and .environment.type == "map" and (.effects | index("environment"))
+     and (.skipped | any(.what == "light fields" and .why == "there is an environment"))'
+check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
+    '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
+check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \
+    /environment/asset "a scene, no environment map"
+check_fault "an environment is no scene" "{\"scene\": {\"asset\": \"$map\"}}" \
+    /scene/asset "an environment map, no scene"
+check_fault "an open lens has to be focused" "{$scene_member, \"lens\": {\"aperture_radius\": 1}}" \
+    /lens/focus_distance "has to be focused"
+check_fault "ambient occlusion needs a distance" "{$scene_member, \"layers\": [\"occlusion\"]}" \
+    /effects/ambient_occlusion distance
 for document in "${bad[@]}"; do check "schema and server refuse $document" agree 422 "$document"; done
 
 p=/v1/jobs
