@@ -12,6 +12,7 @@
 /* Highlights of greater exponents, less than 8 degrees wide, are taken for a sharp mirror's. */
 #define MIRROR_EXPONENT 200.0f
 #define EXPONENT_MAX    1e5f
+#define TRACE           0.05f /* of a diffuse colour: beside a mirror it is left out */
 #define IOR_MAX         1e3f
 #define IOR_GLASS       1.5f
 #define SOLID           1.0f /* any thickness says that there is an inside */
@@ -106,6 +107,18 @@ static void make_glossy(const struct shading *s, enum material_model model)
     surface_conserve(s->m, s->place, s->warnings);
 }
 
+/* Sharp reflections: a mirror, or a smooth coat where there is more than a trace of colour. */
+static void make_sharp(const struct shading *s)
+{
+    const float *kd = s->m->base_color;
+    if (kd[0] > TRACE || kd[1] > TRACE || kd[2] > TRACE) {
+        make_glossy(s, MODEL_BECKMANN);
+        return;
+    }
+    for (int i = 0; i < 3; i++) s->m->base_color[i] = 0;
+    make_glossy(s, MODEL_MIRROR);
+}
+
 /* By the illumination model. False: it is glass. */
 static bool shade(const struct shading *s)
 {
@@ -120,7 +133,10 @@ static bool shade(const struct shading *s)
     case 5:
     case 8:
         if (is_black(s->ks)) return true;
-        make_glossy(s, s->ns > 0 && s->ns < MIRROR_EXPONENT ? MODEL_BLINN_PHONG : MODEL_MIRROR);
+        if (s->ns > 0 && s->ns < MIRROR_EXPONENT)
+            make_glossy(s, MODEL_BLINN_PHONG);
+        else
+            make_sharp(s);
         return true;
     case 2:
         if (!is_black(s->ks)) make_glossy(s, MODEL_BLINN_PHONG);

@@ -35,6 +35,24 @@ static void walk_images(const struct scene *s, double *sum)
     }
 }
 
+/* Every texture that a material names, down to its image. */
+static void walk_material(const struct scene *s, const struct scene_material *m, double *sum)
+{
+    const struct scene_texture_ref *refs[] = {
+        &m->base_color_texture,     &m->metallic_roughness_texture, &m->normal_texture,
+        &m->emission_texture,       &m->transmission_texture,       &m->specular_texture,
+        &m->specular_color_texture, &m->anisotropy_texture};
+    for (size_t i = 0; i < sizeof refs / sizeof refs[0]; i++)
+        if (refs[i]->texture != SCENE_NONE)
+            *sum += s->images[s->textures[refs[i]->texture].image].width_px;
+    *sum += (double)strlen(scene_name(s, m->name));
+    /* what shading divides by or takes logarithms of */
+    for (int i = 0; i < 3; i++)
+        if (!(m->attenuation[i] > 0.0f)) abort();
+    if (m->ior > 0.0f && m->ior < 1.0f) abort();
+    if (m->model >= MODEL_COUNT) abort();
+}
+
 static void walk(const struct scene *s)
 {
     volatile double kept;
@@ -43,7 +61,7 @@ static void walk(const struct scene *s)
         walk_mesh(s, &s->meshes[s->instances[i].mesh], &sum);
     walk_images(s, &sum);
     for (uint64_t i = 0; i < s->count[SCENE_MATERIALS]; i++)
-        sum += (double)strlen(scene_name(s, s->materials[i].name));
+        walk_material(s, &s->materials[i], &sum);
     for (uint64_t i = 0; i < s->count[SCENE_CAMERAS]; i++)
         sum += (double)strlen(scene_name(s, s->cameras[i].name));
     sum += (double)s->cameras[s->info->default_camera].eye[0];

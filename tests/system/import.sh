@@ -210,6 +210,26 @@ with_scene gltf/Cameras/glTF/Cameras.gltf "Cameras has a perspective and an orth
 with_scene cornell-box-mcguire/CornellBox-Original.obj "the OBJ box has its light facing down" \
     '.light_count == 1 and near(.lights[0].color; [17, 12, 4])
      and near(.lights[0].direction; [0, -1, 0]) and (.materials | length) == 8'
+with_scene cornell-box-mcguire/CornellBox-Mirror.obj "MTL's illum 5 is a mirror" \
+    '[.materials[] | select(.model == "mirror")] | length == 1 and .[0].name == "tallBox"
+     and near(.[0].model_specular; [0.95, 0.95, 0.95])'
+with_scene cornell-box-mcguire/CornellBox-Glossy.obj "MTL's illum 2 is Blinn-Phong, scaled to conserve" \
+    '([.materials[] | select(.model == "blinn_phong") | .name] | sort) == ["shortBox", "sphere"]
+     and all(.materials[]; (.base_color[0:3] + .model_specular) as $c
+             | all([$c[0] + $c[3], $c[1] + $c[4], $c[2] + $c[5]][]; . < 1.00001))
+     and ($l.warnings | length) == 1'
+with_scene cornell-box-mcguire/CornellBox-Water.obj "MTL's illum 7 is solid glass" \
+    '[.materials[] | select(.transmission == 1 and .thickness > 0) | .ior] | sort == [1.5, 2.5]'
+with_scene glb/living-room/living-room.glb "volumes and matt surfaces are read" \
+    '(.materials[] | select(.name == "Glass") | .transmission == 1 and .thickness > 0)
+     and ([.materials[] | select(.specular == 0)] | length) == 12 and $l.warnings == []'
+with_scene gltf/playcanvas/AttenuationTest.glb "attenuation is read" \
+    '[.materials[] | select(.attenuation_distance > 0)] | length > 0'
+with_scene gltf/playcanvas/AnisotropyStrengthTest.glb "anisotropic surfaces have tangents" \
+    '[.materials[].anisotropy] as $a | ($a | max) > 0
+     and all(.instances[]; .has_tangents or $a[.material] == 0)'
+with_scene gltf/playcanvas/ClearCoatTest.glb "a coat that is not drawn is named" \
+    '$l.warnings | any(contains("KHR_materials_clearcoat"))'
 with_scene gltf/MetalRoughSpheresNoTextures/glTF/MetalRoughSpheresNoTextures.gltf \
     "instancing stores shared geometry once" '.triangles < 15000 and .vertices < 10000'
 with_scene gltf/TextureTransformTest/glTF/TextureTransformTest.gltf "texture transforms are read" \

@@ -8,9 +8,6 @@
 /* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */
 #define BLEND_CUTOFF 0.5f
 
-/* Stands for an infinite index of refraction: what is not reflected cannot be seen. */
-#define IOR_INFINITE 1e6f
-
 /* Absorption times distance in units of the material's own; e^-87 is the least float. */
 #define DISTANCES_MAX 1e6f
 
@@ -63,7 +60,7 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->roughness = s->roughness;
     m->transmission = s->transmission;
     m->specular = s->specular;
-    m->ior = s->ior > 0.0f ? s->ior : IOR_INFINITE;
+    m->ior = s->ior;
     float ratio = (s->ior - 1.0f) / (s->ior + 1.0f); /* ior >= 0; 0 gives 1, as the format says */
     for (int i = 0; i < 3; i++) m->specular_f0[i] = ratio * ratio * s->specular_color[i];
     m->anisotropy = s->anisotropy;
@@ -226,7 +223,7 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     }
     set_alphas(m, uv, m->roughness * rough[1], out);
     out->inside = inside && m->volume;
-    out->ior = out->inside ? 1.0f / m->ior : m->ior;
+    out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
     out->thin = m->transmissive && !m->volume;
 }
 

@@ -25,7 +25,7 @@ struct material {
     bool blend;        /* of partial opacity somewhere (alpha.h) */
     uint32_t model;    /* enum material_model */
     float metallic, roughness, transmission, specular;
-    float ior;                     /* of the inside over the outside; > 0 */
+    float ior;                     /* of the inside over the outside; 0: infinite */
     float specular_f0[3];          /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
     float anisotropy, rotation[2]; /* strength; cosine, sine */
     float model_specular[3];

@@ -65,6 +65,8 @@ static void models_follow_illum(void **state)
         {"Kd 0 0 0\nillum 3\nKs 1 1 1\nNs 1000\n", MODEL_MIRROR, 0, 1, 1000},
         {"Kd 0 0 0\nillum 5\nKs 1 1 1\n", MODEL_MIRROR, 0, 1, 0},
         {"Kd 0 0 0\nillum 8\nKs 1 1 1\nNs 20\n", MODEL_BLINN_PHONG, 0, 1, 20},
+        {"Kd .5 .5 .5\nillum 5\nKs .25 .25 .25\nNs 999\n", MODEL_BECKMANN, 0.5f, 0.25f, 999},
+        {"Kd .01 .01 .01\nillum 5\nKs 1 1 1\n", MODEL_MIRROR, 0, 1, 0},
         {"Kd .5 .5 .5\nillum 5\n", MODEL_GLTF, 0.5f, 0, 0},
         {"Kd .5 .5 .5\nillum 10\nKs 1 1 1\n", MODEL_GLTF, 0.5f, 0, 0},
     };
@@ -78,7 +80,7 @@ static void models_follow_illum(void **state)
         assert_true(m->specular == 0 && m->transmission == 0 && m->alpha_mode == ALPHA_OPAQUE);
         assert_int_equal(room_warned("sum up to more than 1"), i == 3);
         assert_int_equal(room_warned("Ns is out of range"), i == 4);
-        assert_int_equal(room_warned("Ks and Ns are ignored"), i == 9);
+        assert_int_equal(room_warned("Ks and Ns are ignored"), i == 11);
         scene_unmap(&s);
     }
 }
