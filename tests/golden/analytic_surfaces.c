@@ -202,7 +202,8 @@ static void coverage(void)
     stage_free(&s);
 
     s = stage_new();
-    stage_panel(s, gauze(s, 0), (double[]){0, 1, 0}, (double[]){4, 0, 0}, (double[]){0, 0, -4});
+    /* Off its diagonal, where rays may meet both triangles. */
+    stage_panel(s, gauze(s, 0), (double[]){0.7, 1, 0.2}, (double[]){4, 0, 0}, (double[]){0, 0, -4});
     stage_panel(s, stage_lambert(s, rho, rho, rho), origin, u, v);
     stage_point(s, (double[]){0, 2, 0}, 5);
     stage_look(s, (double[]){0.1, 0.9, 0.5}, origin, POINT);
