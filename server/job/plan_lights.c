@@ -93,7 +93,8 @@ static int add(struct plan_light *light, const struct plan_light_source *source,
     const char *why = why_without_effect(light, scene->info);
     if (why) {
         snprintf(what, sizeof what, "light %s", place);
-        plan_skip(report, what, "%s", why);
+        /* Room is left for what the rest of the plan leaves out. */
+        if (report->skip_count < LIMIT_LIGHTS) plan_skip(report, what, "%s", why);
         return 0;
     }
     if (plan->light_count == LIMIT_LIGHTS)

@@ -565,6 +565,26 @@ static void refuses_too_many_lights(void **state)
     assert_string_equal(s->fault.pointer, "/lights");
 }
 
+/* However many lights are left out, it is told who makes the picture. */
+static void skipped_lights_leave_room(void **state)
+{
+    struct stage *s = *state;
+    for (int i = 0; i <= LIMIT_LIGHTS; i++) {
+        set_lamp(&s->lights[i]);
+        memset(s->lights[i].color, 0, sizeof s->lights[i].color);
+    }
+    s->scene.count[SCENE_LIGHTS] = LIMIT_LIGHTS + 1;
+    s->job.light_count = LIMIT_LIGHTS;
+    for (int i = 0; i < LIMIT_LIGHTS; i++) s->job.lights[i] = (struct plan_light){.power = 1};
+    s->job.method = FILTER_NONE;
+    s->job.light_spp = s->job.indirect_spp = 4;
+    assert_int_equal(make(s), 0);
+    assert_non_null(why(s, "light scene light 0"));
+    assert_non_null(why(s, "light fields"));
+    assert_non_null(why(s, "effect indirect"));
+    assert_true(s->report.skip_count < PLAN_SKIPS);
+}
+
 static void layers_bring_their_planes(void **state)
 {
     struct stage *s = *state;
@@ -736,6 +756,7 @@ int main(void)
         TEST(warns_of_an_error_without_samples),
         TEST(drops_what_cannot_matter),
         TEST(refuses_too_many_lights),
+        TEST(skipped_lights_leave_room),
         TEST(layers_bring_their_planes),
         TEST(shrinks_tiles_to_a_message),
         TEST(reports_as_json),
