@@ -110,8 +110,8 @@ struct scene_texture_ref {
  *   phong              exponent in [0, 1e5], specular
  *   blinn_phong        exponent, specular
  *   ashikhmin_shirley  exponent, or exponent_u (along the tangent) and exponent_v; specular
- *   beckmann           alpha in [0, 1]; specular, or eta and k (real and imaginary part of a metal's
- *                      refractive index by colour, in [1e-3, 1e3] and [0, 1e3])
+ *   beckmann           alpha in [0, 1]; specular, or a metal's refractive index by colour: eta, its
+ *                      real part, in [1e-3, 1e3], and k, its imaginary one, in [0, 1e3]
  *   mirror             specular, [1, 1, 1] if absent
  *
  * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times

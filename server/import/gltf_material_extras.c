@@ -141,7 +141,7 @@ static void settle(const struct model *model, const char *place, struct scene_ma
 int gltf_material_extras_read(struct gltf *g, const json_t *json, const char *place,
                               struct scene_material *m, struct fault *fault)
 {
-    const struct model *model;
+    const struct model *model = models;
     const json_t *ours;
     gltf_place at;
     uint32_t has;
