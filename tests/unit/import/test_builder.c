@@ -14,6 +14,7 @@
 #include "server/import/blob_writer.h"
 #include "server/import/cameras.h"
 #include "server/import/report.h"
+#include "server/import/surface.h"
 
 static void add_triangle(struct builder *b)
 {
@@ -24,9 +25,7 @@ static void add_triangle(struct builder *b)
     assert_int_equal(builder_append(b, SCENE_TRIANGLES, 1, &at, NULL), 0);
     memcpy(at, (uint32_t[]){0, 1, 2}, 12);
     assert_int_equal(builder_append(b, SCENE_MATERIALS, 1, &at, NULL), 0);
-    struct scene_material *m = at;
-    m->base_color_texture.texture = m->normal_texture.texture = SCENE_NONE;
-    m->emission_texture.texture = m->metallic_roughness_texture.texture = SCENE_NONE;
+    surface_init(at);
     assert_int_equal(builder_append(b, SCENE_MESHES, 1, &at, NULL), 0);
     *(struct scene_mesh *)at = (struct scene_mesh){
         .vertex_count = 3, .triangle_count = 1, .first_uv = {SCENE_NONE, SCENE_NONE}};
