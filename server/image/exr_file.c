@@ -15,11 +15,22 @@ static void on_error(exr_const_context_t context, exr_result_t code, const char 
     if (!file->message[0]) snprintf(file->message, sizeof file->message, "%s", message);
 }
 
+static int64_t copy_at(const struct exr_file *file, void *buffer, uint64_t size_bytes,
+                       uint64_t offset)
+{
+    if (offset >= file->memory_bytes) return 0;
+    const uint64_t left = file->memory_bytes - offset;
+    const uint64_t part = size_bytes < left ? size_bytes : left;
+    memcpy(buffer, file->memory + offset, part);
+    return (int64_t)part;
+}
+
 static int64_t read_at(exr_const_context_t context, void *data, void *buffer, uint64_t size_bytes,
                        uint64_t offset, exr_stream_error_func_ptr_t error)
 {
     const struct exr_file *file = data;
     uint64_t done = 0;
+    if (file->memory) return copy_at(file, buffer, size_bytes, offset);
     while (done < size_bytes) {
         ssize_t n =
             pread(file->fd, (char *)buffer + done, size_bytes - done, (off_t)(offset + done));
@@ -57,6 +68,7 @@ static int64_t file_size(exr_const_context_t context, void *data)
     const struct exr_file *file = data;
     struct stat st;
     (void)context;
+    if (file->memory) return (int64_t)file->memory_bytes;
     return fstat(file->fd, &st) ? -1 : (int64_t)st.st_size;
 }
 

@@ -1,12 +1,17 @@
 #pragma once
-/* The OpenEXR library's way to the disk, and where its complaints go: a file of ours through its
- * stream functions, so that it neither names, renames nor deletes anything, nor prints. */
+/* The OpenEXR library's way to the disk (or to a file in memory), and where its complaints go: a
+ * file of ours through its stream functions, so that it neither names, renames nor deletes
+ * anything, nor prints. */
 #include <OpenEXR/openexr.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #include "proto/error.h"
 
 struct exr_file {
     int fd;
+    const uint8_t *memory; /* not NULL: the file's bytes, read instead of fd */
+    size_t memory_bytes;
     char message[LIMIT_DETAIL_BYTES]; /* the library's first complaint; "" if none */
 };
 

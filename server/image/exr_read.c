@@ -10,6 +10,7 @@
 /* A file being read. */
 struct reader {
     const char *path;
+    const struct exr_selection *selection; /* NULL: everything */
     struct fault *fault;
     struct exr_file file;
     exr_context_t context;
@@ -17,6 +18,7 @@ struct reader {
     bool decoding; /* decoder is initialised */
     exr_attr_box2i_t window;
     struct image *image;
+    float *sink; /* a row, for channels that are passed over */
 };
 
 static int refuse(struct reader *r, int code, const char *why)
@@ -54,28 +56,73 @@ static int check_window(struct reader *r, int64_t *width, int64_t *height)
     if (*width < 1 || *height < 1) return refuse(r, ERR_RANGE, "the data window is empty");
     if (*width > LIMIT_IMAGE_SIDE_PX || *height > LIMIT_IMAGE_SIDE_PX)
         return refuse(r, ERR_LIMIT, "the data window is above the limit");
+    if (r->selection && *width * *height > r->selection->pixels_max)
+        return refuse(r, ERR_LIMIT, "the data window has more pixels than are allowed");
     return 0;
 }
 
-static int create_image(struct reader *r)
+static int check_whole(struct reader *r)
+{
+    exr_attr_box2i_t display;
+    int error = check(r, exr_get_display_window(r->context, 0, &display));
+    if (!error && memcmp(&display, &r->window, sizeof display) != 0)
+        error = refuse(r, ERR_UNSUPPORTED,
+                       "the data window is not the display window: a part of the picture is cut");
+    return error;
+}
+
+static bool is_wanted(const struct reader *r, const char *channel)
+{
+    if (!r->selection) return true;
+    for (uint32_t c = 0; c < r->selection->channel_count; c++)
+        if (strcmp(r->selection->channels[c], channel) == 0) return true;
+    return false;
+}
+
+/* The wanted channels' names, borrowed from the context. */
+static int list_channels(struct reader *r, const char *names[IMAGE_CHANNELS], uint32_t *count)
 {
     const exr_attr_chlist_t *channels;
-    const char *names[IMAGE_CHANNELS];
-    int64_t width = 0, height = 0;
     int error = check(r, exr_get_channels(r->context, 0, &channels));
-    if (!error) error = check_window(r, &width, &height);
     if (error) return error;
     if (channels->num_channels < 1 || channels->num_channels > IMAGE_CHANNELS)
         return refuse(r, ERR_LIMIT, "the number of channels is out of range");
+    *count = 0;
     for (int c = 0; c < channels->num_channels; c++) {
         const exr_attr_chlist_entry_t *entry = &channels->entries[c];
         if (entry->x_sampling != 1 || entry->y_sampling != 1)
             return refuse(r, ERR_UNSUPPORTED, "subsampled channels are not read");
-        names[c] = entry->name.str;
+        if (!is_wanted(r, entry->name.str)) continue;
+        names[(*count)++] = entry->name.str;
     }
-    error = image_create_named(names, (uint32_t)channels->num_channels, (int32_t)width,
-                               (int32_t)height, &r->image);
+    return *count > 0 ? 0 : refuse(r, ERR_MISSING, "it has none of the channels that are wanted");
+}
+
+static int create_image(struct reader *r)
+{
+    const char *names[IMAGE_CHANNELS];
+    uint32_t count = 0;
+    int64_t width = 0, height = 0;
+    int error = check_window(r, &width, &height);
+    if (!error) error = list_channels(r, names, &count);
+    if (!error && r->selection && r->selection->whole) error = check_whole(r);
+    if (error) return error;
+    error = image_create_named(names, count, (int32_t)width, (int32_t)height, &r->image);
+    if (!error && r->selection) {
+        r->sink = malloc((size_t)width * sizeof *r->sink);
+        error = r->sink ? 0 : ERR_MEMORY;
+    }
     return error ? refuse(r, error, error_text(error)) : 0;
+}
+
+/* Not every way of the library looks for NULL before it writes: all rows go over one another. */
+static void pass_over(const struct reader *r, exr_coding_channel_info_t *channel)
+{
+    channel->decode_to_ptr = (uint8_t *)r->sink;
+    channel->user_bytes_per_element = 4;
+    channel->user_data_type = EXR_PIXEL_FLOAT;
+    channel->user_pixel_stride = 4;
+    channel->user_line_stride = 0;
 }
 
 /* Where a chunk's rows go; the library converts halves and integers to floats. */
@@ -84,6 +131,10 @@ static int bind(struct reader *r, int32_t x, int32_t y)
     for (int16_t c = 0; c < r->decoder.channel_count; c++) {
         exr_coding_channel_info_t *channel = &r->decoder.channels[c];
         const struct plane *plane = image_plane(r->image, channel->channel_name);
+        if (!plane && r->sink && channel->width <= r->image->width_px) {
+            pass_over(r, channel);
+            continue;
+        }
         if (!plane || x < 0 || y < 0 || x + channel->width > plane->width_px ||
             y + channel->height > plane->height_px)
             return refuse(r, ERR_CORRUPT, "a chunk lies outside the data window");
@@ -170,6 +221,23 @@ int exr_read(const char *path, struct image **out, struct fault *fault)
     }
     int error = read_file(&r);
     close(r.file.fd);
+    if (error)
+        image_destroy(&r.image);
+    else
+        *out = r.image;
+    return error;
+}
+
+int exr_read_memory(const void *data, size_t size_bytes, const char *name,
+                    const struct exr_selection *selection, struct image **out, struct fault *fault)
+{
+    struct reader r = {.path = name,
+                       .selection = selection,
+                       .fault = fault,
+                       .file = {.fd = -1, .memory = data, .memory_bytes = size_bytes}};
+    *out = NULL;
+    int error = read_file(&r);
+    free(r.sink);
     if (error)
         image_destroy(&r.image);
     else

@@ -73,6 +73,25 @@ static bool write_sections(int fd, const struct builder *b, const struct blob_la
     return write_padding(fd, &offset, layout->header.total_bytes);
 }
 
+/* Negative when it cannot be. */
+static int create_file(const char *path, struct fault *fault)
+{
+    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
+    if (fd < 0) fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(errno));
+    return fd;
+}
+
+/* `ok`: all was written; else errno says why not. */
+static int close_file(int fd, const char *path, bool ok, struct fault *fault)
+{
+    ok = ok && fsync(fd) == 0;
+    int why = errno;
+    if (close(fd) != 0) ok = false;
+    if (ok) return 0;
+    unlink(path);
+    return fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(why));
+}
+
 int blob_write(const struct builder *b, const char *path, struct fault *fault)
 {
     struct blob_layout layout;
@@ -80,12 +99,18 @@ int blob_write(const struct builder *b, const char *path, struct fault *fault)
     if (layout.header.total_bytes > LIMIT_BLOB_BYTES)
         return fault_set(fault, ERR_LIMIT, "blob", "it would have %" PRIu64 " bytes",
                          layout.header.total_bytes);
-    int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
-    if (fd < 0) return fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(errno));
-    bool ok = write_sections(fd, b, &layout) && fsync(fd) == 0;
-    int why = errno;
-    if (close(fd) != 0) ok = false;
-    if (ok) return 0;
-    unlink(path);
-    return fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(why));
+    int fd = create_file(path, fault);
+    if (fd < 0) return ERR_IO;
+    return close_file(fd, path, write_sections(fd, b, &layout), fault);
+}
+
+int blob_write_environment(const struct environment_header *header, const float *texels,
+                           const char *path, struct fault *fault)
+{
+    const uint64_t texel_bytes =
+        (uint64_t)header->width_px * header->height_px * 3 * sizeof *texels;
+    int fd = create_file(path, fault);
+    if (fd < 0) return ERR_IO;
+    bool ok = write_all(fd, header, sizeof *header) && write_all(fd, texels, texel_bytes);
+    return close_file(fd, path, ok, fault);
 }

@@ -1,17 +1,19 @@
 #pragma once
-/* From a scene file to a scene blob: the way through this room.
+/* From a scene file to a scene blob: the way through this room. Environment maps take another one
+ * (environment_import.h).
  *
  *   files, gltf_* or obj_*  ->  builder  ->  emitters, cameras  ->  blob_writer  ->  scene_map
  */
 #include "server/import/builder.h"
 
 struct import_stats {
-    uint64_t triangles;        /* stored */
-    uint64_t placed_triangles; /* after instancing */
+    uint64_t triangles;           /* stored */
+    uint64_t placed_triangles;    /* after instancing */
+    uint32_t width_px, height_px; /* of an environment map; 0: it is a scene */
 };
 
-/* Imports `name` beneath the directory `root` and writes the blob to `out`, which is checked by
- * opening it before this returns. A failure leaves no part of a blob behind. *warnings is filled in
- * in both cases. */
+/* Imports `name` beneath the directory `root`, a scene or (told by its first bytes) an environment
+ * map, and writes the blob to `out`, which is checked by opening it before this returns. A failure
+ * leaves no part of a blob behind. *warnings is filled in in both cases. */
 int import_scene(const char *root, const char *name, const char *out, struct warnings *warnings,
                  struct import_stats *stats, struct fault *fault);

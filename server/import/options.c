@@ -5,16 +5,21 @@
 const char options_help[] =
     "shearwater-import --root DIR --in NAME --out BLOB [--report FILE]\n"
     "\n"
-    "Turns a scene file into a scene blob. It is run by the coordinator, once per scene.\n"
+    "Turns a scene file into a scene blob, or an environment map into an environment blob. It is "
+    "run\n"
+    "by the coordinator, once per file.\n"
     "\n"
     "  --root DIR     folder with the scene's files; nothing outside it is read\n"
-    "  --in NAME      main file beneath DIR: .glb, .gltf, .obj, or without extension\n"
+    "  --in NAME      main file beneath DIR: .glb, .gltf, .obj, or without extension; .hdr and "
+    ".exr\n"
+    "                 are known by their first bytes\n"
     "  --out BLOB     file to write\n"
     "  --report FILE  write the line about the outcome to FILE as well\n"
     "  --help         this text\n"
     "\n"
     "Prints one line of JSON: {\"ok\":true,\"triangles\":..,\"placed_triangles\":..,\n"
-    "\"warnings\":[..],\"cpu_s\":..}, or {\"ok\":false,\"code\":..,\"pointer\":..,\"detail\":..}\n"
+    "\"warnings\":[..],\"cpu_s\":..} (of a map \"width_px\" and \"height_px\"), or\n"
+    "{\"ok\":false,\"code\":..,\"pointer\":..,\"detail\":..}\n"
     "and exit status 1.\n";
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
