@@ -59,4 +59,27 @@ scene orthographic gltf/Cameras/glTF/Cameras.gltf 0.005 5 ', "camera": 1' \
     ', "lights": [{"type": "directional", "direction": [0, 0, -1], "irradiance": [3, 3, 3]}]'
 scene instances gltf/MetalRoughSpheresNoTextures/glTF/MetalRoughSpheresNoTextures.gltf 0.005 5 '' \
     ', "lights": [{"type": "directional", "direction": [0, -0.5, -1], "irradiance": [3, 3, 3]}]'
+
+# Materials that only paths know: mirrors, glass, Blinn-Phong, blends, metals, solids that absorb.
+paths=', "filter": {"method": "none"}, "effects": {"indirect_bounces": 12}'
+sky=', "environment": {"radiance": [0.7, 0.8, 1]}'
+into_box=', "camera": {"eye": [0, 1, 3.4], "target": [0, 0.8, 0], "yfov_deg": 40}'
+scene mcguire-mirror cornell-box-mcguire/CornellBox-Mirror.obj 0.05 1 "$into_box" "$paths"
+scene mcguire-water cornell-box-mcguire/CornellBox-Water.obj 0.02 1 "$into_box" "$paths"
+scene mcguire-glossy cornell-box-mcguire/CornellBox-Glossy.obj 0.1 0.8 "$into_box" "$paths$sky"
+scene alpha-modes gltf/AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf 0.3 1 '' "$paths$sky"
+scene anisotropy gltf/playcanvas/AnisotropyDiscTest.glb 0.3 1 '' "$paths$sky"
+scene attenuation gltf/playcanvas/AttenuationTest.glb 0.3 1 '' "$paths$sky"
+# A closed furnace of one radiance: nothing that only reflects or passes light on may outshine it.
+furnace() { # NAME: of a scene rendered above, again under a white sky without other lights
+    local job="$tmp/$1-white.json"
+    jq '.environment = {"radiance": [1, 1, 1]} | .lights = []' "$tmp/$1.json" >"$job" &&
+        "$build/shearwater" render "$job" --quiet -o "$tmp/$1-white.exr" &&
+        "$build/shearwater" compare "$tmp/$1-white.exr" "$tmp/$1-white.exr" |
+            jq -e '.finite and (.mean_test | max) <= 1.0005'
+}
+for name in mcguire-glossy alpha-modes anisotropy attenuation; do
+    if [ -e "$tmp/$name.json" ]; then check "$name conserves energy" furnace "$name"
+    else skip "$name conserves energy" "no shared scenes here"; fi
+done
 tap_done
