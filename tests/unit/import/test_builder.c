@@ -179,7 +179,7 @@ static void reports_are_one_line_of_json(void **state)
     free(line);
     static struct warnings w;
     warnings_add(&w, "", "a \xff b");
-    line = report_success(&(struct import_stats){2, 4}, &w, 0.25);
+    line = report_success(&(struct import_stats){.triangles = 2, .placed_triangles = 4}, &w, 0.25);
     json = json_loads(line, 0, NULL);
     assert_int_equal(json_integer_value(json_object_get(json, "placed_triangles")), 4);
     assert_int_equal(json_array_size(json_object_get(json, "warnings")), 1);
