@@ -13,8 +13,8 @@
 #define LIMIT_SUB_SAMPLES           3         /* anti-aliasing rays a pixel beside its centre */
 #define LIMIT_LIGHTS                64        /* lights of a frame; each has planes of its own */
 #define LIMIT_INDIRECT_BOUNCES      64        /* bounces after the first; beyond, nothing is left */
-#define LIMIT_PASS_SPP              256       /* samples a pixel that one lease asks for */
-#define LIMIT_PASSES                260       /* passes of a frame: those of LIMIT_SPP (plan.h) */
+#define LIMIT_PASS_SPP              64        /* samples a pixel that one lease asks for: seconds */
+#define LIMIT_PASSES                1026      /* passes of a frame: those of LIMIT_SPP (plan.h) */
 #define LIMIT_LENS_BLADES           32        /* sides of an aperture; more is a circle */
 #define LIMIT_FRAMES                100000    /* frames of a job */
 #define LIMIT_PRIORITY              100       /* |priority| */

@@ -207,7 +207,7 @@ float plan_pixel_size(const struct plan *plan, float distance)
 
 /* Passes double the samples until one of them is LIMIT_PASS_SPP long; then all are. */
 #define PASS_SPP_FIRST 16u
-#define PASSES_GROWING 5u
+#define PASSES_GROWING 3u
 _Static_assert(PASS_SPP_FIRST << (PASSES_GROWING - 1) == LIMIT_PASS_SPP,
                "the first passes together are as long as one of the others");
 

@@ -119,7 +119,7 @@ void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3
                      float direction[3]);
 
 /* Passes of the frame: 1 without paths. Pass p traces samples first .. first + count - 1 of every
- * pixel (none beyond the last pass, and none without paths); the schedule (16, 16, 32, 64, 128,
+ * pixel (none beyond the last pass, and none without paths); the schedule (16, 16, 32,
  * then LIMIT_PASS_SPP each, the last cut) is a function of the plan alone, so that the picture
  * forms early and leases stay short. All planes but those of paths belong to pass 0. */
 uint32_t plan_pass_count(const struct plan *plan);
