@@ -277,7 +277,7 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
     tracer->queries.scene = scene;
     tracer->queries.kernels = lane_kernels_for(scene->isa);
     tracer->queries.rejected = 0;
-    light_table_init(&tracer->lights, plan);
+    light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
     rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);

@@ -38,17 +38,17 @@ static void light_init(struct light *light, const struct plan_light *p, double p
     light->probability = (float)((double)p->power / power); /* every power is positive */
 }
 
-static double total_power(const struct plan *plan)
+static double total_power(const struct plan *plan, bool emitters)
 {
-    double power = (double)plan->paths.emitter_power;
+    double power = emitters ? (double)plan->paths.emitter_power : 0.0;
     if (plan->environment.kind == ENVIRONMENT_MAP) power += (double)plan->environment.power;
     for (uint32_t i = 0; i < plan->light_count; i++) power += (double)plan->lights[i].power;
     return power;
 }
 
-void light_table_init(struct light_table *t, const struct plan *plan)
+void light_table_init(struct light_table *t, const struct plan *plan, bool emitters)
 {
-    double power = total_power(plan), upto = 0.0;
+    double power = total_power(plan, emitters), upto = 0.0;
     t->count = plan->light_count;
     t->emitters_probability = t->environment_probability = 0.0f;
     for (uint32_t i = 0; i < t->count; i++) {
@@ -56,7 +56,7 @@ void light_table_init(struct light_table *t, const struct plan *plan)
         upto += (double)plan->lights[i].power;
         t->lights[i].probability_upto = (float)(upto / power);
     }
-    if (plan->paths.emitter_power > 0.0f)
+    if (emitters && plan->paths.emitter_power > 0.0f)
         t->emitters_probability = (float)((double)plan->paths.emitter_power / power);
     if (plan->environment.kind == ENVIRONMENT_MAP)
         t->environment_probability = (float)((double)plan->environment.power / power);

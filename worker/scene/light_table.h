@@ -27,8 +27,9 @@ struct light_table {
                                       never chosen: scattering finds it better */
 };
 
-/* `plan` must outlive the table. */
-void light_table_init(struct light_table *t, const struct plan *plan);
+/* `plan` must outlive the table. Without `emitters` the scene has none that could be chosen,
+ * whatever the plan says of their power. */
+void light_table_init(struct light_table *t, const struct plan *plan, bool emitters);
 
 /* Whether there is anything to choose. */
 bool light_table_is_empty(const struct light_table *t);

@@ -75,7 +75,7 @@ static void test_light_samples_agree(void **state)
         struct lanes_mask lanes;
         _Alignas(64) float u[LANES], v[LANES];
         random_light(&seed, (uint32_t)round % 4, &plan.lights[0]);
-        light_table_init(&table, &plan);
+        light_table_init(&table, &plan, false);
         random_surface(&seed, &s);
         for (int i = 0; i < LANES; i++) {
             u[i] = 0.5f + 0.5f * random_signed(&seed);
@@ -230,7 +230,7 @@ static void test_not_finite_samples_are_rejected(void **state)
     _Alignas(64) float u[LANES] = {0};
     plan.lights[0] = (struct plan_light){.type = LIGHT_POINT, .power = 1, .strata_per_axis = 1};
     plan.lights[0].position[1] = 1e-15f;
-    light_table_init(&table, &plan);
+    light_table_init(&table, &plan, false);
     for (int i = 0; i < LANES; i++) {
         s.normal.y[i] = s.facet.y[i] = 1.0f;
         lanes.on[i] = -1;
