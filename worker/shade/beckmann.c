@@ -48,20 +48,30 @@ static float lambda(const float w[3], const float alpha[2])
     return rest > 0.0f ? 0.5f * elementary_exp(-a * a) * rest : 0.0f;
 }
 
+/* The diffuse lobe over its albedo. */
+static float diffuse(const struct bsdf *b, float z_o, float z_i)
+{
+    if (b->eta[0] > 0.0f) return LAMBERT_INV_PI;
+    return LAMBERT_INV_PI * (1.0f - fresnel_grazing(z_o)) * (1.0f - fresnel_grazing(z_i)) /
+           (1.0f - FRESNEL_GRAZING_MEAN);
+}
+
 void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                        struct bsdf_value *out)
 {
     float alpha[2], h[3], f[3];
-    roughness_of(b, alpha);
     const float p = beckmann_specular_share(b, wo[2]);
+    if (p < 1.0f) out->diffuse = diffuse(b, wo[2], wi[2]);
+    out->pdf = lobe_diffuse_pdf(1.0f - p, wi[2]);
+    if (roughness_is_smooth(b)) return;
+    roughness_of(b, alpha);
     const float twice = direction_normalize(wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2], h);
     const float lambda_o = lambda(wo, alpha), lambda_i = lambda(wi, alpha);
     const float common = 0.25f * facets(h, alpha) / wo[2];
     beckmann_fresnel(b, 0.5f * twice, f);
     const float value = common / (wi[2] * (1.0f + lambda_o + lambda_i));
     for (int k = 0; k < 3; k++) out->specular[k] = f[k] * value;
-    out->diffuse = p < 1.0f ? LAMBERT_INV_PI : 0.0f;
-    out->pdf = p * common / (1.0f + lambda_o) + lobe_diffuse_pdf(1.0f - p, wi[2]);
+    out->pdf += p * common / (1.0f + lambda_o);
 }
 
 /* The slope t towards a direction of angle theta (sine, cosine) at which a share u of what it sees

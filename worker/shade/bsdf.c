@@ -32,13 +32,7 @@ static void evaluate_reflection(const struct bsdf *b, const float wo[3], const f
         blinn_phong_evaluate(b, wo, wi, out);
         break;
     case BSDF_BECKMANN:
-        if (roughness_is_smooth(b)) {
-            lambert_value(wi, out);
-            out->pdf *= 1.0f - beckmann_specular_share(b, wo[2]);
-            if (!(out->pdf > 0.0f)) out->diffuse = 0.0f;
-        } else {
-            beckmann_evaluate(b, wo, wi, out);
-        }
+        beckmann_evaluate(b, wo, wi, out);
         break;
     case BSDF_ASHIKHMIN_SHIRLEY:
         ashikhmin_shirley_evaluate(b, wo, wi, out);
@@ -79,16 +73,14 @@ static bool sample_smooth_beckmann(const struct bsdf *b, const float wo[3], floa
     return true;
 }
 
-/* Sets out->wi, or all of *out where the lobe is a Dirac one. */
-static bool choose_direction(const struct bsdf *b, const float wo[3], float choice,
-                             const float u[2], struct bsdf_sample *out)
+/* Models that only reflect: sets out->wi, or all of *out where the lobe is a Dirac one. */
+static bool sample_reflection(const struct bsdf *b, const float wo[3], float choice,
+                              const float u[2], struct bsdf_sample *out)
 {
     switch (b->model) {
     case BSDF_LAMBERT:
         lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
         return true;
-    case BSDF_GLTF:
-        return gltf_sample(b, wo, choice, u, out);
     case BSDF_PHONG:
         phong_sample(b, wo, choice, u, out->wi);
         return true;
@@ -109,26 +101,36 @@ static bool choose_direction(const struct bsdf *b, const float wo[3], float choi
     }
 }
 
+/* Weights by the same formulas as everyone's who evaluates the pair. False: all are 0. */
+static bool weigh(const struct bsdf *b, const struct bsdf_value *v, struct bsdf_sample *out)
+{
+    if (!(v->pdf > PDF_LEAST)) return false;
+    const float scale = fabsf(out->wi[2]) / v->pdf;
+    bool any = false;
+    for (int k = 0; k < 3; k++) {
+        out->specular[k] = v->specular[k] * scale;
+        any |= out->specular[k] > 0.0f || (b->albedo[k] > 0.0f && v->diffuse > 0.0f);
+    }
+    out->diffuse = v->diffuse * scale;
+    out->pdf = v->pdf;
+    out->transmitted = out->wi[2] < 0.0f;
+    return any;
+}
+
 bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out)
 {
     struct bsdf_value value;
     *out = (struct bsdf_sample){0};
-    if (wo[2] < DIRECTION_GRAZING || !choose_direction(b, wo, choice, u, out)) return false;
-    if (out->dirac) return true;
-    /* Weights come from the same formulas as everyone's who evaluates the pair. */
-    bsdf_evaluate(b, wo, out->wi, &value);
-    if (!(value.pdf > PDF_LEAST)) return false;
-    const float scale = fabsf(out->wi[2]) / value.pdf;
-    bool any = false;
-    for (int k = 0; k < 3; k++) {
-        out->specular[k] = value.specular[k] * scale;
-        any |= out->specular[k] > 0.0f || (b->albedo[k] > 0.0f && value.diffuse > 0.0f);
+    if (wo[2] < DIRECTION_GRAZING) return false;
+    if (b->model == BSDF_GLTF) {
+        if (!gltf_sample(b, wo, choice, u, out, &value)) return false;
+        return out->dirac || weigh(b, &value, out);
     }
-    out->diffuse = value.diffuse * scale;
-    out->pdf = value.pdf;
-    out->transmitted = out->wi[2] < 0.0f;
-    return any;
+    if (!sample_reflection(b, wo, choice, u, out)) return false;
+    if (out->dirac) return true;
+    bsdf_evaluate(b, wo, out->wi, &value);
+    return weigh(b, &value, out);
 }
 
 bool bsdf_is_smooth_only(const struct bsdf *b)

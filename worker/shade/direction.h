@@ -42,13 +42,13 @@ static inline void direction_mirror(const float w[3], float out[3])
 }
 
 /* w (cosine = w.h > 0) bent by a facet with index of refraction eta behind it; cosine_far > 0 is
- * that of the refracted direction to -h. */
+ * that of the refracted direction to -h. Normalised, as a small eta magnifies rounding. */
 static inline void direction_refract(const float w[3], const float h[3], float cosine,
                                      float cosine_far, float eta, float out[3])
 {
     const float inverse = 1.0f / eta, along = cosine * inverse - cosine_far;
-    direction_set(along * h[0] - inverse * w[0], along * h[1] - inverse * w[1],
-                  along * h[2] - inverse * w[2], out);
+    direction_normalize(along * h[0] - inverse * w[0], along * h[1] - inverse * w[1],
+                        along * h[2] - inverse * w[2], out);
 }
 
 /* Two unit vectors that make a right-handed frame with n: those of Frisvad (2012) for the upper

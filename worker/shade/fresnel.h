@@ -11,6 +11,9 @@ static inline float fresnel_grazing(float cosine)
     return s * s * m;
 }
 
+/* Its cosine-weighted mean, 1/21. */
+#define FRESNEL_GRAZING_MEAN 0.0476190476f
+
 static inline float fresnel_schlick(float f0, float grazing)
 {
     return f0 + (1.0f - f0) * grazing;

@@ -43,7 +43,7 @@ static float most_of(const float c[3])
 static enum clear_kind clear_kind_of(const struct bsdf *b, float share)
 {
     if (!(share > 0.0f)) return CLEAR_NONE;
-    if (b->thin || !(b->ior > 0.0f)) return CLEAR_THIN; /* index 0: reflects all, bends nothing */
+    if (b->thin || !(b->ior > 1.0f / GLTF_INFINITE && b->ior < GLTF_INFINITE)) return CLEAR_THIN;
     return fabsf(b->ior - 1.0f) < GLTF_MATCHED ? CLEAR_MATCHED : CLEAR_BENT;
 }
 
@@ -92,10 +92,22 @@ static float alpha_towards(const struct gltf *g, const float w[3])
     return sqrtf((x2 * u * u + y2 * v * v) / r2);
 }
 
+/* The mean of (1 - w.h)^5 over the facets that w sees. */
+static float mean_grazing(const struct gltf *g, const float w[3])
+{
+    return g->smooth ? fresnel_grazing(w[2]) : coupling_grazing(w[2], alpha_towards(g, w));
+}
+
 /* The mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is given. */
 static float hindrance(const struct bsdf *b, const struct gltf *g, float grazing)
 {
     return b->specular * fresnel_schlick(g->most_f0, grazing);
+}
+
+static bool has_facets(const struct bsdf *b, const struct gltf *g)
+{
+    if (g->metal > 0.0f || g->clear == CLEAR_BENT) return true;
+    return g->clear == CLEAR_THIN || g->opaque * b->specular > 0.0f;
 }
 
 /* Probabilities by what each lobe is expected to give; `grazing`: the mean over facets. */
@@ -107,15 +119,13 @@ static void choose(const struct bsdf *b, struct gltf *g, const float wo[3], floa
     const float matched =
         g->clear == CLEAR_MATCHED ? g->clear_share * lobe_mean(b->base_color) : 0.0f;
     float facet = lobe_mean(f.reflect) + lobe_mean(f.transmit);
-    if (g->smooth) {
-        /* one facet: the estimate is exact, and where it is 0 there is nothing */
-    } else if (b->specular > 0.0f || g->metal > 0.0f || g->clear == CLEAR_THIN ||
-               g->clear == CLEAR_BENT) {
-        const float least = LOBE_LEAST * (diffuse + matched);
-        facet = facet > least ? facet : least;
-    }
+    /* A smooth surface has but one facet, for which the estimate is exact. */
+    const float least = LOBE_LEAST * (diffuse + matched);
+    if (!g->smooth && has_facets(b, g) && facet < least) facet = least;
     const float sum = diffuse + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
     g->p_diffuse = diffuse * scale;
+    if (g->p_diffuse > 0.0f && sum <= diffuse)
+        g->p_diffuse = 1.0f; /* whatever division makes of it */
     g->p_matched = matched * scale;
     g->p_facet = facet * scale;
 }
@@ -133,8 +143,7 @@ static void see(const struct bsdf *b, const float wo[3], struct gltf *g)
     g->index_f0 = root * root;
     g->most_f0 = most_of(b->specular_f0);
     g->span = ggx_span(wo, g->alpha);
-    const float grazing =
-        g->smooth ? fresnel_grazing(wo[2]) : coupling_grazing(wo[2], alpha_towards(g, wo));
+    const float grazing = mean_grazing(g, wo);
     const float kept = 1.0f - hindrance(b, g, grazing);
     g->kept = kept > 0.0f ? kept : 0.0f;
     choose(b, g, wo, grazing);
@@ -144,9 +153,10 @@ static void see(const struct bsdf *b, const float wo[3], struct gltf *g)
 static float diffuse(const struct bsdf *b, const struct gltf *g, const float wi[3])
 {
     if (b->specular <= 0.0f) return LAMBERT_INV_PI;
-    const float alpha = sqrtf(g->alpha[0] * g->alpha[1]);
-    const float in = 1.0f - hindrance(b, g, coupling_grazing(wi[2], alpha_towards(g, wi)));
-    const float all = 1.0f - hindrance(b, g, coupling_average(alpha));
+    const float average =
+        g->smooth ? FRESNEL_GRAZING_MEAN : coupling_average(sqrtf(g->alpha[0] * g->alpha[1]));
+    const float in = 1.0f - hindrance(b, g, mean_grazing(g, wi));
+    const float all = 1.0f - hindrance(b, g, average);
     return in > 0.0f && all > 1e-6f ? LAMBERT_INV_PI * g->kept * in / all : 0.0f;
 }
 
@@ -261,7 +271,7 @@ static bool leave_smooth(const struct bsdf *b, const struct gltf *g, const float
 }
 
 bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
-                 struct bsdf_sample *out)
+                 struct bsdf_sample *out, struct bsdf_value *value)
 {
     struct gltf g;
     see(b, wo, &g);
@@ -280,6 +290,8 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     } else {
         return false;
     }
+    if (fabsf(out->wi[2]) < DIRECTION_GRAZING) return false;
+    evaluate_seen(b, &g, wo, out->wi, value);
     return true;
 }
 

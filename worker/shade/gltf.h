@@ -14,6 +14,8 @@
  * - What a volume transmits (`thin` false) reflects by Fresnel's equations in place of Schlick's
  *   fit, which knows no total reflection; `specular` and its colour scale it as they do Schlick's.
  *   Total reflection is total whatever they are.
+ * - An index of 0, which by KHR_materials_ior reflects everything, or beyond GLTF_INFINITE (or one
+ *   over that, from inside) does not bend either; f0 is 1 then, and Schlick's fit says it all.
  * - A volume of an index within GLTF_MATCHED of its surroundings' does neither bend nor reflect.
  *
  * Refraction (Walter et al. 2007) is kept basic: radiance is not scaled by the square of the index
@@ -23,15 +25,16 @@
  * passage. */
 #include "worker/shade/bsdf.h"
 
-#define GLTF_MATCHED 1e-3f
+#define GLTF_MATCHED  1e-3f
+#define GLTF_INFINITE 100.0f
 
 /* wo.z, |wi.z| >= DIRECTION_GRAZING. */
 void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                    struct bsdf_value *out);
 
-/* With out->dirac false on return only out->wi is set, of density gltf_evaluate's pdf; else all of
- * *out. False: absorbed. */
+/* Where out->dirac is false on return, of *out only wi is set, and *value is gltf_evaluate's of it;
+ * else all of *out, and *value is not set. False: absorbed. */
 bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
-                 struct bsdf_sample *out);
+                 struct bsdf_sample *out, struct bsdf_value *value);
 
 bool gltf_is_smooth_only(const struct bsdf *b);
