@@ -24,8 +24,12 @@ unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 fake_src   := $(wildcard tests/fake/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
+check_src  := $(wildcard tests/kernel/check_*.c)
+analytic_src := $(wildcard tests/golden/analytic*.c)
+golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src)
+              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src) $(check_src) \
+              $(analytic_src) $(golden_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 
@@ -39,9 +43,11 @@ unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
 fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
 fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
+checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
+goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev demo test unit system browser bench bench-quick fuzz asan \
-        tsan lint format install uninstall clean help
+.PHONY: all deps deps-browser deps-dev demo test unit system browser golden check-shade bench \
+        bench-quick fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -59,7 +65,7 @@ demo: deps
 	@deploy/demo.sh $(B)
 ## test: set everything up, run all tests; ends with "N passed, N failed"
 test: deps-browser
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches) $(checks) $(goldens)
 	@tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)
@@ -70,6 +76,13 @@ system: all $(fakes) $(benches)
 ## browser: the browser tests alone
 browser: all
 	@tests/run $(B) browser
+## golden: pictures against their authors' references and closed forms, at length
+golden: all $(goldens)
+	@$(B)/tests/golden/analytic long
+	@tests/golden/agree.sh $(B) long
+## check-shade: every BSDF's sampling against its density, reciprocity and white furnace
+check-shade: $(checks)
+	@$(B)/tests/kernel/check_shade
 ## bench: rays per second and coordinator cost, each beside its baseline
 bench: all $(benches) $(fakes)
 	@tests/bench/run $(B)
@@ -138,6 +151,16 @@ $(B)/shearwater-import: $(call obj,server/import/main.c) $(B)/libimport.a $(B)/l
 	$(CC) $(CFLAGS) $^ -o $@ $(import_libs)
 $(B)/shearwater-worker: $(call obj,worker/main.c) $(B)/libworker.a $(B)/libproto.a
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+
+$(B)/tests/kernel/%: $(B)/obj/tests/kernel/%.o $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+$(B)/tests/golden/analytic: $(call obj,$(analytic_src)) $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+$(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
 
 $(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
