@@ -192,21 +192,28 @@ static void done_tile(struct crew_task *task)
     hand->client.moved(hand->client.ctx);
 }
 
+static const void *loaded_of(const struct shelf_blob *blob)
+{
+    return blob ? blob->loaded : NULL;
+}
+
 static void queue_tile(struct hand *hand, struct hand_tile *t)
 {
     t->state = TILE_QUEUED;
-    t->scene = t->frame->scene->loaded;
-    t->environment = t->frame->environment ? t->frame->environment->loaded : NULL;
+    t->scene = loaded_of(t->frame->scene);
+    t->environment = loaded_of(t->frame->environment);
     t->task = (struct crew_task){.run = run_tile, .done = done_tile};
     crew_submit(hand->crew, &t->task);
 }
 
-/* READY, or FAILED with *fault, when the blob is settled and what it should be. */
+/* READY, or FAILED with *fault, when the blob is settled and what it should be. One that the plan
+ * does not have (NULL) is as good as ready. */
 static enum shelf_state blob_state(const struct shelf_blob *blob, enum tracing_kind kind,
                                    struct fault *fault)
 {
     const char *const found =
         kind == TRACING_SCENE ? "this is an environment map" : "this is a scene";
+    if (!blob) return SHELF_READY;
     if (blob->state == SHELF_FAILED) *fault = blob->fault;
     if (blob->state != SHELF_READY || blob->kind == kind) return blob->state;
     fault_set(fault, ERR_MAGIC, "", "%s", found);
@@ -232,8 +239,7 @@ static void go_on(struct hand *hand, struct hand_tile *t)
         give_up_blob(hand, t, "scene", &fault);
         return;
     }
-    enum shelf_state environment = SHELF_READY;
-    if (f->environment) environment = blob_state(f->environment, TRACING_ENVIRONMENT, &fault);
+    const enum shelf_state environment = blob_state(f->environment, TRACING_ENVIRONMENT, &fault);
     if (environment == SHELF_FAILED)
         give_up_blob(hand, t, "environment", &fault);
     else if (scene == SHELF_READY && environment == SHELF_READY)

@@ -16,18 +16,22 @@ static int find_planes(const struct image *image, const char *name, const struct
 {
     static const char *const names[3] = {"R", "G", "B"};
     const struct plane *grey = image_plane(image, "Y");
-    if (image_plane(image, "RY") != NULL || image_plane(image, "BY") != NULL)
-        return fault_set(fault, ERR_UNSUPPORTED, name,
-                         "luminance with colour differences (RY, BY) is not read");
+    if (image_plane(image, "RY") != NULL || image_plane(image, "BY") != NULL) {
+        fault_set(fault, ERR_UNSUPPORTED, name,
+                  "luminance with colour differences (RY, BY) is not read");
+        return ERR_UNSUPPORTED;
+    }
     bool any = false;
     for (int c = 0; c < 3; c++) {
         rgb[c] = image_plane(image, names[c]);
         any |= rgb[c] != NULL;
     }
     if (!any && grey != NULL) rgb[0] = rgb[1] = rgb[2] = grey;
-    for (int c = 0; c < 3; c++)
-        if (rgb[c] == NULL)
-            return fault_set(fault, ERR_MISSING, name, "the channel %s is missing", names[c]);
+    for (int c = 0; c < 3; c++) {
+        if (rgb[c] != NULL) continue;
+        fault_set(fault, ERR_MISSING, name, "the channel %s is missing", names[c]);
+        return ERR_MISSING;
+    }
     return 0;
 }
 

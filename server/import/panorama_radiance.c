@@ -103,7 +103,7 @@ static int take_resolution(struct reader *r, const char *line)
 
 static int read_header(struct reader *r)
 {
-    char line[LINE_BYTES];
+    char line[LINE_BYTES] = "";
     const uint8_t *const start = r->at;
     int rc = read_line(r, line); /* the mark */
     while (rc == 0) {
@@ -219,7 +219,9 @@ int panorama_read_radiance(const struct file_view *file, const char *name, struc
                        .name = name,
                        .warnings = warnings,
                        .fault = fault,
-                       .exposure = 1.0};
+                       .exposure = 1.0,
+                       .width = 1, /* until the header tells */
+                       .height = 1};
     *out = (struct panorama){0};
     int rc = read_header(&r);
     if (rc == 0) rc = read_rows(&r, out);

@@ -116,7 +116,7 @@ int environment_create(const struct environment_blob *blob, struct environment *
     e->texels = blob->texels;
     e->width = blob->header->width_px;
     e->height = blob->header->height_px;
-    e->edges = malloc((e->height + 1u) * sizeof *e->edges);
+    e->edges = calloc(e->height + 1u, sizeof *e->edges);
     e->slots = malloc((size_t)e->width * e->height * sizeof *e->slots);
     if (!e->edges || !e->slots) {
         environment_destroy(out);
