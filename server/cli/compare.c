@@ -40,11 +40,12 @@ static json_t *three(const double v[3])
 static json_t *zscore_json(const struct zscore *z)
 {
     static const char *const channels[] = {"R", "G", "B"};
-    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:f, s:i, s:i, s:s}}", "count",
-                     (json_int_t)z->count, "without", (json_int_t)z->without, "mean", z->mean,
-                     "rms", z->rms, "median", z->median, "beyond2", z->beyond[0], "beyond3",
-                     z->beyond[1], "beyond4", z->beyond[2], "worst", "z", z->worst, "x",
-                     (int)z->worst_x, "y", (int)z->worst_y, "channel", channels[z->worst_channel]);
+    return json_pack("{s:I, s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:{s:f, s:i, s:i, s:s}, s:o, s:f}",
+                     "count", (json_int_t)z->count, "without", (json_int_t)z->without, "mean",
+                     z->mean, "rms", z->rms, "median", z->median, "beyond2", z->beyond[0],
+                     "beyond3", z->beyond[1], "beyond4", z->beyond[2], "worst", "z", z->worst, "x",
+                     (int)z->worst_x, "y", (int)z->worst_y, "channel", channels[z->worst_channel],
+                     "mean_error", three(z->mean_error), "relmse", z->relmse);
 }
 
 static void print_line(const struct comparison *c)
@@ -147,7 +148,8 @@ static int compare(struct comparison *c, char **paths, struct fault *fault)
     if (!error) error = image_difference(c->reference, c->test, c->layer, &c->difference, fault);
     if (error) return error;
     c->has_zscore = !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
-    if (c->has_zscore) error = image_zscore(c->reference, c->test, &c->zscore, fault);
+    if (c->has_zscore)
+        error = image_zscore(c->reference, c->test, c->difference.mean, &c->zscore, fault);
     if (!error && c->picture) error = write_picture(c, fault);
     return error;
 }

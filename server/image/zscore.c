@@ -54,6 +54,28 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* What standard errors say of means over the picture. Errors that are not finite count as none. */
+static void add_errors(const struct planes *p, double floor_squared, struct zscore *s)
+{
+    const struct plane *first = p->test_error[0];
+    double n = (double)first->width_px * first->height_px;
+    for (int c = 0; c < 3; c++) {
+        double sum = 0;
+        for (int32_t y = 0; y < first->height_px; y++) {
+            const float *error = plane_row(p->test_error[c], y);
+            const float *reference = plane_row(p->reference[c], y);
+            for (int32_t x = 0; x < first->width_px; x++) {
+                double square = (double)error[x] * error[x];
+                double weight = (double)reference[x] * reference[x] + floor_squared;
+                if (!isfinite(square) || !isfinite(weight)) continue;
+                sum += square;
+                s->relmse += (weight > 0 ? square / weight : square) / (3 * n);
+            }
+        }
+        s->mean_error[c] = sqrt(sum) / n;
+    }
+}
+
 static void finish(struct zscore *s, float *sizes)
 {
     if (s->count == 0) return;
@@ -65,8 +87,8 @@ static void finish(struct zscore *s, float *sizes)
     s->median = (double)sizes[s->count / 2];
 }
 
-int image_zscore(const struct image *reference, const struct image *test, struct zscore *out,
-                 struct fault *fault)
+int image_zscore(const struct image *reference, const struct image *test, double mean,
+                 struct zscore *out, struct fault *fault)
 {
     struct planes p = {0};
     int error = find_planes(reference, test, &p, fault);
@@ -86,6 +108,7 @@ int image_zscore(const struct image *reference, const struct image *test, struct
                 add_score(out, z, c, x, y);
             }
     finish(out, sizes);
+    add_errors(&p, 0.01 * mean * mean, out);
     free(sizes);
     return 0;
 }

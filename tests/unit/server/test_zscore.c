@@ -37,13 +37,15 @@ static void test_true_errors_give_the_normal_distribution(void **state)
     struct image *small_r, *small_t;
     struct zscore z;
     add_noise(t, 1, 1);
-    assert_int_equal(image_zscore(r, t, &z, NULL), 0);
+    assert_int_equal(image_zscore(r, t, 2, &z, NULL), 0);
     assert_int_equal(z.count, 3 * 128 * 96);
     assert_int_equal(z.without, 0);
     expect_standard(&z, 1);
+    assert_true(fabs(z.mean_error[1] - 0.125 / sqrt(128 * 96)) < 1e-9);
+    assert_true(fabs(z.relmse - 0.125 * 0.125 / (4 + 0.01 * 4)) < 1e-9);
     assert_int_equal(image_reduce(r, image_rect(r), 3, &small_r, NULL), 0);
     assert_int_equal(image_reduce(t, image_rect(t), 3, &small_t, NULL), 0);
-    assert_int_equal(image_zscore(small_r, small_t, &z, NULL), 0);
+    assert_int_equal(image_zscore(small_r, small_t, 2, &z, NULL), 0);
     assert_int_equal(z.count, 3 * 42 * 32);
     expect_standard(&z, 1);
     image_destroy(&small_r);
@@ -58,7 +60,7 @@ static void test_wrong_errors_show(void **state)
     struct image *r = picture_filled(64, 64, 2.0f, 0.0f), *t = picture_filled(64, 64, 2.0f, 0.125f);
     struct zscore z;
     add_noise(t, 2, 5);
-    assert_int_equal(image_zscore(r, t, &z, NULL), 0);
+    assert_int_equal(image_zscore(r, t, 2, &z, NULL), 0);
     expect_standard(&z, 2);
     image_destroy(&r);
     image_destroy(&t);
@@ -71,7 +73,7 @@ static void test_both_errors_count(void **state)
     struct zscore z;
     add_noise(r, 1, 6);
     add_noise(t, 1, 7);
-    assert_int_equal(image_zscore(r, t, &z, NULL), 0);
+    assert_int_equal(image_zscore(r, t, 2, &z, NULL), 0);
     expect_standard(&z, 1);
     image_destroy(&r);
     image_destroy(&t);
@@ -85,7 +87,7 @@ static void test_worst_and_left_out(void **state)
     *plane_at(image_plane(t, "G"), 5, 2) = -1.5f;
     *plane_at(image_plane(t, "B"), 1, 1) = NAN;
     *plane_at(image_plane(t, "error.R"), 0, 0) = 0.0f;
-    assert_int_equal(image_zscore(r, t, &z, NULL), 0);
+    assert_int_equal(image_zscore(r, t, 2, &z, NULL), 0);
     assert_int_equal(z.count, 3 * 64 - 2);
     assert_int_equal(z.without, 2);
     assert_true(z.worst == -5 && z.worst_x == 5 && z.worst_y == 2 && z.worst_channel == 1);
@@ -100,8 +102,8 @@ static void test_refusals(void **state)
     struct image *r = picture_filled(4, 4, 1, 0), *t = picture_filled(4, 5, 1, 1);
     struct zscore z;
     struct fault fault;
-    assert_int_equal(image_zscore(r, t, &z, &fault), ERR_MISMATCH);
-    assert_int_equal(image_zscore(r, r, &z, &fault), ERR_NOT_FOUND);
+    assert_int_equal(image_zscore(r, t, 2, &z, &fault), ERR_MISMATCH);
+    assert_int_equal(image_zscore(r, r, 2, &z, &fault), ERR_NOT_FOUND);
     assert_string_equal(fault.detail, "the test image has no layer \"error\"");
     image_destroy(&r);
     image_destroy(&t);
