@@ -3,14 +3,15 @@
 #include <stddef.h>
 #include <stdlib.h>
 
+#include "worker/frame_blobs.h"
+
 struct hand_frame {
     struct hand_frame *next;
     uint64_t id;
-    /* References while tiles are open, NULL otherwise; environment also when the plan has none. */
-    struct shelf_blob *scene, *environment;
-    uint32_t tiles; /* all that point here */
-    uint32_t open;  /* of them, not DONE and not dropped */
-    bool gone;      /* cancelled: freed with its last tile */
+    struct frame_blobs blobs; /* held while tiles are open */
+    uint32_t tiles;           /* all that point here */
+    uint32_t open;            /* of them, not DONE and not dropped */
+    bool gone;                /* cancelled: freed with its last tile */
     struct plan plan;
 };
 
@@ -52,20 +53,12 @@ static struct hand_frame *find_frame(const struct hand *hand, uint64_t id)
     return NULL;
 }
 
-static void release_blob(struct hand *hand, struct shelf_blob **blob)
-{
-    struct shelf_blob *b = *blob;
-    *blob = NULL;
-    if (b) shelf_release(hand->shelf, b);
-}
-
 static void free_frame(struct hand *hand, struct hand_frame *f)
 {
     struct hand_frame **at = &hand->frames;
     while (*at != f) at = &(*at)->next;
     *at = f->next;
-    release_blob(hand, &f->scene);
-    release_blob(hand, &f->environment);
+    frame_blobs_release(&f->blobs, hand->shelf);
     free(f);
 }
 
@@ -109,8 +102,7 @@ static void leave_open(struct hand *hand, struct hand_tile *t)
     struct hand_frame *f = t->frame;
     hand->counts.open--;
     if (--f->open > 0) return;
-    release_blob(hand, &f->scene);
-    release_blob(hand, &f->environment);
+    frame_blobs_release(&f->blobs, hand->shelf);
 }
 
 /* ---- tracing ---- */
@@ -157,14 +149,6 @@ static void give_up(struct hand *hand, struct hand_tile *t, int code, const char
     free_tile(hand, t);
 }
 
-/* What loading a blob cost is told once, with the first result after it. */
-static void count_load(struct hand_tile *t, struct shelf_blob *blob)
-{
-    if (!blob) return;
-    t->counters.value[COUNTER_BUILD_CPU_US] += blob->cpu_us;
-    blob->cpu_us = 0;
-}
-
 static void done_tile(struct crew_task *task)
 {
     struct hand_tile *t = tile_of(task);
@@ -182,8 +166,8 @@ static void done_tile(struct crew_task *task)
     if (t->error) {
         give_up(hand, t, t->error, "tile", error_text(t->error));
     } else {
-        count_load(t, t->frame->scene);
-        count_load(t, t->frame->environment);
+        /* What loading cost is told once, with the first result after it. */
+        t->counters.value[COUNTER_BUILD_CPU_US] += frame_blobs_take_cpu_us(&t->frame->blobs);
         t->state = TILE_DONE;
         leave_open(hand, t);
         hand->counts.kept++;
@@ -192,66 +176,32 @@ static void done_tile(struct crew_task *task)
     hand->client.moved(hand->client.ctx);
 }
 
-static const void *loaded_of(const struct shelf_blob *blob)
-{
-    return blob ? blob->loaded : NULL;
-}
-
 static void queue_tile(struct hand *hand, struct hand_tile *t)
 {
     t->state = TILE_QUEUED;
-    t->scene = loaded_of(t->frame->scene);
-    t->environment = loaded_of(t->frame->environment);
+    frame_blobs_loaded(&t->frame->blobs, &t->scene, &t->environment);
     t->task = (struct crew_task){.run = run_tile, .done = done_tile};
     crew_submit(hand->crew, &t->task);
-}
-
-/* READY, or FAILED with *fault, when the blob is settled and what it should be. One that the plan
- * does not have (NULL) is as good as ready. */
-static enum shelf_state blob_state(const struct shelf_blob *blob, enum tracing_kind kind,
-                                   struct fault *fault)
-{
-    const char *const found =
-        kind == TRACING_SCENE ? "this is an environment map" : "this is a scene";
-    if (!blob) return SHELF_READY;
-    if (blob->state == SHELF_FAILED) *fault = blob->fault;
-    if (blob->state != SHELF_READY || blob->kind == kind) return blob->state;
-    fault_set(fault, ERR_MAGIC, "", "%s", found);
-    return SHELF_FAILED;
-}
-
-static void give_up_blob(struct hand *hand, struct hand_tile *t, const char *name,
-                         const struct fault *fault)
-{
-    struct fault text;
-    fault_set(&text, fault->code, "", "%s%s%s", fault->pointer, fault->pointer[0] ? ": " : "",
-              fault->detail);
-    give_up(hand, t, fault->code, name, text.detail);
 }
 
 /* A waiting tile goes on when its blobs are ready, and is given up when one of them has failed. */
 static void go_on(struct hand *hand, struct hand_tile *t)
 {
     struct fault fault = {0};
-    const struct hand_frame *f = t->frame;
-    const enum shelf_state scene = blob_state(f->scene, TRACING_SCENE, &fault);
-    if (scene == SHELF_FAILED) {
-        give_up_blob(hand, t, "scene", &fault);
-        return;
-    }
-    const enum shelf_state environment = blob_state(f->environment, TRACING_ENVIRONMENT, &fault);
-    if (environment == SHELF_FAILED)
-        give_up_blob(hand, t, "environment", &fault);
-    else if (scene == SHELF_READY && environment == SHELF_READY)
+    const enum shelf_state state = frame_blobs_state(&t->frame->blobs, &fault);
+    if (state == SHELF_READY)
         queue_tile(hand, t);
+    else if (state == SHELF_FAILED)
+        give_up(hand, t, fault.code, fault.pointer, fault.detail);
 }
 
 void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
 {
     for (struct hand_tile *t = hand->first, *next; t; t = next) {
         next = t->next;
+        const struct frame_blobs *blobs = &t->frame->blobs;
         if (t->state != TILE_WAITING) continue;
-        if (t->frame->scene == blob || t->frame->environment == blob) go_on(hand, t);
+        if (blobs->scene == blob || blobs->environment == blob) go_on(hand, t);
     }
     hand->client.moved(hand->client.ctx);
 }
@@ -314,22 +264,13 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
     return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
-/* Holds what the frame's tiles need. */
-static bool take_blobs(struct hand *hand, struct hand_frame *f)
-{
-    const struct plan_environment *environment = &f->plan.environment;
-    if (!f->scene) f->scene = shelf_take(hand->shelf, &f->plan.scene);
-    if (!f->environment && environment->kind == ENVIRONMENT_MAP)
-        f->environment = shelf_take(hand->shelf, &environment->map);
-    return f->scene && (f->environment || environment->kind != ENVIRONMENT_MAP);
-}
-
 int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
 {
     struct hand_frame *f = find_frame(hand, m->frame_id);
     int e = check_tile(hand, f, m);
     if (e) return e;
-    struct hand_tile *t = take_blobs(hand, f) ? calloc(1, sizeof *t) : NULL;
+    const bool held = frame_blobs_take(&f->blobs, hand->shelf, &f->plan);
+    struct hand_tile *t = held ? calloc(1, sizeof *t) : NULL;
     if (!t) return ERR_MEMORY;
     t->hand = hand;
     t->frame = f;
