@@ -20,7 +20,7 @@ struct gltf {
     bool smooth;
     enum clear_kind clear;
     float opaque, clear_share, metal;    /* shares of the surface: sum 1 */
-    float index_f0;                      /* ((ior - 1) / (ior + 1))^2 */
+    float index_f0;                      /* of CLEAR_BENT: ((ior - 1) / (ior + 1))^2 */
     float most_f0;                       /* the most reflecting colour's */
     float span;                          /* ggx_span of wo */
     float kept;                          /* of diffuse light on its way out: 1 - specular M(wo) */
@@ -73,6 +73,7 @@ static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, f
         f->reflect[k] = layer * fresnel_schlick(b->specular_f0[k], grazing) +
                         g->metal * fresnel_schlick(b->base_color[k], grazing);
     float passes = 0.0f;
+    f->cosine_far = 0.0f;
     if (g->clear == CLEAR_THIN)
         passes = g->clear_share * (1.0f - b->specular * fresnel_schlick(g->most_f0, grazing));
     else if (g->clear == CLEAR_BENT)
@@ -139,7 +140,7 @@ static void see(const struct bsdf *b, const float wo[3], struct gltf *g)
     g->clear_share = dielectric * b->transmission;
     g->opaque = dielectric - g->clear_share;
     g->clear = clear_kind_of(b, g->clear_share);
-    const float root = (b->ior - 1.0f) / (b->ior + 1.0f);
+    const float root = g->clear == CLEAR_BENT ? (b->ior - 1.0f) / (b->ior + 1.0f) : 0.0f;
     g->index_f0 = root * root;
     g->most_f0 = most_of(b->specular_f0);
     g->span = ggx_span(wo, g->alpha);
@@ -243,7 +244,7 @@ static bool leave(const struct bsdf *b, const struct gltf *g, const float wo[3],
 {
     const float cosine = direction_dot(wo, h);
     facet_of(b, g, cosine, fresnel_grazing(cosine), f);
-    out->transmitted = choice >= f->p_reflect;
+    out->transmitted = f->p_reflect < 1.0f && choice >= f->p_reflect; /* choice may round to 1 */
     if (!out->transmitted || g->clear == CLEAR_THIN) {
         direction_reflect(wo, h, cosine, out->wi);
         if (out->wi[2] <= 0.0f) return false;

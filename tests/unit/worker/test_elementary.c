@@ -252,9 +252,11 @@ static void test_erfinv(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sine), cmocka_unit_test(test_turns), cmocka_unit_test(test_exp),
-        cmocka_unit_test(test_log),  cmocka_unit_test(test_pow),   cmocka_unit_test(test_atan2),
-        cmocka_unit_test(test_acos), cmocka_unit_test(test_erf),   cmocka_unit_test(test_erfinv), cmocka_unit_test(test_near_zero),
+        cmocka_unit_test(test_sine),   cmocka_unit_test(test_turns),
+        cmocka_unit_test(test_exp),    cmocka_unit_test(test_log),
+        cmocka_unit_test(test_pow),    cmocka_unit_test(test_atan2),
+        cmocka_unit_test(test_acos),   cmocka_unit_test(test_erf),
+        cmocka_unit_test(test_erfinv), cmocka_unit_test(test_near_zero),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
