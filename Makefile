@@ -18,7 +18,9 @@ CFLAGS   = $(STD) $(WARN) $(OPT) $(EXTRA)
 
 proto_src  := $(wildcard proto/*.c)
 server_src := $(filter-out server/main.c,$(shell find server -name '*.c' -not -path 'server/import/*' 2>/dev/null))
-import_src := $(filter-out server/import/main.c,$(wildcard server/import/*.c))
+# Environment maps come through the coordinator's reader of OpenEXR.
+import_src := $(filter-out server/import/main.c,$(wildcard server/import/*.c)) \
+              $(addprefix server/image/,exr_file.c exr_read.c image.c)
 worker_src := $(filter-out worker/main.c,$(shell find worker -name '*.c' 2>/dev/null))
 unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
@@ -35,7 +37,7 @@ obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 
 proto_libs  := -lblosc -lgnutls -ljansson -lisal -lm -lpthread
 server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
-import_libs := -lassimp -lpng -lturbojpeg $(proto_libs)
+import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)
 
 programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import

@@ -7,6 +7,7 @@
 #include "server/import/blob_writer.h"
 #include "server/import/cameras.h"
 #include "server/import/emitters.h"
+#include "server/import/environment_import.h"
 #include "server/import/files.h"
 #include "server/import/gltf.h"
 #include "server/import/obj.h"
@@ -27,32 +28,24 @@ static enum format format_of(const char *name, const struct file_view *main)
     return i < main->size_bytes && main->data[i] == '{' ? FORMAT_GLTF : FORMAT_OBJ;
 }
 
-static int read_scene(struct files *files, const char *name, struct builder *b, struct fault *fault)
+static int read_scene(struct files *files, const char *name, const struct file_view *main,
+                      struct builder *b, struct fault *fault)
 {
-    struct file_view main;
-    int rc = files_map(files, name, name, &main, fault);
-    if (rc != 0) return rc;
-    switch (format_of(name, &main)) {
+    switch (format_of(name, main)) {
     case FORMAT_GLTF:
-        rc = gltf_import(files, name, &main, b, fault);
-        break;
+        return gltf_import(files, name, main, b, fault);
     case FORMAT_OBJ:
-        rc = obj_import(files, name, &main, b, fault);
-        break;
+        return obj_import(files, name, main, b, fault);
     default:
-        rc = fault_set(fault, ERR_UNSUPPORTED, name, "scenes are .glb, .gltf or .obj files");
+        return fault_set(fault, ERR_UNSUPPORTED, name,
+                         "scenes are .glb, .gltf or .obj files, environment maps .hdr or .exr");
     }
-    files_unmap(&main);
-    return rc;
 }
 
-static int build_scene(const char *root, const char *name, struct builder *b, struct fault *fault)
+static int build_scene(struct files *files, const char *name, const struct file_view *main,
+                       struct builder *b, struct fault *fault)
 {
-    struct files files;
-    int rc = files_open(&files, root, fault);
-    if (rc != 0) return rc;
-    rc = read_scene(&files, name, b, fault);
-    files_close(&files);
+    int rc = read_scene(files, name, main, b, fault);
     if (rc == 0) rc = emitters_find(b, fault);
     if (rc == 0 && builder_count(b, SCENE_CAMERAS) == 0) rc = camera_append_default(b, fault);
     if (rc == 0) rc = builder_finish(b, fault);
@@ -74,15 +67,35 @@ static int verify(const char *out, struct import_stats *stats, struct fault *fau
     return 0;
 }
 
-int import_scene(const char *root, const char *name, const char *out, struct warnings *warnings,
-                 struct import_stats *stats, struct fault *fault)
+static int import_geometry(struct files *files, const char *name, const struct file_view *main,
+                           const char *out, struct warnings *warnings, struct import_stats *stats,
+                           struct fault *fault)
 {
     struct builder b;
-    *stats = (struct import_stats){0};
     int rc = builder_init(&b, fault);
-    if (rc == 0) rc = build_scene(root, name, &b, fault);
+    if (rc == 0) rc = build_scene(files, name, main, &b, fault);
     if (rc == 0) rc = blob_write(&b, out, fault);
     *warnings = b.warnings;
     builder_fini(&b);
     return rc == 0 ? verify(out, stats, fault) : rc;
+}
+
+int import_scene(const char *root, const char *name, const char *out, struct warnings *warnings,
+                 struct import_stats *stats, struct fault *fault)
+{
+    struct files files;
+    struct file_view main;
+    memset(warnings, 0, sizeof *warnings);
+    *stats = (struct import_stats){0};
+    int rc = files_open(&files, root, fault);
+    if (rc != 0) return rc;
+    rc = files_map(&files, name, name, &main, fault);
+    if (rc == 0) {
+        rc = environment_is_known(&main)
+                 ? environment_import(&main, name, out, warnings, stats, fault)
+                 : import_geometry(&files, name, &main, out, warnings, stats, fault);
+        files_unmap(&main);
+    }
+    files_close(&files);
+    return rc;
 }

@@ -25,7 +25,7 @@ ends_cleanly() {
     import "$1"
     local status=$?
     case $status in
-    0) jq -e '.ok == true and .triangles > 0' "$line" >/dev/null && [ -s "$blob" ] ;;
+    0) jq -e '.ok == true and (.triangles > 0 or .width_px > 0)' "$line" >/dev/null && [ -s "$blob" ] ;;
     1) jq -e '.ok == false and (.code | length > 0) and (.detail | length > 0)' "$line" \
            >/dev/null && [ ! -e "$blob" ] ;;
     *) false ;;
@@ -146,6 +146,40 @@ if [ -d "$scenes/malformed-gltf-validator" ]; then
     check "all malformed files end cleanly" all_end_cleanly < <(
         find "$scenes/malformed-gltf-validator" -name '*.gltf' -o -name '*.glb')
 else skip "all malformed files end cleanly" "no shared scenes here"; fi
+
+# --- environment maps
+sky=$room/sky
+{ printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n'
+    for _ in $(seq 16); do printf '\2\2\0\40\240\200\240\100\240\40\240\201'; done; } >"$sky"
+map_is() { # FILE WIDTH HEIGHT WARNINGS
+    import "$1" || { cat "$line"; return 1; }
+    jq -e --argjson is "[$2, $3, $4]" \
+        '.ok and [.width_px, .height_px, (.warnings | length)] == $is and (has("triangles") | not)' "$line" &&
+        [ "$(head -c 7 "$blob")" = SWENVIR ] && [ "$(stat -c %s "$blob")" -eq $((64 + 12 * $2 * $3)) ]
+}
+no_scene() {
+    import "$1" || return 1
+    ! "$build/tests/fake/scene_print" "$blob" 2>&1 | tee "$tmp/print" | jq -e . >/dev/null &&
+        grep "environment map, not a scene" "$tmp/print"
+}
+check "a Radiance picture without a name's ending becomes an environment map" map_is "$sky" 32 16 0
+check "an environment map is no scene" no_scene "$sky"
+check "the same picture gives the same bytes" deterministic "$sky"
+cp "$sky" "$tmp/whole.glb"
+check "a picture cut at every 97th byte is refused cleanly" truncated
+cp "$sky" "$tmp/sky.obj"
+check "first bytes count for more than a name" map_is "$tmp/sky.obj" 32 16 0
+printf '#?RADIANCE\n\n-Y 16384 +X 16384\n' >"$room/vast.hdr"
+check "a vast picture is refused" refuses "$room/vast.hdr" LIMIT vast.hdr
+{ printf 'v/1\1\2\0\0\0'; head -c 5000 /dev/urandom; } >"$room/noise.exr"
+check "noise behind the mark of OpenEXR ends cleanly" ends_cleanly "$room/noise.exr"
+for map in hdr/park.hdr:1024:512 hdr/venice.hdr:1024:512 hdr/studio.hdr:1024:512 \
+           'living-room/textures/Sky 19.exr:2048:1024'; do
+    IFS=: read -r name width height <<<"$map"
+    if [ -e "$scenes/$name" ]; then
+        check "$name is a map of $width x $height" map_is "$scenes/$name" "$width" "$height" 0
+    else skip "$name is a map of $width x $height" "no shared scenes here"; fi
+done
 
 # --- real scenes
 placed glb/cornell-box-bitterli/cornell-box-bitterli.glb 36
