@@ -252,6 +252,8 @@ static void set_model(const struct material *m, struct bsdf *out)
     out->exponent_u = m->exponent_u;
     out->exponent_v = m->exponent_v;
     out->alpha_u = out->alpha_v = m->alpha_u;
+    if (out->model == BSDF_ASHIKHMIN_SHIRLEY) /* its diffuse lobe is what the other leaves */
+        for (int i = 0; i < 3; i++) out->albedo[i] *= 1.0f - out->model_specular[i];
     memcpy(out->eta, m->eta, sizeof out->eta);
     memcpy(out->k, m->k, sizeof out->k);
 }
