@@ -41,7 +41,8 @@ static int blame(struct preparation *p, const char *pointer, const char *kind)
                      inner.detail);
 }
 
-static int plan_scene(struct preparation *p, struct plan_source *source)
+/* map: the header of the job's map, or NULL. */
+static int plan_scene(struct preparation *p, const struct environment_header *map)
 {
     struct scene scene;
     struct prepared *out = p->prepared;
@@ -49,10 +50,10 @@ static int plan_scene(struct preparation *p, struct plan_source *source)
     objects_path(p->objects, &p->scene_blob, path);
     if (scene_map(path, &scene, &p->fault) != 0)
         return blame(p, "/scene/asset", "an environment map, no scene");
-    source->scene = &scene;
-    source->scene_blob = p->scene_blob;
+    const struct plan_source source = {
+        .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
     int error =
-        plan_make(&out->job, source, out->job.first_frame, &out->plan, &out->report, &p->fault);
+        plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report, &p->fault);
     scene_unmap(&scene);
     return error;
 }
@@ -60,14 +61,12 @@ static int plan_scene(struct preparation *p, struct plan_source *source)
 static int plan_with_map(struct preparation *p)
 {
     struct environment_blob map;
-    struct plan_source source = {.map_blob = p->map_blob};
     char path[OBJECTS_PATH_BYTES];
-    if (!has_map(p)) return plan_scene(p, &source);
+    if (!has_map(p)) return plan_scene(p, NULL);
     objects_path(p->objects, &p->map_blob, path);
     if (environment_map(path, &map, &p->fault) != 0)
         return blame(p, "/environment/asset", "a scene, no environment map (.hdr or .exr)");
-    source.map = map.header;
-    int error = plan_scene(p, &source);
+    int error = plan_scene(p, map.header);
     environment_unmap(&map);
     return error;
 }
