@@ -12,6 +12,7 @@
 #include <time.h>
 
 #include "tests/kernel/shade_statistics.h"
+#include "tests/random.h"
 
 #include "tests/kernel/shade_cases.h"
 #include "tests/kernel/shade_grid.h"

@@ -1,26 +1,6 @@
 #pragma once
-/* Random numbers with fixed seeds, and the tails of the distributions that tests compare with. */
+/* The tails of the distributions that tests compare with. */
 #include <math.h>
-#include <stdint.h>
-
-struct random {
-    uint64_t state;
-};
-
-/* SplitMix64. */
-static inline uint64_t random_bits(struct random *r)
-{
-    uint64_t v = r->state += UINT64_C(0x9e3779b97f4a7c15);
-    v = (v ^ v >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    v = (v ^ v >> 27) * UINT64_C(0x94d049bb133111eb);
-    return v ^ v >> 31;
-}
-
-/* In [0, 1), as the sampling patterns give them. */
-static inline float random_unit(struct random *r)
-{
-    return (float)(random_bits(r) >> 40) * 0x1p-24f;
-}
 
 /* The upper regularised incomplete gamma function Q(a, x): by its series below a + 1, by its
  * continued fraction (Lentz's method) above. */

@@ -1,60 +1,54 @@
 #include "worker/scene/alias_table.h"
 
-#include <stdlib.h>
-#include <string.h>
+#include <stdbool.h>
 
-/* Indexes of cells that are still to be paired: poor ones (less than a whole cell) grow from the
- * front, rich ones from the back. */
-struct pairing {
-    double *share; /* of what one cell holds */
-    uint32_t *order;
-    uint32_t poor, rich; /* how many */
+/* Walks over the items that weigh at least as much as the average (heavy), or less (light). */
+struct walk {
+    alias_weight *weight;
+    const void *items;
+    double scale; /* weights average 1 */
+    uint32_t count;
 };
 
-static void sort_out(struct pairing *p, const double *weights, uint32_t count)
+/* The first item from i on that is heavy or light, and its weight; count if there is none. */
+static uint32_t next_item(const struct walk *w, uint32_t i, bool heavy, double *found)
 {
-    double sum = 0.0;
-    for (uint32_t i = 0; i < count; i++) sum += weights[i];
-    for (uint32_t i = 0; i < count; i++) {
-        p->share[i] = weights[i] / sum * (double)count;
-        p->order[p->share[i] < 1.0 ? p->poor++ : count - ++p->rich] = i;
+    for (; i < w->count; i++) {
+        *found = w->weight(w->items, i) * w->scale;
+        if ((*found >= 1.0) == heavy) break;
     }
+    return i;
 }
 
-/* Fills up poor cells from rich ones, which may become poor by it. */
-static void pair_up(struct pairing *p, uint32_t count, struct alias_cell *cells)
+/* One sweep without lists (Huebschle-Schneider and Sanders 2022, "Parallel Weighted Random
+ * Sampling", section 4.1): a heavy item fills up the cells of light ones until what is left of it
+ * is light itself, and is then filled up by the next heavy one. */
+void alias_build(alias_weight *weight, const void *items, uint32_t count, double total,
+                 struct alias_cell *cells)
 {
-    while (p->poor > 0 && p->rich > 0) {
-        uint32_t poor = p->order[--p->poor], rich = p->order[count - p->rich];
-        cells[poor] = (struct alias_cell){(float)p->share[poor], rich};
-        p->share[rich] -= 1.0 - p->share[poor];
-        if (p->share[rich] >= 1.0) continue;
-        p->rich--;
-        p->order[p->poor++] = rich;
+    const struct walk w = {weight, items, (double)count / total, count};
+    double light_weight = 0.0, left = 0.0;
+    uint32_t light = next_item(&w, 0, false, &light_weight);
+    uint32_t heavy = next_item(&w, 0, true, &left), last = heavy < count ? heavy : light;
+    while (heavy < count) {
+        last = heavy;
+        if (left >= 1.0) {
+            if (light == count) break;
+            cells[light] = (struct alias_cell){(float)light_weight, heavy};
+            left -= 1.0 - light_weight;
+            light = next_item(&w, light + 1, false, &light_weight);
+            continue;
+        }
+        double more = 0.0;
+        const uint32_t next = next_item(&w, heavy + 1, true, &more);
+        if (next == count) break;
+        cells[heavy] = (struct alias_cell){(float)left, next};
+        left += more - 1.0;
+        heavy = next;
     }
-}
-
-int alias_build(const double *weights, uint32_t count, struct alias_cell *cells)
-{
-    struct pairing p = {.share = malloc(count * sizeof *p.share + 1),
-                        .order = malloc(count * sizeof *p.order + 1)};
-    int rc = p.share && p.order ? 0 : ERR_MEMORY;
-    for (uint32_t i = 0; i < count && rc == 0; i++) cells[i] = (struct alias_cell){1.0f, i};
-    if (rc == 0) {
-        sort_out(&p, weights, count);
-        pair_up(&p, count, cells); /* what is left over is whole but for rounding */
-    }
-    free(p.share);
-    free(p.order);
-    return rc;
-}
-
-double alias_refine(float x, const float u[2])
-{
-    uint64_t bits;
-    memcpy(&bits, u, sizeof bits);
-    bits *= 0x9e3779b97f4a7c15u; /* Fibonacci hashing: the upper bits depend on all */
-    bits ^= bits >> 32;
-    bits *= 0xd6e8feb86659fd93u;
-    return (double)x + (double)(bits >> 40) * 0x1p-48;
+    /* What rounding has left over: the last heavy item takes it, since a light one may weigh 0. */
+    for (; light < count; light = next_item(&w, light + 1, false, &light_weight))
+        cells[light] = (struct alias_cell){(float)light_weight, last};
+    for (; heavy < count; heavy = next_item(&w, heavy + 1, true, &left))
+        cells[heavy] = (struct alias_cell){1.0f, heavy};
 }

@@ -1,29 +1,38 @@
 #pragma once
-/* Choosing one of many by given weights with one number and one comparison: Walker's alias method,
- * built by Vose's algorithm (1991, "A linear algorithm for generating random numbers with a given
- * distribution"). The table depends on the weights alone. */
+/* Choosing one of many by given weights with one number and one comparison: Walker's alias method
+ * (1977, "An Efficient Method for Generating Discrete Random Variables with General
+ * Distributions"). The table depends on the weights alone. */
 #include <stdint.h>
-
-#include "proto/error.h"
 
 struct alias_cell {
     float keep;     /* share of the cell that is its own */
     uint32_t other; /* whose the rest is */
 };
 
-/* Fills cells[count] from weights that are finite, not negative and not all 0. ERR_MEMORY. */
-int alias_build(const double *weights, uint32_t count, struct alias_cell *cells);
+/* Of item i; finite, not negative, the same at every call. */
+typedef double alias_weight(const void *items, uint32_t i);
 
-/* The index that x in [0, 1) chooses. Where x comes as a float it has 24 bits, of which the cell
- * takes as many as count has: alias_refine appends more. */
+/* Fills cells[count]; `total` > 0 is the sum of the weights. Asks for every weight twice, each time
+ * in order, and needs no memory beside the cells. */
+void alias_build(alias_weight *weight, const void *items, uint32_t count, double total,
+                 struct alias_cell *cells);
+
+/* The index that x in [0, 1) chooses. Where x comes as a float it has 24 binary digits, of which
+ * the cell takes as many as count has: alias_refine appends more. */
 static inline uint32_t alias_choose(const struct alias_cell *cells, uint32_t count, double x)
 {
-    double scaled = x * (double)count;
+    const double scaled = x * (double)count;
     uint32_t i = (uint32_t)scaled;
     if (i >= count) i = count - 1;
     return scaled - (double)i < (double)cells[i].keep ? i : cells[i].other;
 }
 
-/* A number between x and the next multiple of 2^-24, its further bits hashed from two other
- * uniform numbers: large tables need more bits than a float has. */
-double alias_refine(float x, const float u[2]);
+/* x with 24 more digits, the last twelve of the 24 of each of two other uniform numbers: what these
+ * two choose inside an item feels little of it, and large tables need more digits than a float
+ * has. */
+static inline double alias_refine(float x, const float u[2])
+{
+    const uint32_t low0 = (uint32_t)(u[0] * 0x1p24f) & 0xfffu;
+    const uint32_t low1 = (uint32_t)(u[1] * 0x1p24f) & 0xfffu;
+    return (double)x + (double)(low0 << 12 | low1) * 0x1p-48;
+}

@@ -121,15 +121,25 @@ static double list_triangles(struct emitters *e, const double *luminance, double
 }
 
 /* Densities per area. An instance so dim beside the others that its density is no float is left to
- * the rays that find it. */
-static void set_densities(struct emitters *e, const double *luminance, double sum, double *weights)
+ * the rays that find it. The sum of weights that stay. */
+static double set_densities(struct emitters *e, const double *luminance, double sum,
+                            double *weights)
 {
     for (uint32_t i = 0; i < e->scene->blob->count[SCENE_INSTANCES]; i++) {
         double density = luminance[i] / sum;
         e->pdf_area[i] = density >= (double)FLT_MIN ? (float)density : 0.0f;
     }
-    for (uint32_t t = 0; t < e->count; t++)
+    double stays = 0.0;
+    for (uint32_t t = 0; t < e->count; t++) {
         if (e->pdf_area[e->triangles[t].instance] == 0.0f) weights[t] = 0.0;
+        stays += weights[t];
+    }
+    return stays;
+}
+
+static double weight_at(const void *weights, uint32_t i)
+{
+    return ((const double *)weights)[i];
 }
 
 /* Lists, weighs and builds the table. e->count stays 0 where no triangle has an area. */
@@ -137,15 +147,17 @@ static int fill(struct emitters *e, const double *luminance, uint64_t most)
 {
     double *weights = malloc(most * sizeof *weights);
     e->triangles = malloc(most * sizeof *e->triangles);
-    int rc = weights && e->triangles ? 0 : ERR_MEMORY;
-    if (rc == 0) {
-        double sum = list_triangles(e, luminance, weights);
-        if (e->count > 0) set_densities(e, luminance, sum, weights);
-    }
-    if (rc == 0 && e->count > 0) {
+    int rc = ERR_MEMORY;
+    if (!weights || !e->triangles) goto done;
+    double sum = list_triangles(e, luminance, weights);
+    if (e->count > 0) {
         e->cells = malloc(e->count * sizeof *e->cells);
-        rc = e->cells ? alias_build(weights, e->count, e->cells) : ERR_MEMORY;
+        if (!e->cells) goto done;
+        sum = set_densities(e, luminance, sum, weights);
+        alias_build(weight_at, weights, e->count, sum, e->cells);
     }
+    rc = 0;
+done:
     free(weights);
     return rc;
 }

@@ -1,7 +1,6 @@
 #pragma once
 /* Meshes that shine and that no light of the plan stands for: points on their triangles, chosen in
- * proportion to area times emitted luminance, with an alias table (Vose 1991, "A linear algorithm
- * for generating random numbers with a given distribution").
+ * proportion to area times emitted luminance, with an alias table.
  *
  * Built once per scene, shared read-only. Meshes with MESH_IS_LIGHT (recognised rectangles) and
  * unlit materials are not among them. Emission by texture counts with the texture's mean, so that
@@ -28,7 +27,8 @@ struct emitter_point {
     float pdf_area;    /* density per area of the surface, > 0 */
 };
 
-/* A point by three uniform numbers. */
+/* A point by three uniform numbers in [0, 1): `choice` picks the triangle, u the place on it; the
+ * last of the 24 digits of u lend the choice more digits than a float has. */
 void emitters_sample(const struct emitters *e, float choice, const float u[2],
                      struct emitter_point *out);
 

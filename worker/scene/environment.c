@@ -4,23 +4,18 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "worker/scene/alias_table.h"
 #include "worker/shade/elementary.h"
 
 /* A map whose luminance integrates to less is black: densities would leave the range of floats. */
 #define TOTAL_MIN 1e-30
 
-/* A slot of the alias table: its own texel with probability `keep`, else the other one. */
-struct slot {
-    float keep;
-    uint32_t other;
-};
-
 struct environment {
     const float *texels; /* the blob's */
     uint32_t width, height;
-    float density;      /* per solid angle, of luminance 1; 0: a black map */
-    double *edges;      /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
-    struct slot *slots; /* a slot a texel */
+    float density;            /* per solid angle, of luminance 1; 0: a black map */
+    double *edges;            /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
+    struct alias_cell *cells; /* one a texel */
 };
 
 static float luminance(const float rgb[3])
@@ -52,60 +47,11 @@ static double integrate(const struct environment *e)
     return total;
 }
 
-/* Walks over the texels that weigh at least as much as the average (heavy), or less (light). */
-struct walk {
-    const struct environment *e;
-    double scale; /* weights average 1 */
-    uint32_t count;
-};
-
-static double weight(const struct walk *w, uint32_t i)
+/* What a texel sends, in units of 2 pi / width: an alias_weight. */
+static double weigh_texel(const void *environment, uint32_t i)
 {
-    return (double)luminance(w->e->texels + 3 * (size_t)i) * row_share(w->e, i / w->e->width) *
-           w->scale;
-}
-
-/* The first texel from i on that is heavy or light; count if there is none. */
-static uint32_t next_texel(const struct walk *w, uint32_t i, bool heavy, double *found)
-{
-    for (; i < w->count; i++) {
-        *found = weight(w, i);
-        if ((*found >= 1.0) == heavy) break;
-    }
-    return i;
-}
-
-/* Fills slots in one sweep without lists (Huebschle-Schneider and Sanders 2022, "Parallel Weighted
- * Random Sampling", section 4.1): a heavy texel fills up the slots of light ones until what is left
- * of it is light itself, and is then filled up by the next heavy one. */
-static void fill_slots(struct environment *e, double total)
-{
-    const struct walk w = {e, (double)e->width * e->height / total, e->width * e->height};
-    double light_weight = 0.0, left = 0.0;
-    uint32_t light = next_texel(&w, 0, false, &light_weight);
-    uint32_t heavy = next_texel(&w, 0, true, &left), last = heavy < w.count ? heavy : light;
-    while (heavy < w.count) {
-        last = heavy;
-        if (left >= 1.0) {
-            if (light == w.count) break;
-            e->slots[light] = (struct slot){(float)light_weight, heavy};
-            left -= 1.0 - light_weight;
-            light = next_texel(&w, light + 1, false, &light_weight);
-            continue;
-        }
-        double more = 0.0;
-        const uint32_t next = next_texel(&w, heavy + 1, true, &more);
-        if (next == w.count) break;
-        e->slots[heavy] = (struct slot){(float)left, next};
-        left += more - 1.0;
-        heavy = next;
-    }
-    /* What rounding has left over: the last heavy texel takes it, since a light one may be black.
-     */
-    for (; light < w.count; light = next_texel(&w, light + 1, false, &light_weight))
-        e->slots[light] = (struct slot){(float)light_weight, last};
-    for (; heavy < w.count; heavy = next_texel(&w, heavy + 1, true, &left))
-        e->slots[heavy] = (struct slot){1.0f, heavy};
+    const struct environment *e = environment;
+    return (double)luminance(e->texels + 3 * (size_t)i) * row_share(e, i / e->width);
 }
 
 int environment_create(const struct environment_blob *blob, struct environment **out)
@@ -117,8 +63,8 @@ int environment_create(const struct environment_blob *blob, struct environment *
     e->width = blob->header->width_px;
     e->height = blob->header->height_px;
     e->edges = calloc(e->height + 1u, sizeof *e->edges);
-    e->slots = malloc((size_t)e->width * e->height * sizeof *e->slots);
-    if (!e->edges || !e->slots) {
+    e->cells = malloc((size_t)e->width * e->height * sizeof *e->cells);
+    if (!e->edges || !e->cells) {
         environment_destroy(out);
         return ERR_MEMORY;
     }
@@ -126,7 +72,7 @@ int environment_create(const struct environment_blob *blob, struct environment *
     const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
     if (total * unit < TOTAL_MIN) return 0;
     e->density = (float)(1.0 / (total * unit));
-    fill_slots(e, total);
+    alias_build(weigh_texel, e, e->width * e->height, total, e->cells);
     return 0;
 }
 
@@ -136,13 +82,13 @@ void environment_destroy(struct environment **environment)
     *environment = NULL;
     if (!e) return;
     free(e->edges);
-    free(e->slots);
+    free(e->cells);
     free(e);
 }
 
 uint64_t environment_bytes(const struct environment *e)
 {
-    return sizeof *e + (uint64_t)e->width * e->height * sizeof *e->slots +
+    return sizeof *e + (uint64_t)e->width * e->height * sizeof *e->cells +
            (e->height + 1ull) * sizeof *e->edges;
 }
 
@@ -201,18 +147,6 @@ float environment_pdf(const struct environment *e, const float direction[3])
 
 /* ---- sampling ---- */
 
-/* A slot by choice, with what is left of the choice inside the slot. Double, so that 2^25 slots
- * leave 23 binary digits to compare with `keep`; the lower half of the digits comes from u. */
-static uint32_t choose(const struct environment *e, float choice, const float u[2])
-{
-    const uint32_t low0 = (uint32_t)(u[0] * 0x1p24f) & 0xfffu;
-    const uint32_t low1 = (uint32_t)(u[1] * 0x1p24f) & 0xfffu;
-    const uint32_t count = e->width * e->height;
-    const double at = ((double)choice + (double)(low0 << 12 | low1) * 0x1p-48) * (double)count;
-    const uint32_t slot = at < (double)count ? (uint32_t)at : count - 1;
-    return at - (double)slot < (double)e->slots[slot].keep ? slot : e->slots[slot].other;
-}
-
 void environment_sample(const struct environment *e, float choice, const float u[2],
                         float direction[3], float *pdf)
 {
@@ -220,7 +154,8 @@ void environment_sample(const struct environment *e, float choice, const float u
     direction[1] = 1.0f;
     *pdf = 0.0f;
     if (!(e->density > 0.0f)) return;
-    const uint32_t i = choose(e, choice, u), y = i / e->width, x = i - y * e->width;
+    const uint32_t i = alias_choose(e->cells, e->width * e->height, alias_refine(choice, u));
+    const uint32_t y = i / e->width, x = i - y * e->width;
     /* Rows below the equator are the upper ones' mirror image: 1 - cos is exact near both poles. */
     const bool below = 2 * y >= e->height;
     const uint32_t row = below ? e->height - 1 - y : y;

@@ -1,7 +1,6 @@
 #pragma once
 /* An environment map ready for tracing: texels for lookups, and an alias table over them by
- * luminance times solid angle for sampling (Walker 1977, "An Efficient Method for Generating
- * Discrete Random Variables with General Distributions"). Built once, shared read-only.
+ * luminance times solid angle for sampling. Built once, shared read-only.
  *
  * Directions here are the map's own: u = 0.5 + atan2(z, x)/2 pi, v = acos(y)/pi from the top row.
  * Lookups are bilinear, wrapping around in u and clamped in v. The density of a sample is constant

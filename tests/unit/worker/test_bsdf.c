@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tests/kernel/shade_statistics.h"
+#include "tests/random.h"
 #include "worker/shade/bsdf.h"
 #include "worker/shade/coupling.h"
 #include "worker/shade/direction.h"

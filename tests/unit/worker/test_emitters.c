@@ -8,8 +8,8 @@
 /* cmocka wants those first */
 #include <cmocka.h>
 
+#include "tests/random.h"
 #include "tests/unit/worker/scene_fixture.h"
-#include "worker/scene/alias_table.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/render_scene.h"
 
@@ -53,24 +53,12 @@ static uint32_t shining(struct scene_fixture *f, float r, float g, float b)
 }
 
 /* Uniform numbers; a sequence of its own for each test. */
-struct random {
-    uint64_t state;
-};
-
-static float uniform(struct random *r)
-{
-    uint64_t v = r->state += UINT64_C(0x9e3779b97f4a7c15);
-    v = (v ^ v >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    v = (v ^ v >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (float)((v ^ v >> 31) >> 40) * 0x1p-24f;
-}
-
 static void draw(const struct emitters *e, struct random *r, struct emitter_point *out)
 {
-    float choice = uniform(r);
+    float choice = random_unit(r);
     float u[2];
-    u[0] = uniform(r);
-    u[1] = uniform(r);
+    u[0] = random_unit(r);
+    u[1] = random_unit(r);
     emitters_sample(e, choice, u, out);
 }
 
@@ -278,32 +266,6 @@ static void extremes_stay_finite(void **state)
         }
 }
 
-static void alias_tables_keep_weights(void **state)
-{
-    (void)state;
-    enum { CELLS = 1000 };
-    static double weights[CELLS], shares[CELLS];
-    static struct alias_cell cells[CELLS];
-    struct random r = {6};
-    double sum = 0.0;
-    for (int i = 0; i < CELLS; i++) {
-        weights[i] = i % 7 == 0 ? 0.0 : pow((double)uniform(&r), 8.0);
-        sum += weights[i];
-        shares[i] = 0.0;
-    }
-    assert_int_equal(alias_build(weights, CELLS, cells), 0);
-    for (uint32_t i = 0; i < CELLS; i++) {
-        shares[i] += (double)cells[i].keep / CELLS;
-        shares[cells[i].other] += (1.0 - (double)cells[i].keep) / CELLS;
-    }
-    for (int i = 0; i < CELLS; i++) assert_true(fabs(shares[i] - weights[i] / sum) < 1e-7);
-    for (int i = 0; i < CELLS; i += 7) assert_true(shares[i] == 0.0);
-    assert_true(alias_choose(cells, CELLS, 0x1.fffffffffffffp-1) < CELLS);
-    const float u[2] = {0.25f, 0.75f};
-    double x = alias_refine(0x1.fffffep-1f, u);
-    assert_true(x >= 0x1.fffffep-1 && x < 1.0);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -314,7 +276,6 @@ int main(void)
         cmocka_unit_test(textures_weigh_by_their_mean),
         cmocka_unit_test(fronts_and_opacities_count),
         cmocka_unit_test(extremes_stay_finite),
-        cmocka_unit_test(alias_tables_keep_weights),
     };
     return cmocka_run_group_tests_name("emitters", tests, NULL, NULL);
 }

@@ -8,27 +8,20 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "tests/random.h"
 #include "tests/unit/worker/environment_fixture.h"
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_HDR
 #include <stb/stb_image.h>
 
 static struct environment_fixture f;
-static uint64_t seed;
-
-/* 24 digits, as path_unit gives them (splitmix64 of Steele et al. 2014). */
-static float uniform(void)
-{
-    uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (float)((z ^ z >> 31) >> 40) * 0x1p-24f;
-}
+static struct random numbers;
 
 static float draw(float direction[3])
 {
     float pdf;
-    const float choice = uniform(), u[2] = {uniform(), uniform()};
+    const float choice = random_unit(&numbers),
+                u[2] = {random_unit(&numbers), random_unit(&numbers)};
     environment_sample(f.map, choice, u, direction, &pdf);
     return pdf;
 }
@@ -43,7 +36,8 @@ static void towards(double u, double v, float d[3])
 
 static void random_direction(float d[3])
 {
-    const double y = 1.0 - 2.0 * (double)uniform(), phi = 2.0 * M_PI * (double)uniform();
+    const double y = 1.0 - 2.0 * (double)random_unit(&numbers),
+                 phi = 2.0 * M_PI * (double)random_unit(&numbers);
     d[0] = (float)(sqrt(1.0 - y * y) * cos(phi));
     d[1] = (float)y;
     d[2] = (float)(sqrt(1.0 - y * y) * sin(phi));
@@ -127,7 +121,7 @@ static void open_random(uint32_t width, uint32_t height)
 {
     float *texels = malloc(3 * sizeof(float) * width * height);
     for (uint32_t i = 0; i < 3 * width * height; i++) {
-        const float r = uniform();
+        const float r = random_unit(&numbers);
         texels[i] = i / 3 % 5 == 0 ? 0.0f : i / 3 % 37 == 1 ? 100.0f * r : r;
     }
     environment_fixture_open(&f, width, height, texels);
@@ -156,7 +150,7 @@ static void a_constant_map_is_constant_exactly(void **state)
 static void lookups_are_bilinear(void **state)
 {
     (void)state;
-    seed = 1;
+    numbers.state = 1;
     open_random(8, 6);
     const float *t = f.blob.texels;
     for (uint32_t y = 0; y < 6; y++)
@@ -207,7 +201,7 @@ static void no_direction_leaves_the_map(void **state)
         {-1, 1e-30f, 0},   {2, 2, 2},   {NAN, NAN, NAN},   {1e-20f, 1, -1e-20f}, {INFINITY, 0, 0},
         {0, -INFINITY, 0}, {0, NAN, 1}, {1e-4f, -1, 1e-4f}};
     (void)state;
-    seed = 2;
+    numbers.state = 2;
     const uint32_t sizes[][2] = {{1, 1}, {1, 7}, {7, 1}, {5, 3}, {64, 33}};
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
         open_random(sizes[k][0], sizes[k][1]);
@@ -226,7 +220,7 @@ static void densities_integrate_to_one(void **state)
 {
     static const uint32_t sizes[][2] = {{1, 1}, {3, 1}, {1, 2}, {16, 8}, {33, 17}, {128, 64}};
     (void)state;
-    seed = 3;
+    numbers.state = 3;
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
         const uint32_t width = sizes[k][0], height = sizes[k][1];
         double sum = 0.0;
@@ -249,7 +243,7 @@ static void samples_follow_their_density(void **state)
 {
     static const uint32_t sizes[][2] = {{2, 1}, {1, 4}, {16, 8}, {21, 11}, {64, 32}};
     (void)state;
-    seed = 4;
+    numbers.state = 4;
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
         open_random(sizes[k][0], sizes[k][1]);
         check_chi_square(1, 400000);
@@ -260,7 +254,7 @@ static void samples_follow_their_density(void **state)
 static void a_sample_tells_its_density(void **state)
 {
     (void)state;
-    seed = 5;
+    numbers.state = 5;
     open_random(512, 256);
     uint32_t others = 0;
     for (int i = 0; i < 200000; i++) {
@@ -281,7 +275,7 @@ static void one_bright_texel_takes_all_samples(void **state)
     static float texels[3 * 64 * 32];
     static const uint32_t places[] = {0, 63, 64 * 16 + 5, 64 * 31, 64 * 32 - 1};
     (void)state;
-    seed = 6;
+    numbers.state = 6;
     for (int k = 0; k < 5; k++) {
         memset(texels, 0, sizeof texels);
         texels[3 * places[k] + 2] = 1e12f;
@@ -316,7 +310,7 @@ static void a_black_map_gives_no_samples(void **state)
 static void one_texel_is_the_whole_sphere(void **state)
 {
     (void)state;
-    seed = 7;
+    numbers.state = 7;
     environment_fixture_open(&f, 1, 1, (const float[3]){0.5f, 0.5f, 0.5f});
     double mean[3] = {0}, squares = 0.0;
     for (int i = 0; i < 100000; i++) {
@@ -338,7 +332,7 @@ static void large_maps_are_chosen_from_finely(void **state)
     float *texels = malloc(3 * sizeof(float) * width * height);
     uint32_t dim = 0;
     (void)state;
-    seed = 8;
+    numbers.state = 8;
     for (uint32_t i = 0; i < 3 * width * height; i++) texels[i] = i / 3 % 2 ? 1.7f : 0.3f;
     environment_fixture_open(&f, width, height, texels);
     for (uint32_t s = 0; s < samples; s++) {
@@ -359,8 +353,8 @@ static void samples_estimate_the_integral(void **state)
     double exact = 0.0, sum = 0.0, squares = 0.0;
     const int fine = 60, samples = 200000;
     (void)state;
-    seed = 9;
-    for (uint32_t i = 0; i < 216; i++) texels[i] = 0.2f + uniform();
+    numbers.state = 9;
+    for (uint32_t i = 0; i < 216; i++) texels[i] = 0.2f + random_unit(&numbers);
     environment_fixture_open(&f, 12, 6, texels);
     for (int y = 0; y < 6 * fine; y++)
         for (int x = 0; x < 12 * fine; x++) {
@@ -393,7 +387,7 @@ static void a_real_sky_is_sampled_right(void **state)
     snprintf(path, sizeof path, "%s/hdr/park.hdr", scenes ? scenes : "../shared/scenes");
     float *texels = stbi_loadf(path, &width, &height, &channels, 3);
     if (!texels) skip();
-    seed = 10;
+    numbers.state = 10;
     environment_fixture_open(&f, (uint32_t)width, (uint32_t)height, texels);
     stbi_image_free(texels);
     check_chi_square(16, 1000000);
