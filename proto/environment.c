@@ -1,15 +1,11 @@
 #include "proto/environment.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
+#include "proto/blob_file.h"
 #include "proto/scene.h"
 
 #define ALIGN_BYTES 64u
@@ -185,39 +181,20 @@ int environment_open(const void *blob, size_t size_bytes, struct environment_blo
     return error;
 }
 
-static int map_file(int fd, const char *path, void **blob, size_t *size_bytes, struct fault *fault)
-{
-    struct stat st;
-    if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
-        return fault_set(fault, ERR_IO, "", "%s is no file", path);
-    if (st.st_size <= 0) return fault_set(fault, ERR_TRUNCATED, "", "%s is empty", path);
-    *size_bytes = (size_t)st.st_size;
-    *blob = mmap(NULL, *size_bytes, PROT_READ, MAP_PRIVATE, fd, 0);
-    if (*blob == MAP_FAILED)
-        return fault_set(fault, ERR_IO, "", "%s cannot be mapped: %s", path,
-                         strerrordesc_np(errno));
-    return 0;
-}
-
 int environment_map(const char *path, struct environment_blob *out, struct fault *fault)
 {
-    void *blob = NULL;
-    size_t size_bytes = 0;
+    const void *blob;
+    size_t size_bytes;
     *out = (struct environment_blob){0};
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return fault_set(fault, ERR_IO, "", "%s cannot be opened: %s", path,
-                         strerrordesc_np(errno));
-    int error = map_file(fd, path, &blob, &size_bytes, fault);
-    close(fd);
+    int error = blob_file_map(path, &blob, &size_bytes, fault);
     if (error) return error;
     error = environment_open(blob, size_bytes, out, fault);
-    if (error) munmap(blob, size_bytes);
+    if (error) blob_file_unmap(blob, size_bytes);
     return error;
 }
 
 void environment_unmap(struct environment_blob *e)
 {
-    if (e->blob) munmap((void *)(uintptr_t)e->blob, e->blob_bytes);
+    blob_file_unmap(e->blob, e->blob_bytes);
     *e = (struct environment_blob){0};
 }

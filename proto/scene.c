@@ -1,15 +1,11 @@
 #include "proto/scene.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
+#include "proto/blob_file.h"
 #include "proto/environment.h"
 #include "proto/scene_check.h"
 
@@ -204,42 +200,21 @@ int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fa
     return 0;
 }
 
-static int map_file(int fd, const char *path, void **blob, size_t *size_bytes, struct fault *fault)
-{
-    struct stat st;
-    if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
-        return fault_set(fault, ERR_IO, "", "%s is no file", path);
-    if (st.st_size <= 0) return fault_set(fault, ERR_TRUNCATED, "", "%s is empty", path);
-    if ((uint64_t)st.st_size > LIMIT_BLOB_BYTES)
-        return fault_set(fault, ERR_LIMIT, "", "%s has %lld bytes", path, (long long)st.st_size);
-    *size_bytes = (size_t)st.st_size;
-    *blob = mmap(NULL, *size_bytes, PROT_READ, MAP_PRIVATE, fd, 0);
-    if (*blob == MAP_FAILED)
-        return fault_set(fault, ERR_IO, "", "%s cannot be mapped: %s", path,
-                         strerrordesc_np(errno));
-    return 0;
-}
-
 int scene_map(const char *path, struct scene *out, struct fault *fault)
 {
-    void *blob = NULL;
-    size_t size_bytes = 0;
+    const void *blob;
+    size_t size_bytes;
     *out = (struct scene){0};
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return fault_set(fault, ERR_IO, "", "%s cannot be opened: %s", path,
-                         strerrordesc_np(errno));
-    int error = map_file(fd, path, &blob, &size_bytes, fault);
-    close(fd);
+    int error = blob_file_map(path, &blob, &size_bytes, fault);
     if (error) return error;
     error = scene_open(blob, size_bytes, out, fault);
-    if (error) munmap(blob, size_bytes);
+    if (error) blob_file_unmap(blob, size_bytes);
     return error;
 }
 
 void scene_unmap(struct scene *s)
 {
-    if (s->blob) munmap((void *)(uintptr_t)s->blob, s->blob_bytes);
+    blob_file_unmap(s->blob, s->blob_bytes);
     *s = (struct scene){0};
 }
 
