@@ -62,22 +62,6 @@ static void bounce_rays(const struct lanes3 *local, const struct lanes3 *tangent
     }
 }
 
-static void take_lane(const struct light_packet *from, int i, struct light_packet *to)
-{
-    const struct RTCRay16 *source = &from->rays.ray;
-    struct RTCRay16 *ray = &to->rays.ray;
-    ray->org_x[i] = source->org_x[i];
-    ray->org_y[i] = source->org_y[i];
-    ray->org_z[i] = source->org_z[i];
-    ray->dir_x[i] = source->dir_x[i];
-    ray->dir_y[i] = source->dir_y[i];
-    ray->dir_z[i] = source->dir_z[i];
-    ray->tfar[i] = source->tfar[i];
-    to->traced.on[i] = from->traced.on[i];
-    to->irradiance[i] = from->irradiance[i];
-    to->skip[i] = from->skip[i];
-}
-
 /* The shuffled orders in which pixels visit lights. */
 static void shuffle_lights(const struct light_table *lights, const struct shading_point *p,
                            struct indirect_scratch *scratch)
@@ -121,7 +105,7 @@ static void sample_lights(const struct queries *q, const struct light_table *lig
         q->kernels->sample_light(&lights->lights[index], u, v, &scratch->landing, active,
                                  &scratch->candidate);
         for (int k = 0; k < LANES; k++)
-            if (chosen[k] == index) take_lane(&scratch->candidate, k, &scratch->shadow);
+            if (chosen[k] == index) light_take_lane(&scratch->candidate, k, &scratch->shadow);
     }
 }
 

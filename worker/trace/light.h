@@ -25,6 +25,24 @@ struct light_packet {
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
 };
 
+/* Copies lane i: lanes that chose different lights end up in one packet. `end` stays. */
+static inline void light_take_lane(const struct light_packet *from, int i, struct light_packet *to)
+{
+    const struct RTCRay16 *source = &from->rays.ray;
+    struct RTCRay16 *ray = &to->rays.ray;
+    ray->org_x[i] = source->org_x[i];
+    ray->org_y[i] = source->org_y[i];
+    ray->org_z[i] = source->org_z[i];
+    ray->dir_x[i] = source->dir_x[i];
+    ray->dir_y[i] = source->dir_y[i];
+    ray->dir_z[i] = source->dir_z[i];
+    ray->tfar[i] = source->tfar[i];
+    to->traced.on[i] = from->traced.on[i];
+    to->irradiance[i] = from->irradiance[i];
+    to->density[i] = from->density[i];
+    to->skip[i] = from->skip[i];
+}
+
 /* Adds the skips of `lanes`, each `times` over, to their counters. */
 void light_count_skips(const struct light_packet *p, const struct lanes_mask *lanes, uint32_t times,
                        struct counters *counters);

@@ -56,20 +56,6 @@ static void choose(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-static void take_lane(const struct light_packet *from, int i, struct light_packet *to)
-{
-    const struct RTCRay16 *source = &from->rays.ray;
-    struct RTCRay16 *ray = &to->rays.ray;
-    ray->dir_x[i] = source->dir_x[i];
-    ray->dir_y[i] = source->dir_y[i];
-    ray->dir_z[i] = source->dir_z[i];
-    ray->tfar[i] = source->tfar[i];
-    to->traced.on[i] = from->traced.on[i];
-    to->irradiance[i] = from->irradiance[i];
-    to->density[i] = from->density[i];
-    to->skip[i] = from->skip[i];
-}
-
 /* Lanes that chose lights of the plan. One light for all needs no copying. */
 static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
                                const struct choice *choice, struct path_light *out)
@@ -86,7 +72,7 @@ static void sample_plan_lights(const struct path_context *c, const struct path_v
         kernels->sample_light(&lights[index], choice->u, choice->v, &v->surface, &v->active,
                               &out->candidate);
         for (int i = 0; i < LANES; i++)
-            if (choice->chosen[i] == index) take_lane(&out->candidate, i, &out->packet);
+            if (choice->chosen[i] == index) light_take_lane(&out->candidate, i, &out->packet);
     }
 }
 
