@@ -76,6 +76,13 @@ struct plan_paths {
     float emitter_power;      /* of all mesh emitters together, relative to the lights'; 0: none */
 };
 
+/* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
+enum shadow_filter {
+    SHADOW_FILTER_NONE = 0, /* the plain average */
+    SHADOW_FILTER_AXIS_ALIGNED = 1,
+    SHADOW_FILTER_SHEARED = 2
+};
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -87,11 +94,13 @@ struct plan {
     struct plan_light lights[LIMIT_LIGHTS];
     struct plan_environment environment;
     struct plan_paths paths;
-    uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes; /* bits of enum light_plane_id, for every light with area; lights
-                              without area never have slopes */
-    uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
-    uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
+    uint32_t shadow_filter; /* enum shadow_filter */
+    float mu;               /* > 0: scales filter widths; 1: as filters.md has them */
+    uint32_t planes;        /* bits of enum plane_id, 1u << PLANE_ */
+    uint32_t light_planes;  /* bits of enum light_plane_id, for every light with area; lights
+                               without area never have slopes */
+    uint32_t sub_samples;   /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
+    uint32_t bounces;       /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
