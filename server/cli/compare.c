@@ -18,10 +18,12 @@
 #include "server/image/zscore.h"
 
 struct comparison {
-    const char *layer, *crop, *picture;
+    const char *layer, *crop, *picture, *where;
     long box_px, reference_box_px, range_percent;
     struct image *reference, *test; /* owned */
     int32_t dropped[2];             /* columns, rows that fill no box */
+    char mask_layer[32];            /* of `where`; "": all pixels count */
+    struct difference_where mask;
     struct difference difference;
     struct zscore zscore;
     bool has_zscore;
@@ -61,6 +63,10 @@ static void print_line(const struct comparison *c)
     if (c->dropped[0] || c->dropped[1])
         json_object_set_new(line, "dropped_px",
                             json_pack("[ii]", (int)c->dropped[0], (int)c->dropped[1]));
+    if (c->where) {
+        json_object_set_new(line, "where", json_string(c->where));
+        json_object_set_new(line, "pixels", json_integer((json_int_t)d->pixels));
+    }
     if (c->has_zscore) json_object_set_new(line, "z", zscore_json(&c->zscore));
     json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
     putchar('\n');
@@ -91,6 +97,20 @@ static int parse_crop(const char *text, struct rect all, struct rect *out, struc
     if (out->x1 > all.x1 || out->y1 > all.y1)
         return fault_set(fault, ERR_RANGE, "", "--crop: %s reaches beyond %d x %d", text, all.x1,
                          all.y1);
+    return 0;
+}
+
+/* "layer,above,below". */
+static int parse_where(struct comparison *c, struct fault *fault)
+{
+    int end = 0;
+    if (!c->where) return 0;
+    if (sscanf(c->where, "%31[a-z_0-9],%lf,%lf%n", c->mask_layer, &c->mask.above, &c->mask.below,
+               &end) != 3 ||
+        c->where[end] || !(c->mask.above < c->mask.below))
+        return fault_set(fault, ERR_SYNTAX, "", "--where: \"%.60s\" is not LAYER,ABOVE,BELOW",
+                         c->where);
+    c->mask.layer = c->mask_layer;
     return 0;
 }
 
@@ -141,13 +161,17 @@ static int write_picture(const struct comparison *c, struct fault *fault)
 static int compare(struct comparison *c, char **paths, struct fault *fault)
 {
     const struct plane *rgb[3];
-    int error = c->picture ? output_file_check(c->picture, fault) : 0;
+    int error = parse_where(c, fault);
+    if (!error && c->picture) error = output_file_check(c->picture, fault);
     if (!error) error = exr_read(paths[0], &c->reference, fault);
     if (!error) error = exr_read(paths[1], &c->test, fault);
     if (!error) error = prepare(c, fault);
-    if (!error) error = image_difference(c->reference, c->test, c->layer, &c->difference, fault);
+    if (!error)
+        error = image_difference_where(c->reference, c->test, c->layer, c->where ? &c->mask : NULL,
+                                       &c->difference, fault);
     if (error) return error;
-    c->has_zscore = !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
+    c->has_zscore =
+        !c->where && !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
     if (c->has_zscore)
         error = image_zscore(c->reference, c->test, c->difference.mean, &c->zscore, fault);
     if (!error && c->picture) error = write_picture(c, fault);
@@ -166,6 +190,8 @@ int cli_compare(int argc, char **argv)
         {"reference-box", 0, OPTION_NUMBER, "N", "average REF alone, for a TEST N times smaller", 1,
          LIMIT_IMAGE_SIDE_PX, &c.reference_box_px},
         {"crop", 'c', OPTION_TEXT, "X,Y,W,H", "compare these pixels of TEST only", 0, 0, &c.crop},
+        {"where", 'w', OPTION_TEXT, "LAYER,ABOVE,BELOW",
+         "only where REF's layer lies between, e.g. visibility,0.02,0.98", 0, 0, &c.where},
         {"difference", 'd', OPTION_TEXT, "OUT.png", "draw TEST / REF - 1: blue below, red above 0",
          0, 0, &c.picture},
         {"range", 0, OPTION_NUMBER, "PERCENT", "where its colours are darkest (default 10)", 1,

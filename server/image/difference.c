@@ -8,18 +8,35 @@
 /* The pixels of both images as pairs; every channel of the layer once. */
 struct pairs {
     const struct plane *reference[3], *test[3];
+    const struct plane *mask; /* of the reference; NULL: all pixels count */
+    double above, below;
     int channels;
     int32_t width, height;
 };
 
-static double mean_of(const struct plane *p, int32_t width, int32_t height)
+static bool counts(const struct pairs *p, int32_t x, int32_t y)
+{
+    if (!p->mask) return true;
+    double v = (double)*plane_at(p->mask, x, y);
+    return v > p->above && v < p->below;
+}
+
+static int64_t count_pixels(const struct pairs *p)
+{
+    int64_t count = 0;
+    for (int32_t y = 0; y < p->height; y++)
+        for (int32_t x = 0; x < p->width; x++) count += counts(p, x, y);
+    return count;
+}
+
+static double mean_of(const struct pairs *pairs, const struct plane *p)
 {
     double sum = 0;
     int64_t count = 0;
-    for (int32_t y = 0; y < height; y++) {
+    for (int32_t y = 0; y < pairs->height; y++) {
         const float *row = plane_row(p, y);
-        for (int32_t x = 0; x < width; x++) {
-            if (!isfinite(row[x])) continue;
+        for (int32_t x = 0; x < pairs->width; x++) {
+            if (!isfinite(row[x]) || !counts(pairs, x, y)) continue;
             sum += row[x];
             count++;
         }
@@ -44,6 +61,27 @@ static int find_pairs(const struct image *reference, const struct image *test, c
     return 0;
 }
 
+static int find_mask(const struct image *reference, const struct difference_where *where,
+                     struct pairs *out, struct fault *fault)
+{
+    const struct plane *planes[3];
+    if (!where) return 0;
+    if (!image_layer_planes(reference, where->layer, planes))
+        return fault_set(fault, ERR_NOT_FOUND, "", "the reference has no layer \"%s\"",
+                         where->layer);
+    if (planes[0] != planes[1])
+        return fault_set(fault, ERR_RANGE, "", "the layer \"%s\" is no single number a pixel",
+                         where->layer);
+    out->mask = planes[0];
+    out->above = where->above;
+    out->below = where->below;
+    if (count_pixels(out) == 0)
+        return fault_set(fault, ERR_RANGE, "",
+                         "the reference's layer \"%s\" is nowhere between %g and %g", where->layer,
+                         where->above, where->below);
+    return 0;
+}
+
 static int compare_floats(const void *a, const void *b)
 {
     float x = *(const float *)a, y = *(const float *)b;
@@ -58,6 +96,7 @@ static void add_channel(const struct pairs *p, int channel, double floor_squared
         const float *r = plane_row(p->reference[channel], y);
         const float *t = plane_row(p->test[channel], y);
         for (int32_t x = 0; x < p->width; x++) {
+            if (!counts(p, x, y)) continue;
             double e = (double)t[x] - r[x];
             if (!isfinite(e)) {
                 d->finite = false;
@@ -76,18 +115,25 @@ static void add_channel(const struct pairs *p, int channel, double floor_squared
 int image_difference(const struct image *reference, const struct image *test, const char *layer,
                      struct difference *out, struct fault *fault)
 {
+    return image_difference_where(reference, test, layer, NULL, out, fault);
+}
+
+int image_difference_where(const struct image *reference, const struct image *test,
+                           const char *layer, const struct difference_where *where,
+                           struct difference *out, struct fault *fault)
+{
     struct pairs p = {0};
     size_t count = 0;
     int error = find_pairs(reference, test, layer, &p, fault);
+    if (!error) error = find_mask(reference, where, &p, fault);
     if (error) return error;
     assert(p.channels > 0 && p.width > 0 && p.height > 0); /* images have pixels */
-    *out = (struct difference){.finite = true};
-    float *errors =
-        malloc((size_t)p.channels * (size_t)p.width * (size_t)p.height * sizeof *errors);
+    *out = (struct difference){.finite = true, .pixels = count_pixels(&p)};
+    float *errors = malloc((size_t)p.channels * (size_t)out->pixels * sizeof *errors);
     if (!errors) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     for (int c = 0; c < p.channels; c++) {
-        out->mean_reference[c] = mean_of(p.reference[c], p.width, p.height);
-        out->mean_test[c] = mean_of(p.test[c], p.width, p.height);
+        out->mean_reference[c] = mean_of(&p, p.reference[c]);
+        out->mean_test[c] = mean_of(&p, p.test[c]);
     }
     for (int c = 0; c < 3; c++) {
         double r = out->mean_reference[c];

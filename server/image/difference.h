@@ -13,10 +13,23 @@ struct difference {
     double mean_reference[3], mean_test[3];
     double ratio[3]; /* mean_test / mean_reference; NAN where the latter is 0 */
     double mean;     /* of the reference over the layer's channels */
+    int64_t pixels;  /* that were compared */
     bool finite;     /* no NaN or infinity in either; else they are left out of the sums */
+};
+
+/* Which pixels count: those where the reference's scalar layer lies between the two. */
+struct difference_where {
+    const char *layer; /* as in image_layer_planes */
+    double above, below;
 };
 
 /* `layer` as in image_layer_planes. ERR_NOT_FOUND when an image lacks it, ERR_MISMATCH for other
  * sizes, ERR_MEMORY. */
 int image_difference(const struct image *reference, const struct image *test, const char *layer,
                      struct difference *out, struct fault *fault);
+
+/* The same over some of the pixels; `where` NULL: all. ERR_NOT_FOUND also when the reference lacks
+ * its layer, ERR_RANGE when that layer is no scalar or no pixel lies there. */
+int image_difference_where(const struct image *reference, const struct image *test,
+                           const char *layer, const struct difference_where *where,
+                           struct difference *out, struct fault *fault);

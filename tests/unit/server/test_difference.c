@@ -68,6 +68,30 @@ static void test_ratio_of_means(void **state)
     image_destroy(&t);
 }
 
+static void test_where(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"R", "G", "B", "visibility.V"};
+    const struct difference_where penumbra = {"visibility", 0.02, 0.98};
+    const struct difference_where nowhere = {"visibility", 0.6, 0.7}, colour = {"beauty", 0, 1};
+    struct image *r, *t = filled(8, 8, 1.0f);
+    struct difference d;
+    assert_int_equal(image_create_named(names, 4, 8, 8, &r), 0);
+    *plane_at(image_plane(r, "visibility.V"), 2, 3) = 0.5f;
+    *plane_at(image_plane(r, "visibility.V"), 4, 3) = 0.02f; /* the ends do not count */
+    *plane_at(image_plane(r, "G"), 2, 3) = 4.0f;
+    *plane_at(image_plane(r, "G"), 5, 5) = 9.0f;
+    assert_int_equal(image_difference_where(r, t, "beauty", &penumbra, &d, NULL), 0);
+    assert_int_equal(d.pixels, 1);
+    assert_true(fabs(d.rmse - sqrt((1 + 9 + 1) / 3.0)) < 1e-12);
+    assert_true(fabs(d.mean - 4 / 3.0) < 1e-12 && fabs(d.max - 3) < 1e-12);
+    assert_int_equal(image_difference_where(r, t, "beauty", &nowhere, &d, NULL), ERR_RANGE);
+    assert_int_equal(image_difference_where(r, t, "beauty", &colour, &d, NULL), ERR_RANGE);
+    assert_int_equal(image_difference_where(t, r, "beauty", &penumbra, &d, NULL), ERR_NOT_FOUND);
+    image_destroy(&r);
+    image_destroy(&t);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -84,9 +108,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_constant_offset),
-        cmocka_unit_test(test_outlier_and_not_finite),
-        cmocka_unit_test(test_ratio_of_means),
+        cmocka_unit_test(test_constant_offset), cmocka_unit_test(test_outlier_and_not_finite),
+        cmocka_unit_test(test_ratio_of_means),  cmocka_unit_test(test_where),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
