@@ -1,0 +1,32 @@
+#pragma once
+/* Exponentials of our own, so that bits do not hang on the C library's choice by CPU. They are
+ * written to vectorise. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* exp(-x) for x >= 0; 0 from 87 on (also for infinity). Relative error 2e-7. */
+static inline float gaussian_exp_minus(float x)
+{
+    const float in = x < 87.0f ? x : 87.0f;
+    const float n = floorf(in * -1.44269504f + 0.5f);
+    /* ln 2 in two parts, the first of 15 bits: n times it is exact */
+    const float rest = (-in - n * 0.693145752f) - n * 1.42860677e-6f;
+    const float p =
+        1.0f +
+        rest * (1.0f + rest * (0.5f + rest * (1.0f / 6 +
+                                              rest * (1.0f / 24 +
+                                                      rest * (1.0f / 120 + rest * (1.0f / 720))))));
+    const uint32_t bits = (uint32_t)((int32_t)n + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return x < 87.0f ? p * power : 0.0f;
+}
+
+/* The normal distribution function, by a logistic of a cubic: absolute error 1.5e-4. */
+static inline float gaussian_phi(float z)
+{
+    const float t = 1.5976f * z + 0.070566f * z * z * z;
+    const float e = gaussian_exp_minus(t < 0.0f ? -t : t);
+    return t < 0.0f ? e / (1.0f + e) : 1.0f / (1.0f + e);
+}

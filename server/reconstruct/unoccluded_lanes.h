@@ -1,0 +1,253 @@
+#pragma once
+/* shadow_kernels' unoccluded: E = integral of I cos cos' / d^2 over a rectangle, for many receivers
+ * at once. Plain loops over short arrays, which the compiler vectorises for whatever instruction
+ * set the including file is compiled for.
+ *
+ *   uniform, near  Lambert's formula over the outline cut at the receiver's horizon (Lambert 1760;
+ *                  Baum et al. 1989): E = 1/2 |sum of theta_i n . (v_i x v_i+1) / |v_i x v_i+1||
+ *   uniform, far   its sum cancels down to (size/distance)^2 of its terms, so that below an eighth
+ *                  3 x 3 Gauss-Legendre points are nearer, if the whole light is up; and below
+ *                  a thousandth in any case
+ *   Gaussian, far  4 x 4 points of the Gauss rule for the profile exp(-2 u^2)
+ *   Gaussian, near Lambert's formula times the mean of the profile, weighted with cos cos' / d^2
+ *                  over 12 x 12 Gauss-Legendre points */
+#include <math.h>
+#include <stddef.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/shadow_kernels.h"
+
+#define UNOCCLUDED_LANES    32
+#define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
+#define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
+#define UNOCCLUDED_PROFILE2 9.0f  /* the same of Gaussian ones, anyway */
+#define UNOCCLUDED_TINY     1e-36f
+
+struct unoccluded_chunk {
+    float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
+    float normal[3][UNOCCLUDED_LANES];
+    float front[UNOCCLUDED_LANES]; /* how far the receiver is in front of the light's plane */
+    float up[UNOCCLUDED_LANES], up_u[UNOCCLUDED_LANES], up_v[UNOCCLUDED_LANES]; /* n . points */
+    float across_u[UNOCCLUDED_LANES], across_v[UNOCCLUDED_LANES]; /* 2 centre . half_u, _v */
+    float squared[UNOCCLUDED_LANES];
+    float leave[3][UNOCCLUDED_LANES],
+        enter[3][UNOCCLUDED_LANES]; /* where the outline sets, rises */
+    float polygon[UNOCCLUDED_LANES], sum[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
+    int32_t far[UNOCCLUDED_LANES];
+};
+
+static const float unoccluded_nodes_3[2][3] = {{-0.774596669f, 0.0f, 0.774596669f},
+                                               {0.277777778f, 0.444444444f, 0.277777778f}};
+static const float unoccluded_nodes_profile[2][4] = {
+    {-0.802102150f, -0.282621223f, 0.282621223f, 0.802102150f},
+    {0.0602718775f, 0.238800126f, 0.238800126f, 0.0602718775f}};
+static const float unoccluded_nodes_12[2][12] = {
+    {-0.981560634f, -0.904117256f, -0.769902674f, -0.587317954f, -0.367831499f, -0.125233409f,
+     0.125233409f, 0.367831499f, 0.587317954f, 0.769902674f, 0.904117256f, 0.981560634f},
+    {0.0235876682f, 0.053469663f, 0.0800391645f, 0.101583714f, 0.116746269f, 0.124573523f,
+     0.124573523f, 0.116746269f, 0.101583714f, 0.0800391645f, 0.053469663f, 0.0235876682f}};
+
+/* theta / sin(theta) from cos(theta) in [-1, 1]; a fit on [0, 1], error 2e-8, mirrored below. */
+static inline float unoccluded_arc(float cosine)
+{
+    const float x = fabsf(cosine);
+    const float fit =
+        1.57079631f +
+        x * (-0.999996f +
+             x * (0.785263024f +
+                  x * (-0.664857777f +
+                       x * (0.576413591f +
+                            x * (-0.480613401f +
+                                 x * (0.348387262f +
+                                      x * (-0.192103921f +
+                                           x * (0.0678737293f + x * -0.0111628242f))))))));
+    const float square = (1.0f - x) * (1.0f + x);
+    /* Opposite directions: the cross product it is for vanishes as the root does. */
+    const float mirrored = 3.14159265f / sqrtf(square > 1e-12f ? square : 1e-12f) - fit;
+    return cosine < 0.0f ? mirrored : fit;
+}
+
+static void unoccluded_load(const struct shadow_rectangle *light, size_t first, size_t count,
+                            const float *const point[3], const float *const normal[3],
+                            struct unoccluded_chunk *c)
+{
+    for (int k = 0; k < 3; k++) {
+        /* lanes past the end stand in the light's centre and have no normal */
+        for (size_t i = 0; i < UNOCCLUDED_LANES; i++) c->centre[k][i] = c->normal[k][i] = 0.0f;
+        for (size_t i = 0; i < count; i++) {
+            c->centre[k][i] = light->centre[k] - point[k][first + i];
+            c->normal[k][i] = normal[k][first + i];
+        }
+    }
+    const float *a = light->axis[0], *b = light->axis[1], *n = light->normal;
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const float x = c->centre[0][i], y = c->centre[1][i], z = c->centre[2][i];
+        const float nx = c->normal[0][i], ny = c->normal[1][i], nz = c->normal[2][i];
+        c->front[i] = -(x * n[0] + y * n[1] + z * n[2]);
+        c->up[i] = x * nx + y * ny + z * nz;
+        c->up_u[i] = light->half[0] * (a[0] * nx + a[1] * ny + a[2] * nz);
+        c->up_v[i] = light->half[1] * (b[0] * nx + b[1] * ny + b[2] * nz);
+        c->across_u[i] = 2.0f * light->half[0] * (a[0] * x + a[1] * y + a[2] * z);
+        c->across_v[i] = 2.0f * light->half[1] * (b[0] * x + b[1] * y + b[2] * z);
+        c->squared[i] = x * x + y * y + z * z;
+    }
+}
+
+/* Sums w_i w_j I cos cos' / d^2 over order x order points into c->sum; the weights alone, without
+ * the profile, into c->share when `profiled`. */
+static void unoccluded_quadrature(const struct shadow_rectangle *light, const float *nodes,
+                                  const float *weights, int order, bool profiled,
+                                  struct unoccluded_chunk *c)
+{
+    const float uu = light->half[0] * light->half[0], vv = light->half[1] * light->half[1];
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) c->sum[i] = c->share[i] = 0.0f;
+    for (int k = 0; k < order * order; k++) {
+        const float u = nodes[k % order], v = nodes[k / order];
+        const float weight = weights[k % order] * weights[k / order];
+        const float added = u * u * uu + v * v * vv;
+        const float profile = profiled ? gaussian_exp_minus(2.0f * (u * u + v * v)) : 1.0f;
+        for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+            const float up = c->up[i] + u * c->up_u[i] + v * c->up_v[i];
+            float squared = c->squared[i] + u * c->across_u[i] + v * c->across_v[i] + added;
+            /* never nearer than the light's plane, whatever was cancelled */
+            const float least = c->front[i] * c->front[i] + UNOCCLUDED_TINY;
+            squared = squared > least ? squared : least;
+            const float inverse = 1.0f / squared;
+            const float g = weight * (up > 0.0f ? up : 0.0f) * inverse * (c->front[i] * inverse);
+            c->sum[i] += g * profile;
+            c->share[i] += g;
+        }
+    }
+}
+
+/* The edge e from `corner` (of the light's centre): its term where above the horizon, and where it
+ * goes through the horizon. */
+static void unoccluded_edge(const float corner[3], const float e[3], struct unoccluded_chunk *c)
+{
+    const float ox = corner[0], oy = corner[1], oz = corner[2];
+    const float ex = e[0], ey = e[1], ez = e[2];
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const float nx = c->normal[0][i], ny = c->normal[1][i], nz = c->normal[2][i];
+        const float px = c->centre[0][i] + ox, py = c->centre[1][i] + oy, pz = c->centre[2][i] + oz;
+        const float from = nx * px + ny * py + nz * pz, rise = nx * ex + ny * ey + nz * ez;
+        const float to = from + rise;
+        const int up = from > 0.0f, up_next = to > 0.0f;
+        const float steep = up == up_next ? 1.0f : rise; /* not 0 where it crosses */
+        float cut = -from / steep;
+        cut = cut > 0.0f ? cut : 0.0f;
+        cut = cut < 1.0f ? cut : 1.0f;
+        const float a = up ? 0.0f : up_next ? cut : 0.0f;
+        const float b = up_next ? 1.0f : up ? cut : 0.0f;
+        const float ax = px + a * ex, ay = py + a * ey, az = pz + a * ez;
+        const float bx = px + b * ex, by = py + b * ey, bz = pz + b * ez;
+        const float aa = ax * ax + ay * ay + az * az, bb = bx * bx + by * by + bz * bz;
+        const float length = sqrtf(aa) * sqrtf(bb);
+        const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
+        float cosine = (ax * bx + ay * by + az * bz) * inverse;
+        cosine = cosine > -1.0f ? cosine : -1.0f;
+        cosine = cosine < 1.0f ? cosine : 1.0f;
+        const float cross =
+            nx * (py * ez - pz * ey) + ny * (pz * ex - px * ez) + nz * (px * ey - py * ex);
+        c->polygon[i] += unoccluded_arc(cosine) * (b - a) * cross * inverse;
+        const int leaves = up > up_next, enters = up < up_next;
+        c->leave[0][i] = leaves ? bx : c->leave[0][i];
+        c->leave[1][i] = leaves ? by : c->leave[1][i];
+        c->leave[2][i] = leaves ? bz : c->leave[2][i];
+        c->enter[0][i] = enters ? ax : c->enter[0][i];
+        c->enter[1][i] = enters ? ay : c->enter[1][i];
+        c->enter[2][i] = enters ? az : c->enter[2][i];
+    }
+}
+
+/* Lambert's formula into c->polygon. */
+static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+{
+    static const float outline[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        for (int k = 0; k < 3; k++) c->leave[k][i] = c->enter[k][i] = 0.0f;
+        c->polygon[i] = 0.0f;
+    }
+    for (int k = 0; k < 4; k++) {
+        const float *from = outline[k], *to = outline[(k + 1) & 3];
+        float corner[3], edge[3];
+        for (int j = 0; j < 3; j++) {
+            const float u = light->half[0] * light->axis[0][j];
+            const float v = light->half[1] * light->axis[1][j];
+            corner[j] = from[0] * u + from[1] * v;
+            edge[j] = (to[0] - from[0]) * u + (to[1] - from[1]) * v;
+        }
+        unoccluded_edge(corner, edge, c);
+    }
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) { /* along the horizon */
+        const float ax = c->leave[0][i], ay = c->leave[1][i], az = c->leave[2][i];
+        const float bx = c->enter[0][i], by = c->enter[1][i], bz = c->enter[2][i];
+        const float length =
+            sqrtf(ax * ax + ay * ay + az * az) * sqrtf(bx * bx + by * by + bz * bz);
+        const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
+        float cosine = (ax * bx + ay * by + az * bz) * inverse;
+        cosine = cosine > -1.0f ? cosine : -1.0f;
+        cosine = cosine < 1.0f ? cosine : 1.0f;
+        const float cross = c->normal[0][i] * (ay * bz - az * by) +
+                            c->normal[1][i] * (az * bx - ax * bz) +
+                            c->normal[2][i] * (ax * by - ay * bx);
+        /* the light's outline runs clockwise as its receivers see it */
+        const float e = -0.5f * (c->polygon[i] + unoccluded_arc(cosine) * cross * inverse);
+        c->polygon[i] = e > 0.0f ? e : 0.0f;
+    }
+}
+
+/* Which lanes quadrature alone serves; how many of the first `count` those are. */
+static size_t unoccluded_sort(const struct shadow_rectangle *light, size_t count,
+                              struct unoccluded_chunk *c)
+{
+    const float size2 = light->half[0] * light->half[0] + light->half[1] * light->half[1];
+    const bool gaussian = light->profile == PROFILE_GAUSSIAN;
+    const float near2 = size2 * (gaussian ? UNOCCLUDED_PROFILE2 : UNOCCLUDED_FAR2);
+    const float anyway2 = gaussian ? near2 : size2 * UNOCCLUDED_VERY_FAR;
+    size_t far_count = 0;
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const int all_up = c->up[i] > fabsf(c->up_u[i]) + fabsf(c->up_v[i]);
+        c->far[i] = (c->squared[i] > anyway2) | (all_up & (c->squared[i] > near2));
+    }
+    for (size_t i = 0; i < count; i++) far_count += (size_t)c->far[i];
+    return far_count;
+}
+
+static void unoccluded_near(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+{
+    unoccluded_polygon(light, c);
+    if (light->profile != PROFILE_GAUSSIAN) return;
+    unoccluded_quadrature(light, unoccluded_nodes_12[0], unoccluded_nodes_12[1], 12, true, c);
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const float whole = c->share[i] > UNOCCLUDED_TINY ? c->share[i] : UNOCCLUDED_TINY;
+        c->polygon[i] *= c->sum[i] / whole;
+    }
+}
+
+static void unoccluded_far(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+{
+    if (light->profile == PROFILE_GAUSSIAN)
+        unoccluded_quadrature(light, unoccluded_nodes_profile[0], unoccluded_nodes_profile[1], 4,
+                              false, c);
+    else
+        unoccluded_quadrature(light, unoccluded_nodes_3[0], unoccluded_nodes_3[1], 3, false, c);
+}
+
+static void kernel_unoccluded(const struct shadow_rectangle *light, uint32_t count,
+                              const float *const point[3], const float *const normal[3], float *out)
+{
+    struct unoccluded_chunk c;
+    for (size_t first = 0; first < count; first += UNOCCLUDED_LANES) {
+        const size_t left = count - first;
+        const size_t n = left < UNOCCLUDED_LANES ? left : UNOCCLUDED_LANES;
+        unoccluded_load(light, first, n, point, normal, &c);
+        const size_t far = unoccluded_sort(light, n, &c);
+        if (far < n) unoccluded_near(light, &c);
+        if (far > 0) unoccluded_far(light, &c);
+        for (size_t i = 0; i < n; i++) {
+            const float e = c.far[i] ? c.sum[i] * light->area : c.polygon[i];
+            out[first + i] = c.front[i] > 0.0f && e > 0.0f ? e : 0.0f;
+        }
+    }
+}
