@@ -18,7 +18,7 @@ const struct json_choice job_layer_words[] = {
     {"slope_max", LAYER_SLOPE_MAX, NULL},
     {"emission", LAYER_EMISSION, NULL},
     {"id", LAYER_ID, NULL},
-    {"filter_width", LAYER_FILTER_WIDTH, "the layer filter_width is not in this version"},
+    {"filter_width", LAYER_FILTER_WIDTH, NULL},
     {"error", LAYER_ERROR, NULL},
     {"occlusion", LAYER_OCCLUSION, NULL},
     {"diffuse_direct", LAYER_DIFFUSE_DIRECT, NULL},
@@ -29,8 +29,8 @@ const struct json_choice job_layer_words[] = {
 const struct json_choice job_method_words[] = {
     {"auto", FILTER_AUTO, NULL},
     {"none", FILTER_NONE, NULL},
-    {"sheared", FILTER_SHEARED, "the sheared filter is not in this version"},
-    {"axis_aligned", FILTER_AXIS_ALIGNED, "the axis-aligned filter is not in this version"},
+    {"sheared", FILTER_SHEARED, NULL},
+    {"axis_aligned", FILTER_AXIS_ALIGNED, NULL},
     {NULL, 0, NULL},
 };
 

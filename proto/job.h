@@ -15,9 +15,8 @@
  *   filter    {method, mu}
  *   layers    [names]      frames {first, last}      priority
  *
- * Known members of later versions (filter methods other than auto and none, target_error, max_spp,
- * lens_spp, the layer filter_width) are refused with ERR_UNSUPPORTED and their pointer, never
- * ignored. */
+ * Known members of later versions (target_error, max_spp, lens_spp) are refused with
+ * ERR_UNSUPPORTED and their pointer, never ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -59,7 +58,7 @@ enum layer {
     LAYER_SLOPE_MAX = 1u << 9,
     LAYER_EMISSION = 1u << 10,
     LAYER_ID = 1u << 11,
-    LAYER_FILTER_WIDTH = 1u << 12, /* not in this version */
+    LAYER_FILTER_WIDTH = 1u << 12, /* sigma in pixels, largest over the lights; 0: not filtered */
     LAYER_ERROR = 1u << 13, /* standard error of beauty, rgb, estimated from the paths' spread */
     LAYER_OCCLUSION = 1u << 14,        /* share of the hemisphere that is open, by cosine */
     LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
@@ -68,7 +67,8 @@ enum layer {
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
-     LAYER_ID | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT)
+     LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
+     LAYER_DIFFUSE_INDIRECT)
 
 enum pixel_type { PIXEL_FLOAT, PIXEL_HALF };
 

@@ -232,9 +232,10 @@ static const struct json_member sampling_members[] = {
     LATER("max_spp", "a stop at a target error is not in this version"),
     {.name = NULL}};
 
-static const struct json_member filter_members[] = {WORD("method", method, job_method_words),
-                                                    NUMBER("mu", json_member_f32, mu, 0, 100),
-                                                    {.name = NULL}};
+static const struct json_member filter_members[] = {
+    WORD("method", method, job_method_words),
+    NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
+    {.name = NULL}};
 
 static const struct json_member frames_members[] = {
     NUMBER("first", json_member_i32, first_frame, 0, FRAME_MAX),
@@ -302,6 +303,11 @@ static int check_layers(struct json_cursor *at, const struct job *job)
         return json_cursor_refuse_member(
             at, job->light_spp ? "light_spp" : "spp", ERR_RANGE,
             "%u is above %u, the most with layers visibility and slope", spp, l_max * l_max);
+    }
+    if ((job->layers & LAYER_FILTER_WIDTH) && job->method == FILTER_NONE) {
+        json_cursor_enter(at, "filter");
+        return json_cursor_refuse_member(
+            at, "method", ERR_RANGE, "none filters nothing that the layer filter_width could show");
     }
     if ((job->layers & LAYER_OCCLUSION) && !(job->occlusion_distance > 0.0f)) {
         json_cursor_enter(at, "effects");

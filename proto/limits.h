@@ -16,6 +16,7 @@
 #define LIMIT_PASS_SPP              64        /* samples a pixel that one lease asks for: seconds */
 #define LIMIT_PASSES                1026      /* passes of a frame: those of LIMIT_SPP (plan.h) */
 #define LIMIT_LENS_BLADES           32        /* sides of an aperture; more is a circle */
+#define LIMIT_FILTER_MU             100       /* factor of filter widths; beyond, all are capped */
 #define LIMIT_FRAMES                100000    /* frames of a job */
 #define LIMIT_PRIORITY              100       /* |priority| */
 #define LIMIT_COORDINATE            1e15f     /* |scene unit|; Embree aborts on 1e18 */

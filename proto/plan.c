@@ -110,6 +110,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     write_camera(w, &plan->camera);
     write_environment(w, &plan->environment);
     write_paths(w, &plan->paths);
+    bytes_write_u32(w, plan->shadow_filter);
+    bytes_write_f32(w, plan->mu);
     bytes_write_u32(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
     bytes_write_u32(w, plan->sub_samples);
@@ -133,6 +135,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     read_camera(r, &plan->camera);
     read_environment(r, &plan->environment);
     read_paths(r, &plan->paths);
+    plan->shadow_filter = bytes_read_u32(r);
+    plan->mu = bytes_read_f32(r);
     plan->planes = bytes_read_u32(r);
     plan->light_planes = bytes_read_u32(r);
     plan->sub_samples = bytes_read_u32(r);
@@ -163,8 +167,9 @@ int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fa
 
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light)
 {
-    if (plan->lights[light].type == LIGHT_RECTANGLE) return plan->light_planes;
-    return plan->light_planes & ~(1u << LIGHT_PLANE_SLOPES);
+    const uint32_t irradiance = 1u << LIGHT_PLANE_IRRADIANCE;
+    if (plan->lights[light].type != LIGHT_RECTANGLE) return plan->light_planes & irradiance;
+    return plan->light_planes & (plan->shadow_filter ? ~irradiance : ~0u);
 }
 
 /* The image plane's coordinates of a pixel position. */

@@ -95,10 +95,9 @@ struct plan {
     struct plan_environment environment;
     struct plan_paths paths;
     uint32_t shadow_filter; /* enum shadow_filter */
-    float mu;               /* > 0: scales filter widths; 1: as filters.md has them */
+    float mu;               /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     uint32_t planes;        /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes;  /* bits of enum light_plane_id, for every light with area; lights
-                               without area never have slopes */
+    uint32_t light_planes;  /* bits of enum light_plane_id; plan_light_planes says whose */
     uint32_t sub_samples;   /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
     uint32_t bounces;       /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
@@ -120,7 +119,9 @@ int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fa
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault);
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault);
 
-/* Light k's planes under this plan: light_planes less what its type cannot have. */
+/* Light k's planes under this plan: of light_planes, those that somebody reads of it. A rectangle
+ * has strata, of which a shadow filter makes its irradiance; a light without area has irradiance
+ * alone. */
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 
 /* The camera ray through continuous pixel position (px, py): origin, unit direction. */

@@ -263,6 +263,31 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
     return error;
 }
 
+/* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
+static int check_filter(const struct place *at, const struct plan *plan)
+{
+    const uint32_t geometry = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
+    const int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
+    if (error) return error;
+    if (!(plan->mu > 0.0f))
+        return refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
+    if (plan->shadow_filter > SHADOW_FILTER_SHEARED)
+        return refuse(at, ERR_RANGE, "shadow_filter", "is no shadow filter",
+                      (double)plan->shadow_filter);
+    if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
+    if (plan->paths.spp > 0)
+        return refuse(at, ERR_RANGE, "shadow_filter", "filters a picture that is made of paths",
+                      (double)plan->shadow_filter);
+    if ((plan->planes & geometry) != geometry)
+        return refuse(at, ERR_RANGE, "planes", "lacks the depth and normal that filters read",
+                      (double)plan->planes);
+    if ((plan->light_planes & LIGHT_PLANES_STRATA) != LIGHT_PLANES_STRATA)
+        return refuse(at, ERR_RANGE, "light_planes",
+                      "lacks the visibility and slopes that filters read",
+                      (double)plan->light_planes);
+    return 0;
+}
+
 static int check_image(const struct place *at, const struct plan *plan)
 {
     int error = check_count(at, "width_px", plan->width_px, 1, LIMIT_IMAGE_SIDE_PX);
@@ -359,6 +384,7 @@ int plan_check(const struct plan *plan, struct fault *fault)
     if (!error) error = check_environment(&plan->environment, fault);
     if (!error) error = check_paths(&plan->paths, fault);
     if (!error) error = check_planes(&at, plan);
+    if (!error) error = check_filter(&at, plan);
     if (!error) error = check_counts(&at, plan);
     if (!error) error = check_lights(plan, fault);
     if (!error) error = check_scale(&at, "radiance_scale", plan->radiance_scale);

@@ -24,7 +24,7 @@ static const struct layer_channels {
     {"slope_max", {"slope_max.S"}},
     {"emission", {"emission.R", "emission.G", "emission.B"}},
     {"id", {"id.I"}},
-    {"filter_width", {NULL}}, /* not made in this version */
+    {"filter_width", {"filter_width.W"}},
     {"error", {"error.R", "error.G", "error.B"}},
     {"occlusion", {"occlusion.O"}},
     {"diffuse_direct", {"diffuse_direct.R", "diffuse_direct.G", "diffuse_direct.B"}},
@@ -84,7 +84,6 @@ int image_create(uint32_t wanted, int32_t width_px, int32_t height_px, struct im
     if (wanted >> LAYER_COUNT) return ERR_UNSUPPORTED;
     for (uint32_t b = 0; b < LAYER_COUNT; b++) {
         if (!(wanted >> b & 1u)) continue;
-        if (!layers[b].channels[0]) return ERR_UNSUPPORTED;
         for (int c = 0; c < 4 && layers[b].channels[c]; c++) names[count++] = layers[b].channels[c];
     }
     return image_create_named(names, count, width_px, height_px, out);
@@ -123,7 +122,7 @@ static bool foreign_planes(const struct image *image, const char *layer, const s
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3])
 {
     for (uint32_t b = 0; b < LAYER_COUNT; b++) {
-        if (!layers[b].channels[0] || strcmp(layers[b].name, layer) != 0) continue;
+        if (strcmp(layers[b].name, layer) != 0) continue;
         bool scalar = !layers[b].channels[1];
         for (int c = 0; c < 3; c++) {
             rgb[c] = image_plane(image, layers[b].channels[scalar ? 0 : c]);

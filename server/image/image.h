@@ -21,7 +21,8 @@ struct image {
 };
 
 /* Channel names by layer: beauty R G B A; direct.R ...; indirect.R ...; emission.R ...; albedo.R
- * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S; error.R
+ * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S;
+ * filter_width.W; error.R
  * ...; occlusion.O; diffuse_direct.R ...; diffuse_indirect.R .... `layers` are bits of
  * proto/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for a layer
  * that is none here.

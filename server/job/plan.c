@@ -157,7 +157,8 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
                           .width_px = job->width_px,
                           .height_px = job->height_px,
                           .tile_px = job->tile_px,
-                          .pattern = {.seed = job->seed, .frame = (uint32_t)frame}};
+                          .pattern = {.seed = job->seed, .frame = (uint32_t)frame},
+                          .mu = job->mu};
     memset(report, 0, sizeof *report);
     report->layers = job->layers;
     int error = gather(job, source, plan, report, environment_mean, fault);

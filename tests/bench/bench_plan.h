@@ -84,5 +84,6 @@ static void plan_init(const struct scene *s, struct plan *p)
     p->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID;
     p->light_planes = 1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY;
     p->radiance_scale = 1.0f;
+    p->mu = 1.0f;
     p->length_unit = exp2f(ceilf(log2f(0.5f * extent(s))));
 }

@@ -63,6 +63,7 @@ static inline void plan_case(struct plan *plan)
                         .rotation_rad = -1.5f,
                         .power = 6},
         .paths = {.spp = 100, .occlusion_distance = 2, .emitter_power = 0.25f},
+        .mu = 0.5f,
         .planes = PLAN_CASE_PLANES,
         .light_planes = PLAN_CASE_LIGHT_PLANES,
         .sub_samples = 3,

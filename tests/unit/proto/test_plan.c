@@ -48,6 +48,8 @@ static void plans_round_trip(void **state)
         assert_memory_equal(&sent.camera, &got.camera, sizeof sent.camera);
         assert_memory_equal(&sent.environment, &got.environment, sizeof sent.environment);
         assert_memory_equal(&sent.paths, &got.paths, sizeof sent.paths);
+        assert_int_equal(sent.shadow_filter, got.shadow_filter);
+        assert_true(sent.mu == got.mu);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
         assert_int_equal(sent.pattern.seed, got.pattern.seed);
         bytes_writer_fini(&w);
@@ -267,6 +269,40 @@ static void planes_and_counts_are_checked(void **state)
     EXPECT(plan.length_unit = NAN, ERR_NOT_FINITE, "length_unit");
 }
 
+/* A filtered plan: of light fields alone. */
+static void filtered_case(struct plan *plan)
+{
+    plan->paths = (struct plan_paths){0};
+    plan->planes &= ~PLANES_PATH;
+    plan->shadow_filter = SHADOW_FILTER_SHEARED;
+}
+
+static void filters_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(filtered_case(&plan), ERR_OK, "");
+    EXPECT((filtered_case(&plan), plan.shadow_filter = SHADOW_FILTER_AXIS_ALIGNED), ERR_OK, "");
+    EXPECT((filtered_case(&plan), plan.shadow_filter = 3), ERR_RANGE, "shadow_filter");
+    EXPECT(plan.shadow_filter = SHADOW_FILTER_SHEARED, ERR_RANGE, "shadow_filter");
+    EXPECT((filtered_case(&plan), plan.planes &= ~(1u << PLANE_NORMAL)), ERR_RANGE, "planes");
+    EXPECT((filtered_case(&plan), plan.planes &= ~(1u << PLANE_SUB_DEPTH | 1u << PLANE_DEPTH)),
+           ERR_RANGE, "planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_SLOPES)), ERR_RANGE,
+           "light_planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_VISIBILITY)), ERR_RANGE,
+           "light_planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_IRRADIANCE)), ERR_OK,
+           "");
+    EXPECT((filtered_case(&plan), plan.lights[3].strata_per_axis = 17), ERR_LIMIT,
+           "lights[3].strata_per_axis");
+    EXPECT(plan.mu = 0, ERR_RANGE, "mu");
+    EXPECT(plan.mu = -1, ERR_RANGE, "mu");
+    EXPECT(plan.mu = 100, ERR_OK, "");
+    EXPECT(plan.mu = 100.5f, ERR_RANGE, "mu");
+    EXPECT(plan.mu = NAN, ERR_NOT_FINITE, "mu");
+    EXPECT(plan.mu = INFINITY, ERR_NOT_FINITE, "mu");
+}
+
 static void light_count_is_checked(void **state)
 {
     static struct plan plan, got;
@@ -290,10 +326,16 @@ static void light_planes_follow_the_type(void **state)
     static struct plan plan;
     (void)state;
     plan_case(&plan);
-    for (uint32_t k = 0; k < 3; k++)
-        assert_int_equal(plan_light_planes(&plan, k),
-                         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY);
-    assert_int_equal(plan_light_planes(&plan, 3), PLAN_CASE_LIGHT_PLANES);
+    for (uint32_t filter = 0; filter <= SHADOW_FILTER_SHEARED; filter++) {
+        plan.shadow_filter = filter;
+        for (uint32_t k = 0; k < 3; k++)
+            assert_int_equal(plan_light_planes(&plan, k), 1u << LIGHT_PLANE_IRRADIANCE);
+        assert_int_equal(plan_light_planes(&plan, 3),
+                         filter ? 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES
+                                : PLAN_CASE_LIGHT_PLANES);
+    }
+    plan.light_planes = 1u << LIGHT_PLANE_SLOPES;
+    assert_int_equal(plan_light_planes(&plan, 0), 0);
 }
 
 static void is_near(float got, double expected)
@@ -385,6 +427,7 @@ int main(void)
         cmocka_unit_test(lights_are_checked),
         cmocka_unit_test(planes_and_counts_are_checked),
         cmocka_unit_test(light_count_is_checked),
+        cmocka_unit_test(filters_are_checked),
         cmocka_unit_test(light_planes_follow_the_type),
         cmocka_unit_test(rays_follow_the_camera),
     };

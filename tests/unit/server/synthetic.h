@@ -49,6 +49,7 @@ static inline void synthetic_plan(struct plan *plan, int32_t width, int32_t heig
     plan->indirect_strata_per_axis = 3;
     plan->radiance_scale = 4.0f;
     plan->length_unit = 8.0f;
+    plan->mu = 1.0f;
 }
 
 /* A tilted floor with a checkerboard of ids, and holes where x + y is a multiple of 11. */

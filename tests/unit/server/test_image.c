@@ -46,7 +46,7 @@ static void planes_are_zero_and_do_not_overlap(void **state)
     (void)state;
     struct image *image;
     assert_int_equal(image_create(LAYERS_AVAILABLE, 7, 5, &image), 0);
-    assert_int_equal(image->channel_count, 35);
+    assert_int_equal(image->channel_count, 36);
     for (uint32_t c = 0; c < image->channel_count; c++) {
         const struct plane *p = &image->channels[c].plane;
         assert_int_equal(p->width_px, 7);
@@ -59,7 +59,7 @@ static void planes_are_zero_and_do_not_overlap(void **state)
         }
     }
     assert_true(image->data[0] == 1.0f);
-    assert_true(image->data[35 * 35 - 1] == 35.0f);
+    assert_true(image->data[35 * 36 - 1] == 36.0f);
     image_destroy(&image);
 }
 

@@ -171,6 +171,7 @@ static inline struct plan fixture_plan(int32_t w, int32_t h, const float eye[3],
         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
     p.radiance_scale = 1.0f;
     p.length_unit = 1.0f;
+    p.mu = 1.0f;
     return p;
 }
 
