@@ -1,0 +1,81 @@
+#include "server/reconstruct/coverage.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/shadow_kernels.h"
+
+#define DELTA_MOST    2.0f
+#define RHO_LEAST     1e-3f /* below, every sample stays on the light */
+#define COVER_LEAST   0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
+#define LEAST_SCALE   8
+#define WINDOW_ALIGN  8
+#define WEIGHTS_BYTES 64
+
+static float cover(float y, float rho, float delta)
+{
+    if (rho < RHO_LEAST) return 1.0f;
+    const float inverse = 1.0f / rho, a = 1.0f + delta;
+    const float all = 2.0f * gaussian_phi(a * inverse) - 1.0f; /* a >= 1, rho finite: above 0 */
+    const float stays = gaussian_phi((a - y) * inverse) + gaussian_phi((a + y) * inverse) - 1.0f;
+    const float share = stays / (all > 1e-6f ? all : 1e-6f);
+    return share > COVER_LEAST ? share : COVER_LEAST;
+}
+
+int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out)
+{
+    memset(out, 0, sizeof *out);
+    out->scale = strata > LEAST_SCALE ? strata : LEAST_SCALE;
+    out->window = (out->scale + WINDOW_ALIGN - 1) / WINDOW_ALIGN * WINDOW_ALIGN;
+    out->profile = profile;
+    out->rho_most = rho_most;
+    size_t bytes = sizeof(float) * COVERAGE_ROWS * (SHADOW_PHASES + 1) * out->window;
+    bytes = (bytes + WEIGHTS_BYTES - 1) / WEIGHTS_BYTES * WEIGHTS_BYTES;
+    out->weights = aligned_alloc(WEIGHTS_BYTES, bytes);
+    return out->weights ? 0 : ERR_MEMORY;
+}
+
+void coverage_fini(struct coverage *coverage)
+{
+    free(coverage->weights);
+    coverage->weights = NULL;
+}
+
+/* Weights are even in y: eighths of a node from the centre to the edge tell all. */
+static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
+{
+    float from_centre[SHADOW_PHASES * SHADOW_STRATA_MAX / 2 + 1];
+    const uint32_t eighths = c->scale * SHADOW_PHASES / 2;
+    for (uint32_t i = 0; i <= eighths; i++) {
+        const float y = (float)i / (float)eighths;
+        const float profile =
+            c->profile == PROFILE_GAUSSIAN ? gaussian_exp_minus(2.0f * y * y) : 1.0f;
+        from_centre[i] = profile / cover(y, rho, delta);
+    }
+    float *out = c->weights + (size_t)row * (SHADOW_PHASES + 1) * c->window;
+    for (uint32_t p = 0; p <= SHADOW_PHASES; p++, out += c->window) {
+        memset(out, 0, c->window * sizeof *out);
+        for (uint32_t k = 0; k < c->scale; k++) {
+            const int32_t at = (int32_t)eighths - (int32_t)(p + k * SHADOW_PHASES);
+            out[k] = from_centre[at < 0 ? -at : at];
+        }
+    }
+}
+
+int32_t coverage_row(struct coverage *c, float rho, float delta)
+{
+    const float steps = COVERAGE_STEPS - 1;
+    const float r = rho < c->rho_most ? rho / c->rho_most : 1.0f;
+    const float d = delta < DELTA_MOST ? sqrtf(delta / DELTA_MOST) : 1.0f;
+    const uint32_t i = (uint32_t)(r * steps + 0.5f), j = (uint32_t)(d * steps + 0.5f);
+    const uint32_t row = i * COVERAGE_STEPS + j;
+    if (!c->ready[row]) {
+        const float root = (float)j / steps;
+        fill_row(c, row, c->rho_most * (float)i / steps, DELTA_MOST * root * root);
+        c->ready[row] = true;
+    }
+    return (int32_t)row;
+}

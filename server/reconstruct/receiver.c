@@ -1,0 +1,188 @@
+#include "server/reconstruct/receiver.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PLANE_LEAST_PX   2.0f
+#define DISTANCE_MOST_PX 120.0f
+#define GRAZING          0.02f /* least cosine towards the light that directions are taken at */
+#define GAMMA_MOST       0.95f /* a half-side */
+#define FRONT_LEAST      1e-4f /* of distance and size; nearer the light's plane u means nothing */
+#define STEP_MOST        1e30f
+#define ROW_PIXELS       64
+
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static float clamp(float v, float least, float most)
+{
+    return v < least ? least : v > most ? most : v;
+}
+
+void receiver_light_init(struct receiver_light *light, const struct plan *plan, uint32_t index)
+{
+    const struct plan_light *p = &plan->lights[index];
+    struct shadow_rectangle *r = &light->rectangle;
+    light->plan = plan;
+    light->index = index;
+    light->strata = p->strata_per_axis;
+    surface_view_init(&light->view, plan);
+    r->profile = p->profile;
+    for (int i = 0; i < 2; i++) {
+        const float *half = i == 0 ? p->half_u : p->half_v;
+        const double x = (double)half[0], y = (double)half[1], z = (double)half[2];
+        const double length = sqrt(x * x + y * y + z * z); /* not 0: plan_check.h */
+        for (int k = 0; k < 3; k++) r->axis[i][k] = (float)((double)half[k] / length);
+        r->half[i] = (float)length;
+        light->sigma_y[i] = r->half[i] * (p->profile == PROFILE_GAUSSIAN ? 0.5f : 0.577350269f);
+    }
+    for (int k = 0; k < 3; k++) {
+        r->centre[k] = (float)((double)p->position[k] - (double)plan->camera.eye[k]);
+        r->normal[k] = p->direction[k];
+    }
+    r->area = 4.0f * r->half[0] * r->half[1];
+}
+
+/* Points at `depth` along the rays through pixel centres. */
+static void place_row(const struct surface_view *view, int32_t x, int32_t y, uint32_t count,
+                      const float *restrict depth, float *restrict px, float *restrict py,
+                      float *restrict pz)
+{
+    const float *r = view->camera->right, *u = view->camera->up, *f = view->camera->forward;
+    const float b = view->b_start + view->b_step * ((float)y + 0.5f);
+    const float flat = view->orthographic ? 1.0f : 0.0f;
+    for (uint32_t i = 0; i < count; i++) {
+        const float a = view->a_start + view->a_step * ((float)(x + (int32_t)i) + 0.5f);
+        /* 1 + a^2 + b^2 is at least 1 */
+        const float along = flat > 0.0f ? depth[i] : depth[i] / sqrtf(1.0f + a * a + b * b);
+        const float across = flat > 0.0f ? 1.0f : along;
+        px[i] = across * (a * r[0] + b * u[0]) + along * f[0];
+        py[i] = across * (a * r[1] + b * u[1]) + along * f[1];
+        pz[i] = across * (a * r[2] + b * u[2]) + along * f[2];
+    }
+}
+
+void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
+                  int32_t y, uint32_t count, float *const point[3], float *const normal[3])
+{
+    const size_t width = (size_t)rect_width(patch->rect);
+    const size_t first = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
+    const float *depth = patch->depth + first;
+    place_row(&light->view, x, y, count, depth, point[0], point[1], point[2]);
+    for (int k = 0; k < 3; k++) {
+        const float *in = patch->normal[k] + first;
+        for (uint32_t i = 0; i < count; i++) normal[k][i] = depth[i] > 0.0f ? in[i] : 0.0f;
+    }
+}
+
+/* How many pixels the pixel at `point` moves on the screen as it moves along t. */
+static void screen_step(const struct surface_view *view, const float point[3], const float t[3],
+                        float step[2])
+{
+    const struct plan_camera *c = view->camera;
+    const float along = dot(t, c->forward);
+    const float moved[2] = {dot(t, c->right), dot(t, c->up)};
+    const float at[2] = {dot(point, c->right), dot(point, c->up)};
+    const float z = dot(point, c->forward);
+    const float steps[2] = {view->a_step, view->b_step};
+    for (int k = 0; k < 2; k++) {
+        const float perspective = (moved[k] - at[k] / z * along) / z; /* z > 0 where depth is */
+        const float e = (view->orthographic ? moved[k] : perspective) / steps[k];
+        step[k] = fabsf(e) < STEP_MOST ? e : 0.0f;
+    }
+}
+
+/* One lit pixel: what it is to its neighbours, and they to it. */
+static void place_receiver(const struct receiver_light *light, float depth, struct shadow_source *s,
+                           struct shadow_target *t)
+{
+    const struct shadow_rectangle *r = &light->rectangle;
+    const float pixel = surface_pixel_size(&light->view, depth);
+    const float to[3] = {r->centre[0] - s->point[0], r->centre[1] - s->point[1],
+                         r->centre[2] - s->point[2]};
+    const float squared = dot(to, to), distance = sqrtf(squared);
+    const float front = -dot(to, r->normal), up = dot(to, s->normal);
+    const float least = GRAZING * distance;
+    const float guarded = fabsf(up) >= least ? up : up < 0.0f ? -least : least;
+    t->distance = front;
+    t->plane_least = PLANE_LEAST_PX * pixel;
+    t->distance_most2 = DISTANCE_MOST_PX * pixel * DISTANCE_MOST_PX * pixel;
+    for (int i = 0; i < 2; i++) {
+        const float *a = r->axis[i];
+        const float facing = dot(s->normal, a), aside = dot(to, a);
+        const float lambda = facing / guarded;
+        float tangent[3];
+        for (int k = 0; k < 3; k++) tangent[k] = a[k] - lambda * to[k]; /* in the plane */
+        screen_step(&light->view, s->point, tangent, t->walk[i].step);
+        s->u[i] = -aside / front; /* front is well above 0: lit */
+        const float gamma =
+            (up > least ? facing / up : 0.0f) - 4.0f * (aside / distance) / distance;
+        t->gamma[i] = clamp(gamma * r->half[i], -GAMMA_MOST, GAMMA_MOST);
+    }
+}
+
+/* Can any of the light reach it, and from far enough off the light's plane? */
+static bool is_lit(const struct shadow_rectangle *r, const float point[3], const float normal[3])
+{
+    const float to[3] = {r->centre[0] - point[0], r->centre[1] - point[1], r->centre[2] - point[2]};
+    const float size = r->half[0] + r->half[1], distance = sqrtf(dot(to, to));
+    const float rise =
+        r->half[0] * fabsf(dot(r->axis[0], normal)) + r->half[1] * fabsf(dot(r->axis[1], normal));
+    const float front = -dot(to, r->normal);
+    return dot(to, normal) + rise > 0.0f && front > FRONT_LEAST * (size + distance);
+}
+
+static void place_run(const struct receiver_light *light, const struct patch *patch, int32_t x,
+                      int32_t y, uint32_t count, struct receivers *out)
+{
+    float point[3][ROW_PIXELS], normal[3][ROW_PIXELS];
+    float *const points[3] = {point[0], point[1], point[2]};
+    float *const normals[3] = {normal[0], normal[1], normal[2]};
+    const size_t width = (size_t)rect_width(patch->rect);
+    const size_t at = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
+    const size_t to =
+        (size_t)(y - out->rect.y0) * (size_t)rect_width(out->rect) + (size_t)(x - out->rect.x0);
+    receiver_row(light, patch, x, y, count, points, normals);
+    for (uint32_t i = 0; i < count; i++) {
+        struct shadow_source *s = &out->sources[to + i];
+        for (int k = 0; k < 3; k++) {
+            s->point[k] = point[k][i];
+            s->normal[k] = normal[k][i];
+        }
+        if (is_lit(&light->rectangle, s->point, s->normal))
+            place_receiver(light, patch->depth[at + i], s, &out->targets[to + i]);
+        else
+            memset(s->normal, 0, sizeof s->normal);
+    }
+}
+
+int receivers_create(const struct receiver_light *light, const struct patch *patch,
+                     struct rect rect, struct receivers *out)
+{
+    const size_t area = (size_t)rect_area(rect);
+    *out = (struct receivers){.rect = rect};
+    out->memory = aligned_alloc(64, area * (sizeof *out->sources + sizeof *out->targets));
+    if (!out->memory) return ERR_MEMORY;
+    out->sources = out->memory;
+    out->targets = (struct shadow_target *)(out->sources + area);
+    memset(out->targets, 0, area * sizeof *out->targets);
+    static const struct shadow_source nothing = {.spread = SHADOW_NO_SPREAD, .slot = -1};
+    for (size_t i = 0; i < area; i++) out->sources[i] = nothing;
+    const struct rect seen = rect_intersect(rect, patch->rect);
+    for (int32_t y = seen.y0; y < seen.y1; y++) {
+        for (int32_t x = seen.x0; x < seen.x1; x += ROW_PIXELS) {
+            const int32_t left = seen.x1 - x;
+            place_run(light, patch, x, y, (uint32_t)(left < ROW_PIXELS ? left : ROW_PIXELS), out);
+        }
+    }
+    return 0;
+}
+
+void receivers_fini(struct receivers *receivers)
+{
+    free(receivers->memory);
+    *receivers = (struct receivers){0};
+}

@@ -1,0 +1,53 @@
+#pragma once
+/* Pixels as a rectangle light sees them (filters.md section 2, "Receiver coordinate").
+ *
+ * filters.md speaks of a square light of half-side L. Here each axis i has its own L_i and with it
+ * its own sigma_y,i and widths; slopes, and therefore eta, are those of the pixel, whatever the
+ * axis. Points are relative to the eye, along the world's axes, so that large coordinates cost no
+ * precision. */
+#include "server/reconstruct/patch.h"
+#include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/surface.h"
+
+struct receiver_light {
+    const struct plan *plan; /* borrowed */
+    uint32_t index;
+    uint32_t strata; /* l */
+    struct shadow_rectangle rectangle;
+    float sigma_y[2]; /* standard deviation of the profile: L/sqrt 3 uniform, L/2 Gaussian */
+    struct surface_view view;
+};
+
+/* Light `index` of the plan, a rectangle. The plan is borrowed. */
+void receiver_light_init(struct receiver_light *light, const struct plan *plan, uint32_t index);
+
+/* Points and normals of `count` pixels of the patch from image pixel (x, y) on, which lie in one
+ * row of it; where nothing is seen the normal is 0. */
+void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
+                  int32_t y, uint32_t count, float *const point[3], float *const normal[3]);
+
+/* All pixels of `rect`, which need not lie within the patch: beyond it they show nothing. */
+struct receivers {
+    struct rect rect;
+    struct shadow_source *sources; /* points, normals (0: not lit), u; no wedges, no slots */
+    struct shadow_target *targets; /* distances, tolerances, gamma; walk[i].step: e_i in pixels
+                                      per scene unit of Delta_i */
+    void *memory;                  /* owned */
+};
+
+/* ERR_MEMORY. */
+int receivers_create(const struct receiver_light *light, const struct patch *patch,
+                     struct rect rect, struct receivers *out);
+void receivers_fini(struct receivers *receivers);
+
+/* World size of a pixel at a receiver. */
+static inline float receiver_pixel(const struct shadow_target *target)
+{
+    return 0.5f * target->plane_least;
+}
+
+static inline bool receiver_is_lit(const struct shadow_source *source)
+{
+    const float *n = source->normal;
+    return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.0f;
+}

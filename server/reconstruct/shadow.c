@@ -1,0 +1,224 @@
+#include "server/reconstruct/shadow.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "server/reconstruct/axis_aligned.h"
+#include "server/reconstruct/sheared.h"
+#include "server/reconstruct/strata.h"
+
+/* One light over one block. `seen` and `width` of inner pixels, row by row. */
+struct shadow {
+    const struct plan *plan;
+    const struct patch *patch;
+    const struct shadow_kernels *kernels;
+    struct receiver_light light;
+    struct rect inner;
+    float *seen;       /* -1: the pixel's own value stands */
+    float *width;      /* pixels; 0: not filtered */
+    float *unoccluded; /* E without occlusion */
+};
+
+static int32_t reach_px(uint32_t filter)
+{
+    return filter == SHADOW_FILTER_SHEARED ? SHEARED_REACH_PX : AXIS_ALIGNED_REACH_PX;
+}
+
+int32_t shadow_halo_px(enum shadow_filter filter)
+{
+    return filter == SHADOW_FILTER_NONE ? 0 : reach_px(filter) + WEDGE_FILL_PX;
+}
+
+static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
+{
+    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
+           (size_t)(x - patch->rect.x0);
+}
+
+static size_t inner_index(const struct shadow *s, int32_t x, int32_t y)
+{
+    return (size_t)(y - s->inner.y0) * (size_t)rect_width(s->inner) + (size_t)(x - s->inner.x0);
+}
+
+static size_t receiver_index(const struct receivers *r, int32_t x, int32_t y)
+{
+    return (size_t)(y - r->rect.y0) * (size_t)rect_width(r->rect) + (size_t)(x - r->rect.x0);
+}
+
+/* E without occlusion of all inner pixels. */
+static void fill_unoccluded(const struct shadow *s)
+{
+    float point[3][STRATA_RUN], normal[3][STRATA_RUN];
+    float *const points[3] = {point[0], point[1], point[2]};
+    float *const normals[3] = {normal[0], normal[1], normal[2]};
+    const float *const p[3] = {point[0], point[1], point[2]};
+    const float *const n[3] = {normal[0], normal[1], normal[2]};
+    for (int32_t y = s->inner.y0; y < s->inner.y1; y++) {
+        for (int32_t x = s->inner.x0; x < s->inner.x1; x += STRATA_RUN) {
+            const int32_t left = s->inner.x1 - x;
+            const uint32_t count = (uint32_t)(left < STRATA_RUN ? left : STRATA_RUN);
+            receiver_row(&s->light, s->patch, x, y, count, points, normals);
+            s->kernels->unoccluded(&s->light.rectangle, count, p, n,
+                                   s->unoccluded + inner_index(s, x, y));
+        }
+    }
+}
+
+/* The smallest rectangle around inner pixels that an occluded sample is near enough to shade:
+ * no other can have a wedge. Empty when there is none. */
+static struct rect shaded_rect(const struct shadow *s)
+{
+    const struct rect look = rect_intersect(rect_grow(s->inner, WEDGE_FILL_PX), s->patch->rect);
+    struct rect found = {INT32_MAX, INT32_MAX, INT32_MIN, INT32_MIN};
+    for (int32_t y = look.y0; y < look.y1; y++) {
+        const size_t row = patch_index(s->patch, look.x0, y);
+        for (int32_t x = look.x0; x < look.x1; x++) {
+            if (!wedge_is_occluded(&s->light, s->patch, row + (size_t)(x - look.x0))) continue;
+            if (x < found.x0) found.x0 = x;
+            if (x >= found.x1) found.x1 = x + 1;
+            if (y < found.y0) found.y0 = y;
+            found.y1 = y + 1;
+        }
+    }
+    if (found.x1 < found.x0) return (struct rect){0, 0, 0, 0};
+    return rect_intersect(rect_grow(found, WEDGE_FILL_PX), s->inner);
+}
+
+/* Pixels of `rect` that have a wedge, as indices of the receivers' rect. */
+static uint32_t list_wedges(const struct receivers *r, const struct wedges *wedges,
+                            struct rect rect, uint32_t *pixels)
+{
+    uint32_t count = 0;
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        for (int32_t x = rect.x0; x < rect.x1; x++) {
+            const size_t i = receiver_index(r, x, y);
+            if (wedges->most[i] >= 0.0f) pixels[count++] = (uint32_t)i;
+        }
+    }
+    return count;
+}
+
+static void store(const struct shadow *s, const struct receivers *r, uint32_t pixel, float seen,
+                  float width)
+{
+    const uint32_t row = (uint32_t)rect_width(r->rect);
+    const size_t to =
+        inner_index(s, r->rect.x0 + (int32_t)(pixel % row), r->rect.y0 + (int32_t)(pixel / row));
+    s->seen[to] = seen;
+    s->width[to] = width;
+}
+
+static int run_sheared(const struct shadow *s, struct receivers *r, const struct wedges *wedges,
+                       const uint32_t *pixels, uint32_t count)
+{
+    struct coverage coverage;
+    const float rho_most =
+        wedge_scale(s->plan, s->light.strata) * s->light.sigma_y[0] / s->light.rectangle.half[0];
+    float *seen = malloc(count * sizeof *seen);
+    int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
+    if (!seen) error = ERR_MEMORY;
+    if (!error) {
+        wedges_shear(&s->light, wedges, &coverage, r);
+        error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
+    }
+    for (uint32_t k = 0; !error && k < count; k++)
+        store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
+    coverage_fini(&coverage);
+    free(seen);
+    return error;
+}
+
+static int run_axis_aligned(const struct shadow *s, struct receivers *r,
+                            const struct wedges *wedges, struct rect shaded, const uint32_t *pixels,
+                            uint32_t count)
+{
+    int error = axis_aligned_filter(&s->light, s->patch, wedges, s->kernels, r, shaded);
+    for (uint32_t k = 0; !error && k < count; k++)
+        store(s, r, pixels[k], r->sources[pixels[k]].seen,
+              axis_aligned_width_px(&r->targets[pixels[k]]));
+    return error;
+}
+
+/* Filters all that has a wedge in `shaded`. */
+static int run_filter(const struct shadow *s, struct rect shaded)
+{
+    const uint32_t filter = s->plan->shadow_filter;
+    struct receivers receivers;
+    struct wedges wedges = {0};
+    uint32_t *pixels = malloc((size_t)rect_area(shaded) * sizeof *pixels), count = 0;
+    int error = receivers_create(&s->light, s->patch,
+                                 rect_grow(shaded, reach_px(filter) + WEDGE_FILL_PX), &receivers);
+    if (!pixels) error = ERR_MEMORY;
+    if (!error) error = wedges_create(&s->light, s->patch, &receivers, s->kernels, &wedges);
+    if (!error) count = list_wedges(&receivers, &wedges, shaded, pixels);
+    if (count > 0)
+        error = filter == SHADOW_FILTER_SHEARED
+                    ? run_sheared(s, &receivers, &wedges, pixels, count)
+                    : run_axis_aligned(s, &receivers, &wedges, shaded, pixels, count);
+    wedges_fini(&wedges);
+    receivers_fini(&receivers);
+    free(pixels);
+    return error;
+}
+
+static void compose(const struct shadow *s, float *irradiance, float *width_px,
+                    struct shadow_statistics *statistics)
+{
+    for (int32_t y = s->inner.y0; y < s->inner.y1; y++) {
+        for (int32_t x = s->inner.x0; x < s->inner.x1; x++) {
+            const size_t from = inner_index(s, x, y), to = patch_index(s->patch, x, y);
+            const float e = s->unoccluded[from];
+            const bool filtered = e > 0.0f && s->seen[from] >= 0.0f;
+            float seen = s->seen[from];
+            if (e > 0.0f && !filtered) seen = strata_ratio(&s->light, s->patch, x, y);
+            irradiance[to] = e > 0.0f ? e * seen : 0.0f;
+            if (width_px) width_px[to] = filtered ? s->width[from] : 0.0f;
+            statistics->pixels_unlit += e > 0.0f ? 0 : 1;
+            statistics->pixels_filtered += filtered ? 1 : 0;
+            statistics->pixels_alone += e > 0.0f && !filtered ? 1 : 0;
+        }
+    }
+}
+
+static bool can_filter(const struct plan *plan, uint32_t light, const struct patch *patch,
+                       struct rect inner)
+{
+    if (light >= plan->light_count || plan->lights[light].type != LIGHT_RECTANGLE) return false;
+    const struct patch_light *p = &patch->lights[light];
+    const bool planes = patch->depth && patch->normal[0] && p->visibility && p->slope_min;
+    const struct rect common = rect_intersect(inner, patch->rect);
+    const uint32_t l = plan->lights[light].strata_per_axis;
+    return planes && !rect_is_empty(inner) && rect_area(common) == rect_area(inner) && l > 0 &&
+           l <= SHADOW_STRATA_MAX;
+}
+
+int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *patch,
+                  struct rect inner, float *irradiance, float *width_px,
+                  struct shadow_statistics *statistics)
+{
+    if (!can_filter(plan, light, patch, inner)) return ERR_RANGE;
+    const size_t area = (size_t)rect_area(inner);
+    struct shadow s = {
+        .plan = plan, .patch = patch, .kernels = shadow_kernels_best(), .inner = inner};
+    float *memory = malloc(3 * area * sizeof *memory);
+    int error = 0;
+    if (!memory) return ERR_MEMORY;
+    s.seen = memory;
+    s.width = memory + area;
+    s.unoccluded = memory + 2 * area;
+    for (size_t i = 0; i < area; i++) {
+        s.seen[i] = -1.0f;
+        s.width[i] = 0.0f;
+    }
+    receiver_light_init(&s.light, plan, light);
+    fill_unoccluded(&s);
+    const struct rect shaded =
+        plan->shadow_filter == SHADOW_FILTER_NONE ? (struct rect){0} : shaded_rect(&s);
+    if (rect_is_empty(shaded))
+        statistics->blocks_skipped++;
+    else
+        error = run_filter(&s, shaded);
+    if (!error) compose(&s, irradiance, width_px, statistics);
+    free(memory);
+    return error;
+}

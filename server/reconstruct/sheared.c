@@ -1,0 +1,175 @@
+#include "server/reconstruct/sheared.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/reconstruct/strata.h"
+
+#define REFUSAL     1.5f  /* sigma_y that a neighbour's own wedge may be mis-sheared by */
+#define WHOLE_LEAST 1e-9f /* of denominators; below, nothing was seen */
+#define BATCH       64u
+#define SUMS_BYTES  64
+
+enum need { NEED_COLUMNS = 1, NEED_ROWS = 2 };
+
+struct sheared {
+    const struct receiver_light *light;
+    const struct patch *patch;
+    const struct shadow_kernels *kernels;
+    struct receivers *receivers;
+    struct shadow_field field;
+    uint8_t *needs;         /* of each pixel: bits of enum need */
+    uint32_t *order;        /* pixels by slot: those with rows first */
+    uint32_t rows, columns; /* slots with rows; slots in all */
+    float *cells;           /* 4 r a pixel of a batch */
+};
+
+/* Marks what a walk along `axis` can reach. */
+static void mark_walk(struct sheared *s, uint32_t axis, size_t pixel, enum need need)
+{
+    const struct shadow_walk *w = &s->field.targets[pixel].walk[axis];
+    const bool along_x = fabsf(w->step[0]) >= fabsf(w->step[1]);
+    const ptrdiff_t major = along_x ? 1 : s->field.width, minor = along_x ? s->field.width : 1;
+    const ptrdiff_t forward = w->step[along_x ? 0 : 1] < 0.0f ? -major : major;
+    const float slant = w->step[along_x ? 1 : 0];
+    uint8_t *at = s->needs + pixel;
+    for (int32_t k = -w->reach; k <= w->reach; k++) {
+        const ptrdiff_t to = k * forward + (ptrdiff_t)floorf((float)k * slant) * minor;
+        at[to] = (uint8_t)(at[to] | need);
+        at[to + minor] = (uint8_t)(at[to + minor] | need);
+    }
+}
+
+static uint32_t collect(struct sheared *s, uint32_t mask, uint32_t value, uint32_t first)
+{
+    const size_t area = (size_t)s->field.width * (size_t)s->field.height;
+    uint32_t count = first;
+    for (size_t i = 0; i < area; i++) {
+        if ((s->needs[i] & mask) != value || !receiver_is_lit(&s->field.sources[i])) continue;
+        s->order[count++] = (uint32_t)i;
+    }
+    return count;
+}
+
+/* Who takes part, and in which pass. */
+static void find_slots(struct sheared *s, const uint32_t *pixels, uint32_t count)
+{
+    for (uint32_t k = 0; k < count; k++) mark_walk(s, 1, pixels[k], NEED_ROWS);
+    s->rows = collect(s, NEED_ROWS, NEED_ROWS, 0);
+    for (uint32_t k = 0; k < s->rows; k++) mark_walk(s, 0, s->order[k], NEED_COLUMNS);
+    s->columns = collect(s, NEED_ROWS | NEED_COLUMNS, NEED_COLUMNS, s->rows);
+    for (uint32_t k = 0; k < s->columns; k++) s->receivers->sources[s->order[k]].slot = (int32_t)k;
+}
+
+static size_t align_up(size_t bytes)
+{
+    return (bytes + SUMS_BYTES - 1) / SUMS_BYTES * SUMS_BYTES;
+}
+
+static int create_sums(struct sheared *s)
+{
+    const size_t nodes = shadow_nodes(&s->field);
+    const size_t columns = align_up(s->columns * nodes * s->field.lanes * sizeof(float));
+    const size_t rows = align_up(s->rows * nodes * 2 * sizeof(float));
+    s->field.columns = aligned_alloc(SUMS_BYTES, columns + SUMS_BYTES);
+    s->field.rows = aligned_alloc(SUMS_BYTES, rows + SUMS_BYTES);
+    s->field.cells = malloc((size_t)s->columns * SHADOW_STRATA_MAX + 1);
+    s->cells = aligned_alloc(SUMS_BYTES, sizeof(float) * BATCH * 4 * s->field.scale);
+    return s->field.columns && s->field.rows && s->field.cells && s->cells ? 0 : ERR_MEMORY;
+}
+
+static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32_t count,
+                         int32_t *x, int32_t *y)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        x[k] = s->receivers->rect.x0 + (int32_t)(pixels[k] % (uint32_t)s->field.width);
+        y[k] = s->receivers->rect.y0 + (int32_t)(pixels[k] / (uint32_t)s->field.width);
+    }
+}
+
+/* Pass 1a of up to BATCH pixels, whose slots follow each other from `slot` on. */
+static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
+{
+    const uint32_t *pixels = s->order + slot, l = s->light->strata, cells = 2 * s->field.scale;
+    const struct rect from = s->patch->rect;
+    int32_t x[BATCH], y[BATCH];
+    float jitter[2][BATCH];
+    uint32_t seen[BATCH * SHADOW_STRATA_MAX], columns[SHADOW_STRATA_MAX];
+    place_pixels(s, pixels, count, x, y);
+    strata_jitters(s->light, x, y, count, jitter[0], jitter[1]);
+    for (uint32_t k = 0; k < count; k++) {
+        const size_t i =
+            (size_t)(y[k] - from.y0) * (size_t)rect_width(from) + (size_t)(x[k] - from.x0);
+        strata_columns(s->light, s->patch, i, columns);
+        for (uint32_t a = 0; a < l; a++) seen[k * l + a] = columns[a] | 1u << l;
+        uint8_t *cell = s->field.cells + (size_t)(slot + k) * SHADOW_STRATA_MAX;
+        for (uint32_t b = 0; b < l; b++)
+            cell[b] = (uint8_t)(pattern_axis(jitter[1][k], l, b) * (float)cells);
+    }
+    s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
+}
+
+static void run_passes(struct sheared *s, const uint32_t *pixels, uint32_t count, float *seen)
+{
+    float sums[2 * BATCH];
+    for (uint32_t k = 0; k < s->columns; k += BATCH)
+        run_columns(s, k, s->columns - k < BATCH ? s->columns - k : BATCH);
+    for (uint32_t k = 0; k < s->rows; k += BATCH) {
+        const uint32_t n = s->rows - k < BATCH ? s->rows - k : BATCH;
+        s->kernels->walk_columns(&s->field, s->order + k, n, s->cells);
+        s->kernels->project_rows(&s->field, s->order + k, n, s->cells);
+    }
+    for (uint32_t k = 0; k < count; k += BATCH) {
+        const uint32_t n = count - k < BATCH ? count - k : BATCH;
+        s->kernels->walk_rows(&s->field, pixels + k, n, sums);
+        for (uint32_t i = 0; i < n; i++) {
+            const float whole = sums[2 * i + 1], share = sums[2 * i] / whole;
+            seen[k + i] = !(whole > WHOLE_LEAST) ? -1.0f : share < 1.0f ? share : 1.0f;
+        }
+    }
+}
+
+static void describe(struct sheared *s, const struct coverage *coverage)
+{
+    const uint32_t l = s->light->strata;
+    s->field = (struct shadow_field){
+        .width = rect_width(s->receivers->rect),
+        .height = rect_height(s->receivers->rect),
+        .sources = s->receivers->sources,
+        .targets = s->receivers->targets,
+        .strata = l,
+        .scale = coverage->scale,
+        .window = coverage->window,
+        .lanes = (l + 4) / 4 * 4, /* l + 1, rounded up */
+        .weights = coverage->weights,
+    };
+    for (int i = 0; i < 2; i++) {
+        const float half = s->light->rectangle.half[i];
+        s->field.nodes_per_length[i] = 0.5f * (float)coverage->scale / half;
+        s->field.refusal[i] = REFUSAL * s->light->sigma_y[i];
+    }
+}
+
+int sheared_filter(const struct receiver_light *light, const struct patch *patch,
+                   const struct coverage *coverage, const struct shadow_kernels *kernels,
+                   struct receivers *receivers, const uint32_t *pixels, uint32_t count, float *seen)
+{
+    const size_t area = (size_t)rect_area(receivers->rect);
+    struct sheared s = {.light = light, .patch = patch, .kernels = kernels, .receivers = receivers};
+    int error = 0;
+    describe(&s, coverage);
+    s.needs = calloc(area, 1);
+    s.order = malloc(area * sizeof *s.order);
+    if (!s.needs || !s.order) error = ERR_MEMORY;
+    if (!error) find_slots(&s, pixels, count);
+    if (!error) error = create_sums(&s);
+    if (!error) run_passes(&s, pixels, count, seen);
+    free(s.cells);
+    free(s.field.cells);
+    free(s.field.rows);
+    free(s.field.columns);
+    free(s.order);
+    free(s.needs);
+    return error;
+}

@@ -1,0 +1,227 @@
+#include "server/reconstruct/wedge.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SLOPE_LEAST   6e-5f /* what a half float and the tracer's clamp leave */
+#define SLOPE_MOST    65504.0f
+#define KAPPA_MOST    1e4f  /* of slopes that are handed on */
+#define FLOOR_PX      0.25f /* slopes are at least this many pixels over L */
+#define WIDTH_MOST_PX 8.0f
+#define RANGE_LEAST   1e-6f
+#define FALLOFF_MOST  1e30f
+#define SIGMAS        3.55f /* that a walk goes: beyond, weights are below 0.002 */
+#define FILL_PASSES   3
+#define FILL_REACH    (WEDGE_FILL_PX / FILL_PASSES)
+#define RUN           64
+
+bool wedge_is_occluded(const struct receiver_light *light, const struct patch *patch, size_t i)
+{
+    return patch->lights[light->index].slope_max[i] > 0.0f;
+}
+
+static float slope_within(float s)
+{
+    return s > SLOPE_LEAST ? s < SLOPE_MOST ? s : SLOPE_MOST : SLOPE_LEAST; /* NaN: the least */
+}
+
+/* Slopes as they were measured. */
+static void load_own(const struct receiver_light *light, const struct patch *patch,
+                     const struct receivers *r, struct wedges *out)
+{
+    const struct patch_light *p = &patch->lights[light->index];
+    const struct rect seen = rect_intersect(r->rect, patch->rect);
+    const size_t width = (size_t)rect_width(r->rect), from_width = (size_t)rect_width(patch->rect);
+    for (int32_t y = seen.y0; y < seen.y1; y++) {
+        const size_t to = (size_t)(y - r->rect.y0) * width + (size_t)(seen.x0 - r->rect.x0);
+        const size_t from =
+            (size_t)(y - patch->rect.y0) * from_width + (size_t)(seen.x0 - patch->rect.x0);
+        for (size_t i = 0; i < (size_t)rect_width(seen); i++) {
+            if (!(p->slope_max[from + i] > 0.0f) || !receiver_is_lit(&r->sources[to + i])) continue;
+            const float s = slope_within(p->slope_min[from + i]);
+            const float t = slope_within(p->slope_max[from + i]);
+            out->least[to + i] = s < t ? s : t;
+            out->most[to + i] = s < t ? t : s;
+        }
+    }
+}
+
+/* Of five pixels in a row, is one set? */
+static void spread_row(const float *values, size_t width, uint8_t *out)
+{
+    memset(out, 0, width);
+    for (size_t x = FILL_REACH; x + FILL_REACH < width; x++)
+        out[x] = (values[x - 2] >= 0.0f) | (values[x - 1] >= 0.0f) | (values[x] >= 0.0f) |
+                 (values[x + 1] >= 0.0f) | (values[x + 2] >= 0.0f);
+}
+
+struct fill {
+    const struct receivers *receivers;
+    const struct shadow_kernels *kernels;
+    struct shadow_field field; /* as far as sum_slopes needs it */
+    uint8_t *near;             /* width * height */
+    uint32_t *pixels;          /* empty ones beside full ones */
+    float *sums;               /* 3 a pixel */
+};
+
+static size_t find_empty(const struct fill *f, const float *values)
+{
+    const size_t width = (size_t)f->field.width, height = (size_t)f->field.height;
+    size_t count = 0;
+    for (size_t y = 0; y < height; y++) spread_row(values + y * width, width, f->near + y * width);
+    for (size_t y = FILL_REACH; y + FILL_REACH < height; y++) {
+        const uint8_t *near = f->near + y * width;
+        for (size_t x = FILL_REACH; x + FILL_REACH < width; x++) {
+            const size_t i = y * width + x;
+            const uint8_t any = near[x] | near[x - width] | near[x + width] | near[x - 2 * width] |
+                                near[x + 2 * width];
+            if (any && !(values[i] >= 0.0f) && receiver_is_lit(&f->receivers->sources[i]))
+                f->pixels[count++] = (uint32_t)i;
+        }
+    }
+    return count;
+}
+
+/* Means over compatible neighbours, where there are any. */
+static void fill_pass(const struct fill *f, float *least, float *most)
+{
+    const size_t count = find_empty(f, least);
+    f->kernels->sum_slopes(&f->field, f->pixels, (uint32_t)count, least, most, f->sums);
+    for (size_t k = 0; k < count; k++) {
+        const float *s = f->sums + 3 * k;
+        if (!(s[0] > 0.0f)) continue;
+        least[f->pixels[k]] = s[1] / s[0];
+        most[f->pixels[k]] = s[2] / s[0];
+    }
+}
+
+/* From slopes to their inverses, least to most. */
+static void invert(size_t area, struct wedges *w)
+{
+    for (size_t i = 0; i < area; i++) {
+        const float s = w->least[i], t = w->most[i];
+        const float most = s > 1.0f / KAPPA_MOST ? 1.0f / s : KAPPA_MOST;
+        const float least = t > 1.0f / KAPPA_MOST ? 1.0f / t : KAPPA_MOST;
+        w->most[i] = s >= 0.0f ? most : -1.0f;
+        w->least[i] = s >= 0.0f ? least : -1.0f;
+    }
+}
+
+int wedges_create(const struct receiver_light *light, const struct patch *patch,
+                  const struct receivers *receivers, const struct shadow_kernels *kernels,
+                  struct wedges *out)
+{
+    const size_t area = (size_t)rect_area(receivers->rect);
+    struct fill fill = {.receivers = receivers, .kernels = kernels};
+    float *memory = malloc(area * (2 * sizeof(float)));
+    uint8_t *scratch = malloc(area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
+    *out = (struct wedges){.memory = memory};
+    if (!memory || !scratch) {
+        free(memory);
+        free(scratch);
+        *out = (struct wedges){0};
+        return ERR_MEMORY;
+    }
+    out->most = memory;
+    out->least = memory + area;
+    for (size_t i = 0; i < 2 * area; i++) memory[i] = -1.0f;
+    fill.field = (struct shadow_field){.width = rect_width(receivers->rect),
+                                       .height = rect_height(receivers->rect),
+                                       .sources = receivers->sources,
+                                       .targets = receivers->targets};
+    fill.pixels = (uint32_t *)(void *)scratch;
+    fill.sums = (float *)(void *)(scratch + area * sizeof(uint32_t));
+    fill.near = scratch + area * (sizeof(uint32_t) + 3 * sizeof(float));
+    load_own(light, patch, receivers, out);
+    fill_pass(&fill, out->least, out->most);
+    invert(area, out);
+    for (int pass = 1; pass < FILL_PASSES; pass++) fill_pass(&fill, out->least, out->most);
+    free(scratch);
+    return 0;
+}
+
+void wedges_fini(struct wedges *wedges)
+{
+    free(wedges->memory);
+    *wedges = (struct wedges){0};
+}
+
+float wedge_scale(const struct plan *plan, uint32_t strata)
+{
+    return plan->mu * cbrtf(9.0f / (float)(strata * strata));
+}
+
+/* The walk along axis i with e_i from pixels to whole taps. */
+static void set_walk(struct shadow_walk *w, float sigma)
+{
+    const float x = fabsf(w->step[0]), y = fabsf(w->step[1]), major = x > y ? x : y;
+    const float falloff = 0.5f / sigma / sigma, reach = ceilf(SIGMAS * sigma * major);
+    w->falloff = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
+    w->reach = reach < SHADOW_REACH_PX ? (int32_t)reach : SHADOW_REACH_PX;
+    for (int k = 0; k < 2; k++) w->step[k] = major > 0.0f ? w->step[k] / major : 0.0f;
+}
+
+/* Half a tap in half-sides of the light: how much farther than the light taps still reach. */
+static float half_tap(const struct shadow_walk *w, float eta, float half)
+{
+    const float x = fabsf(w->step[0]), y = fabsf(w->step[1]), major = x > y ? x : y;
+    const float delta = 0.5f * eta / half / (major > 1e-30f ? major : 1e-30f);
+    return delta < 2.0f ? delta : 2.0f;
+}
+
+struct shear {
+    const struct receiver_light *light;
+    struct coverage *coverage;
+    float scale;
+    float longer_half;
+};
+
+static void shear_one(const struct shear *shear, float most, float least, struct shadow_source *s,
+                      struct shadow_target *t)
+{
+    const struct receiver_light *light = shear->light;
+    const float pixel = receiver_pixel(t);
+    const float top = shear->longer_half / (FLOOR_PX * pixel);
+    const float upper = most < top ? most : top, lower = least < upper ? least : upper;
+    const float range = upper - lower > RANGE_LEAST ? upper - lower : RANGE_LEAST;
+    s->eta = 0.5f * (upper + lower);
+    s->spread = 0.5f * (upper - lower);
+    for (int i = 0; i < 2; i++) {
+        const float half = light->rectangle.half[i], sigma_y = light->sigma_y[i];
+        const float wide = range > s->eta ? range : s->eta, cap = WIDTH_MOST_PX * pixel;
+        const float sigma = shear->scale * (sigma_y / wide < cap ? sigma_y / wide : cap);
+        const float delta = half_tap(&t->walk[i], s->eta, half);
+        t->weights[i] = coverage_row(shear->coverage, s->eta * sigma / half, delta);
+        set_walk(&t->walk[i], sigma);
+    }
+}
+
+void wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
+                  struct coverage *coverage, struct receivers *receivers)
+{
+    const size_t area = (size_t)rect_area(receivers->rect);
+    const float *half = light->rectangle.half;
+    const struct shear shear = {light, coverage, wedge_scale(light->plan, light->strata),
+                                half[0] > half[1] ? half[0] : half[1]};
+    const int32_t widest = coverage_row(coverage, coverage->rho_most, 0.0f);
+    for (size_t i = 0; i < area; i++) {
+        struct shadow_source *s = &receivers->sources[i];
+        struct shadow_target *t = &receivers->targets[i];
+        if (wedges->most[i] >= 0.0f) {
+            shear_one(&shear, wedges->most[i], wedges->least[i], s, t);
+        } else {
+            t->weights[0] = t->weights[1] = widest;
+            for (int k = 0; k < 2; k++) t->walk[k] = (struct shadow_walk){0};
+        }
+    }
+}
+
+float wedge_width_px(const struct shadow_target *target)
+{
+    const float a = target->walk[0].falloff, b = target->walk[1].falloff;
+    if (!(a > 0.0f && b > 0.0f)) return 0.0f;
+    /* sigma = (2 falloff)^-1/2; the roots are taken one by one, products may overflow */
+    const float sigma = sqrtf(sqrtf(0.5f / a)) * sqrtf(sqrtf(0.5f / b));
+    return sigma / receiver_pixel(target);
+}
