@@ -6,8 +6,8 @@ import { followPixels } from "./pixel_feed.js";
 
 const ENDED = new Set(["finished", "failed", "cancelled"]);
 const SHOWN_LAYERS = ["beauty", "direct", "indirect", "emission", "albedo", "normal", "depth",
-                      "visibility", "slope_min", "slope_max", "filter_width", "diffuse_direct", "diffuse_indirect",
-                      "occlusion", "error", "samples"];
+                      "visibility", "slope_min", "slope_max", "filter_width", "diffuse_direct",
+                      "diffuse_indirect", "occlusion", "error", "samples"];
 
 const seconds = (s) => s < 90 ? `${Math.ceil(s)} s` : s < 5400 ? `${Math.ceil(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
 

@@ -315,8 +315,11 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     struct patch *patch;
     *out = NULL;
     assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
-    int error = patch_create(film->plan, reach(film, film_block_rect(film, block)), &patch);
+    struct rect area = film_block_rect(film, block);
+    int error = patch_create(film->plan, reach(film, area), &patch);
     if (error) return error;
+    if (film->plan->shadow_filter != SHADOW_FILTER_NONE)
+        patch->core = rect_intersect(rect_grow(area, PATCH_RING_PX), patch->rect);
     struct rect t = tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {

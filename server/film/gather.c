@@ -150,6 +150,12 @@ static void gather_geometry(const struct overlap *o)
     if (p->depth) copy_distances(o, samples_f32(s, PLANE_DEPTH, 0), p->depth);
     if (p->normal[0]) unpack_normals16(o, samples_u32(s, PLANE_NORMAL, 0), p->normal);
     if (p->normal[0] && p->depth) clear_normals(o, p->depth, p->normal);
+}
+
+static void gather_surface(const struct overlap *o)
+{
+    const struct samples *s = o->samples;
+    struct patch *p = o->patch;
     if (p->id) copy_words(o, samples_u32(s, PLANE_ID, 0), p->id);
     for (uint32_t c = 0; c < 3 && p->albedo[0]; c++) {
         widen_unorms(o, samples_u16(s, PLANE_ALBEDO, c), p->albedo[c]);
@@ -205,13 +211,18 @@ static void gather_radiance(const struct overlap *o)
     if (p->indirect_strata) gather_strata(o);
 }
 
-static void gather_light(const struct overlap *o, uint32_t k)
+static void gather_irradiance(const struct overlap *o, uint32_t k)
+{
+    float *irradiance = o->patch->lights[k].irradiance;
+    if (irradiance) copy_words(o, samples_light_irradiance(o->samples, k), irradiance);
+}
+
+static void gather_strata_of(const struct overlap *o, uint32_t k)
 {
     const struct samples *s = o->samples;
     const struct patch_light *light = &o->patch->lights[k];
     size_t area = (size_t)rect_area(o->patch->rect);
     uint32_t l = o->plan->lights[k].strata_per_axis;
-    if (light->irradiance) copy_words(o, samples_light_irradiance(s, k), light->irradiance);
     for (uint32_t b = 0; light->visibility && b < (l * l + 7) / 8; b++) {
         copy_bytes(o, samples_light_visibility(s, k, b), light->visibility + b * area);
     }
@@ -245,13 +256,14 @@ static void gather_paths(const struct overlap *o, uint32_t spp)
     }
 }
 
-void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
-                 struct rect tile, struct patch *patch)
+/* The part of the tile that lies in `area`, which lies in the patch; false when there is none. */
+static bool overlap_init(struct overlap *o, const struct plan *plan, const struct samples *samples,
+                         struct rect tile, struct rect area, struct patch *patch)
 {
-    struct rect r = rect_intersect(tile, patch->rect);
-    if (rect_is_empty(r)) return;
+    struct rect r = rect_intersect(tile, area);
+    if (rect_is_empty(r)) return false;
     size_t tile_width = (size_t)rect_width(tile), patch_width = (size_t)rect_width(patch->rect);
-    struct overlap o = {
+    *o = (struct overlap){
         .plan = plan,
         .samples = samples,
         .patch = patch,
@@ -262,9 +274,20 @@ void gather_tile(const struct plan *plan, const struct samples *samples, uint32_
         .to = (size_t)(r.y0 - patch->rect.y0) * patch_width + (size_t)(r.x0 - patch->rect.x0),
         .to_stride = patch_width,
     };
+    return true;
+}
+
+void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
+                 struct rect tile, struct patch *patch)
+{
+    struct overlap o;
+    if (!overlap_init(&o, plan, samples, tile, patch->rect, patch)) return;
     gather_geometry(&o);
+    for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
+    if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
+    gather_surface(&o);
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
     gather_radiance(&o);
-    for (uint32_t k = 0; k < plan->light_count; k++) gather_light(&o, k);
+    for (uint32_t k = 0; k < plan->light_count; k++) gather_irradiance(&o, k);
     if (plan->paths.spp > 0) gather_paths(&o, path_spp);
 }

@@ -5,10 +5,10 @@
 
 /* `path_spp` samples a pixel are in the samples' sums of paths.
  *
- * Converts the pixels of `tile` (the samples' place in the image) that lie in the patch. Halves
- * become floats, scales are taken out, sub-sample depths become distances, and where there is no
- * surface the normal is zero. Distances are cut at GATHER_DISTANCE_MAX, so that their squares stay
- * finite. */
+ * Converts the pixels of `tile` (the samples' place in the image) that lie in the patch; outside
+ * its core only what patch.h says. Halves become floats, scales are taken out, sub-sample depths
+ * become distances, and where there is no surface the normal is zero. Distances are cut at
+ * GATHER_DISTANCE_MAX, so that their squares stay finite. */
 #define GATHER_DISTANCE_MAX 1e16f
 void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
                  struct rect tile, struct patch *patch);

@@ -6,9 +6,10 @@
 #include "server/job/frame_work.h"
 #include "server/reconstruct/block.h"
 
-/* Blocks that may wait for the team before leases pause: their samples stay in memory, about 0.5 MB
- * a block at 9 spp. */
-#define BLOCKS_OUT_MOST 128
+/* Pixels in blocks that may wait for the team before leases pause: their samples stay in memory,
+ * about 128 bytes a pixel at 9 spp. However large blocks are, some for each thread may wait. */
+#define PIXELS_OUT_MOST  524288
+#define BLOCKS_OUT_LEAST 32
 
 /* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
 #define PENDING_MOST 64
@@ -32,12 +33,12 @@ int frame_create(const struct frame_options *options, struct frame **out)
     f->state = FRAME_QUEUED;
     bytes_writer_init(&f->plan_bytes);
     plan_encode(&f->plan_bytes, &f->plan);
+    const int32_t side_px = block_side_px(&f->plan);
     int error = f->plan_bytes.failed ? ERR_MEMORY : 0;
     if (!error)
         error = tile_grid_init(&f->grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px);
-    if (!error)
-        error = tile_queue_create(&f->grid, BLOCK_SIDE_PX, plan_pass_count(&f->plan), &f->tiles);
-    if (!error) error = film_create(&f->plan, BLOCK_SIDE_PX, block_halo_px(&f->plan), &f->film);
+    if (!error) error = tile_queue_create(&f->grid, side_px, plan_pass_count(&f->plan), &f->tiles);
+    if (!error) error = film_create(&f->plan, side_px, block_halo_px(&f->plan), &f->film);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
     if (error) {
@@ -143,6 +144,12 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
     return f->plan_bytes.data;
 }
 
+static uint32_t blocks_out_most(const struct frame *f)
+{
+    const int32_t side_px = block_side_px(&f->plan), most = PIXELS_OUT_MOST / (side_px * side_px);
+    return (uint32_t)(most > BLOCKS_OUT_LEAST ? most : BLOCKS_OUT_LEAST);
+}
+
 static bool is_behind(const struct frame *f, uint32_t blocks_most, uint32_t pending_most)
 {
     return f->blocks_out > blocks_most || film_pending(f->film) > pending_most;
@@ -152,7 +159,7 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
 {
     uint32_t tile, generation;
     if ((f->plan.capabilities & ~capabilities) != 0) return false;
-    if (is_behind(f, BLOCKS_OUT_MOST, PENDING_MOST)) {
+    if (is_behind(f, blocks_out_most(f), PENDING_MOST)) {
         f->held = true;
         return false;
     }
@@ -168,7 +175,7 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
 
 bool frame_was_held(struct frame *f)
 {
-    if (!f->held || is_behind(f, BLOCKS_OUT_MOST / 2, PENDING_MOST / 2)) return false;
+    if (!f->held || is_behind(f, blocks_out_most(f) / 2, PENDING_MOST / 2)) return false;
     f->held = false;
     return true;
 }

@@ -76,10 +76,28 @@ static int submit_ready(struct frame *f)
     return error;
 }
 
+/* Clocks are read one after the other: the part may seem longer than the whole. */
+static void count_time(struct statistics *sum, const struct block_task *t)
+{
+    const uint64_t all_us = t->task.cpu_us, shadow_us = t->statistics.shadow_cpu_us;
+    sum->shadow_cpu_us += shadow_us;
+    sum->reconstruct_cpu_us += all_us > shadow_us ? all_us - shadow_us : 0;
+}
+
+static void count_pixels(struct statistics *sum, const struct block_statistics *block)
+{
+    sum->sub_samples_unmatched += block->sub_samples_unmatched;
+    sum->pixels_background += block->pixels_background;
+    sum->shadow_pixels_filtered += block->shadow.pixels_filtered;
+    sum->shadow_pixels_alone += block->shadow.pixels_alone;
+    sum->shadow_pixels_unlit += block->shadow.pixels_unlit;
+    sum->shadow_blocks_skipped += block->shadow.blocks_skipped;
+}
+
 static void block_over(struct frame *f, const struct block_task *t)
 {
     f->blocks_out--;
-    f->statistics.reconstruct_cpu_us += t->task.cpu_us;
+    count_time(&f->statistics, t);
     if (t->error) {
         frame_fail(f, t->error, "", "reconstruction failed");
         return;
@@ -87,8 +105,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     copy_pixels(t, f->image);
     f->blocks_drawn++;
     if (film_block_done(f->film, t->block)) { /* pixels count once, as they are in the end */
-        f->statistics.sub_samples_unmatched += t->statistics.sub_samples_unmatched;
-        f->statistics.pixels_background += t->statistics.pixels_background;
+        count_pixels(&f->statistics, &t->statistics);
     }
     const int error = submit_ready(f);
     if (error) {

@@ -40,19 +40,19 @@ static void copy_warnings(const struct scene *scene, struct plan_report *report)
     }
 }
 
-/* Visibility and slopes, for the layers that show them. */
+/* Visibility and slopes, for the filter that reads them and the layers that show them. */
 void plan_strata_planes(struct plan *plan, struct plan_report *report)
 {
     static const char no_reader[] = "no filter or layer of this plan reads it";
     static const char no_area[] = "no light has area";
-    bool area = false;
+    bool area = false, filtered = plan->shadow_filter != SHADOW_FILTER_NONE;
     for (uint32_t k = 0; k < plan->light_count; k++)
         area = area || plan->lights[k].type == LIGHT_RECTANGLE;
-    if (plan->light_count > 0 && (report->layers & LAYER_VISIBILITY))
+    if (area && (filtered || (report->layers & LAYER_VISIBILITY)))
         plan->light_planes |= 1u << LIGHT_PLANE_VISIBILITY;
     else
         plan_skip(report, "plane visibility", "%s", area ? no_reader : no_area);
-    if (area && (report->layers & (LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)))
+    if (area && (filtered || (report->layers & (LAYER_SLOPE_MIN | LAYER_SLOPE_MAX))))
         plan->light_planes |= 1u << LIGHT_PLANE_SLOPES;
     else
         plan_skip(report, "plane slopes", "%s", area ? no_reader : no_area);
@@ -91,16 +91,16 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
 static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
                    struct plan_report *report)
 {
-    char why[PLAN_WHY_BYTES];
-    report->method = FILTER_NONE;
+    char why[PLAN_WHY_BYTES], paths[PLAN_FILTER_WHY_BYTES];
     report->integrator = INTEGRATOR_PATHS;
     if (job->method == FILTER_NONE) {
-        plan_skip(report, "filter", "filter.method is none: samples are averaged");
+        plan_filter_none(job, "filter.method is none: samples are averaged", report);
         plan_skip(report, "light fields", "filter.method is none: every sample is a path");
         return;
     }
-    plan_skip(report, "filter", "this version has no filter yet: auto averages samples");
     if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
+        snprintf(paths, sizeof paths, "paths make the picture, as light fields cannot: %s", why);
+        plan_filter_none(job, paths, report);
         plan_skip(report, "light fields", "%s", why);
         return;
     }

@@ -2,9 +2,10 @@
 /* What a frame needs, decided once: who makes the picture, which effects run, which planes travel,
  * what is left out and why.
  *
- * filter.method none is the path tracer. auto is the light fields where they cover all that scene
- * and job ask for (pure Lambert surfaces, lights of the list alone, a pinhole, at most one bounce,
- * layers that they give), else the path tracer.
+ * filter.method none is the path tracer. All others are the light fields where they cover all that
+ * scene and job ask for (pure Lambert surfaces, lights of the list alone, a pinhole, at most one
+ * bounce, layers that they give), with the shadow filter that is asked for or that auto chooses;
+ * else they are the path tracer, too, which nothing filters.
  *
  * A pure function of the job and what it names; any thread. Everything that a person may ask about
  * the decision is in struct plan_report. */
@@ -41,6 +42,8 @@ struct plan_skip {
 };
 #define PLAN_SKIPS (LIMIT_LIGHTS + 32)
 
+#define PLAN_FILTER_WHY_BYTES 192
+
 struct plan_light_source {
     bool of_scene;  /* else of the job */
     uint32_t index; /* there */
@@ -67,8 +70,9 @@ struct plan_report {
     enum plan_integrator integrator;
     struct plan_emitters emitters;
     uint32_t effects;
-    uint32_t layers; /* enum layer */
-    enum filter_method method;
+    uint32_t layers;           /* enum layer */
+    enum filter_method method; /* that runs: not auto */
+    char filter_why[PLAN_FILTER_WHY_BYTES];
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -83,8 +87,9 @@ struct plan_report {
 int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
-/* {integrator, effects, layers, planes, light_planes, skipped: [{what, why}], lights, environment,
- * emitters, camera, samples, tiles, warnings}. New reference; NULL on failed allocation. */
+/* {integrator, effects, layers, planes, light_planes, filter, filter_why, skipped: [{what, why}],
+ * lights, environment, emitters, camera, samples, tiles, warnings}. New reference; NULL on failed
+ * allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
 
 /* Adds a line; what does not fit is dropped. */
@@ -115,11 +120,20 @@ void plan_set_powers(const struct scene *scene, const struct plan_emitters *emit
 bool plan_light_field_covers(const struct job *job, const struct scene *scene,
                              const struct plan *plan, const struct plan_emitters *emitters,
                              char why[PLAN_WHY_BYTES]);
+/* Of a plan of light fields, enum shadow_filter, and a sentence that says why: none without a light
+ * that has area, and where its strata are too many to travel; what the job asks for; and where it
+ * asks for auto the sheared filter, which has the least error at all numbers of samples (filters.md
+ * section 2), unless it would cost more than twice what tracing does. */
+uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
+                            char why[PLAN_FILTER_WHY_BYTES]);
+void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);
+void plan_filter_none(const struct job *job, const char *why, struct plan_report *report);
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report);
 
 /* What those parts share. */
-/* Light planes for the layers visibility and slopes, with a line for each that is left out. */
+/* Light planes for the filter and the layers visibility and slopes, with a line for each that is
+ * left out. */
 void plan_strata_planes(struct plan *plan, struct plan_report *report);
 double plan_luminance(const float color[3]);
 double plan_scene_radius(const struct scene *scene); /* of a sphere around its bounds; > 0 */

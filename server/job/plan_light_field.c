@@ -87,6 +87,14 @@ static void plan_surfaces(bool emission, struct plan *plan, struct plan_report *
     }
 }
 
+/* Whether there is a light without area. */
+static bool has_sharp_light(const struct plan *plan)
+{
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        if (plan->lights[k].type != LIGHT_RECTANGLE) return true;
+    return false;
+}
+
 static void plan_direct(struct plan *plan, struct plan_report *report)
 {
     if (plan->light_count == 0) {
@@ -94,7 +102,10 @@ static void plan_direct(struct plan *plan, struct plan_report *report)
         return;
     }
     report->effects |= EFFECT_DIRECT | EFFECT_SHADOWS;
-    plan->light_planes |= 1u << LIGHT_PLANE_IRRADIANCE;
+    if (plan->shadow_filter == SHADOW_FILTER_NONE || has_sharp_light(plan))
+        plan->light_planes |= 1u << LIGHT_PLANE_IRRADIANCE;
+    else
+        plan_skip(report, "plane irradiance", "the filter makes it of visibility and slopes");
     plan->capabilities |= CAPABILITY_DIRECT;
     plan_strata_planes(plan, report);
 }
@@ -122,6 +133,7 @@ static void plan_indirect(const struct job *job, bool lit, struct plan *plan,
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan_surfaces(report->emitters.any_seen, plan, report);
+    plan_filter(job, plan, report);
     plan_direct(plan, report);
     plan_indirect(job, plan->light_count > 0 || report->emitters.any_unlit, plan, report);
 }

@@ -16,6 +16,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->import_cpu_us += more->import_cpu_us;
     sum->decode_cpu_us += more->decode_cpu_us;
     sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
+    sum->shadow_cpu_us += more->shadow_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -26,6 +27,10 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->results_corrupt += more->results_corrupt;
     sum->sub_samples_unmatched += more->sub_samples_unmatched;
     sum->pixels_background += more->pixels_background;
+    sum->shadow_pixels_filtered += more->shadow_pixels_filtered;
+    sum->shadow_pixels_alone += more->shadow_pixels_alone;
+    sum->shadow_pixels_unlit += more->shadow_pixels_unlit;
+    sum->shadow_blocks_skipped += more->shadow_blocks_skipped;
     sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
     sum->worker_peak_rss_bytes = most(sum->worker_peak_rss_bytes, more->worker_peak_rss_bytes);
 }
@@ -47,6 +52,7 @@ static const struct line lines[] = {
     {"cpu_s", "pack", COUNTED(PACK_CPU_US), true},
     {"cpu_s", "decode", FIELD(decode_cpu_us), true},
     {"cpu_s", "reconstruct", FIELD(reconstruct_cpu_us), true},
+    {"cpu_s", "shadow", FIELD(shadow_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -56,6 +62,10 @@ static const struct line lines[] = {
     {"results", "corrupt", FIELD(results_corrupt), false},
     {"pixels", "background", FIELD(pixels_background), false},
     {"pixels", "sub_samples_unmatched", FIELD(sub_samples_unmatched), false},
+    {"shadow", "pixels_filtered", FIELD(shadow_pixels_filtered), false},
+    {"shadow", "pixels_alone", FIELD(shadow_pixels_alone), false},
+    {"shadow", "pixels_unlit", FIELD(shadow_pixels_unlit), false},
+    {"shadow", "blocks_skipped", FIELD(shadow_blocks_skipped), false},
     {NULL, "bytes_received", FIELD(bytes_received), false},
     {"peak_rss_bytes", "server", FIELD(server_peak_rss_bytes), false},
     {"peak_rss_bytes", "worker", FIELD(worker_peak_rss_bytes), false},

@@ -186,4 +186,6 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     find_targets(image, &targets);
     compose_light(resolver, &targets, block, statistics);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
+    copy_plane(resolver->patch, resolver->lighting->width_px, block,
+               image_plane(image, "filter_width.W"));
 }

@@ -7,7 +7,8 @@
 /* Writes the channels that light, albedo and anti-aliasing make, of `block`:
  *   R G B A      emission + direct + indirect, seen; the share of samples that hit a surface
  *   direct, indirect, emission, albedo   with albedo where it is light; mean over the samples
- *   samples      light and bounce rays of the pixel; 0 without surface */
+ *   samples      light and bounce rays of the pixel; 0 without surface
+ *   filter_width sigma of the shadow filter in pixels, largest over the lights; 0: not filtered */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_statistics *statistics);
 

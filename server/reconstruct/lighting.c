@@ -5,15 +5,27 @@
 
 #define INVERSE_PI 0.318309886183790672f
 
-static void add_light(const struct plan_light *light, const float *irradiance, size_t area,
+/* A run of pixels in the patch's arrays. */
+struct run {
+    size_t first, count;
+};
+
+static struct run row_of(const struct patch *patch, struct rect lit, int32_t y)
+{
+    size_t width = (size_t)rect_width(patch->rect);
+    return (struct run){(size_t)(y - patch->rect.y0) * width + (size_t)(lit.x0 - patch->rect.x0),
+                        (size_t)rect_width(lit)};
+}
+
+static void add_light(const struct plan_light *light, const float *irradiance, struct run run,
                       float *const direct[3])
 {
     for (int c = 0; c < 3; c++) {
         float scale = light->color[c] * INVERSE_PI;
-        float *out = direct[c];
+        float *out = direct[c] + run.first;
         if (!(scale > 0.0f)) continue;
-        for (size_t i = 0; i < area; i++) {
-            float lit = irradiance[i] * scale;
+        for (size_t i = 0; i < run.count; i++) {
+            float lit = irradiance[run.first + i] * scale;
             out[i] +=
                 lit < LIGHTING_MAX ? lit : LIGHTING_MAX; /* also where the product overflows */
         }
@@ -21,7 +33,7 @@ static void add_light(const struct plan_light *light, const float *irradiance, s
 }
 
 /* Mean over all samples from the means over the even and the odd ones (samples.h). */
-static void add_halves(const struct plan *plan, const struct patch *patch, size_t area,
+static void add_halves(const struct plan *plan, const struct patch *patch, struct run run,
                        float *const out[3])
 {
     uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
@@ -29,63 +41,113 @@ static void add_halves(const struct plan *plan, const struct patch *patch, size_
     uint32_t odd_count = n / 2, even_count = n - odd_count;
     float even = (float)even_count / (float)n, odd = (float)odd_count / (float)n;
     for (int c = 0; c < 3; c++) {
-        for (size_t i = 0; i < area; i++) {
+        for (size_t i = run.first; i < run.first + run.count; i++) {
             out[c][i] = patch->indirect_even[c][i] * even + patch->indirect_odd[c][i] * odd;
         }
     }
 }
 
-static void add_strata(const struct plan *plan, const struct patch *patch, size_t area,
+static void add_strata(const struct plan *plan, const struct patch *patch, struct run run,
                        float *const out[3])
 {
+    size_t area = (size_t)rect_area(patch->rect);
     uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     float share = 1.0f / (float)n; /* with bounces n is at least 1 */
     for (int c = 0; c < 3; c++) {
+        float *sum = out[c] + run.first;
         for (uint32_t s = 0; s < n; s++) {
-            const float *in = patch->indirect_strata + (s * 4 + (uint32_t)c) * area;
-            for (size_t i = 0; i < area; i++) out[c][i] += in[i];
+            const float *in = patch->indirect_strata + (s * 4 + (uint32_t)c) * area + run.first;
+            for (size_t i = 0; i < run.count; i++) sum[i] += in[i];
         }
-        for (size_t i = 0; i < area; i++) out[c][i] *= share;
+        for (size_t i = 0; i < run.count; i++) sum[i] *= share;
     }
 }
 
-static void fill_indirect(const struct plan *plan, const struct patch *patch, size_t area,
+static void fill_indirect(const struct plan *plan, const struct patch *patch, struct run run,
                           float *const out[3])
 {
     if (patch->indirect[0]) {
-        for (int c = 0; c < 3; c++) memcpy(out[c], patch->indirect[c], area * sizeof(float));
+        for (int c = 0; c < 3; c++)
+            memcpy(out[c] + run.first, patch->indirect[c] + run.first, run.count * sizeof(float));
     } else if (patch->indirect_even[0]) {
-        add_halves(plan, patch, area, out);
+        add_halves(plan, patch, run, out);
     } else if (patch->indirect_strata) {
-        add_strata(plan, patch, area, out);
+        add_strata(plan, patch, run, out);
     }
 }
 
-static void fill_total(const struct lighting *l, size_t area)
+/* What needs no filter. */
+static void fill_plain(const struct plan *plan, const struct patch *patch, struct run run,
+                       const struct lighting *out)
 {
-    for (int c = 0; c < 3; c++) {
-        for (size_t i = 0; i < area; i++) l->total[c][i] = l->direct[c][i] + l->indirect[c][i];
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const float *irradiance = patch->lights[k].irradiance;
+        if (irradiance) add_light(&plan->lights[k], irradiance, run, out->direct);
     }
+    fill_indirect(plan, patch, run, out->indirect);
 }
 
-int lighting_create(const struct plan *plan, const struct patch *patch, struct lighting *out)
+static void widen(const float *width_px, struct run run, float *most_px)
+{
+    for (size_t i = run.first; i < run.first + run.count; i++)
+        most_px[i] = width_px[i] > most_px[i] ? width_px[i] : most_px[i];
+}
+
+static int add_filtered(const struct plan *plan, const struct patch *patch, struct rect lit,
+                        const struct lighting *out, struct shadow_statistics *shadow)
 {
     size_t area = (size_t)rect_area(patch->rect);
-    float *memory = calloc(area * 9, sizeof *memory);
-    *out = (struct lighting){0};
+    float *irradiance = malloc(area * 2 * sizeof *irradiance);
+    int error = irradiance ? 0 : ERR_MEMORY;
+    for (uint32_t k = 0; !error && k < plan->light_count; k++) {
+        float *width_px = irradiance + area;
+        if (plan->lights[k].type != LIGHT_RECTANGLE) continue;
+        error = shadow_filter(plan, k, patch, lit, irradiance, width_px, shadow);
+        for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
+            struct run run = row_of(patch, lit, y);
+            add_light(&plan->lights[k], irradiance, run, out->direct);
+            widen(width_px, run, out->width_px);
+        }
+    }
+    free(irradiance);
+    return error;
+}
+
+static void fill_total(const struct lighting *l, struct run run)
+{
+    for (int c = 0; c < 3; c++) {
+        for (size_t i = run.first; i < run.first + run.count; i++)
+            l->total[c][i] = l->direct[c][i] + l->indirect[c][i];
+    }
+}
+
+static int allocate(struct lighting *out, size_t area)
+{
+    float *memory = calloc(area * 10, sizeof *memory);
+    *out = (struct lighting){.memory = memory};
     if (!memory) return ERR_MEMORY;
-    out->memory = memory;
     for (size_t c = 0; c < 3; c++) {
         out->direct[c] = memory + c * area;
         out->indirect[c] = memory + (3 + c) * area;
         out->total[c] = memory + (6 + c) * area;
     }
-    for (uint32_t k = 0; k < plan->light_count; k++) {
-        const float *irradiance = patch->lights[k].irradiance;
-        if (irradiance) add_light(&plan->lights[k], irradiance, area, out->direct);
+    out->width_px = memory + 9 * area;
+    return 0;
+}
+
+int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
+                    struct lighting *out, struct shadow_statistics *shadow)
+{
+    int error = allocate(out, (size_t)rect_area(patch->rect));
+    if (error) return error;
+    for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
+    if (plan->shadow_filter != SHADOW_FILTER_NONE)
+        error = add_filtered(plan, patch, lit, out, shadow);
+    if (error) {
+        lighting_fini(out);
+        return error;
     }
-    fill_indirect(plan, patch, area, out->indirect);
-    fill_total(out, area);
+    for (int32_t y = lit.y0; y < lit.y1; y++) fill_total(out, row_of(patch, lit, y));
     return 0;
 }
 

@@ -103,7 +103,7 @@ int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
     if (rect_is_empty(rect)) return ERR_RANGE;
     struct patch *p = calloc(1, sizeof *p);
     if (!p) return ERR_MEMORY;
-    p->rect = rect;
+    p->rect = p->core = rect;
     struct carver carver = {.area = (size_t)rect_area(rect)};
     carve_all(&carver, plan, p);
     if (carver.used_bytes > 0) {

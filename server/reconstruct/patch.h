@@ -3,6 +3,8 @@
  *
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
+ * Under a shadow filter there are in the far halo, outside `core`, only depth, normal and the
+ * lights' visibility and slopes: what shadow filters read. The other arrays are not set there.
  * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
@@ -24,8 +26,12 @@ struct patch_paths {
     float *coverage, *open; /* samples that meet a surface; those whose occlusion ray is open */
 };
 
+/* Pixels around a block that belong to the core: whose lighting its sub-samples borrow. */
+#define PATCH_RING_PX 1
+
 struct patch {
     struct rect rect; /* in image pixels */
+    struct rect core; /* within it: everything is there */
     float *depth;     /* 0: no surface */
     float *normal[3];
     float *albedo[3];
@@ -44,7 +50,7 @@ struct patch {
     void *memory; /* owned */
 };
 
-/* Allocates all arrays that the plan has for `rect`. */
+/* Allocates all arrays that the plan has for `rect`, which is all core. */
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
 void patch_destroy(struct patch **patch);
 

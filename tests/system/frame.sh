@@ -11,8 +11,10 @@ cat >"$tmp/job.json" <<J
 {"scene": {"file": "$scene"}, "image": {"width": 203, "height": 151},
  "sampling": {"spp": 9, "seed": 7}, "effects": {"indirect_bounces": 1},
  "layers": ["beauty", "direct", "indirect", "albedo", "normal", "depth", "id", "samples",
-            "visibility", "slope_min", "slope_max", "emission"]}
+            "visibility", "slope_min", "slope_max", "filter_width", "emission"]}
 J
+jq '.filter.method = "axis_aligned"' "$tmp/job.json" >"$tmp/aligned.json"
+jq '.filter.method = "sheared"' "$tmp/job.json" >"$tmp/sheared.json"
 jq '.image = {width: 720, height: 720} | .sampling.spp = 16' "$tmp/job.json" >"$tmp/long.json"
 
 render() { "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" "${@:3}"; }
@@ -24,6 +26,7 @@ check "the EXR has the layers that were asked for" bash -c "
     exrheader '$tmp/base.exr' | grep -q 'direct.R' && exrheader '$tmp/base.exr' | grep -q 'slope_max.S'"
 check "statistics hold what a script needs" jq -e '
     .cpu_s.import >= 0 and .cpu_s.trace > 0 and .cpu_s.reconstruct > 0 and .cpu_s.total > 0 and
+    .cpu_s.shadow > 0 and .shadow.pixels_filtered > 0 and
     .wall_s > 0 and .rays.primary == 203*151 and .rays.shadow > 0 and .rays.indirect > 0 and
     (.skipped | type) == "object" and .bytes_received > 0 and
     .peak_rss_bytes.server > 0 and .peak_rss_bytes.worker > 0' "$tmp/stats.json"
@@ -35,6 +38,16 @@ for tile in 16 64; do
     check "tiles of $tile give the same bytes" render job "t$tile" --workers 2 --tile $tile
     check "... compared" same base "t$tile"
 done
+# The same holds for each filter; auto is the sheared one here, which the files' job says, not their
+# pixels.
+check "the axis-aligned filter" render aligned aligned --workers 1 --worker-threads 1 --tile 32
+check "... gives the same bytes with other tiles and workers" render aligned aligned2 --workers 3 --tile 16
+check "... compared" same aligned aligned2
+check "the sheared filter" render sheared sheared --workers 2 --tile 64
+check "... is what auto takes" bash -c "
+    '$build/shearwater' compare '$tmp/base.exr' '$tmp/sheared.exr' | jq -e '.finite and .rmse == 0'"
+check "... and is another than the axis-aligned" bash -c "
+    '$build/shearwater' compare '$tmp/base.exr' '$tmp/aligned.exr' | jq -e '.finite and .rmse > 0'"
 check "three threads give the same bytes" render job threads --workers 1 --worker-threads 3
 check "... compared" same base threads
 

@@ -103,6 +103,8 @@ good=("{$scene_member}"
         \"layers\": [\"error\", \"occlusion\", \"diffuse_direct\", \"diffuse_indirect\"]}"
     "{$scene_member, \"sampling\": {\"spp\": 65536, \"light_spp\": 1, \"indirect_spp\": 0, \"seed\": 9007199254740992, \"tile_px\": 8}}"
     "{$scene_member, \"filter\": {\"method\": \"none\", \"mu\": 100}}"
+    "{$scene_member, \"filter\": {\"method\": \"sheared\", \"mu\": 0.5}, \"layers\": [\"beauty\", \"filter_width\"]}"
+    "{$scene_member, \"filter\": {\"method\": \"axis_aligned\"}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
@@ -124,9 +126,9 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"effects\": {\"indirect_bounces\": 65}}" "{$scene_member, \"effects\": {\"ambient_occlusion\": true}}"
     "{$scene_member, \"sampling\": {\"spp\": 0}}" "{$scene_member, \"sampling\": {\"spp\": 65537}}"
     "{$scene_member, \"sampling\": {\"seed\": -1}}" "{$scene_member, \"sampling\": {\"tile_px\": 7}}"
-    "{$scene_member, \"sampling\": {\"target_error\": 0.1}}" "{$scene_member, \"filter\": {\"method\": \"sheared\"}}"
+    "{$scene_member, \"sampling\": {\"target_error\": 0.1}}" "{$scene_member, \"filter\": {\"method\": \"shear\"}}"
     "{$scene_member, \"filter\": {\"mu\": 0}}" "{$scene_member, \"layers\": []}"
-    "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_width\"]}"
+    "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_widths\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
     "{$scene_member, \"effects\": {\"ambient_occlusion\": {}}}"
     "{$scene_member, \"effects\": {\"ambient_occlusion\": {\"distance\": 0}}}"
@@ -157,6 +159,15 @@ check_fault() { # check_fault WHAT DOCUMENT POINTER WORDS
 }
 check_plan "auto is light fields in a Lambert box" "{$scene_member}" \
     '.integrator == "light_field" and (.skipped | any(.what == "paths"))'
+check_plan "auto filters its lamp" "{$scene_member}" \
+    '.filter == "sheared" and (.filter_why | startswith("9 samples a light")) and
+     .light_planes == ["visibility", "slopes"] and (.skipped | any(.what == "plane irradiance"))'
+check_plan "light without area is not filtered" "{\"scene\": {\"asset\": \"$asset\", \"lights\": false},
+    \"lights\": [{\"type\": \"point\", \"position\": [0, 1, 0], \"intensity\": [1, 1, 1]}], \"filter\": {\"method\": \"sheared\"}}" \
+    '.filter == "none" and .light_planes == ["irradiance"] and
+     (.warnings | any(startswith("filter.method is sheared, but no filter runs: no light has area")))'
+check_plan "paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
+    '.integrator == "paths" and .filter == "none" and (.filter_why | contains("there is an environment"))'
 check_plan "an environment makes it paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
     '.integrator == "paths" and .environment.type == "map" and (.effects | index("environment"))
      and (.skipped | any(.what == "light fields" and .why == "there is an environment"))'
@@ -170,6 +181,8 @@ check_fault "an open lens has to be focused" "{$scene_member, \"lens\": {\"apert
     /lens/focus_distance "has to be focused"
 check_fault "ambient occlusion needs a distance" "{$scene_member, \"layers\": [\"occlusion\"]}" \
     /effects/ambient_occlusion distance
+check_fault "no filter has no width" "{$scene_member, \"layers\": [\"filter_width\"], \"filter\": {\"method\": \"none\"}}" \
+    /filter/method "filters nothing"
 for document in "${bad[@]}"; do check "schema and server refuse $document" agree 422 "$document"; done
 
 p=/v1/jobs

@@ -91,7 +91,7 @@ static void every_layer_is_the_mean_so_far(void **state)
     (void)state;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
     assert_int_equal(block_halo_px(&plan), 0);
-    assert_int_equal(film_create(&plan, BLOCK_SIDE_PX, 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 40, 20, &image), 0);
     for (uint32_t t = 1; t < 6; t++) land(film, &plan, t, 0);
     land(film, &plan, 4, 1);
@@ -148,7 +148,7 @@ static void a_single_sample_has_no_error(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 1);
-    assert_int_equal(film_create(&plan, BLOCK_SIDE_PX, 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 8, 8, &image), 0);
     land(film, &plan, 0, 0);
     draw(&plan, film, image);
@@ -200,7 +200,7 @@ static void absent_planes_leave_zeros(void **state)
     plan.planes &= ~(1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_OCCLUSION |
                      1u << PLANE_PATH_COVERAGE | 1u << PLANE_PATH_ALBEDO);
     plan.paths.occlusion_distance = 0;
-    assert_int_equal(film_create(&plan, BLOCK_SIDE_PX, 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 8, 8, &image), 0);
     land(film, &plan, 0, 0);
     assert_int_equal(draw(&plan, film, image), 0);
