@@ -13,6 +13,7 @@
 
 #include "proto/job.h"
 #include "server/job/frame.h"
+#include "tests/unit/server/filtered_case.h"
 #include "tests/unit/server/synthetic_paths.h"
 
 struct bench {
@@ -21,7 +22,10 @@ struct bench {
     struct objects objects;
     char dir[64];
     struct plan plan;
-    uint32_t path_spp; /* 0: the light field */
+    uint32_t path_spp;            /* 0: the light field */
+    uint32_t filter;              /* of its shadows */
+    uint32_t lights;              /* filtered ones and others */
+    struct statistics statistics; /* of the last frame that was encoded */
     struct frame *frame;
     unsigned accepted, corrupt, drawn, traced, encoded, failed;
     int64_t drawn_px;
@@ -63,6 +67,7 @@ static void on_encoded(void *ctx, struct frame *frame, const struct digest *exr,
     assert_ptr_equal(frame, b->frame);
     assert_int_equal(frame_state(frame), FRAME_FINISHED);
     b->encoded++;
+    b->statistics = *frame_statistics(frame);
     b->exr = *exr;
     b->png = *png;
     frame_drop(&b->frame);
@@ -108,6 +113,7 @@ static void begin(struct bench *b, int32_t tile_px)
     struct frame_options options = {.id = 9,
                                     .number = 1,
                                     .layers = LAYER_BEAUTY | LAYER_NORMAL |
+                                              (b->filter ? LAYER_FILTER_WIDTH : 0) |
                                               (b->path_spp ? LAYER_ERROR | LAYER_SAMPLES : 0),
                                     .metadata = {.job = "feed", .build = "test", .spp = 9},
                                     .plan = &b->plan,
@@ -122,6 +128,8 @@ static void begin(struct bench *b, int32_t tile_px)
     b->drawn = 0;
     if (b->path_spp > 0)
         synthetic_paths_plan(&b->plan, 75, 70, tile_px, b->path_spp);
+    else if (b->filter)
+        filtered_plan(&b->plan, 203, 131, tile_px, b->filter, b->lights);
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
     assert_int_equal(frame_create(&options, &b->frame), 0);
@@ -132,7 +140,9 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
                           size_t damage)
 {
     struct bytes_writer w;
+    static const struct filtered_world shelf = {.shelf_height = 1.5f, .shelf_half = 1.0f};
     struct samples *samples = b->path_spp > 0 ? synthetic_pass(&b->plan, tile->index, tile->pass)
+                              : b->filter     ? filtered_tile(&b->plan, &shelf, tile->index)
                                               : synthetic_tile(&b->plan, tile->index);
     uint64_t dropped = 0;
     bytes_writer_init(&w);
@@ -183,6 +193,52 @@ static void tiles_of_any_size_give_the_same_files(void **state)
         assert_true(digest_equal(&png, &b->png));
     }
     assert_true(objects_have(&b->objects, &exr, NULL) && objects_have(&b->objects, &png, NULL));
+}
+
+static void clear_counts(struct bench *b)
+{
+    b->accepted = b->encoded = b->traced = 0;
+    b->drawn_px = 0;
+}
+
+static void filters_do_not_see_tiles(void **state)
+{
+    struct bench *b = *state;
+    static const int32_t sizes[] = {8, 64, 100};
+    b->lights = 3; /* two of them rectangles */
+    for (b->filter = SHADOW_FILTER_AXIS_ALIGNED; b->filter <= SHADOW_FILTER_SHEARED; b->filter++) {
+        clear_counts(b);
+        render_in_order(b, 32);
+        const struct digest exr = b->exr, png = b->png;
+        const struct statistics first = b->statistics;
+        assert_true(first.shadow_pixels_filtered > 1000);
+        assert_true(first.shadow_pixels_filtered + first.shadow_pixels_alone +
+                        first.shadow_pixels_unlit >=
+                    2 * 203 * 131);
+        assert_true(first.shadow_cpu_us > 0);
+        for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+            clear_counts(b);
+            render_in_order(b, sizes[i]);
+            assert_true(digest_equal(&exr, &b->exr));
+            assert_true(digest_equal(&png, &b->png));
+            assert_true(b->statistics.shadow_pixels_filtered == first.shadow_pixels_filtered);
+            assert_true(b->statistics.shadow_pixels_alone == first.shadow_pixels_alone);
+            assert_true(b->statistics.shadow_pixels_unlit == first.shadow_pixels_unlit);
+            assert_true(b->statistics.shadow_blocks_skipped == first.shadow_blocks_skipped);
+        }
+    }
+}
+
+/* Where no filter runs, none is counted. */
+static void unfiltered_frames_count_nothing(void **state)
+{
+    struct bench *b = *state;
+    render_in_order(b, 32);
+    assert_true(b->statistics.reconstruct_cpu_us > 0);
+    assert_true(b->statistics.shadow_cpu_us == 0);
+    assert_true(b->statistics.shadow_pixels_filtered + b->statistics.shadow_pixels_alone +
+                    b->statistics.shadow_pixels_unlit + b->statistics.shadow_blocks_skipped ==
+                0);
 }
 
 static void bad_workers_change_nothing(void **state)
@@ -373,6 +429,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
         TEST(tiles_of_any_size_give_the_same_files),
+        TEST(filters_do_not_see_tiles),
+        TEST(unfiltered_frames_count_nothing),
         TEST(bad_workers_change_nothing),
         TEST(passes_give_the_same_files_in_any_order),
         TEST(the_share_counts_samples),
