@@ -26,11 +26,12 @@ unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 fake_src   := $(wildcard tests/fake/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
+picture_src := $(wildcard tests/bench/exr_*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
 analytic_src := $(wildcard tests/golden/analytic*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src) $(picture_src) $(check_src) \
               $(analytic_src) $(golden_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
@@ -45,11 +46,12 @@ unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
 fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
 fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
+pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser golden check-shade bench \
-        bench-quick fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -86,8 +88,15 @@ golden: all $(goldens)
 check-shade: $(checks)
 	@$(B)/tests/kernel/check_shade
 ## bench: rays per second and coordinator cost, each beside its baseline
-bench: all $(benches) $(fakes)
-	@tests/bench/run $(B)
+bench: all $(benches) $(pictures) $(fakes)
+	@tests/bench/run $(B) $(if $(accuracy),accuracy)
+## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy scene=gazebo method=sheared spp=9
+accuracy = $(foreach name,scene method spp,$(if $($(name)),$(name)=$($(name))))
+bench-accuracy: all $(pictures)
+	@node tests/bench/accuracy.mjs $(B) $(accuracy)
+## bench-quick: the same on three small pictures, below three minutes
+bench-quick: all $(pictures)
+	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev
@@ -179,6 +188,9 @@ $(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(B)/libworker.a $(B)/l
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
+$(B)/tests/bench/exr_%: $(B)/obj/tests/bench/exr_%.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
 $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)

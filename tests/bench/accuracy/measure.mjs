@@ -1,0 +1,80 @@
+// One scene: the pictures of every method and sample count, their cost, their errors.
+import { mkdirSync, writeFileSync } from "node:fs";
+import { testJob } from "./job.mjs";
+import { Refused } from "./programs.mjs";
+import { Reference } from "./reference.mjs";
+
+export const SEED = 3;
+
+const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
+
+// From samples to the picture, whoever does it: what the methods differ in.
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "filter"]
+  .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
+
+function cost(runs) {
+  const cpu_s = {};
+  for (const stage of Object.keys(runs[0].cpu_s)) cpu_s[stage] = median(runs.map((r) => r.cpu_s[stage]));
+  cpu_s.judged = median(runs.map((r) => judgedSeconds(r.cpu_s)));
+  return { cpu_s, wall_s: median(runs.map((r) => r.wall_s)), runs: runs.length,
+    peak_rss_bytes: { server: Math.max(...runs.map((r) => r.peak_rss_bytes.server)),
+      worker: Math.max(...runs.map((r) => r.peak_rss_bytes.worker)) },
+    bytes_received: runs[0].bytes_received, rays: runs[0].rays, skipped: runs[0].skipped };
+}
+
+function renderTest(tools, scene, o, file, method, spp) {
+  const picture = `${o.out}/pictures/${scene.name}-${method}-${spp}.exr`, runs = [];
+  const times = o.repeatSpp.includes(spp) ? o.repeat : 1;
+  for (let i = 0; i < times; i++) {
+    runs.push(tools.render(testJob(scene, o.side, file, o.asked(method), spp, SEED), picture));
+    if (runs[i].rays.paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
+  }
+  return { scene: scene.name, method, spp, seed: SEED, side_px: o.side, picture, ...cost(runs) };
+}
+
+function renderAll(tools, scene, o, file) {
+  const rows = [];
+  for (const method of o.methods)
+    for (const spp of o.spp(method)) {
+      o.say(`${scene.name}: ${method}, ${spp} spp`);
+      try {
+        rows.push(renderTest(tools, scene, o, file, method, spp));
+      } catch (error) {
+        if (!(error instanceof Refused)) throw error;
+        o.refused.set(method, error.message.split(": ").slice(1).join(": "));
+        break;
+      }
+    }
+  return rows;
+}
+
+const judgeAll = (tools, reference, rows) =>
+  rows.map((row) => ({ ...row, ...tools.judge(reference.path, row.picture) }));
+const smallest = (rows) => Math.min(...rows.map((r) => r.penumbra.rmse));
+
+// Rows as accuracy.md names them, and the reference they were judged by. A scene whose file is not
+// here (the shared ones may be absent) gives null.
+export function measureScene(tools, scene, o) {
+  mkdirSync(`${o.out}/pictures`, { recursive: true });
+  const file = `${o.out}/${scene.name}.glb`;
+  try {
+    writeFileSync(file, scene.glb(o.shared));
+  } catch (error) {
+    if (error.code !== "ENOENT") throw error;
+    o.say(`${scene.name}: left out, ${error.path} is absent`);
+    return null;
+  }
+  const reference = new Reference(tools, scene, o.side, file, o.references);
+  const pictures = renderAll(tools, scene, o, file).filter((row) => !o.refused.has(row.method));
+  if (pictures.length === 0) return null;
+  o.say(`${scene.name}: reference`);
+  reference.makePictures(o.asked("average"), o.beautySeeds);
+  reference.improve(Infinity);
+  let rows = judgeAll(tools, reference, pictures);
+  while (!reference.said(smallest(rows)).good && reference.improve(o.referenceSpp)) {
+    o.say(`${scene.name}: better reference, ${reference.spp} samples a light`);
+    rows = judgeAll(tools, reference, pictures);
+  }
+  const said = reference.said(smallest(rows));
+  return { rows: rows.map((row) => ({ ...row, reference: said })), reference };
+}
