@@ -6,9 +6,9 @@
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { bounds } from "./accuracy/factors.mjs";
-import { METHODS, testJob } from "./accuracy/job.mjs";
+import { METHODS } from "./accuracy/job.mjs";
 import { measureScene, SEED } from "./accuracy/measure.mjs";
-import { programs, Refused } from "./accuracy/programs.mjs";
+import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
@@ -48,21 +48,6 @@ function parse(argv) {
   return o;
 }
 
-// Without the method "average" this build's "auto" is the plain average.
-function chooseAverage(tools, o) {
-  const job = testJob({ lights: [] }, 16, `${ROOT}/tests/scenes/cornell-box/cornell-box.glb`, "average", 1, 1);
-  delete job.scene.camera;
-  delete job.scene.lights;
-  try {
-    tools.render(job, `${o.out}/probe.exr`, 1);
-    return (method) => method;
-  } catch (error) {
-    if (!(error instanceof Refused)) throw error;
-    o.say("this build has no method average: auto stands for it");
-    return (method) => method === "average" ? "auto" : method;
-  }
-}
-
 function printBounds(list) {
   for (const b of list) {
     console.log(JSON.stringify({ figure: b.figure, value: b.value, bound: `${b.relation} ${b.bound}`, unit: b.unit,
@@ -76,7 +61,6 @@ function main() {
   const o = parse(process.argv.slice(2));
   mkdirSync(o.out, { recursive: true });
   const tools = programs(o.folder, o.out);
-  o.asked = chooseAverage(tools, o);
   const results = [], lines = [];
   for (const scene of o.scenes) {
     const measured = measureScene(tools, scene, o);

@@ -12,8 +12,8 @@ export const testJob = (scene, side, file, method, spp, seed) => ({ ...documentO
   sampling: { spp, seed }, filter: { method }, layers: ["beauty", "diffuse_direct"] });
 
 // The picture with its anti-aliasing, whose positions change with the seed: the mean of many seeds.
-export const beautyJob = (scene, side, file, method, seed) => ({ ...documentOf(scene, side, file),
-  sampling: { spp: 256, seed }, filter: { method }, layers: ["beauty"] });
+export const beautyJob = (scene, side, file, seed) => ({ ...documentOf(scene, side, file),
+  sampling: { spp: 256, seed }, filter: { method: "average" }, layers: ["beauty"] });
 
 // For exr_reference, which takes camera and lights from it; the file comes as a blob.
 export const referenceJob = (scene, side) => ({ ...documentOf(scene, side),

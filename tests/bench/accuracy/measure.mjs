@@ -9,7 +9,7 @@ export const SEED = 3;
 const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
 
 // From samples to the picture, whoever does it: what the methods differ in.
-const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "filter"]
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow"]
   .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
 
 function cost(runs) {
@@ -26,7 +26,7 @@ function renderTest(tools, scene, o, file, method, spp) {
   const picture = `${o.out}/pictures/${scene.name}-${method}-${spp}.exr`, runs = [];
   const times = o.repeatSpp.includes(spp) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
-    runs.push(tools.render(testJob(scene, o.side, file, o.asked(method), spp, SEED), picture));
+    runs.push(tools.render(testJob(scene, o.side, file, method, spp, SEED), picture));
     if (runs[i].rays.paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   return { scene: scene.name, method, spp, seed: SEED, side_px: o.side, picture, ...cost(runs) };
@@ -68,7 +68,7 @@ export function measureScene(tools, scene, o) {
   const pictures = renderAll(tools, scene, o, file).filter((row) => !o.refused.has(row.method));
   if (pictures.length === 0) return null;
   o.say(`${scene.name}: reference`);
-  reference.makePictures(o.asked("average"), o.beautySeeds);
+  reference.makePictures(o.beautySeeds);
   reference.improve(Infinity);
   let rows = judgeAll(tools, reference, pictures);
   while (!reference.said(smallest(rows)).good && reference.improve(o.referenceSpp)) {

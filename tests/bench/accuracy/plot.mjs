@@ -2,7 +2,7 @@
 
 const WIDTH = 520, HEIGHT = 360, LEFT = 62, RIGHT = 14, TOP = 30, BOTTOM = 46;
 export const COLORS = { average: "#6b7280", axis_aligned: "#d97706", sheared: "#2563eb", sheared_4d: "#059669" };
-const STAGES = ["import", "build", "trace", "pack", "decode", "reconstruct", "filter", "encode", "coordinate", "other"];
+const STAGES = ["import", "build", "trace", "pack", "decode", "reconstruct", "shadow", "encode", "coordinate", "other"];
 const STAGE_COLORS = ["#cbd5e1", "#94a3b8", "#60a5fa", "#a5b4fc", "#c4b5fd", "#fca5a5", "#ef4444", "#86efac", "#fcd34d", "#e5e7eb"];
 
 const escape = (text) => String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);

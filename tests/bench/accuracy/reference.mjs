@@ -44,9 +44,9 @@ export class Reference {
   }
 
   // Means over every second of the seeds, from the first and from the second.
-  makePictures(method, seeds) {
+  makePictures(seeds) {
     const one = (seed) => this.#once(`beauty-${seed}.exr`, (path) =>
-      this.#tools.render(beautyJob(this.#scene, this.#side, this.#file, method, seed), path));
+      this.#tools.render(beautyJob(this.#scene, this.#side, this.#file, seed), path));
     const half = (odd) => this.#once(`beauty-${odd ? "odd" : "even"}-${seeds}.exr`, (path) =>
       this.#tools.mean(path, Array.from({ length: seeds }, (_, i) => 201 + i).filter((s) => s % 2 === odd).map(one)));
     this.pictures = [half(1), half(0)];

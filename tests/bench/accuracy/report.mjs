@@ -54,10 +54,10 @@ function figuresTable(rows) {
     const f = factors.find((g) => g.method === r.method && g.spp === r.spp && g.against === against);
     return f ? number(f[what]) + (f.extrapolated ? "*" : "") : "";
   };
-  return table(["method", "spp", "RMSE, penumbra", "relMSE", "bias", "p99.9", "RMSE, all", "RMSE, beauty", "CPU s", "filtered by s",
+  return table(["method", "spp", "RMSE, penumbra", "relMSE", "bias", "p99.9", "RMSE, all", "RMSE, beauty", "CPU s", "filter s",
     "samples ×", "time ×", "samples × (axis)"],
   rows.map((r) => [r.method, r.spp, number(r.penumbra.rmse), number(r.penumbra.relmse), number(r.penumbra.bias),
-    number(r.penumbra.p999), number(r.rmse), number(r.beauty.rmse), number(r.cpu_s.judged), number(r.cpu_s.filter ?? r.cpu_s.reconstruct),
+    number(r.penumbra.p999), number(r.rmse), number(r.beauty.rmse), number(r.cpu_s.judged), number(r.cpu_s.shadow),
     factor(r, "average", "samples"), factor(r, "average", "seconds"), factor(r, "axis_aligned", "samples")]));
 }
 
