@@ -690,7 +690,7 @@ static void auto_minds_the_cost(void **state)
     s->job.spp = 1;
     expect_filter(s, SHADOW_FILTER_AXIS_ALIGNED, STRATA_PLANES, "would cost about");
     s->job.spp = 4;
-    expect_filter(s, SHADOW_FILTER_SHEARED, STRATA_PLANES, "least error");
+    expect_filter(s, SHADOW_FILTER_SHEARED, STRATA_PLANES, "needs the fewest");
 }
 
 /* Filters that the light field cannot have are no fault: the job is made of paths, and says so. */
