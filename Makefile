@@ -69,13 +69,13 @@ demo: deps
 	@deploy/demo.sh $(B)
 ## test: set everything up, run all tests; ends with "N passed, N failed"
 test: deps-browser
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches) $(checks) $(goldens)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches) $(pictures) $(checks) $(goldens)
 	@tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)
 	@tests/run $(B) unit
 ## system: the tests of real processes alone
-system: all $(fakes) $(benches)
+system: all $(fakes) $(benches) $(pictures)
 	@tests/run $(B) system
 ## browser: the browser tests alone
 browser: all
@@ -89,7 +89,7 @@ check-shade: $(checks)
 	@$(B)/tests/kernel/check_shade
 ## bench: rays per second and coordinator cost, each beside its baseline
 bench: all $(benches) $(pictures) $(fakes)
-	@tests/bench/run $(B) $(if $(accuracy),accuracy)
+	@ACCURACY="$(accuracy)" tests/bench/run $(B) $(if $(accuracy),accuracy)
 ## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy scene=gazebo method=sheared spp=9
 accuracy = $(foreach name,scene method spp,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
@@ -110,7 +110,7 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory -j$$(nproc) B=build/tsan EXTRA="-fsanitize=thread -fno-omit-frame-pointer" sanitized
 .PHONY: sanitized fuzzers
-sanitized: $(programs) $(unit) $(fakes) $(benches)
+sanitized: $(programs) $(unit) $(fakes) $(benches) $(pictures)
 	@tests/run $(B) unit system
 ## lint: layout, clang-tidy, cppcheck, include arrows
 lint: deps-dev

@@ -1,5 +1,5 @@
 // make bench-accuracy: pictures of every scene, method and sample count against converged ones.
-//   accuracy.mjs BUILD [quick] [scene=NAME,...] [method=NAME,...] [spp=N,...] [reference=SPP] [repeat=N] [out=DIR]
+//   accuracy.mjs BUILD [quick|smoke] [scene=NAME,...] [method=NAME,...] [spp=N,...] [reference=SPP] [repeat=N] [out=DIR]
 // One JSON line per measurement on standard output and in OUT/accuracy.jsonl; then the bounds, one
 // line each, with a sentence for people on standard error; plots and report.html in OUT (BUILD/bench).
 // Exit status 1 when a bound is missed.
@@ -16,6 +16,9 @@ const FULL = { side: 512, spp: [4, 9, 16, 25, 49, 100, 256], more: [576, 1024], 
 const QUICK = { side: 256, spp: [4, 9, 25, 100], more: [400], referenceSpp: 4096, beautySeeds: 4, repeat: 3, repeatSpp: [9],
   scenes: scenes.filter((s) => ["contacts", "large_light", "curved"].includes(s.name)) };
 
+const SMOKE = { side: 64, spp: [4, 9], more: [25], referenceSpp: 4096, beautySeeds: 2, repeat: 1, repeatSpp: [],
+  scenes: scenes.filter((s) => s.name === "contacts") };
+
 const ROOT = new URL("../..", import.meta.url).pathname;
 process.chdir(ROOT);
 
@@ -26,12 +29,13 @@ function fail(sentence) {
 
 function parse(argv) {
   const [build, ...rest] = argv;
-  if (!build) fail("usage: accuracy.mjs BUILD [quick] [scene=,] [method=,] [spp=,] [reference=] [repeat=] [out=]");
+  if (!build) fail("usage: accuracy.mjs BUILD [quick|smoke] [scene=,] [method=,] [spp=,] [reference=] [repeat=] [out=]");
   const given = Object.fromEntries(rest.filter((w) => w.includes("=")).map((w) => w.split(/=(.*)/s).slice(0, 2)));
   const unknown = Object.keys(given).find((k) => !["scene", "method", "spp", "reference", "repeat", "out"].includes(k));
-  if (unknown) fail(`"${unknown}" is unknown`);
+  const stray = rest.find((w) => !w.includes("=") && !["quick", "smoke"].includes(w));
+  if (unknown ?? stray) fail(`"${unknown ?? stray}" is unknown`);
   const list = (name) => given[name]?.split(/[, ]+/).filter(Boolean);
-  const base = rest.includes("quick") ? QUICK : FULL, o = { ...base, folder: resolve(build), seed: SEED, refused: new Map() };
+  const base = rest.includes("quick") ? QUICK : rest.includes("smoke") ? SMOKE : FULL, o = { ...base, folder: resolve(build), seed: SEED, refused: new Map() };
   const wanted = list("scene"), spp = list("spp")?.map(Number);
   const absent = wanted?.find((name) => !scenes.some((s) => s.name === name));
   if (absent) fail(`there is no scene "${absent}": ${scenes.map((s) => s.name).join(", ")}`);
