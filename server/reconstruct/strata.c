@@ -73,7 +73,7 @@ float strata_ratio(const struct receiver_light *light, const struct patch *patch
     for (int k = 0; k < 3; k++) to[k] = light->rectangle.centre[k] - point[k];
     strata_jitters(light, &x, &y, 1, &jitter[0], &jitter[1]);
     strata_columns(light, patch, i, columns);
-    float seen = 0.0f, all = 0.0f;
+    float seen = 0.0f, all = 0.0f, seen_count = 0.0f;
     for (uint32_t b = 0; b < l; b++) {
         for (uint32_t a = 0; a < l; a++) {
             const float u = 2.0f * pattern_axis(jitter[0], l, a) - 1.0f;
@@ -81,7 +81,8 @@ float strata_ratio(const struct receiver_light *light, const struct patch *patch
             const float weight = point_weight(&light->rectangle, to, normal, u, v);
             all += weight;
             seen += columns[a] >> b & 1u ? weight : 0.0f;
+            seen_count += columns[a] >> b & 1u ? 1.0f : 0.0f;
         }
     }
-    return all > 0.0f ? seen / all : 1.0f;
+    return all > 0.0f ? seen / all : seen_count / (float)(l * l);
 }

@@ -13,6 +13,7 @@ void strata_columns(const struct receiver_light *light, const struct patch *patc
 bool strata_all_seen(const struct receiver_light *light, const struct patch *patch, size_t i);
 
 /* The pixel's own estimate of the seen fraction of its irradiance: sum of I G V over sum of I G at
- * its strata, G = cos cos' / d^2. Exactly 1 where all that count are seen. (x, y) in the image. */
+ * its strata, G = cos cos' / d^2. Exactly 1 where all are seen; the plain share where none counts.
+ * (x, y) in the image. */
 float strata_ratio(const struct receiver_light *light, const struct patch *patch, int32_t x,
                    int32_t y);

@@ -25,6 +25,7 @@
 #define UNOCCLUDED_TINY     1e-36f
 
 struct unoccluded_chunk {
+    float half[2];                     /* half-sides; they add up to 1 */
     float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
     float normal[3][UNOCCLUDED_LANES];
     float front[UNOCCLUDED_LANES]; /* how far the receiver is in front of the light's plane */
@@ -48,8 +49,11 @@ static const float unoccluded_nodes_12[2][12] = {
     {0.0235876682f, 0.053469663f, 0.0800391645f, 0.101583714f, 0.116746269f, 0.124573523f,
      0.124573523f, 0.116746269f, 0.101583714f, 0.0800391645f, 0.053469663f, 0.0235876682f}};
 
-/* theta / sin(theta) from cos(theta) in [-1, 1]; a fit on [0, 1], error 2e-8, mirrored below. */
-static inline float unoccluded_arc(float cosine)
+/* theta n . (a x b) / |a x b| of unit vectors a, b: from their scalar product, n . (a x b) and
+ * |a x b|. theta / sin(theta) is a fit for acute angles, error 2e-8; of obtuse ones it is taken
+ * from the opposite angle, and the sine from the product itself, so that nothing is divided by a
+ * root that cancels. */
+static inline float unoccluded_arc(float cosine, float along, float sine)
 {
     const float x = fabsf(cosine);
     const float fit =
@@ -62,21 +66,26 @@ static inline float unoccluded_arc(float cosine)
                                  x * (0.348387262f +
                                       x * (-0.192103921f +
                                            x * (0.0678737293f + x * -0.0111628242f))))))));
-    const float square = (1.0f - x) * (1.0f + x);
-    /* Opposite directions: the cross product it is for vanishes as the root does. */
-    const float mirrored = 3.14159265f / sqrtf(square > 1e-12f ? square : 1e-12f) - fit;
-    return cosine < 0.0f ? mirrored : fit;
+    float share = along / (sine > UNOCCLUDED_TINY ? sine : UNOCCLUDED_TINY);
+    share = share < 1.0f ? share : 1.0f; /* where squares underflow */
+    share = share > -1.0f ? share : -1.0f;
+    const float acute = fit * (sine < 1.0f ? sine : 1.0f);
+    return share * (cosine < 0.0f ? 3.14159265f - acute : acute);
 }
 
+/* In units of the light's size, which E does not depend on: squares of squares stay finite. */
 static void unoccluded_load(const struct shadow_rectangle *light, size_t first, size_t count,
                             const float *const point[3], const float *const normal[3],
                             struct unoccluded_chunk *c)
 {
+    const float unit = 1.0f / (light->half[0] + light->half[1]);
+    c->half[0] = light->half[0] * unit;
+    c->half[1] = light->half[1] * unit;
     for (int k = 0; k < 3; k++) {
         /* lanes past the end stand in the light's centre and have no normal */
-        for (size_t i = 0; i < UNOCCLUDED_LANES; i++) c->centre[k][i] = c->normal[k][i] = 0.0f;
+        for (size_t i = count; i < UNOCCLUDED_LANES; i++) c->centre[k][i] = c->normal[k][i] = 0.0f;
         for (size_t i = 0; i < count; i++) {
-            c->centre[k][i] = light->centre[k] - point[k][first + i];
+            c->centre[k][i] = (light->centre[k] - point[k][first + i]) * unit;
             c->normal[k][i] = normal[k][first + i];
         }
     }
@@ -86,21 +95,20 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
         const float nx = c->normal[0][i], ny = c->normal[1][i], nz = c->normal[2][i];
         c->front[i] = -(x * n[0] + y * n[1] + z * n[2]);
         c->up[i] = x * nx + y * ny + z * nz;
-        c->up_u[i] = light->half[0] * (a[0] * nx + a[1] * ny + a[2] * nz);
-        c->up_v[i] = light->half[1] * (b[0] * nx + b[1] * ny + b[2] * nz);
-        c->across_u[i] = 2.0f * light->half[0] * (a[0] * x + a[1] * y + a[2] * z);
-        c->across_v[i] = 2.0f * light->half[1] * (b[0] * x + b[1] * y + b[2] * z);
+        c->up_u[i] = c->half[0] * (a[0] * nx + a[1] * ny + a[2] * nz);
+        c->up_v[i] = c->half[1] * (b[0] * nx + b[1] * ny + b[2] * nz);
+        c->across_u[i] = 2.0f * c->half[0] * (a[0] * x + a[1] * y + a[2] * z);
+        c->across_v[i] = 2.0f * c->half[1] * (b[0] * x + b[1] * y + b[2] * z);
         c->squared[i] = x * x + y * y + z * z;
     }
 }
 
 /* Sums w_i w_j I cos cos' / d^2 over order x order points into c->sum; the weights alone, without
  * the profile, into c->share when `profiled`. */
-static void unoccluded_quadrature(const struct shadow_rectangle *light, const float *nodes,
-                                  const float *weights, int order, bool profiled,
-                                  struct unoccluded_chunk *c)
+static void unoccluded_quadrature(const float *nodes, const float *weights, int order,
+                                  bool profiled, struct unoccluded_chunk *c)
 {
-    const float uu = light->half[0] * light->half[0], vv = light->half[1] * light->half[1];
+    const float uu = c->half[0] * c->half[0], vv = c->half[1] * c->half[1];
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) c->sum[i] = c->share[i] = 0.0f;
     for (int k = 0; k < order * order; k++) {
         const float u = nodes[k % order], v = nodes[k / order];
@@ -147,9 +155,10 @@ static void unoccluded_edge(const float corner[3], const float e[3], struct unoc
         float cosine = (ax * bx + ay * by + az * bz) * inverse;
         cosine = cosine > -1.0f ? cosine : -1.0f;
         cosine = cosine < 1.0f ? cosine : 1.0f;
-        const float cross =
-            nx * (py * ez - pz * ey) + ny * (pz * ex - px * ez) + nz * (px * ey - py * ex);
-        c->polygon[i] += unoccluded_arc(cosine) * (b - a) * cross * inverse;
+        const float cx = py * ez - pz * ey, cy = pz * ex - px * ez, cz = px * ey - py * ex;
+        const float part = (b - a) * inverse;
+        c->polygon[i] += unoccluded_arc(cosine, part * (nx * cx + ny * cy + nz * cz),
+                                        part * sqrtf(cx * cx + cy * cy + cz * cz));
         const int leaves = up > up_next, enters = up < up_next;
         c->leave[0][i] = leaves ? bx : c->leave[0][i];
         c->leave[1][i] = leaves ? by : c->leave[1][i];
@@ -172,8 +181,8 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoc
         const float *from = outline[k], *to = outline[(k + 1) & 3];
         float corner[3], edge[3];
         for (int j = 0; j < 3; j++) {
-            const float u = light->half[0] * light->axis[0][j];
-            const float v = light->half[1] * light->axis[1][j];
+            const float u = c->half[0] * light->axis[0][j];
+            const float v = c->half[1] * light->axis[1][j];
             corner[j] = from[0] * u + from[1] * v;
             edge[j] = (to[0] - from[0]) * u + (to[1] - from[1]) * v;
         }
@@ -188,11 +197,12 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoc
         float cosine = (ax * bx + ay * by + az * bz) * inverse;
         cosine = cosine > -1.0f ? cosine : -1.0f;
         cosine = cosine < 1.0f ? cosine : 1.0f;
-        const float cross = c->normal[0][i] * (ay * bz - az * by) +
-                            c->normal[1][i] * (az * bx - ax * bz) +
-                            c->normal[2][i] * (ax * by - ay * bx);
+        const float cx = ay * bz - az * by, cy = az * bx - ax * bz, cz = ax * by - ay * bx;
+        const float along = c->normal[0][i] * cx + c->normal[1][i] * cy + c->normal[2][i] * cz;
+        const float closing =
+            unoccluded_arc(cosine, along * inverse, sqrtf(cx * cx + cy * cy + cz * cz) * inverse);
         /* the light's outline runs clockwise as its receivers see it */
-        const float e = -0.5f * (c->polygon[i] + unoccluded_arc(cosine) * cross * inverse);
+        const float e = -0.5f * (c->polygon[i] + closing);
         c->polygon[i] = e > 0.0f ? e : 0.0f;
     }
 }
@@ -201,7 +211,7 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoc
 static size_t unoccluded_sort(const struct shadow_rectangle *light, size_t count,
                               struct unoccluded_chunk *c)
 {
-    const float size2 = light->half[0] * light->half[0] + light->half[1] * light->half[1];
+    const float size2 = c->half[0] * c->half[0] + c->half[1] * c->half[1];
     const bool gaussian = light->profile == PROFILE_GAUSSIAN;
     const float near2 = size2 * (gaussian ? UNOCCLUDED_PROFILE2 : UNOCCLUDED_FAR2);
     const float anyway2 = gaussian ? near2 : size2 * UNOCCLUDED_VERY_FAR;
@@ -218,7 +228,7 @@ static void unoccluded_near(const struct shadow_rectangle *light, struct unocclu
 {
     unoccluded_polygon(light, c);
     if (light->profile != PROFILE_GAUSSIAN) return;
-    unoccluded_quadrature(light, unoccluded_nodes_12[0], unoccluded_nodes_12[1], 12, true, c);
+    unoccluded_quadrature(unoccluded_nodes_12[0], unoccluded_nodes_12[1], 12, true, c);
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float whole = c->share[i] > UNOCCLUDED_TINY ? c->share[i] : UNOCCLUDED_TINY;
         c->polygon[i] *= c->sum[i] / whole;
@@ -228,10 +238,10 @@ static void unoccluded_near(const struct shadow_rectangle *light, struct unocclu
 static void unoccluded_far(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
 {
     if (light->profile == PROFILE_GAUSSIAN)
-        unoccluded_quadrature(light, unoccluded_nodes_profile[0], unoccluded_nodes_profile[1], 4,
-                              false, c);
+        unoccluded_quadrature(unoccluded_nodes_profile[0], unoccluded_nodes_profile[1], 4, false,
+                              c);
     else
-        unoccluded_quadrature(light, unoccluded_nodes_3[0], unoccluded_nodes_3[1], 3, false, c);
+        unoccluded_quadrature(unoccluded_nodes_3[0], unoccluded_nodes_3[1], 3, false, c);
 }
 
 static void kernel_unoccluded(const struct shadow_rectangle *light, uint32_t count,
@@ -246,7 +256,7 @@ static void kernel_unoccluded(const struct shadow_rectangle *light, uint32_t cou
         if (far < n) unoccluded_near(light, &c);
         if (far > 0) unoccluded_far(light, &c);
         for (size_t i = 0; i < n; i++) {
-            const float e = c.far[i] ? c.sum[i] * light->area : c.polygon[i];
+            const float e = c.far[i] ? c.sum[i] * 4.0f * c.half[0] * c.half[1] : c.polygon[i];
             out[first + i] = c.front[i] > 0.0f && e > 0.0f ? e : 0.0f;
         }
     }

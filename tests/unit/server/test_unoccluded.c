@@ -1,0 +1,159 @@
+/* Irradiance without occlusion: Lambert's formula and quadrature against a fine midpoint rule. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/shadow_kernels.h"
+
+#define FINE 240
+
+static struct shadow_rectangle rectangle(float half_u, float half_v, uint32_t profile)
+{
+    return (struct shadow_rectangle){.centre = {0, 0, 0},
+                                     .axis = {{1, 0, 0}, {0, 1, 0}},
+                                     .half = {half_u, half_v},
+                                     .normal = {0, 0, 1},
+                                     .area = 4 * half_u * half_v,
+                                     .profile = profile};
+}
+
+static float closed(const struct shadow_rectangle *light, const float p[3], const float n[3])
+{
+    const float *const points[3] = {&p[0], &p[1], &p[2]};
+    const float *const normals[3] = {&n[0], &n[1], &n[2]};
+    float e;
+    shadow_kernels_best()->unoccluded(light, 1, points, normals, &e);
+    return e;
+}
+
+static double fine(const struct shadow_rectangle *light, const float p[3], const float n[3])
+{
+    double sum = 0.0;
+    for (int i = 0; i < FINE * FINE; i++) {
+        const double u = 2.0 * (i % FINE + 0.5) / FINE - 1.0, v = 2.0 * (i / FINE + 0.5) / FINE - 1;
+        const double x = u * (double)light->half[0] - (double)p[0];
+        const double y = v * (double)light->half[1] - (double)p[1], z = -(double)p[2];
+        const double d2 = x * x + y * y + z * z;
+        const double up = x * (double)n[0] + y * (double)n[1] + z * (double)n[2];
+        const double front = (double)p[2];
+        const double profile = light->profile == PROFILE_GAUSSIAN ? exp(-2 * (u * u + v * v)) : 1;
+        if (up > 0 && front > 0) sum += profile * (up / d2) * (front / d2);
+    }
+    return sum / (FINE * FINE) * (double)light->area;
+}
+
+static void unit(float v[3])
+{
+    const float scale = 1.0f / sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int k = 0; k < 3; k++) v[k] *= scale;
+}
+
+static float next(uint32_t *state)
+{
+    *state = *state * 747796405u + 2891336453u;
+    return (float)(*state >> 8) * 0x1p-23f - 1.0f;
+}
+
+/* Random receivers at least `near` half-sides before the light, any normal: the largest error, in
+ * parts of what a receiver there gets that faces the light. */
+static double worst(uint32_t profile, float half_v, float near, float most)
+{
+    const struct shadow_rectangle light = rectangle(1, half_v, profile);
+    uint32_t state = 5;
+    double worst_error = 0.0;
+    for (int k = 0; k < 300; k++) {
+        float p[3] = {most * next(&state), most * next(&state), near + most * fabsf(next(&state))};
+        float n[3] = {next(&state), next(&state), next(&state) - 0.3f};
+        unit(n);
+        float facing[3] = {-p[0], -p[1], -p[2]};
+        unit(facing);
+        const double error = fabs((double)closed(&light, p, n) - fine(&light, p, n));
+        worst_error = fmax(worst_error, error / fine(&light, p, facing));
+    }
+    print_message("profile %u: %.2g\n", profile, worst_error);
+    return worst_error;
+}
+
+static void uniform_is_exact(void **state)
+{
+    (void)state;
+    /* the midpoint rule itself is that coarse where the horizon cuts the light */
+    assert_true(worst(PROFILE_UNIFORM, 1.0f, 0.2f, 4.0f) < 5e-3);
+    assert_true(worst(PROFILE_UNIFORM, 0.25f, 0.2f, 40.0f) < 5e-3);
+}
+
+static void gaussian_is_near(void **state)
+{
+    (void)state;
+    assert_true(worst(PROFILE_GAUSSIAN, 1.0f, 0.2f, 4.0f) < 2e-2);
+    assert_true(worst(PROFILE_GAUSSIAN, 0.25f, 1.0f, 40.0f) < 1e-2);
+}
+
+/* Both formulas agree where one takes over from the other: no seam. */
+static void no_seams(void **state)
+{
+    (void)state;
+    const float down[3] = {0, 0, -1};
+    const float edges[2] = {8.0f * 1.41421356f, 3.0f * 1.41421356f};
+    for (uint32_t profile = 0; profile < 2; profile++) {
+        const struct shadow_rectangle light = rectangle(1, 1, profile);
+        const float before[3] = {0, 0, edges[profile] * 0.9999f};
+        const float after[3] = {0, 0, edges[profile] * 1.0001f};
+        const float a = closed(&light, before, down), b = closed(&light, after, down);
+        assert_true(fabsf(a / b - 1.0f - 4e-4f) < 3e-5f);
+    }
+}
+
+/* Analytic: a disc's worth of sky above a receiver that touches the light; far away a point. */
+static void limits(void **state)
+{
+    (void)state;
+    const float down[3] = {0, 0, -1}, up[3] = {0, 0, 1};
+    const struct shadow_rectangle light = rectangle(1, 1, PROFILE_UNIFORM);
+    assert_true(fabsf(closed(&light, (const float[]){0.3f, 0.2f, 1e-5f}, down) - 3.14159265f) <
+                1e-4f);
+    assert_true(fabsf(closed(&light, (const float[]){0, 0, 1e4f}, down) - 4e-8f) < 1e-13f);
+    assert_true(closed(&light, (const float[]){0.3f, 0.2f, -1}, up) == 0.0f);
+    assert_true(closed(&light, (const float[]){0.3f, 0.2f, 1}, up) == 0.0f);
+    const struct shadow_rectangle tiny = rectangle(1e-6f, 1e-6f, PROFILE_UNIFORM);
+    assert_true(fabsf(closed(&tiny, (const float[]){0, 0, 1}, down) / 4e-12f - 1.0f) < 1e-5f);
+    const struct shadow_rectangle huge = rectangle(1e12f, 1e12f, PROFILE_UNIFORM);
+    assert_true(fabsf(closed(&huge, (const float[]){5, 3, 1}, down) - 3.14159265f) < 1e-5f);
+    /* one that a vertical receiver sees the half of */
+    const float side[3] = {1, 0, 0};
+    assert_true(fabsf(closed(&huge, (const float[]){0, 0, 1}, side) - 1.57079633f) < 1e-5f);
+}
+
+/* Anything finite gives something finite in [0, pi]. */
+static void always_finite(void **state)
+{
+    (void)state;
+    static const float sizes[] = {1e-15f, 1e-6f, 1e-3f, 1, 1e3f, 1e8f, 1e15f};
+    static const float places[] = {0, 1e-30f, -1e-20f, 1e-6f, 1, -1, 1e4f, 1e10f, -1e16f, 1e16f};
+    for (size_t i = 0; i < 7 * 7 * 2; i++) {
+        const struct shadow_rectangle light =
+            rectangle(sizes[i % 7], sizes[i / 7 % 7], (uint32_t)(i / 49));
+        for (size_t j = 0; j < 1000 * 3; j++) {
+            const float p[3] = {places[j % 10], places[j / 10 % 10], places[j / 100 % 10]};
+            const float n[3] = {j / 1000 == 0, j / 1000 == 1, j / 1000 == 2 ? -1 : 0};
+            const float e = closed(&light, p, n);
+            assert_true(e >= 0.0f && e <= 3.1417f);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uniform_is_exact), cmocka_unit_test(gaussian_is_near),
+        cmocka_unit_test(no_seams),         cmocka_unit_test(limits),
+        cmocka_unit_test(always_finite),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
