@@ -54,10 +54,10 @@ function parse(argv) {
 
 function printBounds(list) {
   for (const b of list) {
-    console.log(JSON.stringify({ figure: b.figure, value: b.value, bound: `${b.relation} ${b.bound}`, unit: b.unit,
+    console.log(JSON.stringify({ figure: b.figure, value: b.value, bound: b.bound === null ? null : `${b.relation} ${b.bound}`, unit: b.unit,
       least: b.least, most: b.most, scenes: b.scenes, ok: b.ok }));
     console.error(`${b.figure.padEnd(58)} ${b.value.toPrecision(3).padStart(10)} ${b.unit.padEnd(12)} ` +
-      `(bound ${b.relation} ${Number(b.bound.toPrecision(3))}) ${b.ok ? "reached" : "MISSED"}`);
+      (b.bound === null ? "" : `(bound ${b.relation} ${Number(b.bound.toPrecision(3))}) ${b.ok ? "reached" : "MISSED"}`));
   }
 }
 

@@ -31,6 +31,7 @@ export function equalError(rows, against) {
     if (!samples || !seconds) continue;
     found.push({ scene: row.scene, method: row.method, spp: row.spp, against,
       samples: samples.x / row.spp, seconds: seconds.x / row.cpu_s.judged,
+      free: seconds.x / (row.cpu_s.judged - (row.cpu_s.shadow ?? 0)), // were the filter free
       extrapolated: samples.outside || seconds.outside });
   }
   return found;
@@ -46,7 +47,7 @@ const monotone = (rows, scene) => {
 };
 
 // The bounds, each with what was measured: {figure, value, relation, bound, unit, scenes}; those for
-// which nothing was measured are left out.
+// which nothing was measured are left out. bound null: a figure to know, not to reach.
 export function bounds(rows) {
   const at9 = (method) => rows.filter((r) => r.method === method && r.spp === 9);
   const pairs = (method, other) => at9(method).map((r) => [r, at9(other).find((o) => o.scene === r.scene)])
@@ -60,8 +61,9 @@ export function bounds(rows) {
     ["sheared, 9 spp: axis-aligned's RMSE over its", pairs("sheared", "axis_aligned").map(([s, a]) => a.penumbra.rmse / s.penumbra.rmse), ">=", 1.8, "times"],
     ["sheared, 9 spp: average's samples for equal error", factors.map((f) => f.samples), ">=", 12, "times"],
     ["sheared, 9 spp: average's CPU time for equal error", factors.map((f) => f.seconds), ">=", 8, "times"],
-    ["sheared, 9 spp: axis-aligned's samples for equal error", toAxis.map((f) => f.samples), ">=", 1, "times"],
-    ["sheared, 9 spp: axis-aligned's CPU time for equal error", toAxis.map((f) => f.seconds), ">=", 1, "times"],
+    ["  the same, were the filter free", factors.map((f) => f.free), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's samples for equal error", toAxis.map((f) => f.samples), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's CPU time for equal error", toAxis.map((f) => f.seconds), ">=", null, "times"],
     ["sheared, 9 spp: filter's CPU time per megapixel", sheared.map((r) => filterSeconds(r) / megapixels(r)), "<=", 0.25, "s"],
     ["sheared, 9 spp: filter's share of the frame's CPU time", sheared.map((r) => filterSeconds(r) / r.cpu_s.total), "<=", 0.2, "ratio"],
     ["axis-aligned, 9 spp: its CPU time over sheared's", pairs("axis_aligned", "sheared").map(([a, s]) =>
@@ -73,5 +75,6 @@ export function bounds(rows) {
   if (scenes.length > 0)
     list.push({ figure: "sheared: scenes whose error falls from 4 to 256 spp", relation: ">=", bound: scenes.length,
       value: scenes.filter((s) => monotone(rows, s)).length, unit: "scenes", scenes: scenes.length });
-  return list.map((b) => ({ ...b, ok: b.relation === ">=" ? b.value >= b.bound : b.value <= b.bound }));
+  return list.map((b) => ({ ...b,
+    ok: b.bound === null || (b.relation === ">=" ? b.value >= b.bound : b.value <= b.bound) }));
 }

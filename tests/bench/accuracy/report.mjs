@@ -12,12 +12,12 @@ const number = (v) => v === null || v === undefined || !Number.isFinite(v) ? "" 
   : Math.abs(v) >= 0.01 && Math.abs(v) < 1e4 ? String(Number(v.toPrecision(3))) : v.toExponential(2);
 const table = (head, rows) => `<table><tr>${head.map((h) => `<th>${h}</th>`).join("")}</tr>\n` +
   rows.map((r) => `<tr>${r.map((c) => `<td>${c}</td>`).join("")}</tr>`).join("\n") + "</table>";
-const verdict = (b) => b.ok ? "reached" : '<span class="missed">MISSED</span>';
+const verdict = (b) => b.bound === null ? "" : b.ok ? "reached" : '<span class="missed">MISSED</span>';
 
 function boundsTable(bounds) {
   if (bounds.length === 0) return "<p>No bound could be measured by what was run.</p>";
   return table(["figure (median over scenes)", "measured", "bound", "unit", "least … most", "scenes", ""],
-    bounds.map((b) => [b.figure, number(b.value), `${b.relation} ${number(b.bound)}`, b.unit,
+    bounds.map((b) => [b.figure, number(b.value), b.bound === null ? "" : `${b.relation} ${number(b.bound)}`, b.unit,
       b.least === undefined ? "" : `${number(b.least)} … ${number(b.most)}`, b.scenes, verdict(b)]));
 }
 
