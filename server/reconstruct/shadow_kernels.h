@@ -132,7 +132,8 @@ struct shadow_kernels {
                        const float *a, const float *b, float *out);
 };
 
-extern const struct shadow_kernels shadow_kernels_c;
+/* One for each of build_isa()'s names; shadow_kernels_c runs anywhere. */
+extern const struct shadow_kernels shadow_kernels_c, shadow_kernels_avx2, shadow_kernels_avx512;
 
-/* The kernels to use here. */
+/* The kernels to use here: those of build_isa(). All give the same bits. */
 const struct shadow_kernels *shadow_kernels_best(void);
