@@ -55,6 +55,10 @@ static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
             c->profile == PROFILE_GAUSSIAN ? gaussian_exp_minus(2.0f * y * y) : 1.0f;
         from_centre[i] = profile / cover(y, rho, delta);
     }
+    /* Of mean 1 over the light: sources whose rho differ must count alike. */
+    float mean = 0.0f;
+    for (uint32_t i = 0; i < eighths; i++) mean += 0.5f * (from_centre[i] + from_centre[i + 1]);
+    for (uint32_t i = 0; i <= eighths; i++) from_centre[i] *= (float)eighths / mean;
     float *out = c->weights + (size_t)row * (SHADOW_PHASES + 1) * c->window;
     for (uint32_t p = 0; p <= SHADOW_PHASES; p++, out += c->window) {
         memset(out, 0, c->window * sizeof *out);

@@ -65,9 +65,9 @@ struct shadow_field {
     float nodes_per_length[2];           /* r / (2 L_i) */
     float refusal[2];                    /* 1.5 sigma_y,i */
 
-    /* weights + ((row * (SHADOW_PHASES + 1)) + p) * window + k: I / cov at (r/2 - p/8 - k) nodes
-     * from the light's centre, k < r; 0 for k >= r. The factor 1 + gamma y is not in it. 64-byte
-     * aligned. */
+    /* weights + ((row * (SHADOW_PHASES + 1)) + p) * window + k: I / cov (of mean 1) at (r/2 - p/8 -
+     * k) nodes from the light's centre, k < r; 0 for k >= r. The factor 1 + gamma y is not in it.
+     * 64-byte aligned. */
     const float *weights;
 
     /* Of each slot, 64-byte aligned as a whole: (2 r + 2) nodes of `lanes` sums: numerators of the
