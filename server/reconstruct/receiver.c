@@ -83,15 +83,32 @@ static void screen_step(const struct surface_view *view, const float point[3], c
                         float step[2])
 {
     const struct plan_camera *c = view->camera;
-    const float along = dot(t, c->forward);
+    const float along = dot(t, c->forward), inverse = 1.0f / dot(point, c->forward);
     const float moved[2] = {dot(t, c->right), dot(t, c->up)};
     const float at[2] = {dot(point, c->right), dot(point, c->up)};
-    const float z = dot(point, c->forward);
     const float steps[2] = {view->a_step, view->b_step};
     for (int k = 0; k < 2; k++) {
-        const float perspective = (moved[k] - at[k] / z * along) / z; /* z > 0 where depth is */
+        /* the point is in front of the eye: it has a depth */
+        const float perspective = (moved[k] - at[k] * inverse * along) * inverse;
         const float e = (view->orthographic ? moved[k] : perspective) / steps[k];
         step[k] = fabsf(e) < STEP_MOST ? e : 0.0f;
+    }
+}
+
+void receiver_steps(const struct receiver_light *light, const struct shadow_source *s,
+                    float steps[2][2])
+{
+    const struct shadow_rectangle *r = &light->rectangle;
+    float to[3];
+    for (int k = 0; k < 3; k++) to[k] = r->centre[k] - s->point[k];
+    const float up = dot(to, s->normal), least = GRAZING * sqrtf(dot(to, to));
+    const float guarded = fabsf(up) >= least ? up : up < 0.0f ? -least : least;
+    for (int i = 0; i < 2; i++) {
+        const float *a = r->axis[i];
+        const float lambda = dot(s->normal, a) / guarded; /* lit: not in the light's centre */
+        float tangent[3];
+        for (int k = 0; k < 3; k++) tangent[k] = a[k] - lambda * to[k];
+        screen_step(&light->view, s->point, tangent, steps[i]);
     }
 }
 
@@ -101,25 +118,19 @@ static void place_receiver(const struct receiver_light *light, float depth, stru
 {
     const struct shadow_rectangle *r = &light->rectangle;
     const float pixel = surface_pixel_size(&light->view, depth);
-    const float to[3] = {r->centre[0] - s->point[0], r->centre[1] - s->point[1],
-                         r->centre[2] - s->point[2]};
-    const float squared = dot(to, to), distance = sqrtf(squared);
-    const float front = -dot(to, r->normal), up = dot(to, s->normal);
-    const float least = GRAZING * distance;
-    const float guarded = fabsf(up) >= least ? up : up < 0.0f ? -least : least;
+    float to[3];
+    for (int k = 0; k < 3; k++) to[k] = r->centre[k] - s->point[k];
+    /* Lit: neither is 0. */
+    const float front = -dot(to, r->normal), inverse_front = 1.0f / front;
+    const float inverse = 1.0f / sqrtf(dot(to, to)), up = dot(to, s->normal) * inverse;
+    const float inverse_up = up > GRAZING ? inverse / up : 0.0f;
     t->distance = front;
     t->plane_least = PLANE_LEAST_PX * pixel;
     t->distance_most2 = DISTANCE_MOST_PX * pixel * DISTANCE_MOST_PX * pixel;
     for (int i = 0; i < 2; i++) {
-        const float *a = r->axis[i];
-        const float facing = dot(s->normal, a), aside = dot(to, a);
-        const float lambda = facing / guarded;
-        float tangent[3];
-        for (int k = 0; k < 3; k++) tangent[k] = a[k] - lambda * to[k]; /* in the plane */
-        screen_step(&light->view, s->point, tangent, t->walk[i].step);
-        s->u[i] = -aside / front; /* front is well above 0: lit */
-        const float gamma =
-            (up > least ? facing / up : 0.0f) - 4.0f * (aside / distance) / distance;
+        const float facing = dot(s->normal, r->axis[i]), aside = dot(to, r->axis[i]);
+        const float gamma = facing * inverse_up - 4.0f * (aside * inverse) * inverse;
+        s->u[i] = -aside * inverse_front;
         t->gamma[i] = clamp(gamma * r->half[i], -GAMMA_MOST, GAMMA_MOST);
     }
 }

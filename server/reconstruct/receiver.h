@@ -30,8 +30,7 @@ void receiver_row(const struct receiver_light *light, const struct patch *patch,
 struct receivers {
     struct rect rect;
     struct shadow_source *sources; /* points, normals (0: not lit), u; no wedges, no slots */
-    struct shadow_target *targets; /* distances, tolerances, gamma; walk[i].step: e_i in pixels
-                                      per scene unit of Delta_i */
+    struct shadow_target *targets; /* distances, tolerances, gamma; no walks */
     void *memory;                  /* owned */
 };
 
@@ -39,6 +38,11 @@ struct receivers {
 int receivers_create(const struct receiver_light *light, const struct patch *patch,
                      struct rect rect, struct receivers *out);
 void receivers_fini(struct receivers *receivers);
+
+/* e_i of filters.md: pixels along x and y that a lit receiver's pixel moves on the screen for each
+ * scene unit of Delta_i. Finite. */
+void receiver_steps(const struct receiver_light *light, const struct shadow_source *source,
+                    float steps[2][2]);
 
 /* World size of a pixel at a receiver. */
 static inline float receiver_pixel(const struct shadow_target *target)

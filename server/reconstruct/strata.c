@@ -4,6 +4,8 @@
 
 #include "server/reconstruct/gaussian.h"
 
+#define NEAR_MOST 1e9f /* (size / distance)^2 */
+
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
 {
@@ -41,7 +43,7 @@ bool strata_all_seen(const struct receiver_light *light, const struct patch *pat
 
 /* I G of the light's point (u, v) in [-1, 1]^2, but for factors that all points share. */
 static float point_weight(const struct shadow_rectangle *r, const float to[3],
-                          const float normal[3], float u, float v)
+                          const float normal[3], float size2, float u, float v)
 {
     float w[3], up = 0.0f, squared = 0.0f;
     for (int k = 0; k < 3; k++) {
@@ -52,10 +54,9 @@ static float point_weight(const struct shadow_rectangle *r, const float to[3],
     if (!(up > 0.0f && squared > 0.0f)) return 0.0f;
     const float profile =
         r->profile == PROFILE_GAUSSIAN ? gaussian_exp_minus(2.0f * (u * u + v * v)) : 1.0f;
-    /* Relative to the light's size, so that squares of squares stay finite. */
-    const float size2 = r->half[0] * r->half[0] + r->half[1] * r->half[1];
-    const float near = size2 / squared, distance = sqrtf(squared);
-    return profile * (up / distance) * near * (sqrtf(size2) / distance);
+    /* In units of the light's size and bounded, so that squares of squares stay finite. */
+    const float near = size2 / squared, bounded = near < NEAR_MOST ? near : NEAR_MOST;
+    return profile * up * (bounded * bounded);
 }
 
 float strata_ratio(const struct receiver_light *light, const struct patch *patch, int32_t x,
@@ -73,12 +74,13 @@ float strata_ratio(const struct receiver_light *light, const struct patch *patch
     for (int k = 0; k < 3; k++) to[k] = light->rectangle.centre[k] - point[k];
     strata_jitters(light, &x, &y, 1, &jitter[0], &jitter[1]);
     strata_columns(light, patch, i, columns);
+    const float *half = light->rectangle.half, size2 = half[0] * half[0] + half[1] * half[1];
     float seen = 0.0f, all = 0.0f, seen_count = 0.0f;
     for (uint32_t b = 0; b < l; b++) {
         for (uint32_t a = 0; a < l; a++) {
             const float u = 2.0f * pattern_axis(jitter[0], l, a) - 1.0f;
             const float v = 2.0f * pattern_axis(jitter[1], l, b) - 1.0f;
-            const float weight = point_weight(&light->rectangle, to, normal, u, v);
+            const float weight = point_weight(&light->rectangle, to, normal, size2, u, v);
             all += weight;
             seen += columns[a] >> b & 1u ? weight : 0.0f;
             seen_count += columns[a] >> b & 1u ? 1.0f : 0.0f;

@@ -155,20 +155,19 @@ float wedge_scale(const struct plan *plan, uint32_t strata)
     return plan->mu * cbrtf(9.0f / (float)(strata * strata));
 }
 
-/* The walk along axis i with e_i from pixels to whole taps. */
-static void set_walk(struct shadow_walk *w, float sigma)
+/* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
+ * scene unit. */
+static void set_walk(const float step[2], float major, float sigma, struct shadow_walk *w)
 {
-    const float x = fabsf(w->step[0]), y = fabsf(w->step[1]), major = x > y ? x : y;
     const float falloff = 0.5f / sigma / sigma, reach = ceilf(SIGMAS * sigma * major);
     w->falloff = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
     w->reach = reach < SHADOW_REACH_PX ? (int32_t)reach : SHADOW_REACH_PX;
-    for (int k = 0; k < 2; k++) w->step[k] = major > 0.0f ? w->step[k] / major : 0.0f;
+    for (int k = 0; k < 2; k++) w->step[k] = major > 0.0f ? step[k] / major : 0.0f;
 }
 
 /* Half a tap in half-sides of the light: how much farther than the light taps still reach. */
-static float half_tap(const struct shadow_walk *w, float eta, float half)
+static float half_tap(float major, float eta, float half)
 {
-    const float x = fabsf(w->step[0]), y = fabsf(w->step[1]), major = x > y ? x : y;
     const float delta = 0.5f * eta / half / (major > 1e-30f ? major : 1e-30f);
     return delta < 2.0f ? delta : 2.0f;
 }
@@ -190,13 +189,16 @@ static void shear_one(const struct shear *shear, float most, float least, struct
     const float range = upper - lower > RANGE_LEAST ? upper - lower : RANGE_LEAST;
     s->eta = 0.5f * (upper + lower);
     s->spread = 0.5f * (upper - lower);
+    float steps[2][2];
+    receiver_steps(light, s, steps);
     for (int i = 0; i < 2; i++) {
         const float half = light->rectangle.half[i], sigma_y = light->sigma_y[i];
         const float wide = range > s->eta ? range : s->eta, cap = WIDTH_MOST_PX * pixel;
         const float sigma = shear->scale * (sigma_y / wide < cap ? sigma_y / wide : cap);
-        const float delta = half_tap(&t->walk[i], s->eta, half);
+        const float x = fabsf(steps[i][0]), y = fabsf(steps[i][1]), major = x > y ? x : y;
+        const float delta = half_tap(major, s->eta, half);
         t->weights[i] = coverage_row(shear->coverage, s->eta * sigma / half, delta);
-        set_walk(&t->walk[i], sigma);
+        set_walk(steps[i], major, sigma, &t->walk[i]);
     }
 }
 
@@ -211,12 +213,10 @@ void wedges_shear(const struct receiver_light *light, const struct wedges *wedge
     for (size_t i = 0; i < area; i++) {
         struct shadow_source *s = &receivers->sources[i];
         struct shadow_target *t = &receivers->targets[i];
-        if (wedges->most[i] >= 0.0f) {
+        if (wedges->most[i] >= 0.0f)
             shear_one(&shear, wedges->most[i], wedges->least[i], s, t);
-        } else {
+        else
             t->weights[0] = t->weights[1] = widest;
-            for (int k = 0; k < 2; k++) t->walk[k] = (struct shadow_walk){0};
-        }
     }
 }
 

@@ -16,7 +16,7 @@
 #include "tests/unit/server/shadow_scene.h"
 
 #define TRUTH_SIDE_COARSE 6
-#define TRUTH_SIDE        40 /* 1600 samples in the penumbra */
+#define TRUTH_SIDE        32 /* 1024 samples in the penumbra */
 
 struct shadow_truth {
     int32_t width, height;
@@ -198,8 +198,8 @@ static inline void brute_add(const struct brute *b, const struct shadow_source *
     }
 }
 
-/* Brute-force 4D filtering of the receivers that have a wedge; others keep what is in e. Steps of
- * the walks must be e_i before wedges_shear normalised them: `steps`. */
+/* Brute-force 4D filtering of the receivers that have a wedge; others keep what is in e.
+ * steps: the longer of |e_i.x|, |e_i.y| of each receiver and axis. */
 static inline void brute_filter(struct brute *b, const float *steps, float *e)
 {
     const struct rect rect = b->receivers->rect;
@@ -260,9 +260,12 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
     assert_int_equal(coverage_create(light.strata, light.rectangle.profile,
                                      wedge_scale(&s->plan, light.strata), &coverage),
                      0);
-    for (size_t i = 0; i < 2 * area; i++) {
-        const float *step = receivers.targets[i / 2].walk[i % 2].step;
-        steps[i] = fmaxf(fmaxf(fabsf(step[0]), fabsf(step[1])), 1e-30f);
+    for (size_t i = 0; i < area; i++) {
+        float e_i[2][2] = {{0}};
+        if (receiver_is_lit(&receivers.sources[i]))
+            receiver_steps(&light, &receivers.sources[i], e_i);
+        for (size_t k = 0; k < 2; k++)
+            steps[2 * i + k] = fmaxf(fmaxf(fabsf(e_i[k][0]), fabsf(e_i[k][1])), 1e-30f);
     }
     wedges_shear(&light, &wedges, &coverage, &receivers);
     for (size_t i = 0; i < inner; i++) {
