@@ -1,0 +1,72 @@
+#pragma once
+/* Neighbours of a pixel as arrays: from cache lines, one a neighbour, to one array a number. */
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+#include "server/reconstruct/shadow_kernels.h"
+
+#define SHADOW_LANES 16 /* arrays are filled up to a multiple of that */
+#define SHADOW_PADDED                                                                              \
+    ((SHADOW_TAPS + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES) /* lanes of all taps */
+
+/* In the order of struct shadow_source. */
+enum shadow_number {
+    SHADOW_POINT = 0,
+    SHADOW_NORMAL = 3,
+    SHADOW_U = 6,
+    SHADOW_ETA = 8,
+    SHADOW_SPREAD = 9,
+    SHADOW_SLOT = 10,
+    SHADOW_REFUSAL = 11,
+    SHADOW_SEEN = 12,
+    SHADOW_NUMBERS = 16,
+};
+
+struct shadow_lanes {
+    _Alignas(64) int32_t to[SHADOW_PADDED]; /* in: where, from the pixel */
+    _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
+};
+
+#ifdef __AVX2__
+/* Numbers first .. first + 3 of eight neighbours. */
+static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
+                              struct shadow_lanes *out)
+{
+    const float *at[8];
+    __m256 a[4];
+    for (int k = 0; k < 8; k++)
+        at[k] = (const float *)(const void *)(from + out->to[i + (size_t)k]) + first;
+    for (int k = 0; k < 4; k++)
+        a[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(at[k])),
+                                    _mm_load_ps(at[k + 4]), 1);
+    const __m256 low01 = _mm256_unpacklo_ps(a[0], a[1]), high01 = _mm256_unpackhi_ps(a[0], a[1]);
+    const __m256 low23 = _mm256_unpacklo_ps(a[2], a[3]), high23 = _mm256_unpackhi_ps(a[2], a[3]);
+    _mm256_store_ps(out->number[first] + i, _mm256_shuffle_ps(low01, low23, 0x44));
+    _mm256_store_ps(out->number[first + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
+    _mm256_store_ps(out->number[first + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
+    _mm256_store_ps(out->number[first + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
+}
+#define LANES_AT_ONCE 8
+#else
+static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
+                              struct shadow_lanes *out)
+{
+    float four[4];
+    memcpy(four, (const float *)(const void *)(from + out->to[i]) + first, sizeof four);
+    for (int k = 0; k < 4; k++) out->number[first + (uint32_t)k][i] = four[k];
+}
+#define LANES_AT_ONCE 1
+#endif
+
+/* Numbers 0 .. most - 1, `most` a multiple of 4, of the neighbours out->to of `from`. */
+static inline void lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most,
+                               struct shadow_lanes *out)
+{
+    for (size_t i = 0; i < count; i += LANES_AT_ONCE) {
+        for (uint32_t first = 0; first < most; first += 4) lanes_take(from, first, i, out);
+    }
+}

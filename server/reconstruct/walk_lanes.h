@@ -1,0 +1,146 @@
+#pragma once
+/* shadow_kernels' walks: passes 1b and 2b. */
+#include <stddef.h>
+#include <string.h>
+
+#include "server/reconstruct/compatible_lanes.h"
+#include "server/reconstruct/gaussian.h"
+
+/* A walk's taps, from its negative end; the nearer pixel in rows or columns first. */
+struct walk_taps {
+    struct shadow_lanes lanes;
+    _Alignas(64) float share[SHADOW_PADDED]; /* of the step's two pixels; 0 past the end */
+    _Alignas(
+        64) float below[2][SHADOW_PADDED];    /* weights of two neighbouring nodes; 0, 0: refused */
+    _Alignas(64) int32_t node[SHADOW_PADDED]; /* the lower one */
+    _Alignas(64) uint32_t counts[SHADOW_PADDED]; /* taps that are not refused */
+};
+
+/* Where taps lie. Returns their number, filled up to whole lanes. */
+static inline size_t walk_place(const struct shadow_walk *w, int32_t row, struct walk_taps *out)
+{
+    const int along_x = fabsf(w->step[0]) >= fabsf(w->step[1]);
+    const int32_t major = along_x ? 1 : row, minor = along_x ? row : 1;
+    const int32_t forward = w->step[along_x ? 0 : 1] < 0.0f ? -major : major;
+    const float slant = w->step[along_x ? 1 : 0];
+    const int32_t count = 2 * (2 * w->reach + 1);
+    const int32_t padded = (count + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES;
+    for (int32_t i = 0; i < padded; i++) {
+        const int32_t k = (i >> 1) - w->reach, second = i & 1;
+        const float aside = (float)k * slant, below = floorf(aside), rest = aside - below;
+        const float share = second ? rest : 1.0f - rest;
+        const int32_t to = k * forward + ((int32_t)below + second) * minor;
+        out->share[i] = i < count ? share : 0.0f;
+        out->lanes.to[i] = share > 0.0f && i < count ? to : 0;
+    }
+    return (size_t)padded;
+}
+
+/* What each tap weighs, and what nodes its sums are read at. */
+static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_t pixel,
+                              size_t count, struct walk_taps *taps)
+{
+    const struct shadow_source *p = &f->sources[pixel];
+    const struct shadow_target *t = &f->targets[pixel];
+    const struct asker asker = asker_of(p, t);
+    const float distance = t->distance, u = p->u[axis], eta = p->eta;
+    const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
+    const float falloff = t->walk[axis].falloff, centre = (float)f->scale;
+    const struct shadow_lanes *q = &taps->lanes;
+    for (size_t i = 0; i < count; i++) {
+        float squared;
+        const int32_t same = compatible(&asker, q, i, &squared);
+        const float delta = distance * (q->number[SHADOW_U + axis][i] - u);
+        const float shear = fabsf(q->number[SHADOW_ETA][i] - eta) + q->number[SHADOW_SPREAD][i];
+        const float node = centre - eta * delta * per_length;
+        const int32_t kept =
+            same & (fabsf(delta) * shear <= refusal) & (node >= 0.0f) & (node <= 2.0f * centre);
+        const float weight = taps->share[i] * gaussian_exp_minus(delta * delta * falloff);
+        const float counted = kept ? weight : 0.0f, at = kept ? node : 0.0f;
+        const float whole = floorf(at), rest = at - whole;
+        taps->node[i] = (int32_t)whole;
+        taps->below[0][i] = counted * (1.0f - rest);
+        taps->below[1][i] = counted * rest;
+    }
+}
+
+/* The taps that count, as indices. Returns how many. */
+static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, size_t pixel,
+                               struct walk_taps *taps)
+{
+    const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
+    size_t taken = 0;
+    lanes_fetch(&f->sources[pixel], count, SHADOW_REFUSAL + 1, &taps->lanes);
+    walk_weigh(f, axis, pixel, count, taps);
+    for (size_t i = 0; i < count; i++) {
+        taps->counts[taken] = (uint32_t)i;
+        taken += taps->below[0][i] + taps->below[1][i] > 0.0f;
+    }
+    return taken;
+}
+
+static inline size_t walk_slot(const struct walk_taps *taps, size_t i)
+{
+    int32_t slot;
+    memcpy(&slot, &taps->lanes.number[SHADOW_SLOT][i], sizeof slot);
+    return (size_t)slot;
+}
+
+/* Adds what l rows of two neighbouring nodes give to (numerator, denominator) of their cells. */
+static inline void walk_add(uint32_t l, uint32_t lanes, const float *c, float w0, float w1,
+                            const uint8_t *cell, float *cells)
+{
+    float row[SHADOW_STRATA_MAX + 4];
+    uint8_t place[SHADOW_STRATA_MAX];
+    memcpy(place, cell, sizeof place);
+    for (uint32_t b = 0; b < lanes; b += 4) {
+        for (uint32_t i = 0; i < 4; i++) row[b + i] = w0 * c[b + i] + w1 * c[lanes + b + i];
+    }
+    for (uint32_t b = 0; b < l; b++) {
+        float *to = cells + 2 * (size_t)place[b];
+        const float numerator = to[0] + row[b], denominator = to[1] + row[l];
+        to[0] = numerator;
+        to[1] = denominator;
+    }
+}
+
+static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,
+                                uint32_t count, float *out)
+{
+    const uint32_t l = f->strata, lanes = f->lanes, size = shadow_nodes(f) * lanes;
+    struct walk_taps taps;
+    for (uint32_t k = 0; k < count; k++) {
+        float *cells = out + (size_t)k * 4 * f->scale;
+        const size_t n = walk_take(f, 0, pixels[k], &taps);
+        memset(cells, 0, 4 * f->scale * sizeof *cells);
+        for (size_t j = 0; j < n; j++) {
+            const size_t i = taps.counts[j], slot = walk_slot(&taps, i);
+            const float *c = f->columns + slot * size + (size_t)taps.node[i] * lanes;
+            const uint8_t *cell = f->cells + slot * SHADOW_STRATA_MAX;
+            if (l == 3) /* the loops in there come apart */
+                walk_add(3, 4, c, taps.below[0][i], taps.below[1][i], cell, cells);
+            else
+                walk_add(l, lanes, c, taps.below[0][i], taps.below[1][i], cell, cells);
+        }
+    }
+}
+
+static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
+                             float *out)
+{
+    const uint32_t size = shadow_nodes(f) * 2;
+    struct walk_taps taps;
+    for (uint32_t k = 0; k < count; k++) {
+        const size_t n = walk_take(f, 1, pixels[k], &taps);
+        float numerator = 0.0f, denominator = 0.0f;
+        for (size_t j = 0; j < n; j++) {
+            const size_t i = taps.counts[j];
+            const float w0 = taps.below[0][i], w1 = taps.below[1][i];
+            const float *r = f->rows + walk_slot(&taps, i) * size + (size_t)taps.node[i] * 2;
+            numerator += w0 * r[0] + w1 * r[2];
+            denominator += w0 * r[1] + w1 * r[3];
+        }
+        out[2 * k] = numerator;
+        out[2 * k + 1] = denominator;
+    }
+}
