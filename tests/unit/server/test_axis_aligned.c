@@ -50,10 +50,10 @@ static void sharp_shadows_stay_sharp(void **state)
     assert_int_equal(shadow_filter(&scene.plan, 0, patch, patch->rect, e, width, &statistics), 0);
     assert_int_equal(statistics.pixels_filtered, 64 * 64);
     for (size_t i = 0; i < 64 * 64; i++) {
-        if (i % 64 >= 32)
-            assert_true(e[i] == 0.0f && width[i] > 0.0f && width[i] < 1.0f);
-        else
+        if (i % 64 < 32)
             assert_true(e[i] > 0.02f && width[i] > 2.0f);
+        else if (i % 64 > 33) /* widths are at least a third of a pixel: those look across */
+            assert_true(e[i] == 0.0f && width[i] > 0.0f && width[i] < 1.0f);
     }
     patch_destroy(&patch);
 }
