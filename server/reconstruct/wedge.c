@@ -74,11 +74,10 @@ static size_t find_empty(const struct fill *f, const float *values)
     size_t count = 0;
     for (size_t y = 0; y < height; y++) spread_row(values + y * width, width, f->near + y * width);
     for (size_t y = FILL_REACH; y + FILL_REACH < height; y++) {
-        const uint8_t *near = f->near + y * width;
         for (size_t x = FILL_REACH; x + FILL_REACH < width; x++) {
             const size_t i = y * width + x;
-            const uint8_t any = near[x] | near[x - width] | near[x + width] | near[x - 2 * width] |
-                                near[x + 2 * width];
+            const uint8_t any = f->near[i] | f->near[i - width] | f->near[i + width] |
+                                f->near[i - 2 * width] | f->near[i + 2 * width];
             if (any && !(values[i] >= 0.0f) && receiver_is_lit(&f->receivers->sources[i]))
                 f->pixels[count++] = (uint32_t)i;
         }
