@@ -50,7 +50,7 @@ pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev demo test unit system browser golden check-shade bench \
+.PHONY: all deps deps-browser deps-dev demo test unit system browser golden check-shade check-kernels bench \
         bench-accuracy bench-quick fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
@@ -87,6 +87,9 @@ golden: all $(goldens)
 ## check-shade: every BSDF's sampling against its density, reciprocity and white furnace
 check-shade: $(checks)
 	@$(B)/tests/kernel/check_shade
+## check-kernels: the shadow filters' loops of every instruction set against the reference, and their speed
+check-kernels: $(B)/tests/kernel/check_kernels
+	@$(B)/tests/kernel/check_kernels
 ## bench: rays per second and coordinator cost, each beside its baseline
 bench: all $(benches) $(pictures) $(fakes)
 	@ACCURACY="$(accuracy)" tests/bench/run $(B) $(if $(accuracy),accuracy)
@@ -163,6 +166,9 @@ $(B)/shearwater-import: $(call obj,server/import/main.c) $(B)/libimport.a $(B)/l
 $(B)/shearwater-worker: $(call obj,worker/main.c) $(B)/libworker.a $(B)/libproto.a
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
 
+$(B)/tests/kernel/check_kernels: $(B)/obj/tests/kernel/check_kernels.o $(B)/libserver.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
 $(B)/tests/kernel/%: $(B)/obj/tests/kernel/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)

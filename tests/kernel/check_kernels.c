@@ -1,0 +1,128 @@
+/* make check-kernels: the shadow filters' kernels of every instruction set that the CPU has against
+ * the reference, on random fields of odd sizes and unaligned input; then what a pixel costs at
+ * 9 samples a light. The last line counts.
+ *
+ * The tolerance is 0: pictures must not depend on the CPU. Cycles are those of the time stamp
+ * counter. */
+#include <stdio.h>
+#include <time.h>
+#include <x86intrin.h>
+
+#include "proto/build.h"
+#include "tests/kernel/kernel_field.h"
+
+#define TOLERANCE   0.0f
+#define FIELDS      6
+#define TIMED_SIDE  96
+#define TIMED_TURNS 12
+
+struct tier {
+    const char *name;
+    const struct shadow_kernels *kernels;
+};
+
+static const struct tier tiers[] = {{"sse4.2", &shadow_kernels_c},
+                                    {"avx2", &shadow_kernels_avx2},
+                                    {"avx512", &shadow_kernels_avx512}};
+
+static uint32_t count_tiers(void)
+{
+    const char *best = build_isa();
+    for (uint32_t i = 0; best && i < 3; i++)
+        if (strcmp(tiers[i].name, best) == 0) return i + 1;
+    return 1;
+}
+
+/* The greatest difference over counts and starts. */
+static float compare_field(const struct kernel_field *k, const struct shadow_kernels *tested,
+                           enum kernel kernel)
+{
+    const uint32_t counts[] = {1, 2, 7, 31, 33, 64, k->count};
+    float most = 0.0f;
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        const uint32_t count = counts[i] < k->count ? counts[i] : k->count;
+        const float d = field_compare(k, tested, kernel, (k->count - count) / 3, count);
+        most = d > most ? d : most;
+    }
+    return most;
+}
+
+static void compare_all(const struct tier *tier, uint32_t l, int *passed, int *failed)
+{
+    float most[KERNEL_COUNT] = {0};
+    for (uint64_t seed = 0; seed < FIELDS; seed++) {
+        struct kernel_field k;
+        field_init(&k, l, 13 + 4 * (int32_t)seed, 21 - 2 * (int32_t)seed, 977 * l + seed,
+                   seed != 3);
+        for (enum kernel i = 0; i < KERNEL_COUNT; i++) {
+            const float d = compare_field(&k, tier->kernels, i);
+            most[i] = d > most[i] ? d : most[i];
+        }
+        field_fini(&k);
+    }
+    for (enum kernel i = 0; i < KERNEL_COUNT; i++) {
+        const bool ok = most[i] <= TOLERANCE;
+        if (!ok)
+            printf("%s, %s, %u strata an axis: off by %g\n", tier->name, kernel_names[i], l,
+                   (double)most[i]);
+        *(ok ? passed : failed) += 1;
+    }
+}
+
+static double now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+/* The fastest of some turns, a pixel. */
+static double time_kernel(const struct kernel_field *k, const struct tier *tier, enum kernel kernel,
+                          double *cycles)
+{
+    float *out = field_memory(field_output(k, kernel, k->count) * sizeof *out);
+    double best = 1e30;
+    for (int turn = 0; turn < TIMED_TURNS; turn++) {
+        const double start = now_ns();
+        const uint64_t ticks = __rdtsc();
+        field_run(k, tier->kernels, kernel, 0, k->count, out);
+        const double took = now_ns() - start;
+        if (took < best) *cycles = (double)(__rdtsc() - ticks) / k->count;
+        best = took < best ? took : best;
+    }
+    free(out);
+    return best / k->count;
+}
+
+static void time_all(uint32_t tier_count)
+{
+    struct kernel_field k;
+    field_init(&k, 3, TIMED_SIDE, TIMED_SIDE, 4, false);
+    printf("%-16s %-8s %10s %10s %9s\n", "kernel", "set", "ns/pixel", "cycles", "speed-up");
+    for (enum kernel i = 0; i < KERNEL_COUNT; i++) {
+        double first = 0.0;
+        for (uint32_t t = 0; t < tier_count; t++) {
+            double cycles = 0.0;
+            const double ns = time_kernel(&k, &tiers[t], i, &cycles);
+            if (t == 0) first = ns;
+            printf("%-16s %-8s %10.1f %10.0f %9.2f\n", kernel_names[i], tiers[t].name, ns, cycles,
+                   first / ns);
+        }
+    }
+    field_fini(&k);
+}
+
+int main(void)
+{
+    static const uint32_t strata[] = {1, 2, 3, 4, 5, 7, 8, 11, 16};
+    const uint32_t tier_count = count_tiers();
+    int passed = 0, failed = 0;
+    printf("tolerance: %g of the greatest number, against %s\n", (double)TOLERANCE, tiers[0].name);
+    for (uint32_t t = 1; t < tier_count; t++) {
+        for (size_t i = 0; i < sizeof strata / sizeof *strata; i++)
+            compare_all(&tiers[t], strata[i], &passed, &failed);
+    }
+    time_all(tier_count);
+    printf("%d passed, %d failed\n", passed, failed);
+    return failed > 0;
+}

@@ -1,0 +1,296 @@
+#pragma once
+/* Random fields for the kernels of the shadow filters, made to meet every branch: surfaces that end
+ * and bend, pixels that show nothing, have no wedge, walk nowhere, refuse or are refused. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/shadow_kernels.h"
+#include "tests/random.h"
+
+enum kernel {
+    KERNEL_UNOCCLUDED,
+    KERNEL_PROJECT_COLUMNS,
+    KERNEL_WALK_COLUMNS,
+    KERNEL_PROJECT_ROWS,
+    KERNEL_WALK_ROWS,
+    KERNEL_BLUR_X,
+    KERNEL_BLUR_Y,
+    KERNEL_SUM_SLOPES,
+    KERNEL_COUNT,
+};
+
+static const char *const kernel_names[KERNEL_COUNT] = {
+    "unoccluded", "project_columns", "walk_columns", "project_rows",
+    "walk_rows",  "blur x",          "blur y",       "sum_slopes"};
+
+#define FIELD_ROWS 7 /* of weights */
+
+struct kernel_field {
+    struct shadow_field field; /* everything in it owned */
+    struct shadow_source *sources;
+    struct shadow_target *targets;
+    float *weights;
+    struct shadow_rectangle light;
+    uint32_t *pixels, count; /* those that have room to walk and are lit */
+    uint32_t slots;
+    /* One number too long: input starts off any alignment. */
+    float *jitter, *cells, *a, *b, *point[3], *normal[3];
+    uint32_t *seen;
+};
+
+static inline float field_between(struct random *r, float least, float most)
+{
+    return least + (most - least) * random_unit(r);
+}
+
+static inline bool field_once_in(struct random *r, int n)
+{
+    return random_unit(r) * (float)n < 1.0f;
+}
+
+static inline void *field_memory(size_t bytes)
+{
+    void *memory = aligned_alloc(64, (bytes + 127) / 64 * 64);
+    if (!memory) abort();
+    memset(memory, 0, (bytes + 127) / 64 * 64);
+    return memory;
+}
+
+static inline float *field_numbers(struct random *r, size_t count, float least, float most)
+{
+    float *out = field_memory((count + 1) * sizeof *out);
+    for (size_t i = 0; i <= count; i++) out[i] = field_between(r, least, most);
+    return out;
+}
+
+/* `wild`: as odd as it gets; else a bent floor in penumbra, as pictures have. */
+static inline void field_source(struct random *r, bool wild, int32_t x, int32_t y,
+                                struct shadow_source *s)
+{
+    const float bend = wild ? 0.5f : 0.02f;
+    float n[3] = {field_between(r, -bend, bend), field_between(r, -bend, bend), 1.0f};
+    const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + 1.0f);
+    const bool lit = !wild || !field_once_in(r, 9);
+    s->point[0] = 0.01f * (float)x;
+    s->point[1] = 0.01f * (float)y;
+    s->point[2] = field_between(r, 0.0f, wild ? 0.03f : 0.001f);
+    if (wild && field_once_in(r, 40)) s->point[2] += 1.0f;
+    for (int k = 0; k < 3; k++) s->normal[k] = lit ? n[k] / length : 0.0f;
+    for (int k = 0; k < 2; k++)
+        s->u[k] = 0.2f * s->point[k] + (wild ? field_between(r, 0.0f, 0.01f) : 0.0f);
+    const bool wedge = !wild || !field_once_in(r, 5);
+    s->eta = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
+    s->spread = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
+    s->refusal = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
+    s->seen = random_unit(r);
+}
+
+static inline void field_walk(struct random *r, bool wild, int axis, struct shadow_walk *w)
+{
+    const float other = wild ? field_between(r, -1.0f, 1.0f) : 0.2f;
+    const bool turned = wild ? field_once_in(r, 2) : axis == 1;
+    w->step[turned ? 1 : 0] = wild && field_once_in(r, 2) ? -1.0f : 1.0f;
+    w->step[turned ? 0 : 1] = wild && field_once_in(r, 5) ? 0.0f : other;
+    w->reach = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
+    w->falloff = wild && field_once_in(r, 20) ? 1e30f : 300.0f;
+    if (w->reach == 0 && wild) w->step[0] = w->step[1] = 0.0f;
+}
+
+static inline void field_target(struct random *r, bool wild, struct shadow_target *t)
+{
+    t->distance = 5.0f;
+    t->plane_least = 0.02f;
+    t->distance_most2 = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
+    t->width = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
+    for (int i = 0; i < 2; i++) {
+        t->gamma[i] = field_between(r, -0.95f, 0.95f);
+        t->weights[i] = (int32_t)(random_bits(r) % FIELD_ROWS);
+        field_walk(r, wild, i, &t->walk[i]);
+    }
+}
+
+static inline void field_tables(struct random *r, struct kernel_field *out)
+{
+    struct shadow_field *f = &out->field;
+    const size_t nodes = shadow_nodes(f);
+    out->weights = field_memory(sizeof(float) * FIELD_ROWS * (SHADOW_PHASES + 1) * f->window);
+    for (size_t i = 0; i < FIELD_ROWS * (SHADOW_PHASES + 1); i++) {
+        for (size_t k = 0; k < f->scale; k++)
+            out->weights[i * f->window + k] = field_between(r, 0.8f, 2.0f);
+    }
+    f->weights = out->weights;
+    f->columns = field_memory(out->slots * nodes * f->lanes * sizeof(float));
+    f->rows = field_memory(out->slots * nodes * 2 * sizeof(float));
+    f->cells = field_memory((size_t)out->slots * SHADOW_STRATA_MAX);
+    for (size_t i = 0; i < out->slots * nodes; i++) {
+        const bool last = i % nodes == nodes - 1;
+        for (uint32_t b = 0; b <= f->strata; b++)
+            f->columns[i * f->lanes + b] = last ? 0.0f : random_unit(r);
+        for (uint32_t b = 0; b < 2; b++) f->rows[2 * i + b] = last ? 0.0f : random_unit(r);
+    }
+    for (size_t i = 0; i < (size_t)out->slots * SHADOW_STRATA_MAX; i++)
+        f->cells[i] = (uint8_t)(random_bits(r) % (2 * f->scale));
+}
+
+static inline void field_inputs(struct random *r, struct kernel_field *out)
+{
+    const struct shadow_field *f = &out->field;
+    const size_t area = (size_t)f->width * (size_t)f->height, l = f->strata;
+    out->jitter = field_numbers(r, area, 0.0f, 0.999f);
+    out->cells = field_numbers(r, out->count * (size_t)f->scale * 4, 0.0f, 3.0f);
+    out->a = field_numbers(r, area, -1.0f, 3.0f);
+    out->b = field_numbers(r, area, 0.0f, 3.0f);
+    for (int k = 0; k < 3; k++) {
+        out->point[k] = field_numbers(r, area, -3.0f, 3.0f);
+        out->normal[k] = field_numbers(r, area, -0.57f, 0.57f);
+    }
+    out->seen = field_memory((area * l + 1) * sizeof *out->seen);
+    for (size_t i = 0; i <= area * l; i++)
+        out->seen[i] = ((uint32_t)random_bits(r) & ((1u << l) - 1)) | 1u << l;
+}
+
+/* A field of width x height pixels beyond the margin. */
+static inline void field_init(struct kernel_field *out, uint32_t l, int32_t width, int32_t height,
+                              uint64_t seed, bool wild)
+{
+    struct random r = {seed};
+    const int32_t margin = SHADOW_REACH_PX;
+    *out = (struct kernel_field){0};
+    struct shadow_field *f = &out->field;
+    f->width = width + 2 * margin;
+    f->height = height + 2 * margin;
+    f->strata = l;
+    f->scale = l > 8 ? l : 8;
+    f->window = (f->scale + 7) / 8 * 8;
+    f->lanes = (l + 4) / 4 * 4;
+    for (int i = 0; i < 2; i++) {
+        f->nodes_per_length[i] = 0.5f * (float)f->scale;
+        f->refusal[i] = 0.5f;
+    }
+    const size_t area = (size_t)f->width * (size_t)f->height;
+    f->sources = out->sources = field_memory(area * sizeof *out->sources);
+    f->targets = out->targets = field_memory(area * sizeof *out->targets);
+    out->pixels = field_memory((area + 1) * sizeof *out->pixels);
+    for (int32_t i = 0; i < (int32_t)area; i++) {
+        const int32_t x = i % f->width, y = i / f->width;
+        struct shadow_source *s = &out->sources[i];
+        const bool room = x >= margin && y >= margin && x < f->width - margin &&
+                          y < f->height - margin; /* nothing is shown beyond */
+        s->slot = -1;
+        if (!room) continue;
+        field_source(&r, wild, x, y, s);
+        if (s->normal[2] > 0.0f) s->slot = (int32_t)out->slots++;
+        field_target(&r, wild, &out->targets[i]);
+        if (s->slot >= 0) out->pixels[1 + out->count++] = (uint32_t)i;
+    }
+    out->light =
+        (struct shadow_rectangle){.centre = {0, 0, 3},
+                                  .axis = {{1, 0, 0}, {0, 1, 0}},
+                                  .half = {0.5f, 1.0f},
+                                  .normal = {0, 0, -1},
+                                  .area = 2,
+                                  .profile = seed & 1u ? PROFILE_GAUSSIAN : PROFILE_UNIFORM};
+    field_tables(&r, out);
+    field_inputs(&r, out);
+}
+
+static inline void field_fini(struct kernel_field *k)
+{
+    void *const all[] = {k->sources,     k->targets,   k->weights,  k->field.columns, k->field.rows,
+                         k->field.cells, k->pixels,    k->jitter,   k->cells,         k->a,
+                         k->b,           k->seen,      k->point[0], k->point[1],      k->point[2],
+                         k->normal[0],   k->normal[1], k->normal[2]};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
+}
+
+/* Numbers that `kernel` writes for `count` pixels, or for all slots. */
+static inline size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count)
+{
+    const size_t nodes = shadow_nodes(&k->field);
+    switch (kernel) {
+    case KERNEL_PROJECT_COLUMNS:
+        return k->slots * nodes * k->field.lanes;
+    case KERNEL_PROJECT_ROWS:
+        return k->slots * nodes * 2;
+    case KERNEL_WALK_COLUMNS:
+        return (size_t)count * 4 * k->field.scale;
+    case KERNEL_WALK_ROWS:
+        return (size_t)count * 2;
+    case KERNEL_SUM_SLOPES:
+        return (size_t)count * 3;
+    default:
+        return count;
+    }
+}
+
+/* The kernel over `count` pixels from number `first` on, into `out`. */
+static inline void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                             enum kernel kernel, uint32_t first, uint32_t count, float *out)
+{
+    struct shadow_field f = k->field;
+    const uint32_t *pixels = k->pixels + 1 + first;
+    const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
+    const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
+    switch (kernel) {
+    case KERNEL_UNOCCLUDED:
+        kernels->unoccluded(&k->light, count, point, normal, out);
+        break;
+    case KERNEL_PROJECT_COLUMNS:
+        f.columns = out;
+        kernels->project_columns(&f, pixels, count, k->jitter + 1, k->seen + 1);
+        break;
+    case KERNEL_WALK_COLUMNS:
+        kernels->walk_columns(&f, pixels, count, out);
+        break;
+    case KERNEL_PROJECT_ROWS:
+        f.rows = out;
+        kernels->project_rows(&f, pixels, count, k->cells + 1);
+        break;
+    case KERNEL_WALK_ROWS:
+        kernels->walk_rows(&f, pixels, count, out);
+        break;
+    case KERNEL_BLUR_X:
+        kernels->blur(&f, 0, pixels, count, out);
+        break;
+    case KERNEL_BLUR_Y:
+        kernels->blur(&f, 1, pixels, count, out);
+        break;
+    default:
+        kernels->sum_slopes(&f, pixels, count, k->a, k->b, out);
+        break;
+    }
+}
+
+/* Greatest difference from the reference, over the greatest number; infinite where bits differ in
+ * what is not finite. */
+static inline float field_difference(const float *a, const float *b, size_t count)
+{
+    float most = 0.0f, size = 1e-30f;
+    for (size_t i = 0; i < count; i++) {
+        if (memcmp(&a[i], &b[i], sizeof a[i]) == 0 && isfinite(a[i])) {
+            size = fmaxf(size, fabsf(a[i]));
+            continue;
+        }
+        if (!isfinite(a[i]) || !isfinite(b[i])) return INFINITY;
+        most = fmaxf(most, fmaxf(fabsf(a[i] - b[i]), 1e-37f)); /* -0 is not 0 */
+    }
+    return most / size;
+}
+
+/* The same of one kernel over `count` pixels from `first` on. */
+static inline float field_compare(const struct kernel_field *k, const struct shadow_kernels *tested,
+                                  enum kernel kernel, uint32_t first, uint32_t count)
+{
+    const size_t size = field_output(k, kernel, count);
+    const bool aligned = kernel == KERNEL_PROJECT_COLUMNS || kernel == KERNEL_PROJECT_ROWS;
+    float *a = field_memory((size + 1) * sizeof *a), *b = field_memory((size + 1) * sizeof *b);
+    const size_t start = aligned ? 0 : 1;
+    field_run(k, &shadow_kernels_c, kernel, first, count, a + start);
+    field_run(k, tested, kernel, first, count, b + start);
+    const float difference = field_difference(a, b, size + start);
+    free(a);
+    free(b);
+    return difference;
+}
