@@ -73,7 +73,3 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
  * sample's weight is zero: black, or a direction below the horizon). */
 bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out);
-
-/* Whether all lobes are Dirac lobes, as of black, pure mirrors and clear glass: bsdf_evaluate is
- * zero for every pair, and light need not be sampled. */
-bool bsdf_is_smooth_only(const struct bsdf *b);
