@@ -5,7 +5,8 @@
 #include "worker/trace/lane_kernels.h"
 
 /* After this scattering paths are ended by chance in proportion to what they still carry. Variance
- * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40, 5: 48. */
+ * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
+ * 5: 48. */
 #define ROULETTE_DEPTH 1
 /* Even a path through white surfaces ends at last. */
 #define ROULETTE_MOST 0.98f
