@@ -53,7 +53,7 @@ enum layer {
     LAYER_ALBEDO = 1u << 3,
     LAYER_NORMAL = 1u << 4,
     LAYER_DEPTH = 1u << 5,
-    LAYER_SAMPLES = 1u << 6,    /* samples per pixel: light and bounce rays */
+    LAYER_SAMPLES = 1u << 6,    /* per pixel: light and bounce rays, or paths */
     LAYER_VISIBILITY = 1u << 7, /* mean over the area lights' strata */
     LAYER_SLOPE_MIN = 1u << 8,
     LAYER_SLOPE_MAX = 1u << 9,

@@ -65,9 +65,9 @@ enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
  * is 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT:
- * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. The front of a triangle
- * is the side from which its corners run counter-clockwise; v of UVs grows downwards, as rows of
- * images do. */
+ * its emission is in SCENE_LIGHTS, so scattered rays that hit it add nothing. The front of a
+ * triangle is the side from which its corners run counter-clockwise; v of UVs grows downwards, as
+ * rows of images do. */
 struct scene_mesh {
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;
