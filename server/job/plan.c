@@ -1,5 +1,6 @@
 #include "server/job/plan.h"
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -108,12 +109,18 @@ static void choose(const struct job *job, const struct scene *scene, const struc
     plan_skip(report, "paths", "light fields cover the scene and the layers");
 }
 
-static void tell_emitters(struct plan_report *report)
+static void tell_emitters(const struct job *job, struct plan_report *report)
 {
-    if (report->emitters.flux > 0)
-        report->effects |= EFFECT_EMITTERS;
-    else
+    if (!(report->emitters.flux > 0)) {
         plan_skip(report, "effect emitters", "no mesh shines besides the lights");
+        return;
+    }
+    report->effects |= EFFECT_EMITTERS;
+    if (!job->scene_lights)
+        plan_warn(report,
+                  "scene.lights is false, but meshes that shine and are no lights (%" PRIu64
+                  " of them) light the scene all the same: their materials say so",
+                  report->emitters.instances);
 }
 
 static void tell_occlusion(const struct job *job, struct plan_report *report)
@@ -143,7 +150,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     if (error) return error;
     if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
     plan_find_emitters(source->scene, &report->emitters);
-    tell_emitters(report);
+    tell_emitters(job, report);
     tell_occlusion(job, report);
     return 0;
 }

@@ -451,6 +451,12 @@ static void powers_have_one_unit(void **state)
     glow *= 2 * (1 + 4 + 1);
     sum = lamp + sky + glow;
     assert_int_equal(s->report.emitters.instances, 3);
+    assert_false(has_warning(s, "scene.lights is false"));
+    s->job.scene_lights = false;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "scene.lights is false"));
+    s->job.scene_lights = true;
+    assert_int_equal(make(s), 0);
     assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
     /* A faint one still gets its least share. */
     for (int c = 0; c < 3; c++) s->job.environment.radiance[c] = 1e-9f;
