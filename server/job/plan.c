@@ -9,6 +9,10 @@
 #include "proto/plan_check.h"
 #include "proto/samples.h"
 
+/* Scene units between which pictures are sure to be right. */
+#define RADIUS_LEAST 1e-6
+#define RADIUS_MOST  1e12
+
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
     va_list args;
@@ -132,6 +136,18 @@ static void tell_occlusion(const struct job *job, struct plan_report *report)
                           "\"occlusion\": nothing shows it");
 }
 
+/* Embree's floats: a triangle's coordinates come to nothing when twice its area is below 1e-18, and
+ * distances overflow with the cube of lengths. */
+static void tell_scale(const struct scene *scene, struct plan_report *report)
+{
+    const double radius = plan_scene_radius(scene);
+    if (radius >= RADIUS_LEAST && radius <= RADIUS_MOST) return;
+    plan_warn(report, "the scene's radius is %.3g units: %s; scale it to between %g and %g", radius,
+              radius < RADIUS_LEAST ? "triangles so small lose their normals and textures"
+                                    : "rays miss triangles so large",
+              RADIUS_LEAST, RADIUS_MOST);
+}
+
 static void tell_darkness(struct plan_report *report)
 {
     if (report->effects & (EFFECT_DIRECT | EFFECT_EMISSION)) return;
@@ -152,6 +168,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     plan_find_emitters(source->scene, &report->emitters);
     tell_emitters(job, report);
     tell_occlusion(job, report);
+    tell_scale(source->scene, report);
     return 0;
 }
 

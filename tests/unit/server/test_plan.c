@@ -194,6 +194,26 @@ static void looks_at_a_target(void **state)
     assert_string_equal(s->fault.pointer, "/scene/camera/up");
 }
 
+static bool has_warning(const struct stage *s, const char *words)
+{
+    for (uint32_t i = 0; i < s->report.warning_count; i++)
+        if (strstr(s->report.warnings[i], words)) return true;
+    return false;
+}
+
+static void warns_of_scales_that_floats_cannot_hold(void **state)
+{
+    struct stage *s = *state;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "radius"));
+    for (int i = 0; i < 3; i++) s->info.bounds_min[i] = -1e-7f, s->info.bounds_max[i] = 1e-7f;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "so small"));
+    for (int i = 0; i < 3; i++) s->info.bounds_min[i] = -1e13f, s->info.bounds_max[i] = 1e13f;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "so large"));
+}
+
 static void warns_of_darkness(void **state)
 {
     struct stage *s = *state;
@@ -220,13 +240,6 @@ static void warns_of_darkness(void **state)
     assert_int_equal(s->plan.bounces, 1);
     assert_true(s->plan.planes & 1u << PLANE_EMISSION);
     assert_int_equal(s->report.warning_count, 0);
-}
-
-static bool has_warning(const struct stage *s, const char *words)
-{
-    for (uint32_t i = 0; i < s->report.warning_count; i++)
-        if (strstr(s->report.warnings[i], words)) return true;
-    return false;
 }
 
 /* Without lights the path tracer is in the dark just the same; anything that shines changes it. */
@@ -750,6 +763,7 @@ int main(void)
         TEST(finds_cameras),
         TEST(looks_at_a_target),
         TEST(warns_of_darkness),
+        TEST(warns_of_scales_that_floats_cannot_hold),
         TEST(paths_know_darkness),
         TEST(none_is_paths),
         TEST(paths_bring_what_layers_read),
