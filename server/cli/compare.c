@@ -19,7 +19,7 @@
 
 struct comparison {
     const char *layer, *crop, *picture;
-    long box_px, reference_box_px, tent_px, range_percent;
+    long box_px, reference_box_px, range_percent;
     struct image *reference, *test; /* owned */
     int32_t dropped[2];             /* columns, rows that fill no box */
     struct difference difference;
@@ -99,13 +99,6 @@ static int prepare(struct comparison *c, struct fault *fault)
 {
     struct rect crop;
     int error = 0;
-    if (c->tent_px > 1) {
-        struct image *reduced = NULL;
-        error = image_reduce_tent(c->test, (int32_t)c->tent_px, &reduced, fault);
-        if (error) return error;
-        image_destroy(&c->test);
-        c->test = reduced;
-    }
     if (c->reference_box_px > 1)
         error = reduce(&c->reference, image_rect(c->reference), c->reference_box_px, fault);
     if (error) return error;
@@ -164,7 +157,7 @@ static int compare(struct comparison *c, char **paths, struct fault *fault)
 int cli_compare(int argc, char **argv)
 {
     struct comparison c = {
-        .layer = "beauty", .box_px = 1, .reference_box_px = 1, .tent_px = 1, .range_percent = 10};
+        .layer = "beauty", .box_px = 1, .reference_box_px = 1, .range_percent = 10};
     const struct option_line lines[] = {
         {"layer", 'l', OPTION_TEXT, "NAME", "beauty (default), direct, albedo, ...", 0, 0,
          &c.layer},
@@ -172,9 +165,6 @@ int cli_compare(int argc, char **argv)
          LIMIT_IMAGE_SIDE_PX, &c.box_px},
         {"reference-box", 0, OPTION_NUMBER, "N", "average REF alone, for a TEST N times smaller", 1,
          LIMIT_IMAGE_SIDE_PX, &c.reference_box_px},
-        {"tent", 0, OPTION_NUMBER, "N",
-         "bring TEST, N times larger, to REF's size under a tent 2 pixels wide", 1,
-         REDUCE_TENT_MOST, &c.tent_px},
         {"crop", 'c', OPTION_TEXT, "X,Y,W,H", "compare these pixels of TEST only", 0, 0, &c.crop},
         {"difference", 'd', OPTION_TEXT, "OUT.png", "draw TEST / REF - 1: blue below, red above 0",
          0, 0, &c.picture},

@@ -13,16 +13,5 @@
 int image_reduce(const struct image *image, struct rect crop, int32_t box_px, struct image **out,
                  struct fault *fault);
 
-/* The image `times` smaller, as if it had been rendered under a tent two of its pixels wide, where
- * this one was under a box over each pixel: sums of pixels by their share of the tent, less what
- * lies beyond the borders. Standard errors are reduced as by image_reduce: neighbours under a tent
- * share samples, and means over several of them would come out too sure of themselves. Columns and
- * rows that make no whole pixel are dropped. Owned by the caller.
- *
- * ERR_RANGE for times outside 1 .. REDUCE_TENT_MOST or larger than the image; ERR_MEMORY. */
-#define REDUCE_TENT_MOST 64
-int image_reduce_tent(const struct image *image, int32_t times, struct image **out,
-                      struct fault *fault);
-
 /* All of the image, for `crop`. */
 struct rect image_rect(const struct image *image);

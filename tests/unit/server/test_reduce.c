@@ -34,34 +34,6 @@ static void test_crop(void **state)
     image_destroy(&from);
 }
 
-/* A point becomes the tent's shape, a constant stays one, errors go as by boxes. */
-static void test_tent(void **state)
-{
-    (void)state;
-    struct image *from = picture_filled(12, 12, 2.0f, 0.25f), *to;
-    for (int32_t y = 0; y < 12; y++)
-        for (int32_t x = 0; x < 12; x++) *plane_at(image_plane(from, "G"), x, y) = 0.0f;
-    *plane_at(image_plane(from, "G"), 6, 4) = 1.0f;
-    assert_int_equal(image_reduce_tent(from, 2, &to, NULL), 0);
-    assert_int_equal(to->width_px, 6);
-    assert_true(fabsf(*plane_at(image_plane(to, "R"), 0, 5) - 2.0f) < 1e-6f);
-    assert_true(*plane_at(image_plane(to, "error.B"), 3, 3) == 0.125f);
-    /* Pixel 6 is the left half of large pixel 3: 3/8 of its tent, 1/8 of its left neighbour's. */
-    const struct plane *g = image_plane(to, "G");
-    assert_true(fabsf(*plane_at(g, 3, 2) - 9.0f / 64) < 1e-6f);
-    assert_true(fabsf(*plane_at(g, 2, 2) - 3.0f / 64) < 1e-6f);
-    assert_true(fabsf(*plane_at(g, 2, 1) - 1.0f / 64) < 1e-6f);
-    assert_true(*plane_at(g, 4, 2) == 0.0f && *plane_at(g, 3, 3) == 0.0f);
-    image_destroy(&to);
-    assert_int_equal(image_reduce_tent(from, 3, &to, NULL), 0);
-    assert_true(fabsf(*plane_at(image_plane(to, "R"), 3, 0) - 2.0f) < 1e-6f);
-    image_destroy(&to);
-    assert_int_equal(image_reduce_tent(from, 13, &to, NULL), ERR_RANGE);
-    assert_int_equal(image_reduce_tent(from, 65, &to, NULL), ERR_RANGE);
-    assert_int_equal(image_reduce_tent(from, 0, &to, NULL), ERR_RANGE);
-    image_destroy(&from);
-}
-
 static void test_refusals(void **state)
 {
     (void)state;
@@ -83,7 +55,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_means_and_errors_of_means),
         cmocka_unit_test(test_crop),
-        cmocka_unit_test(test_tent),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
