@@ -122,6 +122,18 @@ veach() {
     shrink=$(pick 8 1) box=$(pick 1 8)
     check "veach-mis: the reference's walls are grey: it has no indirect light" veach_is_direct
 
+    # Its own metals: Beckmann facets, copper, a third of it.
+    if awk -f tests/golden/conductors.awk "$scenes/veach-mis/scene.xml" >"$tmp/conductors.json" &&
+        "$build/tests/golden/glb_edit" "$scenes/glb/veach-mis/veach-mis.glb" "$tmp/conductors.json" "$tmp/veach-beckmann.glb" &&
+        render veach-beckmann veach-mis "$shrink" 64 '.effects.indirect_bounces = 0' &&
+        compared veach-beckmann veach-mis "$shrink" "$box"; then
+        holds veach-beckmann "means within 1 %" 'near(0.01)'
+        holds veach-beckmann "relMSE below $(pick "1e-3 and twice the noise's" 1e-3)" \
+            "$(pick '.relmse < 1e-3 + 2 * .z.relmse' '.relmse < 1e-3')"
+    else
+        broken veach-beckmann
+    fi
+
     # glTF's metals: GGX, and brighter towards grazing angles.
     if render veach-gltf veach-mis "$shrink" "$(pick 64 16)" '.effects.indirect_bounces = 0' &&
         compared veach-gltf veach-mis "$shrink" "$box" --range 30; then

@@ -43,7 +43,7 @@ struct bsdf {
     /* others */
     float model_specular[3];      /* [0, 1] */
     float exponent_u, exponent_v; /* [0, 1e5] */
-    float eta[3], k[3];           /* eta[0] > 0: a conductor; else Schlick of model_specular */
+    float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
 
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
