@@ -9,9 +9,9 @@ static const float white[3] = {1.0f, 1.0f, 1.0f};
 
 /* What each lane hit. */
 struct hit_lanes {
-    const struct mesh_view **mesh; /* the surface's */
-    const struct scene_instance *instance[LANES];
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
+    const struct scene_instance *instance[LANES];
+    const struct mesh_view **mesh; /* the surface's */
     bool any_hit, any_placed, any_emissive;
 };
 

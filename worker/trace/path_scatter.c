@@ -1,5 +1,6 @@
 /* Where paths go on. */
 #include <math.h>
+#include <string.h>
 
 #include "proto/pattern_path.h"
 #include "worker/trace/lane_kernels.h"
@@ -161,6 +162,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES], lobe[LANES], light[LANES];
     struct scattering s;
+    memset(&s.on, 0, sizeof s.on);
     kernels->path_pairs(p, base + PATH_DIRECTION, u, w);
     if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
     if (v->any_lambert && c->demodulate && v->depth == 0) keep_lambert_shares(p, v, h);

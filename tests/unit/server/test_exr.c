@@ -439,18 +439,12 @@ static void it_is_quick(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(floats_come_back_bit_by_bit),
-        TEST(strange_floats_come_back),
-        TEST(halves_are_rounded_and_clamped),
-        TEST(equal_images_are_equal_files),
-        TEST(metadata_is_in_the_header),
-        TEST(a_file_is_replaced_or_left_alone),
-        TEST(files_of_other_programs_are_read),
-        TEST(a_reference_picture_is_read),
-        TEST(damaged_files_are_errors),
-        TEST(what_is_not_read_is_refused),
-        TEST(dwa_is_refused_with_advice),
-        TEST(it_is_quick),
+        TEST(floats_come_back_bit_by_bit),      TEST(strange_floats_come_back),
+        TEST(halves_are_rounded_and_clamped),   TEST(equal_images_are_equal_files),
+        TEST(metadata_is_in_the_header),        TEST(a_file_is_replaced_or_left_alone),
+        TEST(files_of_other_programs_are_read), TEST(a_reference_picture_is_read),
+        TEST(damaged_files_are_errors),         TEST(what_is_not_read_is_refused),
+        TEST(dwa_is_refused_with_advice),       TEST(it_is_quick),
     };
     return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
 }
