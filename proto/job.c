@@ -40,6 +40,12 @@ const struct json_choice job_pixel_type_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_pixel_filter_words[] = {
+    {"box", PIXEL_FILTER_BOX, NULL},
+    {"tent", PIXEL_FILTER_TENT, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_light_type_words[] = {
     {"point", LIGHT_POINT, NULL},
     {"spot", LIGHT_SPOT, NULL},

@@ -6,7 +6,7 @@
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool}     asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
- *   image     {width, height, pixel_type: "float" | "half"}
+ *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
  *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
@@ -52,7 +52,7 @@ enum layer {
     LAYER_ALBEDO = 1u << 3,
     LAYER_NORMAL = 1u << 4,
     LAYER_DEPTH = 1u << 5,
-    LAYER_SAMPLES = 1u << 6,    /* samples per pixel: light and bounce rays */
+    LAYER_SAMPLES = 1u << 6,    /* per pixel: light and bounce rays, or paths */
     LAYER_VISIBILITY = 1u << 7, /* mean over the area lights' strata */
     LAYER_SLOPE_MIN = 1u << 8,
     LAYER_SLOPE_MAX = 1u << 9,
@@ -85,8 +85,9 @@ struct job {
     struct job_file *files; /* owned; in order of their paths */
     uint32_t file_count;
     struct job_camera camera;
-    int32_t width_px, height_px; /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
-    enum pixel_type pixel_type;  /* of the EXR; default float */
+    int32_t width_px, height_px;    /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
+    enum pixel_type pixel_type;     /* of the EXR; default float */
+    enum pixel_filter pixel_filter; /* of paths; default box. A tent asks for paths */
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */

@@ -214,6 +214,7 @@ static const struct json_member image_members[] = {
     NUMBER("width", json_member_i32, width_px, 1, LIMIT_IMAGE_SIDE_PX),
     NUMBER("height", json_member_i32, height_px, 1, LIMIT_IMAGE_SIDE_PX),
     WORD("pixel_type", pixel_type, job_pixel_type_words),
+    WORD("pixel_filter", pixel_filter, job_pixel_filter_words),
     {.name = NULL}};
 
 static const struct json_member effects_members[] = {

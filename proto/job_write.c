@@ -64,6 +64,8 @@ static json_t *write_image(const struct job *job)
     int failures = set(object, "width", json_integer(job->width_px));
     failures += set(object, "height", json_integer(job->height_px));
     failures += set(object, "pixel_type", json_string(pixel_type));
+    failures += set(object, "pixel_filter",
+                    json_string(job_word(job_pixel_filter_words, job->pixel_filter)));
     return checked(object, failures);
 }
 

@@ -56,6 +56,7 @@ static void read_environment(struct bytes_reader *r, struct plan_environment *e)
 static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
 {
     bytes_write_u32(w, p->spp);
+    bytes_write_u32(w, p->pixel_filter);
     bytes_write_f32(w, p->occlusion_distance);
     bytes_write_f32(w, p->emitter_power);
 }
@@ -63,6 +64,7 @@ static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
 static void read_paths(struct bytes_reader *r, struct plan_paths *p)
 {
     p->spp = bytes_read_u32(r);
+    p->pixel_filter = bytes_read_u32(r);
     p->occlusion_distance = bytes_read_f32(r);
     p->emitter_power = bytes_read_f32(r);
 }

@@ -50,7 +50,7 @@ struct plan_light {
     float color[3];
     float cos_inner, cos_outer;
     float range;              /* scene units; 0: none */
-    float power;              /* relative, for choosing a light at a bounce; > 0 */
+    float power;              /* relative, for choosing one light of all; > 0 */
     uint32_t strata_per_axis; /* l; 1 for lights without area */
 };
 
@@ -66,12 +66,14 @@ struct plan_environment {
     float power;        /* relative to the lights'; > 0 unless NONE */
 };
 
-/* The path tracer: `spp` paths a pixel, each through its own point of the pixel (box filter) and
- * of the lens, with up to `bounces` scatterings after the first. A frame's paths are traced in
- * passes, tile by tile: pass 0, then 1 and so on of each tile, so that sums grow in one order
- * whatever the machines. */
+/* The path tracer: `spp` paths a pixel, each through its own point of the pixel filter (a box: the
+ * pixel; a tent: two pixels wide, falling off linearly from the centre) and of the lens, with up to
+ * `bounces` scatterings after the first. A frame's paths are traced in passes, tile by tile: pass
+ * 0, then 1 and so on of each tile, so that sums grow in one order whatever the machines. */
+enum pixel_filter { PIXEL_FILTER_BOX = 0, PIXEL_FILTER_TENT = 1 };
 struct plan_paths {
     uint32_t spp;             /* 0: no paths */
+    uint32_t pixel_filter;    /* enum pixel_filter: where paths leave around the pixel's centre */
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     float emitter_power;      /* of all mesh emitters together, relative to the lights'; 0: none */
 };

@@ -256,6 +256,7 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
 {
     const struct place at = {"paths", fault};
     int error = check_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
+    if (!error) error = check_count(&at, "pixel_filter", paths->pixel_filter, 0, PIXEL_FILTER_TENT);
     if (!error)
         error = check_number(&at, "occlusion_distance", paths->occlusion_distance, 0.0f,
                              LIMIT_COORDINATE);

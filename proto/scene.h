@@ -65,9 +65,9 @@ enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
  * is 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT:
- * its emission is in SCENE_LIGHTS, so bounce rays that hit it add nothing. The front of a triangle
- * is the side from which its corners run counter-clockwise; v of UVs grows downwards, as rows of
- * images do. */
+ * its emission is in SCENE_LIGHTS, so scattered rays that hit it add nothing. The front of a
+ * triangle is the side from which its corners run counter-clockwise; v of UVs grows downwards, as
+ * rows of images do. */
 struct scene_mesh {
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;
@@ -111,7 +111,8 @@ struct scene_texture_ref {
  *   blinn_phong        exponent, specular
  *   ashikhmin_shirley  exponent, or exponent_u (along the tangent) and exponent_v; specular
  *   beckmann           alpha in [0, 1]; specular, or a metal's refractive index by colour: eta, its
- *                      real part, in [1e-3, 1e3], and k, its imaginary one, in [0, 1e3]
+ *                      real part, in [1e-3, 1e3], and k, its imaginary one, in [0, 1e3], whose
+ *                      reflectance specular scales, [1, 1, 1] if absent
  *   mirror             specular, [1, 1, 1] if absent
  *
  * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
@@ -122,8 +123,8 @@ enum material_model {
     MODEL_GLTF = 0,
     MODEL_PHONG = 1,       /* Lafortune and Willems' normalised Phong; specular, exponent_u */
     MODEL_BLINN_PHONG = 2, /* normalised by the half vector's lobe; specular, exponent_u */
-    MODEL_BECKMANN = 3,    /* Cook-Torrance, Beckmann facets of alpha_u, conductor of eta, k, or,
-                              where eta is 0, Schlick's Fresnel of `specular` */
+    MODEL_BECKMANN = 3, /* Cook-Torrance, Beckmann facets of alpha_u, `specular` times a conductor
+                           of eta, k or, where eta is 0, Schlick's Fresnel of `specular` */
     MODEL_ASHIKHMIN_SHIRLEY = 4, /* specular, exponent_u, exponent_v */
     MODEL_MIRROR = 5,            /* smooth; `specular`, no Fresnel */
     MODEL_COUNT = 6

@@ -5,8 +5,8 @@
 #include "worker/shelf.h"
 
 struct frame_blobs {
-    struct shelf_blob *scene,
-        *environment; /* NULL: not held; environment also when there is none */
+    struct shelf_blob *scene;       /* NULL: not held */
+    struct shelf_blob *environment; /* NULL: not held, or the plan has none */
 };
 
 /* Holds what the plan names and is not held yet. False: out of memory. */

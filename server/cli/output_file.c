@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -28,6 +29,20 @@ int output_file_check(const char *path, struct fault *fault)
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 1,
              slash ? path : ".");
     return access(folder, W_OK | X_OK) == 0 ? 0 : refuse(folder, errno, fault);
+}
+
+int output_file_check_picture(const char *path, const char *ending, struct fault *fault)
+{
+    static const char *const endings[] = {"exr", "png",  "jpg", "jpeg", "hdr",
+                                          "tif", "tiff", "bmp", "webp"};
+    const char *dot = strrchr(path, '.');
+    for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+        if (strcasecmp(dot + 1, endings[i]) == 0 && strcmp(endings[i], ending) != 0)
+            return fault_set(fault, ERR_RANGE, "",
+                             "%s: it would be no .%s file: --output writes OpenEXR (.exr), "
+                             "--png writes PNG",
+                             path, endings[i]);
+    return output_file_check(path, fault);
 }
 
 int output_file_open(struct output_file *o, const char *path, struct fault *fault)

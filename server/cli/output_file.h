@@ -15,6 +15,10 @@ struct output_file {
 /* Whether it could be written now; asked before the work that fills it. ERR_IO. */
 int output_file_check(const char *path, struct fault *fault);
 
+/* The same of a picture in the format `ending`, "exr" or "png"; ERR_RANGE too where the name ends
+ * as pictures of another format do, whose programs could not open it. */
+int output_file_check_picture(const char *path, const char *ending, struct fault *fault);
+
 int output_file_open(struct output_file *o, const char *path, struct fault *fault);
 
 /* keep: what was written gets its name; else nothing stays. */

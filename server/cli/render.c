@@ -74,10 +74,9 @@ static void frame_path(const char *path, long frame, bool several, char *out, si
 /* Before the work: nobody wants to hear after hours that a folder is missing. */
 static int check_outputs(const struct render_options *o, struct fault *fault)
 {
-    const char *const paths[] = {o->exr, o->png, o->stats};
-    int error = 0;
-    for (int i = 0; i < 3 && !error; i++)
-        if (paths[i]) error = output_file_check(paths[i], fault);
+    int error = o->exr ? output_file_check_picture(o->exr, "exr", fault) : 0;
+    if (!error && o->png) error = output_file_check_picture(o->png, "png", fault);
+    if (!error && o->stats) error = output_file_check(o->stats, fault);
     return error;
 }
 

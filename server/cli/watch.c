@@ -41,8 +41,8 @@ int cli_watch(int argc, char **argv)
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
     progress_begin(&progress, quiet);
-    int error = exr ? output_file_check(exr, &fault) : 0;
-    if (!error && png) error = output_file_check(png, &fault);
+    int error = exr ? output_file_check_picture(exr, "exr", &fault) : 0;
+    if (!error && png) error = output_file_check_picture(png, "png", &fault);
     if (!error) error = client_create(client_base_url(server), &client);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
     const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");

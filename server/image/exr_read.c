@@ -47,6 +47,17 @@ static int check_storage(struct reader *r, bool *tiled)
     return 0;
 }
 
+/* The library's C core knows these by name only. */
+static int check_compression(struct reader *r)
+{
+    exr_compression_t compression;
+    int error = check(r, exr_get_compression(r->context, 0, &compression));
+    if (!error && (compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB))
+        error = refuse(r, ERR_UNSUPPORTED,
+                       "DWA compression is not read: save it with ZIP or PIZ compression");
+    return error;
+}
+
 static int check_window(struct reader *r, int64_t *width, int64_t *height)
 {
     int error = check(r, exr_get_data_window(r->context, 0, &r->window));
@@ -203,6 +214,7 @@ static int read_file(struct reader *r)
     int error = check(r, exr_start_read(&r->context, r->path, &init));
     if (error) return error;
     error = check_storage(r, &tiled);
+    if (!error) error = check_compression(r);
     if (!error) error = create_image(r);
     if (!error) error = tiled ? read_tiles(r) : read_scanlines(r);
     if (r->decoding) exr_decoding_destroy(r->context, &r->decoder);

@@ -11,16 +11,22 @@ struct planes {
 static int find_planes(const struct image *reference, const struct image *test, struct planes *p,
                        struct fault *fault)
 {
-    if (reference->width_px != test->width_px || reference->height_px != test->height_px)
-        return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d and %d x %d",
-                         reference->width_px, reference->height_px, test->width_px,
-                         test->height_px);
+    if (reference->width_px != test->width_px || reference->height_px != test->height_px) {
+        fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d and %d x %d", reference->width_px,
+                  reference->height_px, test->width_px, test->height_px);
+        return ERR_MISMATCH;
+    }
+    const char *missing = NULL;
     if (!image_layer_planes(reference, "beauty", p->reference))
-        return fault_set(fault, ERR_NOT_FOUND, "", "the reference has no layer \"beauty\"");
-    if (!image_layer_planes(test, "beauty", p->test))
-        return fault_set(fault, ERR_NOT_FOUND, "", "the test image has no layer \"beauty\"");
-    if (!image_layer_planes(test, "error", p->test_error))
-        return fault_set(fault, ERR_NOT_FOUND, "", "the test image has no layer \"error\"");
+        missing = "the reference has no layer \"beauty\"";
+    else if (!image_layer_planes(test, "beauty", p->test))
+        missing = "the test image has no layer \"beauty\"";
+    else if (!image_layer_planes(test, "error", p->test_error))
+        missing = "the test image has no layer \"error\"";
+    if (missing) {
+        fault_set(fault, ERR_NOT_FOUND, "", "%s", missing);
+        return ERR_NOT_FOUND;
+    }
     if (!image_layer_planes(reference, "error", p->reference_error)) p->reference_error[0] = NULL;
     return 0;
 }
@@ -46,6 +52,20 @@ static void add_score(struct zscore *s, double z, int c, int32_t x, int32_t y)
     if (s->count > 1 && size <= fabs(s->worst)) return;
     s->worst = z;
     s->worst_x = x, s->worst_y = y, s->worst_channel = c;
+}
+
+/* sizes: |z| of all that count so far. */
+static void add_row(const struct planes *p, int c, int32_t y, float *sizes, struct zscore *out)
+{
+    for (int32_t x = 0; x < p->test[c]->width_px; x++) {
+        const double z = score_at(p, c, x, y);
+        if (isnan(z)) {
+            out->without++;
+            continue;
+        }
+        sizes[out->count] = (float)fabs(z);
+        add_score(out, z, c, x, y);
+    }
 }
 
 static int compare_floats(const void *a, const void *b)
@@ -97,16 +117,7 @@ int image_zscore(const struct image *reference, const struct image *test, double
     float *sizes = malloc(3 * (size_t)test->width_px * (size_t)test->height_px * sizeof *sizes);
     if (!sizes) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     for (int c = 0; c < 3; c++)
-        for (int32_t y = 0; y < test->height_px; y++)
-            for (int32_t x = 0; x < test->width_px; x++) {
-                double z = score_at(&p, c, x, y);
-                if (isnan(z)) {
-                    out->without++;
-                    continue;
-                }
-                sizes[out->count] = (float)fabs(z);
-                add_score(out, z, c, x, y);
-            }
+        for (int32_t y = 0; y < test->height_px; y++) add_row(&p, c, y, sizes, out);
     finish(out, sizes);
     add_errors(&p, 0.01 * mean * mean, out);
     free(sizes);

@@ -80,10 +80,11 @@ int gltf_flag(const json_t *of, const char *place, const char *key, bool *inout,
     return 0;
 }
 
+/* Limits are floats, and so is what becomes of the value: 1e12 is not above the limit 1e12f. */
 static int check_range(double value, double lowest, double highest, const char *place,
                        const char *key, struct fault *fault)
 {
-    if (value >= lowest && value <= highest) return 0;
+    if (value >= lowest && (value <= highest || (float)value <= (float)highest)) return 0;
     gltf_place at;
     member_place(at, place, key);
     if (value < lowest) return fault_set(fault, ERR_RANGE, at, "%g is below %g", value, lowest);

@@ -99,10 +99,8 @@ static int check_choice(const struct model *model, const char *place, uint32_t h
         return fault_set(fault, ERR_MISMATCH, place,
                          "it has either exponent or both exponent_u and exponent_v");
     if (model->model != MODEL_BECKMANN) return 0;
-    uint32_t fresnel = has & (index | HAS_SPECULAR);
-    if (fresnel == index || fresnel == HAS_SPECULAR) return 0;
-    return fault_set(fault, fresnel & HAS_SPECULAR ? ERR_MISMATCH : ERR_MISSING, place,
-                     "it has either specular or both eta and k");
+    if ((has & index) == index || (has & (index | HAS_SPECULAR)) == HAS_SPECULAR) return 0;
+    return fault_set(fault, ERR_MISSING, place, "it has specular, or both eta and k");
 }
 
 static int read_numbers(const json_t *json, const char *place, struct scene_material *m,

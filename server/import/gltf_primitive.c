@@ -44,9 +44,9 @@ static void check_uvs(struct gltf *g, const struct scene_material *m,
     const struct scene_texture_ref *refs[] = {
         &m->base_color_texture,     &m->normal_texture,       &m->metallic_roughness_texture,
         &m->emission_texture,       &m->transmission_texture, &m->specular_texture,
-        &m->specular_color_texture, &m->anisotropy_texture};
-    for (size_t i = 0; i < sizeof refs / sizeof *refs; i++) {
-        if (refs[i]->texture == SCENE_NONE || geometry->uv[refs[i]->uv_set] != SCENE_NONE) continue;
+        &m->specular_color_texture, &m->anisotropy_texture,   NULL};
+    for (const struct scene_texture_ref **ref = refs; *ref; ref++) {
+        if ((*ref)->texture == SCENE_NONE || geometry->uv[(*ref)->uv_set] != SCENE_NONE) continue;
         warnings_add(&g->builder->warnings, place,
                      "its material has textures, but it lacks the texture coordinates");
         return;

@@ -5,8 +5,8 @@
  *   0, 1        Lambert with Kd
  *   2           Kd and a normalised Blinn-Phong lobe of Ks and Ns
  *   3, 5, 8     a mirror of Ks; over a Kd of more than a trace a smooth coat with Schlick's
- * Fresnel; Kd and a Blinn-Phong lobe where Ns is small 4, 6, 7, 9  glass: a closed solid of index
- * Ni that lets Tf through
+ *               Fresnel; Kd and a Blinn-Phong lobe where Ns is small
+ *   4, 6, 7, 9  glass: a closed solid of index Ni that lets Tf through
  *
  * Pm or Pr (Exocortex' extension) make it glTF's metallic-roughness. d or Tr below 1 blends what is
  * no glass. */

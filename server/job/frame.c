@@ -14,6 +14,10 @@
 /* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
 #define PENDING_MOST 64
 
+/* Sums of paths that a frame holds between passes: a 4K picture's take four times as much and form
+ * a quarter at a time, a 1080p one's are whole. */
+#define SUMS_MOST_BYTES 134217728u
+
 static void destroy(struct frame *f)
 {
     tile_queue_destroy(&f->tiles);
@@ -21,6 +25,16 @@ static void destroy(struct frame *f)
     image_destroy(&f->image);
     bytes_writer_fini(&f->plan_bytes);
     free(f);
+}
+
+/* Tiles between their first pass and their last: as many as keep their sums in SUMS_MOST_BYTES. */
+static uint32_t window_tiles(const struct plan *plan)
+{
+    struct samples_layout layout;
+    if (plan_pass_count(plan) == 1) return UINT32_MAX;
+    if (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) return 1;
+    uint32_t tiles = SUMS_MOST_BYTES / (layout.total_bytes + 1);
+    return tiles > 0 ? tiles : 1;
 }
 
 int frame_create(const struct frame_options *options, struct frame **out)
@@ -37,7 +51,9 @@ int frame_create(const struct frame_options *options, struct frame **out)
     int error = f->plan_bytes.failed ? ERR_MEMORY : 0;
     if (!error)
         error = tile_grid_init(&f->grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px);
-    if (!error) error = tile_queue_create(&f->grid, side_px, plan_pass_count(&f->plan), &f->tiles);
+    if (!error)
+        error = tile_queue_create(&f->grid, side_px, plan_pass_count(&f->plan),
+                                  window_tiles(&f->plan), &f->tiles);
     if (!error) error = film_create(&f->plan, side_px, block_halo_px(&f->plan), &f->film);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);

@@ -1,5 +1,6 @@
 #include "server/job/plan.h"
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -7,6 +8,10 @@
 #include "proto/message.h"
 #include "proto/plan_check.h"
 #include "proto/samples.h"
+
+/* Scene units between which pictures are sure to be right. */
+#define RADIUS_LEAST 1e-6
+#define RADIUS_MOST  1e12
 
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
@@ -108,12 +113,18 @@ static void choose(const struct job *job, const struct scene *scene, const struc
     plan_skip(report, "paths", "light fields cover the scene and the layers");
 }
 
-static void tell_emitters(struct plan_report *report)
+static void tell_emitters(const struct job *job, struct plan_report *report)
 {
-    if (report->emitters.flux > 0)
-        report->effects |= EFFECT_EMITTERS;
-    else
+    if (!(report->emitters.flux > 0)) {
         plan_skip(report, "effect emitters", "no mesh shines besides the lights");
+        return;
+    }
+    report->effects |= EFFECT_EMITTERS;
+    if (!job->scene_lights)
+        plan_warn(report,
+                  "scene.lights is false, but meshes that shine and are no lights (%" PRIu64
+                  " of them) light the scene all the same: their materials say so",
+                  report->emitters.instances);
 }
 
 static void tell_occlusion(const struct job *job, struct plan_report *report)
@@ -123,6 +134,18 @@ static void tell_occlusion(const struct job *job, struct plan_report *report)
     if (job->occlusion_distance > 0)
         plan_warn(report, "effects.ambient_occlusion has a distance, but \"layers\" does not name "
                           "\"occlusion\": nothing shows it");
+}
+
+/* Embree's floats: a triangle's coordinates come to nothing when twice its area is below 1e-18, and
+ * distances overflow with the cube of lengths. */
+static void tell_scale(const struct scene *scene, struct plan_report *report)
+{
+    const double radius = plan_scene_radius(scene);
+    if (radius >= RADIUS_LEAST && radius <= RADIUS_MOST) return;
+    plan_warn(report, "the scene's radius is %.3g units: %s; scale it to between %g and %g", radius,
+              radius < RADIUS_LEAST ? "triangles so small lose their normals and textures"
+                                    : "rays miss triangles so large",
+              RADIUS_LEAST, RADIUS_MOST);
 }
 
 static void tell_darkness(struct plan_report *report)
@@ -143,8 +166,9 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     if (error) return error;
     if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
     plan_find_emitters(source->scene, &report->emitters);
-    tell_emitters(report);
+    tell_emitters(job, report);
     tell_occlusion(job, report);
+    tell_scale(source->scene, report);
     return 0;
 }
 

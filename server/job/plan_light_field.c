@@ -60,6 +60,8 @@ bool plan_light_field_covers(const struct job *job, const struct scene *scene,
     else if (job->indirect_bounces > BOUNCES_MOST)
         snprintf(why, PLAN_WHY_BYTES, "effects.indirect_bounces is %u, above %d",
                  job->indirect_bounces, BOUNCES_MOST);
+    else if (job->pixel_filter != PIXEL_FILTER_BOX)
+        snprintf(why, PLAN_WHY_BYTES, "image.pixel_filter is not box");
     else if (other_layers)
         snprintf(why, PLAN_WHY_BYTES, "they do not give the layer %s",
                  layer_name((enum layer)first_bit(other_layers)));

@@ -78,6 +78,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     bool environment = plan->environment.kind != ENVIRONMENT_NONE;
     bool sources = plan->light_count > 0 || environment || report->emitters.flux > 0;
     plan->paths.spp = l * l;
+    plan->paths.pixel_filter = job->pixel_filter;
     plan->capabilities |= CAPABILITY_PATHS;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
     if (sources) report->effects |= EFFECT_SHADOWS;

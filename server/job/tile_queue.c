@@ -21,7 +21,7 @@ struct tile_entry {
 };
 
 struct tile_queue {
-    uint32_t count, passes, landed;
+    uint32_t count, passes, window, landed;
     uint64_t reissued;
     uint32_t fresh_count;    /* tiles that wait for a pass not leased before: a heap */
     uint32_t returned_count; /* tiles that came back and wait: a stack */
@@ -84,10 +84,15 @@ static int order_tiles(struct tile_queue *q, const struct tile_grid *grid, int32
     return 0;
 }
 
-/* What is fresh is a binary heap with the least key at the top: the pass, then the rank. */
-static uint64_t key_of(const struct tile_entry *t)
+/* What is fresh is a binary heap with the least key at the top: the window, the pass, the rank. */
+#define RANK_BITS 32
+#define PASS_BITS 11
+_Static_assert(LIMIT_PASSES < 1 << PASS_BITS, "passes fit a key");
+
+static uint64_t key_of(const struct tile_queue *q, const struct tile_entry *t)
 {
-    return (uint64_t)t->pass << 32 | t->rank;
+    uint64_t window = t->rank / q->window;
+    return window << (RANK_BITS + PASS_BITS) | (uint64_t)t->pass << RANK_BITS | t->rank;
 }
 
 static void fresh_push(struct tile_queue *q, uint64_t key)
@@ -118,13 +123,14 @@ static uint32_t fresh_pop(struct tile_queue *q)
 }
 
 int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
-                      struct tile_queue **out)
+                      uint32_t window, struct tile_queue **out)
 {
-    assert(cell_px > 0 && passes > 0 && passes <= LIMIT_PASSES);
+    assert(cell_px > 0 && window > 0 && passes > 0 && passes <= LIMIT_PASSES);
     struct tile_queue *q = calloc(1, sizeof *q);
     if (!q) return ERR_MEMORY;
     q->count = tile_grid_count(grid);
     q->passes = passes;
+    q->window = window;
     q->fresh = calloc(q->count, sizeof *q->fresh);
     q->order = calloc(q->count, sizeof *q->order);
     q->returned = calloc(q->count, sizeof *q->returned);
@@ -133,7 +139,7 @@ int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t pa
         tile_queue_destroy(&q);
         return ERR_MEMORY;
     }
-    for (uint32_t i = 0; i < q->count; i++) fresh_push(q, i); /* all at pass 0, by rank */
+    for (uint32_t i = 0; i < q->count; i++) fresh_push(q, key_of(q, &q->tiles[q->order[i]]));
     *out = q;
     return 0;
 }
@@ -218,7 +224,7 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     t->pass++;
     q->landed++;
     t->state = t->pass < q->passes ? TILE_WAITING : TILE_LANDED;
-    if (t->state == TILE_WAITING) fresh_push(q, key_of(t));
+    if (t->state == TILE_WAITING) fresh_push(q, key_of(q, t));
 }
 
 uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
@@ -259,7 +265,7 @@ bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint
     return t->faults < TILE_QUEUE_FAULTS;
 }
 
-/* At most 4,194,304 tiles of 260 passes: within 32 bits. */
+/* LIMIT_IMAGE_PIXELS in tiles of 64 px, by LIMIT_PASSES: half of what 32 bits hold. */
 uint32_t tile_queue_count(const struct tile_queue *q)
 {
     return q->count * q->passes;

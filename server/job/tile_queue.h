@@ -8,10 +8,12 @@
  * while the tile waits after this came back, under the one that was last: whose link broke may send
  * under another name what nobody has begun since.
  *
- * The pass that is least far goes first, so that the whole picture forms early and no tile is left
- * behind with many passes to go. Within a pass tiles are given in the order of a Hilbert curve over
- * cells of the reconstruction's block size, so that blocks complete early and few unfinished ones
- * are held at a time (Hilbert 1891; the turning form is Warren, Hacker's Delight, 16-2). */
+ * A window of tiles after the other is brought to its last pass, so that what is held between
+ * passes is bounded; small pictures are one window. Within it the pass that is least far goes
+ * first, so that the picture forms early and no tile is left behind with many passes to go. Within
+ * a pass tiles are given in the order of a Hilbert curve over cells of the reconstruction's block
+ * size, so that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the
+ * turning form is Warren, Hacker's Delight, 16-2). */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -26,10 +28,10 @@
 
 struct tile_queue;
 
-/* Tiles are taken cell by cell, cell_px a side; each has `passes` passes, 1 .. LIMIT_PASSES.
- * ERR_MEMORY. */
+/* Tiles are taken cell by cell, cell_px a side, in windows of `window` tiles along the curve (at
+ * least 1); each has `passes` passes, 1 .. LIMIT_PASSES. ERR_MEMORY. */
 int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
-                      struct tile_queue **out);
+                      uint32_t window, struct tile_queue **out);
 void tile_queue_destroy(struct tile_queue **queue);
 
 /* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1 over

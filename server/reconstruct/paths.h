@@ -10,7 +10,10 @@
  *   direct, indirect, emission, albedo, diffuse_direct, diffuse_indirect   means over the samples
  *   occlusion       share of samples that are open
  *   error           standard error of R G B: sqrt(spread / (n (n - 1))); 0 for a single sample,
- * which tells nothing of its error samples         n, the samples so far Means are finite whatever
- * the sums. pixels_background counts pixels of which no sample meets a surface. */
+ *                   which tells nothing of its error
+ *   samples         n, the samples so far
+ *
+ * Means are finite whatever the sums. pixels_background counts pixels of which no sample meets a
+ * surface. */
 void paths_compose(const struct patch *patch, struct rect block, struct image *image,
                    struct block_statistics *statistics);

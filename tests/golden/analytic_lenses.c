@@ -50,6 +50,27 @@ static void edge(double aperture)
     stage_free(&s);
 }
 
+/* The same edge under a tent: its integral on either side. */
+static void tent(void)
+{
+    const double half = 0.25, start = 2 * half * 2 * 0.25 / SIDE;
+    const double expected[3] = {0.03125, 0.71875, 1}; /* of columns 15, 16, 17 */
+    static const char *const names[] = {"an edge under a tent: the column before it", "... on it",
+                                        "... behind it"};
+    struct stage *s = stage_new();
+    stage_glow(s, (double[]){start + 4, 0, -2}, (double[]){4, 0, 0}, (double[]){0, 4, 0}, 1);
+    look_ahead(s, half);
+    s->plan.paths.pixel_filter = PIXEL_FILTER_TENT;
+    struct picture *p = stage_trace(s);
+    for (int column = 0; column < 3; column++) {
+        double weights[PIXELS] = {0};
+        for (int y = 0; y < SIDE; y++) weights[y * SIDE + 15 + column] = 1.0 / SIDE;
+        picture_expect_sum(p, names[column], weights, expected[column], 0);
+    }
+    picture_free(&p);
+    stage_free(&s);
+}
+
 /* A small square emitter out of focus: every point of the lens shows it somewhere else, so that its
  * picture is its own shape convolved with the aperture's, scaled by 1/focus - 1/distance. */
 struct blur {
@@ -133,6 +154,7 @@ void analytic_lenses(void)
 {
     edge(0);
     edge(0.5);
+    tent();
     blurs();
     orthographic(1);
     orthographic(500);

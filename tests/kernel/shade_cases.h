@@ -88,7 +88,7 @@ static const struct shade_case shade_cases[] = {
     {"beckmann 0.1 x 0.5, half diffuse",
      TWO_LOBES(BSDF_BECKMANN, GREY, GREY, .alpha_u = 0.1f, .alpha_v = 0.5f), 3, 0.25, 1e-3, false},
     {"beckmann copper alpha 0.3",
-     TWO_LOBES(BSDF_BECKMANN, NONE, NONE, .alpha_u = 0.3f, .alpha_v = 0.3f,
+     TWO_LOBES(BSDF_BECKMANN, NONE, WHITE, .alpha_u = 0.3f, .alpha_v = 0.3f,
                .eta = {0.2f, 0.92f, 1.1f}, .k = {3.9f, 2.45f, 2.14f}),
      3, -1, 0, false},
 

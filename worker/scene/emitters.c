@@ -165,7 +165,7 @@ done:
 int emitters_create(const struct render_scene *scene, struct emitters **out)
 {
     size_t instances = (size_t)scene->blob->count[SCENE_INSTANCES];
-    double *luminance = malloc((instances + 1) * sizeof *luminance);
+    double *luminance = calloc(instances + 1, sizeof *luminance);
     struct emitters *e = calloc(1, sizeof *e);
     int rc = ERR_MEMORY;
     *out = NULL;

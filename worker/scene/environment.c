@@ -13,7 +13,8 @@
 struct environment {
     const float *texels; /* the blob's */
     uint32_t width, height;
-    float density;            /* per solid angle, of luminance 1; 0: a black map */
+    float *weights;           /* one a texel: luminance, as lookups inside it have it in the mean */
+    float density;            /* per solid angle, of weight 1; 0: a black map */
     double *edges;            /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
     struct alias_cell *cells; /* one a texel */
 };
@@ -36,12 +37,36 @@ static double row_share(const struct environment *e, uint32_t y)
     return e->edges[y + 1] - e->edges[y];
 }
 
+/* The mean over a texel of a row's lookups along u: three quarters its own, an eighth each
+ * neighbour's. */
+static float mean_along(const struct environment *e, uint32_t x, uint32_t y)
+{
+    const float *before = texel_at(e, x > 0 ? x - 1 : e->width - 1, y);
+    const float *after = texel_at(e, x + 1 < e->width ? x + 1 : 0, y);
+    return 0.75f * luminance(texel_at(e, x, y)) + 0.125f * (luminance(before) + luminance(after));
+}
+
+/* Weighed by its own luminance alone, a dark texel beside a sun would rarely be sampled, and its
+ * lookups, which the sun shines into, count for all the more then. */
+static void fill_weights(struct environment *e)
+{
+    const uint32_t last = e->height - 1;
+    for (uint32_t y = 0; y <= last; y++) {
+        float *row = e->weights + (size_t)y * e->width;
+        const uint32_t above = y > 0 ? y - 1 : 0, below = y < last ? y + 1 : last;
+        for (uint32_t x = 0; x < e->width; x++)
+            row[x] = 0.75f * mean_along(e, x, y) +
+                     0.125f * (mean_along(e, x, above) + mean_along(e, x, below));
+    }
+}
+
 static double integrate(const struct environment *e)
 {
     double total = 0.0;
     for (uint32_t y = 0; y < e->height; y++) {
+        const float *row = e->weights + (size_t)y * e->width;
         double sum = 0.0;
-        for (uint32_t x = 0; x < e->width; x++) sum += (double)luminance(texel_at(e, x, y));
+        for (uint32_t x = 0; x < e->width; x++) sum += (double)row[x];
         total += sum * row_share(e, y);
     }
     return total;
@@ -51,7 +76,7 @@ static double integrate(const struct environment *e)
 static double weigh_texel(const void *environment, uint32_t i)
 {
     const struct environment *e = environment;
-    return (double)luminance(e->texels + 3 * (size_t)i) * row_share(e, i / e->width);
+    return (double)e->weights[i] * row_share(e, i / e->width);
 }
 
 int environment_create(const struct environment_blob *blob, struct environment **out)
@@ -64,11 +89,13 @@ int environment_create(const struct environment_blob *blob, struct environment *
     e->height = blob->header->height_px;
     e->edges = calloc(e->height + 1u, sizeof *e->edges);
     e->cells = malloc((size_t)e->width * e->height * sizeof *e->cells);
-    if (!e->edges || !e->cells) {
+    e->weights = malloc((size_t)e->width * e->height * sizeof *e->weights);
+    if (!e->edges || !e->cells || !e->weights) {
         environment_destroy(out);
         return ERR_MEMORY;
     }
     for (uint32_t y = 0; y <= e->height; y++) e->edges[y] = environment_edge(y, e->height);
+    fill_weights(e);
     const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
     if (total * unit < TOTAL_MIN) return 0;
     e->density = (float)(1.0 / (total * unit));
@@ -83,12 +110,13 @@ void environment_destroy(struct environment **environment)
     if (!e) return;
     free(e->edges);
     free(e->cells);
+    free(e->weights);
     free(e);
 }
 
 uint64_t environment_bytes(const struct environment *e)
 {
-    return sizeof *e + (uint64_t)e->width * e->height * sizeof *e->cells +
+    return sizeof *e + (uint64_t)e->width * e->height * (sizeof *e->cells + sizeof *e->weights) +
            (e->height + 1ull) * sizeof *e->edges;
 }
 
@@ -142,7 +170,7 @@ float environment_pdf(const struct environment *e, const float direction[3])
     float u, v;
     locate(e, direction, &u, &v);
     const uint32_t x = u < (float)e->width ? (uint32_t)u : 0;
-    return e->density * luminance(texel_at(e, x, row_of(e, direction, v)));
+    return e->density * e->weights[(size_t)row_of(e, direction, v) * e->width + x];
 }
 
 /* ---- sampling ---- */
@@ -168,5 +196,5 @@ void environment_sample(const struct environment *e, float choice, const float u
     direction[0] = -sine * around_cosine;
     direction[1] = (float)(below ? from_pole - 1.0 : 1.0 - from_pole);
     direction[2] = -sine * around_sine;
-    *pdf = e->density * luminance(e->texels + 3 * (size_t)i);
+    *pdf = e->density * e->weights[i];
 }

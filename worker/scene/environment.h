@@ -1,12 +1,11 @@
 #pragma once
-/* An environment map ready for tracing: texels for lookups, and an alias table over them by
- * luminance times solid angle for sampling. Built once, shared read-only.
+/* An environment map ready for tracing: texels for lookups, and an alias table over them for
+ * sampling. Built once, shared read-only.
  *
  * Directions here are the map's own: u = 0.5 + atan2(z, x)/2 pi, v = acos(y)/pi from the top row.
  * Lookups are bilinear, wrapping around in u and clamped in v. The density of a sample is constant
- * over a texel: its luminance over the integral of luminance over the sphere. A lookup reaches half
- * a texel into the neighbours, where the density may be 0 while the radiance is not: who estimates
- * an integral also needs samples of another kind (multiple importance sampling), or loses that rim.
+ * over a texel: the mean luminance of the lookups inside it over the integral of luminance over the
+ * sphere. It is positive wherever a lookup is, so that no rim of a sun is lost.
  *
  * Nothing here calls the C library's trigonometry: bytes must not depend on the CPU. */
 #include "proto/environment.h"

@@ -11,7 +11,7 @@ struct light {
                          the emitter's own geometry does not block them */
     float cone_scale; /* 1 / (cos_inner - cos_outer) */
     float inverse_range;    /* 0: no range */
-    float probability;      /* of being chosen at a bounce */
+    float probability;      /* of being chosen */
     float probability_upto; /* sum of this light's and all before it */
 };
 

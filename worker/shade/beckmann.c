@@ -15,7 +15,8 @@
 void beckmann_fresnel(const struct bsdf *b, float cosine, float out[3])
 {
     if (b->eta[0] > 0.0f) {
-        for (int k = 0; k < 3; k++) out[k] = fresnel_conductor(cosine, b->eta[k], b->k[k]);
+        for (int k = 0; k < 3; k++)
+            out[k] = b->model_specular[k] * fresnel_conductor(cosine, b->eta[k], b->k[k]);
         return;
     }
     const float grazing = fresnel_grazing(cosine);

@@ -132,19 +132,3 @@ bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     bsdf_evaluate(b, wo, out->wi, &value);
     return weigh(b, &value, out);
 }
-
-bool bsdf_is_smooth_only(const struct bsdf *b)
-{
-    switch (b->model) {
-    case BSDF_BLACK:
-    case BSDF_MIRROR:
-        return true;
-    case BSDF_GLTF:
-        return gltf_is_smooth_only(b);
-    case BSDF_BECKMANN:
-        return roughness_is_smooth(b) &&
-               !(b->albedo[0] > 0.0f || b->albedo[1] > 0.0f || b->albedo[2] > 0.0f);
-    default:
-        return false;
-    }
-}

@@ -43,7 +43,7 @@ struct bsdf {
     /* others */
     float model_specular[3];      /* [0, 1] */
     float exponent_u, exponent_v; /* [0, 1e5] */
-    float eta[3], k[3];           /* eta[0] > 0: a conductor; else Schlick of model_specular */
+    float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
 
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
@@ -73,7 +73,3 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
  * sample's weight is zero: black, or a direction below the horizon). */
 bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out);
-
-/* Whether all lobes are Dirac lobes, as of black, pure mirrors and clear glass: bsdf_evaluate is
- * zero for every pair, and light need not be sampled. */
-bool bsdf_is_smooth_only(const struct bsdf *b);

@@ -15,7 +15,7 @@
 #define ELEMENTARY_INV_PI  0.318309886183790672f
 #define ELEMENTARY_HALF_PI 1.57079632679489662f
 #define ELEMENTARY_SQRT_PI 1.77245385090551603f
-#define ELEMENTARY_MAX     3.40282347e38f /* where exp and pow end */
+#define ELEMENTARY_MAX     3.40282347e38f /* where exp ends */
 #define ELEMENTARY_TINY    1.17549435e-38f
 
 static inline uint32_t elementary_bits(float x)
@@ -160,25 +160,6 @@ static inline float elementary_log1p(float x)
     return fabsf(x) < 0.29f ? small : elementary_log(1.0f + x);
 }
 
-/* x^y for finite x >= 0 and finite y; 0^0 = 1, and ELEMENTARY_MAX where it would be more. The
- * logarithm is taken in double, so that exponents of 1e5 cost no digits. Relative error 1.1e-7. */
-static inline float elementary_pow(float x, float y)
-{
-    float e;
-    const double m = (double)elementary_frexp(x, &e);
-    const double f = (m - 1.0) / (m + 1.0), s = f * f;
-    const double series =
-        1.0 + s * (1.0 / 3 + s * (1.0 / 5 + s * (1.0 / 7 + s * (1.0 / 9 + s * (1.0 / 11)))));
-    const double log2_x = (double)e + 2.88539008177792681 * f * series;
-    const double power = (double)y * log2_x;
-    const double in = power < -126.0 ? -126.0 : power > 127.49 ? 127.49 : power;
-    const double n = floor(in + 0.5);
-    const float value = elementary_exp2_split((float)n, (float)(in - n));
-    const float ranged = power < -126.0 ? 0.0f : power > 127.49 ? ELEMENTARY_MAX : value;
-    const float of_zero = y > 0.0f ? 0.0f : y < 0.0f ? ELEMENTARY_MAX : 1.0f;
-    return x > 0.0f ? ranged : of_zero;
-}
-
 /* The angle of (x, y), in [-pi, pi], as the C library's, signed zeros included; finite arguments.
  * Relative error 2e-7. */
 static inline float elementary_atan2(float y, float x)
@@ -198,13 +179,6 @@ static inline float elementary_atan2(float y, float x)
     const float quadrant = ay > ax ? ELEMENTARY_HALF_PI - octant : octant;
     const float half = elementary_bits(x) >> 31 ? ELEMENTARY_PI - quadrant : quadrant;
     return elementary_copysign(half, y);
-}
-
-/* In [0, pi]; x outside [-1, 1] counts as the nearer end. Relative error 2.4e-7. */
-static inline float elementary_acos(float x)
-{
-    const float in = x < -1.0f ? -1.0f : x > 1.0f ? 1.0f : x;
-    return elementary_atan2(sqrtf((1.0f - in) * (1.0f + in)), in);
 }
 
 /* exp(x^2) erfc(x) for x in [0, 4], where erfc ends as a float beside 1; a fit in 1 / (1 + x/2).

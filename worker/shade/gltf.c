@@ -295,12 +295,3 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     evaluate_seen(b, &g, wo, out->wi, value);
     return true;
 }
-
-bool gltf_is_smooth_only(const struct bsdf *b)
-{
-    if (most_of(b->albedo) > 0.0f) return false;
-    const float clear = (1.0f - b->metallic) * b->transmission;
-    const bool facets = b->specular > 0.0f || b->metallic > 0.0f;
-    if (roughness_is_smooth(b)) return true;
-    return !facets && (clear <= 0.0f || clear_kind_of(b, clear) == CLEAR_MATCHED);
-}

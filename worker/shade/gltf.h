@@ -36,5 +36,3 @@ void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
  * else all of *out, and *value is not set. False: absorbed. */
 bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out, struct bsdf_value *value);
-
-bool gltf_is_smooth_only(const struct bsdf *b);

@@ -9,9 +9,9 @@ static const float white[3] = {1.0f, 1.0f, 1.0f};
 
 /* What each lane hit. */
 struct hit_lanes {
-    const struct mesh_view **mesh; /* the surface's */
-    const struct scene_instance *instance[LANES];
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
+    const struct scene_instance *instance[LANES];
+    const struct mesh_view **mesh; /* the surface's */
     bool any_hit, any_placed, any_emissive;
 };
 
@@ -178,6 +178,8 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     for (int i = 0; i < LANES; i++) {
         lanes->mesh[i] = NULL;
         if (!valid->on[i] || hit->geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+        /* Triangles too large for floats: the products that give the distance overflowed. */
+        if (!(rays->ray.tfar[i] < INFINITY)) continue;
         lanes->any_hit = true;
         out->hit.on[i] = -1;
         out->distance[i] = rays->ray.tfar[i];

@@ -56,15 +56,23 @@ static void bend_through_lens(const struct path_context *c, struct path_packet *
     c->queries->kernels->lens_rays(camera, s, t, &p->rays.ray);
 }
 
+/* Where in [-1, 1] a tent's density puts u (its distribution function, inverted): paths are spread
+ * by the filter and all weigh the same, so that none contributes to two pixels. */
+static float on_tent(float u)
+{
+    return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u);
+}
+
 /* The pixel of a slot's lane lies in the block that the packet's paths came from. */
 static void aim(const struct path_context *c, const struct block *b, struct path_packet *p)
 {
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], x[LANES] = {0}, y[LANES] = {0};
+    const bool tent = c->plan->paths.pixel_filter == PIXEL_FILTER_TENT;
     c->queries->kernels->path_pairs(p, PATH_PIXEL, u, v);
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t lane = p->slot[i] % LANES;
-        x[i] = (float)b->x_px[lane] + u[i];
-        y[i] = (float)b->y_px[lane] + v[i];
+        x[i] = (float)b->x_px[lane] + (tent ? 0.5f + on_tent(u[i]) : u[i]);
+        y[i] = (float)b->y_px[lane] + (tent ? 0.5f + on_tent(v[i]) : v[i]);
     }
     c->queries->kernels->camera_rays(c->plan, x, y, &p->rays.ray);
     if (c->plan->camera.aperture_radius > 0.0f) bend_through_lens(c, p);

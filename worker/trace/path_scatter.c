@@ -1,11 +1,13 @@
 /* Where paths go on. */
 #include <math.h>
+#include <string.h>
 
 #include "proto/pattern_path.h"
 #include "worker/trace/lane_kernels.h"
 
 /* After this scattering paths are ended by chance in proportion to what they still carry. Variance
- * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40, 5: 48. */
+ * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
+ * 5: 48. */
 #define ROULETTE_DEPTH 1
 /* Even a path through white surfaces ends at last. */
 #define ROULETTE_MOST 0.98f
@@ -160,6 +162,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES], lobe[LANES], light[LANES];
     struct scattering s;
+    memset(&s.on, 0, sizeof s.on);
     kernels->path_pairs(p, base + PATH_DIRECTION, u, w);
     if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
     if (v->any_lambert && c->demodulate && v->depth == 0) keep_lambert_shares(p, v, h);

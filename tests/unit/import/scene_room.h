@@ -38,21 +38,26 @@ static inline void room_write(const char *name, const void *data, size_t size_by
     fclose(f);
 }
 
-/* Imports a file that is there. On success the caller calls scene_unmap. */
-static inline int room_import(const char *name, struct scene *out)
+/* Imports a file that is there; `path` becomes the blob's. */
+static inline int room_import_blob(const char *name, char path[256])
 {
-    char path[256];
-    snprintf(path, sizeof path, "%s/out.blob", room);
+    snprintf(path, 256, "%s/out.blob", room);
     unlink(path);
     memset(&room_fault, 0, sizeof room_fault);
     int rc = import_scene(room, name, path, &room_warnings, &room_stats, &room_fault);
-    if (rc != 0) {
-        assert_int_not_equal(access(path, F_OK), 0); /* nothing half-done is left */
-        assert_int_equal(room_fault.code, rc);
-        return rc;
-    }
-    assert_int_equal(scene_map(path, out, NULL), 0);
-    return 0;
+    if (rc == 0) return 0;
+    assert_int_not_equal(access(path, F_OK), 0); /* nothing half-done is left */
+    assert_int_equal(room_fault.code, rc);
+    return rc;
+}
+
+/* The same of a scene. On success the caller calls scene_unmap. */
+static inline int room_import(const char *name, struct scene *out)
+{
+    char path[256];
+    int rc = room_import_blob(name, path);
+    if (rc == 0) assert_int_equal(scene_map(path, out, NULL), 0);
+    return rc;
 }
 
 static inline int room_import_text(const char *name, const char *text, struct scene *out)

@@ -162,6 +162,19 @@ static void makes_lamps_lights(void **state)
     scene_unmap(&s);
 }
 
+static void emission_may_be_at_its_limit(void **state)
+{
+    (void)state;
+    struct scene s;
+    const char *text =
+        DOCUMENT("\"materials\": [{\"emissiveFactor\": [1, 0, 0], \"extensions\": "
+                 "{\"KHR_materials_emissive_strength\": {\"emissiveStrength\": 1e12}}}],"
+                 "\"meshes\": [" LAMP "]," ONE_NODE);
+    assert_int_equal(room_import_text("a.gltf", text, &s), 0);
+    assert_true(s.materials[0].emission[0] == 1e12f);
+    scene_unmap(&s);
+}
+
 static void reads_punctual_lights(void **state)
 {
     (void)state;
@@ -361,6 +374,7 @@ int main(void)
         cmocka_unit_test(mirrored_placements_keep_their_front),
         cmocka_unit_test(flattened_placements_are_baked),
         cmocka_unit_test(makes_lamps_lights),
+        cmocka_unit_test(emission_may_be_at_its_limit),
         cmocka_unit_test(reads_punctual_lights),
         cmocka_unit_test(reads_cameras),
         cmocka_unit_test(reads_sparse_accessors),

@@ -212,7 +212,12 @@ static void extras_make_metals_and_matt_ones(void **state)
                  &s);
     assert_true(m->model == MODEL_BECKMANN && m->alpha_u == 0.25f);
     assert_true(m->eta[0] == 0.2f && m->k[1] == 2 && m->base_color[0] == 0);
-    assert_true(m->base_color[3] == 0.25f);
+    assert_true(m->base_color[3] == 0.25f && m->model_specular[2] == 1);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.25, \"eta\": [1, 1, 1], "
+                             "\"k\": [4, 2, 0], \"specular\": [0.3, 0.2, 0.1]"),
+                 &s);
+    assert_true(m->eta[0] == 1 && m->model_specular[2] == 0.1f && m->base_color[0] == 0);
     scene_unmap(&s);
     m = read_one(
         GREY EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"specular\": [0.5, 0.25, 0]"), &s);
@@ -273,9 +278,9 @@ static void names_what_it_refuses(void **state)
          OURS ".specular"},
         {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5"), ERR_MISSING, OURS},
         {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [1, 1, 1]"), ERR_MISSING, OURS},
-        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [1, 1, 1], \"k\": [1, 1, 1], "
+        {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"k\": [1, 1, 1], "
                 "\"specular\": [1, 1, 1]"),
-         ERR_MISMATCH, OURS},
+         ERR_MISSING, OURS},
         {EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.5, \"eta\": [0, 1, 1], \"k\": [1, 1, 1]"),
          ERR_RANGE, OURS ".eta"},
         {EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent_u\": 4, \"specular\": [1, 1, 1]"),

@@ -49,7 +49,8 @@ static void dimensions_and_pixels_are_independent(void **state)
     enum { COUNT = 65536 };
     for (int32_t i = 0; i < COUNT; i++) {
         float a, b, c, unused;
-        uint32_t key = path_key(1, 0, i & 255, i >> 8), other = path_key(1, 0, (i & 255) + 1, i >> 8);
+        uint32_t key = path_key(1, 0, i & 255, i >> 8),
+                 other = path_key(1, 0, (i & 255) + 1, i >> 8);
         path_pair(key, 0, 5, &a, &unused);
         path_pair(key, 0, 6, &b, &unused);
         path_pair(other, 0, 5, &c, &unused);

@@ -178,6 +178,7 @@ static void paths_are_checked(void **state)
     EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
     EXPECT(plan.paths.occlusion_distance = -1, ERR_RANGE, "paths.occlusion_distance");
     EXPECT(plan.paths.occlusion_distance = NAN, ERR_NOT_FINITE, "paths.occlusion_distance");
+    EXPECT(plan.paths.pixel_filter = PIXEL_FILTER_TENT + 1, ERR_LIMIT, "paths.pixel_filter");
     EXPECT(plan.paths.emitter_power = -1, ERR_RANGE, "paths.emitter_power");
     EXPECT(plan.paths.emitter_power = INFINITY, ERR_NOT_FINITE, "paths.emitter_power");
     EXPECT(plan.paths.emitter_power = 0, ERR_OK, "");

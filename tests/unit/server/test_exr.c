@@ -400,6 +400,25 @@ static void what_is_not_read_is_refused(void **state)
         assert_int_equal(exr_read(path_of("s.exr"), &image, &fault), ERR_UNSUPPORTED);
 }
 
+static void dwa_is_refused_with_advice(void **state)
+{
+    (void)state;
+    struct image *image;
+    struct fault fault = {0};
+    exr_context_t file;
+    int part;
+    assert_int_equal(exr_start_write(&file, path_of("dwa.exr"), EXR_WRITE_FILE_DIRECTLY, NULL), 0);
+    exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
+    exr_initialize_required_attr_simple(file, 0, 4, 4, EXR_COMPRESSION_DWAA);
+    exr_add_channel(file, 0, "Y", EXR_PIXEL_HALF, EXR_PERCEPTUALLY_LINEAR, 1, 1);
+    assert_int_equal(exr_write_header(file), 0);
+    static const uint8_t rows[32];
+    assert_int_equal(exr_write_scanline_chunk(file, 0, 0, rows, sizeof rows), 0);
+    exr_finish(&file);
+    assert_int_equal(exr_read(path_of("dwa.exr"), &image, &fault), ERR_UNSUPPORTED);
+    assert_non_null(strstr(fault.detail, "ZIP or PIZ"));
+}
+
 static void it_is_quick(void **state)
 {
     (void)state;
@@ -420,17 +439,12 @@ static void it_is_quick(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(floats_come_back_bit_by_bit),
-        TEST(strange_floats_come_back),
-        TEST(halves_are_rounded_and_clamped),
-        TEST(equal_images_are_equal_files),
-        TEST(metadata_is_in_the_header),
-        TEST(a_file_is_replaced_or_left_alone),
-        TEST(files_of_other_programs_are_read),
-        TEST(a_reference_picture_is_read),
-        TEST(damaged_files_are_errors),
-        TEST(what_is_not_read_is_refused),
-        TEST(it_is_quick),
+        TEST(floats_come_back_bit_by_bit),      TEST(strange_floats_come_back),
+        TEST(halves_are_rounded_and_clamped),   TEST(equal_images_are_equal_files),
+        TEST(metadata_is_in_the_header),        TEST(a_file_is_replaced_or_left_alone),
+        TEST(files_of_other_programs_are_read), TEST(a_reference_picture_is_read),
+        TEST(damaged_files_are_errors),         TEST(what_is_not_read_is_refused),
+        TEST(dwa_is_refused_with_advice),       TEST(it_is_quick),
     };
     return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
 }

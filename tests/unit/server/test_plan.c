@@ -197,6 +197,26 @@ static void looks_at_a_target(void **state)
     assert_string_equal(s->fault.pointer, "/scene/camera/up");
 }
 
+static bool has_warning(const struct stage *s, const char *words)
+{
+    for (uint32_t i = 0; i < s->report.warning_count; i++)
+        if (strstr(s->report.warnings[i], words)) return true;
+    return false;
+}
+
+static void warns_of_scales_that_floats_cannot_hold(void **state)
+{
+    struct stage *s = *state;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "radius"));
+    for (int i = 0; i < 3; i++) s->info.bounds_min[i] = -1e-7f, s->info.bounds_max[i] = 1e-7f;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "so small"));
+    for (int i = 0; i < 3; i++) s->info.bounds_min[i] = -1e13f, s->info.bounds_max[i] = 1e13f;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "so large"));
+}
+
 static void warns_of_darkness(void **state)
 {
     struct stage *s = *state;
@@ -223,13 +243,6 @@ static void warns_of_darkness(void **state)
     assert_int_equal(s->plan.bounces, 1);
     assert_true(s->plan.planes & 1u << PLANE_EMISSION);
     assert_int_equal(s->report.warning_count, 0);
-}
-
-static bool has_warning(const struct stage *s, const char *words)
-{
-    for (uint32_t i = 0; i < s->report.warning_count; i++)
-        if (strstr(s->report.warnings[i], words)) return true;
-    return false;
 }
 
 /* Without lights the path tracer is in the dark just the same; anything that shines changes it. */
@@ -455,6 +468,12 @@ static void powers_have_one_unit(void **state)
     glow *= 2 * (1 + 4 + 1);
     sum = lamp + sky + glow;
     assert_int_equal(s->report.emitters.instances, 3);
+    assert_false(has_warning(s, "scene.lights is false"));
+    s->job.scene_lights = false;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "scene.lights is false"));
+    s->job.scene_lights = true;
+    assert_int_equal(make(s), 0);
     assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
     /* A faint one still gets its least share. */
     for (int c = 0; c < 3; c++) s->job.environment.radiance[c] = 1e-9f;
@@ -858,6 +877,7 @@ int main(void)
         TEST(finds_cameras),
         TEST(looks_at_a_target),
         TEST(warns_of_darkness),
+        TEST(warns_of_scales_that_floats_cannot_hold),
         TEST(paths_know_darkness),
         TEST(none_is_paths),
         TEST(paths_bring_what_layers_read),

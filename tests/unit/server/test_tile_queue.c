@@ -14,14 +14,20 @@
 #define BOB   102u
 #define CAROL 103u
 
-static struct tile_queue *make_passes(int32_t width, int32_t height, int32_t side, int32_t cell,
-                                      uint32_t passes)
+static struct tile_queue *make_windows(int32_t width, int32_t height, int32_t side, int32_t cell,
+                                       uint32_t passes, uint32_t window)
 {
     struct tile_grid grid;
     struct tile_queue *q = NULL;
     assert_int_equal(tile_grid_init(&grid, width, height, side), 0);
-    assert_int_equal(tile_queue_create(&grid, cell, passes, &q), 0);
+    assert_int_equal(tile_queue_create(&grid, cell, passes, window, &q), 0);
     return q;
+}
+
+static struct tile_queue *make_passes(int32_t width, int32_t height, int32_t side, int32_t cell,
+                                      uint32_t passes)
+{
+    return make_windows(width, height, side, cell, passes, UINT32_MAX);
 }
 
 static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int32_t cell)
@@ -229,6 +235,37 @@ static void gives_pass_after_pass(void **state)
     tile_queue_destroy(&q);
 }
 
+/* One worker brings each window to its end before it opens the next. */
+static void ends_window_after_window(void **state)
+{
+    (void)state;
+    enum { PASSES = 3, TILES = 63, WINDOW = 10 };
+    struct tile_queue *q = make_windows(9 * 16, 7 * 16, 16, 32, PASSES, WINDOW);
+    uint32_t tile, generation, begun = 0, ended = 0;
+    while (tile_queue_lease(q, ALICE, &tile, &generation)) {
+        begun += tile_queue_pass(q, tile) == 0;
+        finish(q, ALICE, tile, generation);
+        ended += tile_queue_pass(q, tile) == PASSES;
+        assert_in_range(begun - ended, 0, WINDOW);
+    }
+    assert_true(tile_queue_complete(q) && ended == TILES);
+    tile_queue_destroy(&q);
+}
+
+/* Who has nothing left in a window begins the next one. */
+static void idle_workers_open_the_next_window(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_windows(64, 32, 32, 64, 2, 1);
+    lease(q, ALICE, 0, 1, 0);
+    lease(q, BOB, 1, 1, 0);
+    finish(q, BOB, 1, 1);
+    finish(q, ALICE, 0, 1);
+    lease(q, BOB, 0, 2, 1);
+    lease(q, ALICE, 1, 2, 1);
+    tile_queue_destroy(&q);
+}
+
 /* Whoever is left behind goes before those that are further. */
 static void slow_tiles_catch_up(void **state)
 {
@@ -372,6 +409,8 @@ int main(void)
         cmocka_unit_test(fails_by_three_different_workers),
         cmocka_unit_test(fails_when_a_tile_never_stays),
         cmocka_unit_test(gives_pass_after_pass),
+        cmocka_unit_test(ends_window_after_window),
+        cmocka_unit_test(idle_workers_open_the_next_window),
         cmocka_unit_test(slow_tiles_catch_up),
         cmocka_unit_test(leases_hold_in_every_pass),
         cmocka_unit_test(each_pass_has_its_own_patience),

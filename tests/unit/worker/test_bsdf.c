@@ -205,27 +205,6 @@ static void test_metal_by_hand(void **state)
     assert_near((double)v.diffuse, 0.96 * 0.96 / (1.0 - 0.04 - 0.96 * 0.0134) / M_PI, 1e-3);
 }
 
-static void test_smooth_only(void **state)
-{
-    (void)state;
-    struct bsdf b = {.model = BSDF_BLACK};
-    assert_true(bsdf_is_smooth_only(&b));
-    b.model = BSDF_MIRROR;
-    assert_true(bsdf_is_smooth_only(&b));
-    b.model = BSDF_LAMBERT;
-    assert_false(bsdf_is_smooth_only(&b));
-    b.model = BSDF_BECKMANN;
-    assert_true(bsdf_is_smooth_only(&b));
-    b.alpha_v = 0.1f;
-    assert_false(bsdf_is_smooth_only(&b));
-    b = glass(0.0f, 1.5f);
-    assert_true(bsdf_is_smooth_only(&b));
-    b = glass(0.1f, 1.5f);
-    assert_false(bsdf_is_smooth_only(&b));
-    b = paint(0.0f, 1.0f);
-    assert_false(bsdf_is_smooth_only(&b));
-}
-
 /* coupling.c against the mean over sampled facets. */
 static void test_coupling(void **state)
 {
@@ -328,7 +307,6 @@ int main(void)
         cmocka_unit_test(test_clear_glass),
         cmocka_unit_test(test_index_zero_reflects_all),
         cmocka_unit_test(test_metal_by_hand),
-        cmocka_unit_test(test_smooth_only),
         cmocka_unit_test(test_coupling),
         cmocka_unit_test(test_extremes),
     };

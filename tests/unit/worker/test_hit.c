@@ -242,6 +242,25 @@ static void test_degenerate_triangles_are_harmless(void **state)
     free(f);
 }
 
+/* Embree reports hits at an infinite distance where its products overflow. */
+static void test_overflowing_triangles_are_missed(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 2.5f, 16);
+    const float far = 1e14f;
+    fixture_panel(f, 0, (float[]){0, -far, 0}, (float[]){far, 0, 0}, (float[]){0, 0, -far});
+    p.camera.eye[1] = far;
+    struct traced t = trace_all(f, &p);
+    for (int32_t i = 0; i < 256; i++) {
+        assert_true(isfinite(samples_f32(t.samples, PLANE_DEPTH, 0)[i]));
+        assert_int_equal(samples_u32(t.samples, PLANE_ID, 0)[i] != 0,
+                         samples_f32(t.samples, PLANE_DEPTH, 0)[i] > 0.0f);
+    }
+    traced_fini(&t);
+    free(f);
+}
+
 static void test_sub_samples(void **state)
 {
     (void)state;
@@ -286,6 +305,7 @@ int main(void)
         cmocka_unit_test(test_normal_map),
         cmocka_unit_test(test_alpha_mask),
         cmocka_unit_test(test_degenerate_triangles_are_harmless),
+        cmocka_unit_test(test_overflowing_triangles_are_missed),
         cmocka_unit_test(test_sub_samples),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

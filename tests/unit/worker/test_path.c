@@ -219,6 +219,43 @@ static void spread_is_the_samples_own(void **state)
     free(f);
 }
 
+/* A panel that ends at a pixel's edge: with a box the next pixel does not see it, with a tent an
+ * eighth of it does, since that much of the tent lies beyond the edge. */
+static void tents_reach_into_the_next_pixel(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    uint32_t grey = fixture_material(f, 0.5f, 0.5f, 0.5f);
+    fixture_panel(f, grey, (float[]){-10, 0, 0}, (float[]){10, 0, 0}, (float[]){0, 10, 0});
+    struct plan p = fixture_plan(4, 4, (float[]){0, 0, 1}, 1.0f);
+    p.light_planes = 0;
+    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.paths.spp = 4096;
+    for (uint32_t filter = PIXEL_FILTER_BOX; filter <= PIXEL_FILTER_TENT; filter++) {
+        p.paths.pixel_filter = filter;
+        struct traced t = trace_all(f, &p);
+        for (uint32_t pass = 1; pass < plan_pass_count(&p); pass++) {
+            struct samples *more = NULL;
+            struct rect all = {0, 0, 4, 4};
+            assert_int_equal(
+                tile_trace(t.tracer, t.scene, NULL, &p, pass, all, NULL, NULL, &more, &t.counters),
+                0);
+            for (int i = 0; i < 16; i++)
+                plane(&t, PLANE_PATH_COVERAGE, 0)[i] +=
+                    samples_f32(more, PLANE_PATH_COVERAGE, 0)[i];
+            samples_destroy(&more);
+        }
+        const float *seen = plane(&t, PLANE_PATH_COVERAGE, 0) + 4;
+        double beyond = filter == PIXEL_FILTER_TENT ? 0.125 : 0.0;
+        assert_near((double)seen[0] / 4096, 1, 0);
+        assert_near((double)seen[1] / 4096, 1 - beyond, 0.003);
+        assert_near((double)seen[2] / 4096, beyond, 0.003);
+        assert_near((double)seen[3] / 4096, 0, 0);
+        traced_fini(&t);
+    }
+    free(f);
+}
+
 static void passes_and_maps_are_checked(void **state)
 {
     (void)state;
@@ -249,6 +286,7 @@ int main(void)
         cmocka_unit_test(last_rays_that_meet_nothing_are_skipped),
         cmocka_unit_test(both_ways_agree_with_one),
         cmocka_unit_test(spread_is_the_samples_own),
+        cmocka_unit_test(tents_reach_into_the_next_pixel),
         cmocka_unit_test(passes_and_maps_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

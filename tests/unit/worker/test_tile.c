@@ -72,7 +72,8 @@ static void test_tiles_do_not_matter(void **state)
         for (uint32_t i = 0; i < tile_grid_count(&grid); i++) {
             struct samples *part = NULL;
             struct rect r = tile_grid_rect(&grid, i);
-            assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, r, NULL, NULL, &part, &sum), 0);
+            assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, r, NULL, NULL, &part, &sum),
+                             0);
             expect_same(t.samples, part, r);
             samples_destroy(&part);
         }
@@ -113,13 +114,15 @@ static void test_progress_and_stop(void **state)
     struct samples *s = NULL;
     struct rect r = {3, 5, 40, 28};
     unsigned int mode = _mm_getcsr();
-    assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, r, &progress, &stop, &s, &t.counters), 0);
+    assert_int_equal(
+        tile_trace(t.tracer, t.scene, NULL, &p, 0, r, &progress, &stop, &s, &t.counters), 0);
     assert_int_equal(_mm_getcsr() & 0x8040u, mode & 0x8040u);
     assert_int_equal(progress, 23);
     samples_destroy(&s);
     stop = true;
-    assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, r, &progress, &stop, &s, &t.counters),
-                     ERR_STATE);
+    assert_int_equal(
+        tile_trace(t.tracer, t.scene, NULL, &p, 0, r, &progress, &stop, &s, &t.counters),
+        ERR_STATE);
     assert_null(s);
     traced_fini(&t);
     free(f);
@@ -135,8 +138,9 @@ static void test_rectangles_outside_are_refused(void **state)
         {-1, 0, 8, 8}, {0, 0, 0, 8}, {0, 8, 8, 8}, {592, 0, 601, 8}, {0, 0, 257, 8}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         struct samples *s = NULL;
-        assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, wrong[i], NULL, NULL, &s, &t.counters),
-                         ERR_RANGE);
+        assert_int_equal(
+            tile_trace(t.tracer, t.scene, NULL, &p, 0, wrong[i], NULL, NULL, &s, &t.counters),
+            ERR_RANGE);
     }
     traced_fini(&t);
     free(f);
