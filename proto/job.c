@@ -28,6 +28,7 @@ const struct json_choice job_layer_words[] = {
 
 const struct json_choice job_method_words[] = {
     {"auto", FILTER_AUTO, NULL},
+    {"average", FILTER_AVERAGE, NULL},
     {"none", FILTER_NONE, NULL},
     {"sheared", FILTER_SHEARED, NULL},
     {"axis_aligned", FILTER_AXIS_ALIGNED, NULL},

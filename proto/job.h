@@ -42,7 +42,13 @@ struct job_camera {
     float yfov_deg;                 /* (0, 179]; default 45 */
 };
 
-enum filter_method { FILTER_AUTO, FILTER_SHEARED, FILTER_AXIS_ALIGNED, FILTER_NONE };
+enum filter_method {
+    FILTER_AUTO,
+    FILTER_SHEARED,
+    FILTER_AXIS_ALIGNED,
+    FILTER_AVERAGE, /* light fields as they are: what filters are measured against */
+    FILTER_NONE     /* paths */
+};
 
 /* Output layers; bits. */
 enum layer {

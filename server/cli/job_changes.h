@@ -37,8 +37,8 @@ struct job_changes {
                           LIMIT_INDIRECT_BOUNCES, &(c)->bounces),                                  \
         JOB_CHANGE_NUMBER("spp", 0, "samples per pixel in place of the job's", 1, LIMIT_SPP,       \
                           &(c)->spp),                                                              \
-        JOB_CHANGE_TEXT("method", 'm', "NAME", "auto, sheared, axis_aligned; none: path tracing",  \
-                        &(c)->method)
+        JOB_CHANGE_TEXT("method", 'm', "NAME",                                                     \
+                        "auto, sheared, axis_aligned, average; none: paths", &(c)->method)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

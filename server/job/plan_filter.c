@@ -43,6 +43,10 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
     const size_t n = PLAN_FILTER_WHY_BYTES;
     uint32_t rectangles, samples = rectangle_samples(plan, &rectangles);
     uint32_t most = LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS;
+    if (job->method == FILTER_AVERAGE) {
+        snprintf(why, n, "filter.method is average");
+        return SHADOW_FILTER_NONE;
+    }
     if (rectangles == 0) {
         snprintf(why, n, "no light has area: shadows are sharp");
         return SHADOW_FILTER_NONE;

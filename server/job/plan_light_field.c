@@ -9,8 +9,7 @@
 
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 
-#define LAYERS_OF_PATHS                                                                            \
-    (LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT)
+#define LAYERS_OF_PATHS (LAYER_ERROR | LAYER_OCCLUSION)
 #define BOUNCES_MOST 1
 
 /* An unlit surface reflects nothing: what else it says does not matter. */

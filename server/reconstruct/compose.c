@@ -179,12 +179,26 @@ void compose_centre(const struct plan *plan, const struct patch *patch, struct r
     compose_slopes(plan, patch, block, image);
 }
 
+/* The pixel centre's lighting, before albedo and anti-aliasing. */
+static void compose_diffuse(const struct resolver *r, struct rect block, struct image *image)
+{
+    static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
+                                         "diffuse_direct.B"};
+    static const char *const indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
+                                           "diffuse_indirect.B"};
+    for (int c = 0; c < 3; c++) {
+        copy_plane(r->patch, r->lighting->direct[c], block, image_plane(image, direct[c]));
+        copy_plane(r->patch, r->lighting->indirect[c], block, image_plane(image, indirect[c]));
+    }
+}
+
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_statistics *statistics)
 {
     struct targets targets;
     find_targets(image, &targets);
     compose_light(resolver, &targets, block, statistics);
+    compose_diffuse(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
     copy_plane(resolver->patch, resolver->lighting->width_px, block,
                image_plane(image, "filter_width.W"));

@@ -399,8 +399,9 @@ static void auto_tells_why_it_is_paths(void **state)
     PATHS("effects.indirect_bounces is 2, above 1");
     s->job.layers |= LAYER_ERROR;
     PATHS("they do not give the layer error");
-    s->job.layers |= LAYER_DIFFUSE_INDIRECT;
-    PATHS("they do not give the layer diffuse_indirect");
+    s->job.layers |= LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    PATHS("they do not give the layer occlusion");
     s->job.environment =
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
     PATHS("there is an environment");
@@ -665,6 +666,19 @@ static void filters_are_taken_as_asked(void **state)
     assert_true(has_warning(s, "filter.method is sheared, but no filter runs: 400 samples"));
 }
 
+/* Without bits and slopes: an average of any number of samples. */
+static void averages_light_fields(void **state)
+{
+    struct stage *s = *state;
+    const uint32_t irradiance = 1u << LIGHT_PLANE_IRRADIANCE;
+    s->job.method = FILTER_AVERAGE;
+    s->job.layers = LAYER_BEAUTY | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT;
+    expect_filter(s, SHADOW_FILTER_NONE, irradiance, "filter.method is average");
+    s->job.light_spp = 4096;
+    expect_filter(s, SHADOW_FILTER_NONE, irradiance, "filter.method is average");
+    assert_int_equal(s->report.warning_count, 0);
+}
+
 /* Irradiance travels for lights without area, strata for those with it, nothing for none. */
 static void filters_leave_sharp_lights(void **state)
 {
@@ -894,6 +908,7 @@ int main(void)
         TEST(layers_bring_their_planes),
         TEST(auto_filters_what_has_area),
         TEST(filters_are_taken_as_asked),
+        TEST(averages_light_fields),
         TEST(filters_leave_sharp_lights),
         TEST(auto_minds_the_cost),
         TEST(filters_need_light_fields),

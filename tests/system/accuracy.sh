@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# The accuracy bench on a tiny picture: it runs, its figures have their shape, its arithmetic holds.
+#   tests/system/accuracy.sh BUILD_DIR
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/accuracy.sh BUILD_DIR}
+. tests/tap.bash
+
+bench() { # missed bounds are no failure here: the picture is far too small for them
+    local status=0
+    node tests/bench/accuracy.mjs "$build" smoke "out=$tmp/bench" >"$tmp/lines" || status=$?
+    [ $status -le 1 ]
+}
+lines() { jq -es "$1" "$tmp/bench/accuracy.jsonl"; }
+
+check "the bench runs" bench
+check "a line for each method and count" lines '[.[] | [.method, .spp]] | length == 7 and (unique | length) == 7'
+check "every figure is there" lines 'all(.[]; .finite and .penumbra.rmse > 0 and .penumbra.pixels > 100 and
+    .penumbra.relmse > 0 and .penumbra.p999 > .penumbra.rmse and .cpu_s.trace > 0 and .cpu_s.judged > 0 and
+    .wall_s > 0 and .rays.shadow > 0 and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
+check "more samples, less error" lines '[.[] | select(.method == "average") | .penumbra.rmse] | . == (sort | reverse)'
+check "the reference is closer than what it judges" lines 'all(.[]; .reference.halves_rmse < .penumbra.rmse)'
+check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s.shadow > 0) == (.method != "average"))'
+check "plots and a page" test -s "$tmp/bench/contacts-samples.svg" -a -s "$tmp/bench/contacts-seconds.svg" \
+    -a -s "$tmp/bench/contacts-stages.svg" -a -s "$tmp/bench/report.html"
+check "an unknown scene is refused" bash -c "! node tests/bench/accuracy.mjs '$build' scene=nowhere 2>/dev/null"
+check "factors of equal error, by power laws" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { equalError, reach } from "./tests/bench/accuracy/factors.mjs";
+    const near = (a, b) => assert.ok(Math.abs(a / b - 1) < 1e-9, `${a} is not ${b}`);
+    const points = [4, 16, 64].map((n) => [n, n ** -0.5]);
+    near(reach(points, 0.2).x, 25);
+    assert.equal(reach(points, 0.2).outside, false);
+    near(reach(points, 0.05).x, 400);
+    assert.equal(reach(points, 0.05).outside, true);
+    assert.equal(reach([[4, 1], [9, 1]], 0.5), null);
+    const row = (method, spp, rmse) => ({ scene: "s", method, spp, penumbra: { rmse }, cpu_s: { judged: spp } });
+    const rows = [...points.map(([n, e]) => row("average", n, e)), row("sheared", 4, 0.25)];
+    const [f] = equalError(rows, "average");
+    near(f.samples, 4);
+    near(f.seconds, 4);'
+tap_done
