@@ -46,9 +46,12 @@ static void kernel_project_columns(const struct shadow_field *f, const uint32_t 
         memset(columns, 0, size * sizeof *columns);
         for (uint32_t a = 0; a < l; a++) {
             const float at = ((float)a + jitter[k]) * strata_nodes, first = ceilf(at);
+            const uint32_t bits = seen[k * l + a];
             float *node = columns + (size_t)first * lanes;
             project_weights(f, 0, t, first - at, weights);
-            for (uint32_t b = 0; b < lanes; b++) share[b] = seen[k * l + a] >> b & 1u ? 1.0f : 0.0f;
+            for (uint32_t b = 0; b < lanes; b += 4) {
+                for (uint32_t i = b; i < b + 4; i++) share[i] = (float)(bits >> i & 1u);
+            }
             for (uint32_t b = 0; b < lanes; b += 4)
                 project_add(f->scale, weights, share + b, lanes, node + b);
         }
