@@ -14,11 +14,24 @@ static inline void project_weights(const struct shadow_field *f, uint32_t axis,
     const float *below =
         f->weights + ((size_t)t->weights[axis] * (SHADOW_PHASES + 1) + (size_t)whole) * f->window;
     const float *above = below + (whole < SHADOW_PHASES ? f->window : 0);
-    for (uint32_t j = 0; j < f->window; j++) { /* 0 from r on */
-        const float y = 1.0f - (g + (float)j) * per_node;
-        const float cover = below[j] + (above[j] - below[j]) * rest;
-        out[j] = cover * (1.0f + gamma * y);
+    for (uint32_t first = 0; first < f->window; first += 8) { /* 0 from r on */
+        for (uint32_t j = first; j < first + 8; j++) {
+            const float y = 1.0f - (g + (float)j) * per_node;
+            const float cover = below[j] + (above[j] - below[j]) * rest;
+            out[j] = cover * (1.0f + gamma * y);
+        }
     }
+}
+
+/* Four sums side by side; nodes start on 16 bytes. */
+typedef float project_four __attribute__((vector_size(16), may_alias));
+
+/* To node j weights[j] share; nodes lie `stride` numbers apart. */
+static inline void project_add(uint32_t count, const float *weights, const float *share,
+                               uint32_t stride, float *node)
+{
+    const project_four four = *(const project_four *)share;
+    for (uint32_t j = 0; j < count; j++, node += stride) *(project_four *)node += weights[j] * four;
 }
 
 static void kernel_project_columns(const struct shadow_field *f, const uint32_t *pixels,
@@ -33,15 +46,14 @@ static void kernel_project_columns(const struct shadow_field *f, const uint32_t 
         memset(columns, 0, size * sizeof *columns);
         for (uint32_t a = 0; a < l; a++) {
             const float at = ((float)a + jitter[k]) * strata_nodes, first = ceilf(at);
+            const uint32_t bits = seen[k * l + a];
             float *node = columns + (size_t)first * lanes;
             project_weights(f, 0, t, first - at, weights);
-            for (uint32_t b = 0; b < lanes; b++) share[b] = seen[k * l + a] >> b & 1u ? 1.0f : 0.0f;
             for (uint32_t b = 0; b < lanes; b += 4) {
-                for (uint32_t j = 0; j < f->scale; j++) {
-                    for (uint32_t i = 0; i < 4; i++)
-                        node[j * lanes + b + i] += weights[j] * share[b + i];
-                }
+                for (uint32_t i = b; i < b + 4; i++) share[i] = (float)(bits >> i & 1u);
             }
+            for (uint32_t b = 0; b < lanes; b += 4)
+                project_add(f->scale, weights, share + b, lanes, node + b);
         }
     }
 }
@@ -63,7 +75,7 @@ static inline void project_pad(const struct shadow_field *f, const struct shadow
 static void kernel_project_rows(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, const float *cells)
 {
-    const uint32_t nodes = shadow_nodes(f);
+    const uint32_t nodes = shadow_nodes(f), used = 2 * f->scale; /* no weight reaches the rest */
     _Alignas(64) float even[4 * PROJECT_PAD] = {0}, odd[4 * PROJECT_PAD] = {0};
     for (uint32_t k = 0; k < count; k++) {
         const struct shadow_target *t = &f->targets[pixels[k]];
@@ -71,7 +83,8 @@ static void kernel_project_rows(const struct shadow_field *f, const uint32_t *pi
         float *rows = f->rows + (size_t)f->sources[pixels[k]].slot * nodes * 2;
         project_pad(f, t, 0.75f, even);
         project_pad(f, t, 0.25f, odd);
-        for (uint32_t n = 0; n < nodes; n += PROJECT_CHUNK) {
+        memset(rows + (size_t)used * 2, 0, (nodes - used) * 2 * sizeof *rows);
+        for (uint32_t n = 0; n < used; n += PROJECT_CHUNK) {
             float sums[2 * PROJECT_CHUNK] = {0};
             for (uint32_t c = 0; c < f->scale; c++) {
                 const float *e = even + 2 * (PROJECT_PAD + n - 1 - c);
@@ -86,7 +99,7 @@ static void kernel_project_rows(const struct shadow_field *f, const uint32_t *pi
                     sums[2 * j + 1] += o[2 * j + 1] * pair[3];
                 }
             }
-            const uint32_t left = nodes - n, most = left < PROJECT_CHUNK ? left : PROJECT_CHUNK;
+            const uint32_t left = used - n, most = left < PROJECT_CHUNK ? left : PROJECT_CHUNK;
             memcpy(rows + (size_t)n * 2, sums, most * 2 * sizeof *sums);
         }
     }

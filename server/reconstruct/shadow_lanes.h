@@ -1,5 +1,6 @@
 #pragma once
 /* Neighbours of a pixel as arrays: from cache lines, one a neighbour, to one array a number. */
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -31,7 +32,29 @@ struct shadow_lanes {
     _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
 };
 
-#ifdef __AVX2__
+#ifdef __AVX512F__
+/* Numbers first .. first + 3 of sixteen neighbours. */
+static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
+                              struct shadow_lanes *out)
+{
+    const float *base = (const float *)(const void *)from + first;
+    const int32_t *to = out->to + i;
+    __m512 a[4];
+    for (int k = 0; k < 4; k++) {
+        a[k] = _mm512_castps128_ps512(_mm_load_ps(base + 16 * (ptrdiff_t)to[k]));
+        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 4]), 1);
+        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 8]), 2);
+        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 12]), 3);
+    }
+    const __m512 low01 = _mm512_unpacklo_ps(a[0], a[1]), high01 = _mm512_unpackhi_ps(a[0], a[1]);
+    const __m512 low23 = _mm512_unpacklo_ps(a[2], a[3]), high23 = _mm512_unpackhi_ps(a[2], a[3]);
+    _mm512_store_ps(out->number[first] + i, _mm512_shuffle_ps(low01, low23, 0x44));
+    _mm512_store_ps(out->number[first + 1] + i, _mm512_shuffle_ps(low01, low23, 0xee));
+    _mm512_store_ps(out->number[first + 2] + i, _mm512_shuffle_ps(high01, high23, 0x44));
+    _mm512_store_ps(out->number[first + 3] + i, _mm512_shuffle_ps(high01, high23, 0xee));
+}
+#define LANES_AT_ONCE 16
+#elif defined __AVX2__
 /* Numbers first .. first + 3 of eight neighbours. */
 static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
                               struct shadow_lanes *out)
@@ -61,6 +84,28 @@ static inline void lanes_take(const struct shadow_source *from, uint32_t first, 
 }
 #define LANES_AT_ONCE 1
 #endif
+
+/* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
+ */
+static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out)
+{
+    size_t kept = 0;
+#ifdef __AVX512F__
+    __m512i at = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    for (size_t i = 0; i < count; i += 16, at = _mm512_add_epi32(at, _mm512_set1_epi32(16))) {
+        const __m512i in = _mm512_load_si512(lanes + i);
+        const __mmask16 set = _mm512_test_epi32_mask(in, in);
+        _mm512_storeu_si512(out + kept, _mm512_maskz_compress_epi32(set, at));
+        kept += (size_t)__builtin_popcount(set);
+    }
+#else
+    for (size_t i = 0; i < count; i++) {
+        out[kept] = (int32_t)i;
+        kept += lanes[i] != 0;
+    }
+#endif
+    return kept;
+}
 
 /* Numbers 0 .. most - 1, `most` a multiple of 4, of the neighbours out->to of `from`. */
 static inline void lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most,

@@ -13,7 +13,8 @@ struct walk_taps {
     _Alignas(
         64) float below[2][SHADOW_PADDED];    /* weights of two neighbouring nodes; 0, 0: refused */
     _Alignas(64) int32_t node[SHADOW_PADDED]; /* the lower one */
-    _Alignas(64) uint32_t counts[SHADOW_PADDED]; /* taps that are not refused */
+    _Alignas(64) int32_t kept[SHADOW_PADDED]; /* not 0: counts */
+    _Alignas(64) int32_t counts[SHADOW_PADDED]; /* taps that are not refused */
 };
 
 /* Where taps lie. Returns their number, filled up to whole lanes. */
@@ -58,6 +59,7 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_
         const float weight = taps->share[i] * gaussian_exp_minus(delta * delta * falloff);
         const float counted = kept ? weight : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
+        taps->kept[i] = counted > 0.0f;
         taps->node[i] = (int32_t)whole;
         taps->below[0][i] = counted * (1.0f - rest);
         taps->below[1][i] = counted * rest;
@@ -69,14 +71,9 @@ static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, size
                                struct walk_taps *taps)
 {
     const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
-    size_t taken = 0;
     lanes_fetch(&f->sources[pixel], count, SHADOW_REFUSAL + 1, &taps->lanes);
     walk_weigh(f, axis, pixel, count, taps);
-    for (size_t i = 0; i < count; i++) {
-        taps->counts[taken] = (uint32_t)i;
-        taken += taps->below[0][i] + taps->below[1][i] > 0.0f;
-    }
-    return taken;
+    return lanes_kept(taps->kept, count, taps->counts);
 }
 
 static inline size_t walk_slot(const struct walk_taps *taps, size_t i)
@@ -114,7 +111,7 @@ static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pi
         const size_t n = walk_take(f, 0, pixels[k], &taps);
         memset(cells, 0, 4 * f->scale * sizeof *cells);
         for (size_t j = 0; j < n; j++) {
-            const size_t i = taps.counts[j], slot = walk_slot(&taps, i);
+            const size_t i = (size_t)taps.counts[j], slot = walk_slot(&taps, i);
             const float *c = f->columns + slot * size + (size_t)taps.node[i] * lanes;
             const uint8_t *cell = f->cells + slot * SHADOW_STRATA_MAX;
             if (l == 3) /* the loops in there come apart */
@@ -134,7 +131,7 @@ static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixel
         const size_t n = walk_take(f, 1, pixels[k], &taps);
         float numerator = 0.0f, denominator = 0.0f;
         for (size_t j = 0; j < n; j++) {
-            const size_t i = taps.counts[j];
+            const size_t i = (size_t)taps.counts[j];
             const float w0 = taps.below[0][i], w1 = taps.below[1][i];
             const float *r = f->rows + walk_slot(&taps, i) * size + (size_t)taps.node[i] * 2;
             numerator += w0 * r[0] + w1 * r[2];

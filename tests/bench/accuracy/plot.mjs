@@ -29,7 +29,7 @@ function axis(values, from, to) {
     }
   return { at, ticks };
 }
-const short = (v) => v >= 1e4 || v < 1e-3 ? v.toExponential(0) : String(Number(v.toPrecision(2)));
+const short = (v) => v >= 1e4 || v < 1e-3 ? v.toExponential(0) : String(Number(v.toPrecision(v < 1 ? 2 : 4)));
 
 // series: [{name, points: [[x, y], ...]}]; slope: of a dashed line through the first series' start.
 export function logLog(title, xLabel, yLabel, series, { slope, xTicks } = {}) {
