@@ -63,8 +63,9 @@ enum plane_id {
 enum light_plane_id {
     LIGHT_PLANE_IRRADIANCE = 0, /* f32: E of plan.h with visibility: the plain Monte Carlo mean */
     LIGHT_PLANE_VISIBILITY = 1, /* bits, ceil(l^2/8) x u8: stratum i seen at bit i & 7 of byte i >>
-                                   3; not traced (below the horizon, facing away) counts as seen;
-                                   bits past the last stratum are clear, samples_pack sees to it */
+                                   3; not traced (below the shading normal's horizon, facing away)
+                                   counts as seen, hidden by the receiver's own facet as not; bits
+                                   past the last stratum are clear, samples_pack sees to it */
     LIGHT_PLANE_SLOPES = 2,     /* 2 x f16: least and largest slope s = t/(1-t) over blocked strata;
                                    0, 0: none blocked */
     LIGHT_PLANE_COUNT = 3

@@ -10,7 +10,8 @@
 #define FLOOR_PX    0.25f /* slopes are at least this many pixels over L */
 /* filters.md has 8, measured with random jitter. With the pattern's lattices a few pixels together
  * cover the light evenly: from 3 px on the noise hardly falls any more, and what the slopes change
- * over the window is all that wider filters add. */
+ * over the window is all that wider filters add. It shrinks with the fourth root of m(N) only: the
+ * lattice needs its few pixels at 256 spp too. */
 #define WIDTH_MOST_PX 3.5f
 #define RANGE_LEAST   1e-6f
 #define FALLOFF_MOST  1e30f
@@ -154,6 +155,12 @@ float wedge_scale(const struct plan *plan, uint32_t strata)
     return plan->mu * cbrtf(9.0f / (float)(strata * strata));
 }
 
+/* The widest filter, in pixels. */
+static float width_most_px(const struct plan *plan, uint32_t strata)
+{
+    return plan->mu * WIDTH_MOST_PX * sqrtf(sqrtf(cbrtf(9.0f / (float)(strata * strata))));
+}
+
 /* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
  * scene unit. */
 static void set_walk(const float step[2], float major, float sigma, struct shadow_walk *w)
@@ -174,7 +181,7 @@ static float half_tap(float major, float eta, float half)
 struct shear {
     const struct receiver_light *light;
     struct coverage *coverage;
-    float scale;
+    float scale, width_most_px;
     float longer_half;
 };
 
@@ -192,8 +199,8 @@ static void shear_one(const struct shear *shear, float most, float least, struct
     receiver_steps(light, s, steps);
     for (int i = 0; i < 2; i++) {
         const float half = light->rectangle.half[i], sigma_y = light->sigma_y[i];
-        const float wide = range > s->eta ? range : s->eta, cap = WIDTH_MOST_PX * pixel;
-        const float sigma = shear->scale * (sigma_y / wide < cap ? sigma_y / wide : cap);
+        const float wide = range > s->eta ? range : s->eta, cap = shear->width_most_px * pixel;
+        const float own = shear->scale * sigma_y / wide, sigma = own < cap ? own : cap;
         const float x = fabsf(steps[i][0]), y = fabsf(steps[i][1]), major = x > y ? x : y;
         const float delta = half_tap(major, s->eta, half);
         t->weights[i] = coverage_row(shear->coverage, s->eta * sigma / half, delta);
@@ -207,6 +214,7 @@ void wedges_shear(const struct receiver_light *light, const struct wedges *wedge
     const size_t area = (size_t)rect_area(receivers->rect);
     const float *half = light->rectangle.half;
     const struct shear shear = {light, coverage, wedge_scale(light->plan, light->strata),
+                                width_most_px(light->plan, light->strata),
                                 half[0] > half[1] ? half[0] : half[1]};
     const int32_t widest = coverage_row(coverage, coverage->rho_most, 0.0f);
     for (size_t i = 0; i < area; i++) {

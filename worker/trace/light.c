@@ -12,7 +12,8 @@ void light_count_skips(const struct light_packet *p, const struct lanes_mask *la
                        struct counters *counters)
 {
     uint64_t *value = counters->value;
-    value[COUNTER_SKIPPED_BELOW_HORIZON] += times * count_skip(p, lanes, LIGHT_BELOW_HORIZON);
+    value[COUNTER_SKIPPED_BELOW_HORIZON] += times * (count_skip(p, lanes, LIGHT_BELOW_HORIZON) +
+                                                     count_skip(p, lanes, LIGHT_BELOW_FACET));
     value[COUNTER_SKIPPED_FACING_AWAY] += times * count_skip(p, lanes, LIGHT_FACING_AWAY);
     value[COUNTER_SKIPPED_OUT_OF_RANGE] += times * count_skip(p, lanes, LIGHT_OUT_OF_RANGE);
     value[COUNTER_SKIPPED_OUT_OF_CONE] += times * count_skip(p, lanes, LIGHT_OUT_OF_CONE);

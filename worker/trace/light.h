@@ -8,11 +8,13 @@
 
 enum light_skip {
     LIGHT_TRACED = 0,
-    LIGHT_BELOW_HORIZON = 1, /* of the facet or of the shading normal */
+    LIGHT_BELOW_HORIZON = 1, /* of the shading normal; lights without area: or of the facet */
     LIGHT_FACING_AWAY = 2,
     LIGHT_OUT_OF_RANGE = 3,
     LIGHT_OUT_OF_CONE = 4,
-    LIGHT_NOT_FINITE = 5 /* E is not, or Embree could not take the ray */
+    LIGHT_NOT_FINITE = 5, /* E is not, or Embree could not take the ray */
+    LIGHT_BELOW_FACET = 6 /* above the shading normal's horizon, below the facet's: the surface
+                             itself is in the way */
 };
 
 struct light_packet {

@@ -38,8 +38,9 @@ static void sample_rectangle(const struct light *light, const float *restrict u,
         float shading = wx * r->normal.x[i] + wy * r->normal.y[i] + wz * r->normal.z[i];
         float facet = wx * r->facet.x[i] + wy * r->facet.y[i] + wz * r->facet.z[i];
         float front = -(wx * n[0] + wy * n[1] + wz * n[2]);
-        int below = !((shading > 0.0f) & (facet > 0.0f)), away = !(front > 0.0f);
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : away ? LIGHT_FACING_AWAY : LIGHT_TRACED;
+        int below = !(shading > 0.0f), away = !(front > 0.0f);
+        int lit = facet > 0.0f ? LIGHT_TRACED : LIGHT_BELOW_FACET;
+        out->skip[i] = below ? LIGHT_BELOW_HORIZON : away ? LIGHT_FACING_AWAY : lit;
         float inverse = 1.0f / squared; /* positive where traced, since front is */
         out->irradiance[i] = (shading * inverse) * (front * inverse) * light->area;
         /* In front of the emitter's own geometry, and never behind the receiver. */
@@ -161,7 +162,7 @@ static inline float reach(float centre, float u, float v)
 }
 
 /* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
- * all of it. */
+ * all of it. What only the facet hides is sampled: its strata count as blocked. */
 static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
                                 const struct lanes_mask *restrict lanes,
                                 struct light_packet *restrict out)
@@ -178,7 +179,7 @@ static bool kernel_light_hidden(const struct light *light, const struct surface 
         float nu = nx * u[0] + ny * u[1] + nz * u[2], nv = nx * v[0] + ny * v[1] + nz * v[2];
         float fu = fx * u[0] + fy * u[1] + fz * u[2], fv = fx * v[0] + fy * v[1] + fz * v[2];
         float shading = wx * nx + wy * ny + wz * nz, facet = wx * fx + wy * fy + wz * fz;
-        int below = !((reach(shading, nu, nv) > 0.0f) & (reach(facet, fu, fv) > 0.0f));
+        int below = !(reach(shading, nu, nv) > 0.0f);
         int above = (-reach(-shading, nu, nv) > 0.0f) & (-reach(-facet, fu, fv) > 0.0f);
         int behind = above & !(-(wx * d[0] + wy * d[1] + wz * d[2]) > 0.0f);
         out->skip[i] = below ? LIGHT_BELOW_HORIZON : behind ? LIGHT_FACING_AWAY : LIGHT_TRACED;

@@ -31,6 +31,7 @@ static void kernel_add_stratum(const struct light_packet *restrict p, uint32_t b
     for (int i = 0; i < LANES; i++) {
         int32_t blocked = tfar[i] < p->end ? p->traced.on[i] : 0;
         int32_t arrives = p->traced.on[i] & ~blocked;
+        blocked |= -(p->skip[i] == LIGHT_BELOW_FACET);
         sums->row[i] += arrives ? p->irradiance[i] : 0.0f;
         sums->seen[i] |= (blocked + 1) << bit;
     }

@@ -212,6 +212,41 @@ static void test_more_strata_than_a_byte(void **state)
     free(f);
 }
 
+/* A floor whose normals lean towards a light that stands below it: the shading normal sees the
+ * light, the floor itself is in the way. The strata count as blocked, or filters would light them;
+ * they say nothing of a blocker's slope. */
+static void test_facets_block_what_normals_see(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = fixture_plan(8, 8, (float[]){0, 4, 0}, 0.2f);
+    fixture_look(&p, (float[]){0, -1, 0}, (float[]){0, 0, -1});
+    fixture_material(f, 0.5f, 0.5f, 0.5f);
+    uint32_t mesh = fixture_mesh(f, 0, MESH_HAS_NORMALS);
+    fixture_quad(f, (float[]){0, 0, 0}, (float[]){2, 0, 0}, (float[]){0, 0, -2});
+    fixture_place(f, mesh);
+    for (int i = 0; i < 4; i++) {
+        f->normals[3 * i] = 0.8f;
+        f->normals[3 * i + 1] = 0.6f;
+    }
+    struct plan_light *light = fixture_light(&p, LIGHT_RECTANGLE, 3);
+    memcpy(light->position, (float[]){5, -1, 0}, sizeof light->position);
+    memcpy(light->direction, (float[]){-1, 0, 0}, sizeof light->direction);
+    light->half_u[2] = 0.5f;
+    light->half_v[1] = 0.5f;
+    struct traced t = trace_all(f, &p);
+    for (int i = 0; i < 64; i++) {
+        assert_int_equal(samples_light_visibility(t.samples, 0, 0)[i], 0);
+        assert_int_equal(samples_light_visibility(t.samples, 0, 1)[i], 0);
+        assert_true(samples_light_irradiance(t.samples, 0)[i] == 0.0f);
+        assert_int_equal(samples_light_slope(t.samples, 0, 1)[i], 0);
+    }
+    assert_int_equal(count(&t, COUNTER_RAYS_SHADOW), 0);
+    assert_int_equal(count(&t, COUNTER_SKIPPED_BELOW_HORIZON), 64 * 9);
+    traced_fini(&t);
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -221,6 +256,7 @@ int main(void)
         cmocka_unit_test(test_blocked_half),
         cmocka_unit_test(test_visibility_without_slopes),
         cmocka_unit_test(test_lights_do_not_block_themselves),
+        cmocka_unit_test(test_facets_block_what_normals_see),
         cmocka_unit_test(test_more_strata_than_a_byte),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
