@@ -169,7 +169,7 @@ struct progress {
 };
 
 /* Replays the next chunk; nothing when too few rays are left. */
-static void replay_chunk(const struct render_scene *scene, struct chunk *c,
+static inline void replay_chunk(const struct render_scene *scene, struct chunk *c,
                          const struct recording *r, bool closest, bool coherent, enum layout layout,
                          struct progress *p)
 {
