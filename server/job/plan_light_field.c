@@ -10,7 +10,7 @@
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 
 #define LAYERS_OF_PATHS (LAYER_ERROR | LAYER_OCCLUSION)
-#define BOUNCES_MOST 1
+#define BOUNCES_MOST    1
 
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)

@@ -47,7 +47,7 @@ void coverage_fini(struct coverage *coverage)
 /* Weights are even in y: eighths of a node from the centre to the edge tell all. */
 static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
 {
-    float from_centre[SHADOW_PHASES * SHADOW_STRATA_MAX / 2 + 1];
+    float from_centre[SHADOW_PHASES * SHADOW_STRATA_MAX / 2 + 1] = {0};
     const uint32_t eighths = c->scale * SHADOW_PHASES / 2;
     for (uint32_t i = 0; i <= eighths; i++) {
         const float y = (float)i / (float)eighths;

@@ -145,7 +145,7 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     const uint32_t filter = s->plan->shadow_filter;
     struct receivers receivers;
     struct wedges wedges = {0};
-    uint32_t *pixels = malloc((size_t)rect_area(shaded) * sizeof *pixels), count = 0;
+    uint32_t *pixels = malloc((size_t)rect_area(shaded) * sizeof *pixels + 1), count = 0;
     int error = receivers_create(&s->light, s->patch,
                                  rect_grow(shaded, reach_px(filter) + WEDGE_FILL_PX), &receivers);
     if (!pixels) error = ERR_MEMORY;
@@ -212,8 +212,8 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     }
     receiver_light_init(&s.light, plan, light);
     fill_unoccluded(&s);
-    const struct rect shaded =
-        plan->shadow_filter == SHADOW_FILTER_NONE ? (struct rect){0} : shaded_rect(&s);
+    struct rect shaded = {0, 0, 0, 0};
+    if (plan->shadow_filter != SHADOW_FILTER_NONE) shaded = shaded_rect(&s);
     if (rect_is_empty(shaded))
         statistics->blocks_skipped++;
     else

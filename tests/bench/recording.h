@@ -170,8 +170,8 @@ struct progress {
 
 /* Replays the next chunk; nothing when too few rays are left. */
 static inline void replay_chunk(const struct render_scene *scene, struct chunk *c,
-                         const struct recording *r, bool closest, bool coherent, enum layout layout,
-                         struct progress *p)
+                                const struct recording *r, bool closest, bool coherent,
+                                enum layout layout, struct progress *p)
 {
     size_t on = chunk_fill(c, r, closest, layout, &p->lane);
     if (on == 0) return;
