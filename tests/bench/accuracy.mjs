@@ -29,6 +29,12 @@ function fail(sentence) {
 
 function parse(argv) {
   const [build, ...rest] = argv;
+  if (argv.includes("--help")) {
+    console.log("accuracy.mjs BUILD [quick|smoke] [scene=NAME,...] [method=NAME,...] [spp=N,...] [reference=SPP] [repeat=N] [out=DIR]\n" +
+      `scenes: ${scenes.map((s) => s.name).join(" ")}\nmethods: ${METHODS.join(" ")}\n` +
+      "Compares pictures with converged ones: JSON lines, plots and report.html in BUILD/bench. Status 1 when a bound is missed.");
+    process.exit(0);
+  }
   if (!build) fail("usage: accuracy.mjs BUILD [quick|smoke] [scene=,] [method=,] [spp=,] [reference=] [repeat=] [out=]");
   const given = Object.fromEntries(rest.filter((w) => w.includes("=")).map((w) => w.split(/=(.*)/s).slice(0, 2)));
   const unknown = Object.keys(given).find((k) => !["scene", "method", "spp", "reference", "repeat", "out"].includes(k));
