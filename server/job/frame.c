@@ -14,9 +14,9 @@
 /* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
 #define PENDING_MOST 64
 
-/* Sums of paths that a frame holds between passes: a 4K picture's take four times as much and form
- * a quarter at a time, a 1080p one's are whole. */
-#define SUMS_MOST_BYTES 134217728u
+/* Sums of paths that a frame holds between passes, so that thousands of samples cost the memory of
+ * sixteen: tiles are brought to their end a few at a time. Workers that would idle begin more. */
+#define SUMS_MOST_BYTES 1048576u
 
 static void destroy(struct frame *f)
 {

@@ -10,7 +10,7 @@
  *
  * A window of tiles after the other is brought to its last pass, so that what is held between
  * passes is bounded; small pictures are one window. Within it the pass that is least far goes
- * first, so that the picture forms early and no tile is left behind with many passes to go. Within
+ * first, so that the window forms early and no tile is left behind with many passes to go. Within
  * a pass tiles are given in the order of a Hilbert curve over cells of the reconstruction's block
  * size, so that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the
  * turning form is Warren, Hacker's Delight, 16-2). */
