@@ -9,7 +9,7 @@
 #include "proto/error.h"
 #include "proto/tile.h"
 
-#define PROTOCOL_VERSION 3u
+#define PROTOCOL_VERSION 4u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),

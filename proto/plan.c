@@ -57,16 +57,16 @@ static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
 {
     bytes_write_u32(w, p->spp);
     bytes_write_u32(w, p->pixel_filter);
-    bytes_write_f32(w, p->occlusion_distance);
     bytes_write_f32(w, p->emitter_power);
+    bytes_write_u32(w, p->without_diffuse_indirect);
 }
 
 static void read_paths(struct bytes_reader *r, struct plan_paths *p)
 {
     p->spp = bytes_read_u32(r);
     p->pixel_filter = bytes_read_u32(r);
-    p->occlusion_distance = bytes_read_f32(r);
     p->emitter_power = bytes_read_f32(r);
+    p->without_diffuse_indirect = bytes_read_u32(r);
 }
 
 static void write_light(struct bytes_writer *w, const struct plan_light *light)
@@ -112,7 +112,9 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     write_camera(w, &plan->camera);
     write_environment(w, &plan->environment);
     write_paths(w, &plan->paths);
+    bytes_write_f32(w, plan->occlusion_distance);
     bytes_write_u32(w, plan->shadow_filter);
+    bytes_write_u32(w, plan->indirect_filter);
     bytes_write_f32(w, plan->mu);
     bytes_write_u32(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
@@ -137,7 +139,9 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     read_camera(r, &plan->camera);
     read_environment(r, &plan->environment);
     read_paths(r, &plan->paths);
+    plan->occlusion_distance = bytes_read_f32(r);
     plan->shadow_filter = bytes_read_u32(r);
+    plan->indirect_filter = bytes_read_u32(r);
     plan->mu = bytes_read_f32(r);
     plan->planes = bytes_read_u32(r);
     plan->light_planes = bytes_read_u32(r);

@@ -72,10 +72,12 @@ struct plan_environment {
  * 0, then 1 and so on of each tile, so that sums grow in one order whatever the machines. */
 enum pixel_filter { PIXEL_FILTER_BOX = 0, PIXEL_FILTER_TENT = 1 };
 struct plan_paths {
-    uint32_t spp;             /* 0: no paths */
-    uint32_t pixel_filter;    /* enum pixel_filter: where paths leave around the pixel's centre */
-    float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
-    float emitter_power;      /* of all mesh emitters together, relative to the lights'; 0: none */
+    uint32_t spp;          /* 0: no paths */
+    uint32_t pixel_filter; /* enum pixel_filter: where paths leave around the pixel's centre */
+    float emitter_power;   /* of all mesh emitters together, relative to the lights'; 0: none */
+    uint32_t without_diffuse_indirect; /* 1: what the diffuse lobe of the first surface would send
+                                          on of light that was scattered before is left out: the
+                                          light field's indirect planes bring it */
 };
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
@@ -83,6 +85,17 @@ enum shadow_filter {
     SHADOW_FILTER_NONE = 0, /* the plain average */
     SHADOW_FILTER_AXIS_ALIGNED = 1,
     SHADOW_FILTER_SHEARED = 2
+};
+
+/* How the light field of diffuse indirect light (and of ambient occlusion) becomes a picture; of
+ * reconstruction, not of tracing. filters.md section 3. */
+enum indirect_filter {
+    INDIRECT_FILTER_NONE = 0,     /* the plain average */
+    INDIRECT_FILTER_CONSTANT = 1, /* axis-aligned, rule A: weighted means */
+    INDIRECT_FILTER_LINEAR = 2,   /* axis-aligned, rule B: local linear fits */
+    INDIRECT_FILTER_BLEND = 3,    /* axis-aligned, four widths, by variance */
+    INDIRECT_FILTER_RATE = 4,     /* axis-aligned, two sampling passes, by bandlimits */
+    INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 
 /* Which planes a tile's samples hold; samples.h says what they are. */
@@ -96,12 +109,14 @@ struct plan {
     struct plan_light lights[LIMIT_LIGHTS];
     struct plan_environment environment;
     struct plan_paths paths;
-    uint32_t shadow_filter; /* enum shadow_filter */
-    float mu;               /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
-    uint32_t planes;        /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes;  /* bits of enum light_plane_id; plan_light_planes says whose */
-    uint32_t sub_samples;   /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
-    uint32_t bounces;       /* 0 .. LIMIT_INDIRECT_BOUNCES */
+    float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
+    uint32_t shadow_filter;   /* enum shadow_filter */
+    uint32_t indirect_filter; /* enum indirect_filter */
+    float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
+    uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
+    uint32_t light_planes;    /* bits of enum light_plane_id; plan_light_planes says whose */
+    uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
+    uint32_t bounces;         /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */

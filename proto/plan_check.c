@@ -30,8 +30,9 @@
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 #define PLANES_INDIRECT                                                                            \
-    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) |                \
-     PLANE_BIT(INDIRECT_STRATA))
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
+/* What is made of bounce rays. */
+#define PLANES_BOUNCE       (PLANES_INDIRECT | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN))
 #define LIGHT_PLANES_KNOWN  ((1u << LIGHT_PLANE_COUNT) - 1)
 #define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)
 
@@ -257,21 +258,17 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
     const struct place at = {"paths", fault};
     int error = check_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
     if (!error) error = check_count(&at, "pixel_filter", paths->pixel_filter, 0, PIXEL_FILTER_TENT);
-    if (!error)
-        error = check_number(&at, "occlusion_distance", paths->occlusion_distance, 0.0f,
-                             LIMIT_COORDINATE);
     if (!error) error = check_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
+    if (!error)
+        error = check_count(&at, "without_diffuse_indirect", paths->without_diffuse_indirect, 0, 1);
     return error;
 }
 
+#define PLANES_GEOMETRY (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL))
+
 /* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
-static int check_filter(const struct place *at, const struct plan *plan)
+static int check_shadow_filter(const struct place *at, const struct plan *plan)
 {
-    const uint32_t geometry = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
-    const int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
-    if (error) return error;
-    if (!(plan->mu > 0.0f))
-        return refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
     if (plan->shadow_filter > SHADOW_FILTER_SHEARED)
         return refuse(at, ERR_RANGE, "shadow_filter", "is no shadow filter",
                       (double)plan->shadow_filter);
@@ -279,7 +276,7 @@ static int check_filter(const struct place *at, const struct plan *plan)
     if (plan->paths.spp > 0)
         return refuse(at, ERR_RANGE, "shadow_filter", "filters a picture that is made of paths",
                       (double)plan->shadow_filter);
-    if ((plan->planes & geometry) != geometry)
+    if ((plan->planes & PLANES_GEOMETRY) != PLANES_GEOMETRY)
         return refuse(at, ERR_RANGE, "planes", "lacks the depth and normal that filters read",
                       (double)plan->planes);
     if ((plan->light_planes & LIGHT_PLANES_STRATA) != LIGHT_PLANES_STRATA)
@@ -287,6 +284,35 @@ static int check_filter(const struct place *at, const struct plan *plan)
                       "lacks the visibility and slopes that filters read",
                       (double)plan->light_planes);
     return 0;
+}
+
+/* What filters of indirect light read: surfaces, and how far away they are from what lights them;
+ * the sheared one learns that from each stratum. */
+static int check_indirect_filter(const struct place *at, const struct plan *plan)
+{
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) |
+                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : PLANE_BIT(REFLECTOR));
+    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
+        return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
+                      (double)plan->indirect_filter);
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
+    if (!(plan->planes & PLANES_BOUNCE))
+        return refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
+                      (double)plan->indirect_filter);
+    if ((plan->planes & needs) != needs)
+        return refuse(at, ERR_RANGE, "planes", "lacks what filters of indirect light read",
+                      (double)plan->planes);
+    return 0;
+}
+
+static int check_filters(const struct place *at, const struct plan *plan)
+{
+    int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
+    if (!error && !(plan->mu > 0.0f))
+        error = refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
+    if (!error) error = check_shadow_filter(at, plan);
+    return error ? error : check_indirect_filter(at, plan);
 }
 
 static int check_image(const struct place *at, const struct plan *plan)
@@ -313,7 +339,7 @@ static int check_bits(const struct place *at, const char *field, uint32_t bits, 
 static int check_path_planes(const struct place *at, const struct plan *plan)
 {
     const uint32_t planes = plan->planes;
-    const bool open = planes & PLANE_BIT(PATH_OCCLUSION);
+    const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
     if ((planes & PLANES_PATH) && plan->paths.spp == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
                       (double)planes);
@@ -323,10 +349,13 @@ static int check_path_planes(const struct place *at, const struct plan *plan)
     if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
         return refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
                       (double)planes);
-    if (open != (plan->paths.occlusion_distance > 0.0f))
+    if (plan->paths.without_diffuse_indirect && !(planes & PLANES_INDIRECT))
+        return refuse(at, ERR_RANGE, "planes", "has no place for indirect light that paths omit",
+                      (double)planes);
+    if (open != (plan->occlusion_distance > 0.0f))
         return refuse(at, ERR_RANGE, "planes",
                       open ? "asks for occlusion without a distance"
-                           : "has a distance of occlusion but no path_occlusion",
+                           : "has a distance of occlusion but no plane of it",
                       (double)planes);
     return 0;
 }
@@ -354,7 +383,7 @@ static int check_counts(const struct place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
     /* Paths bounce without strata. */
-    const bool has_strata = plan->planes & PLANES_INDIRECT;
+    const bool has_strata = plan->planes & PLANES_BOUNCE;
     const int64_t max = !has_strata   ? 0
                         : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
                                       : LIMIT_STRATA_PER_AXIS;
@@ -384,8 +413,11 @@ int plan_check(const struct plan *plan, struct fault *fault)
     if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
     if (!error) error = check_environment(&plan->environment, fault);
     if (!error) error = check_paths(&plan->paths, fault);
+    if (!error)
+        error = check_number(&at, "occlusion_distance", plan->occlusion_distance, 0.0f,
+                             LIMIT_COORDINATE);
     if (!error) error = check_planes(&at, plan);
-    if (!error) error = check_filter(&at, plan);
+    if (!error) error = check_filters(&at, plan);
     if (!error) error = check_counts(&at, plan);
     if (!error) error = check_lights(plan, fault);
     if (!error) error = check_scale(&at, "radiance_scale", plan->radiance_scale);

@@ -10,7 +10,7 @@
  * Bytes a pixel before compression:
  *   depth 4 + normal 4 + albedo 6 + id 4
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
- *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2
+ *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage and for occlusion: 104 at most
@@ -37,7 +37,8 @@ enum plane_id {
         10,               /* 6 x f16: mean over even samples, mean over odd ones, rgb each; for
                           l = 1 both are the sample. The mean over all is
                           (ceil(n/2) even + floor(n/2) odd) / n */
-    PLANE_REFLECTOR = 11, /* f16: nearest bounce hit's distance / length_unit; 0: none hit */
+    PLANE_REFLECTOR = 11, /* f16: nearest bounce hit's distance / length_unit; REFLECTOR_NONE: the
+                             rays met nothing; 0: none were traced (no surface, or a black one) */
     PLANE_INDIRECT_STRATA = 12, /* per stratum 4 x f16: rgb * radiance_scale, hit distance /
                                 length_unit (0: miss) */
     /* Of the path tracer, f32, each the sum over the pass's samples, in their order. Radiance is
@@ -54,11 +55,15 @@ enum plane_id {
     PLANE_PATH_COVERAGE = 21,         /* 1: samples that meet a surface */
     PLANE_PATH_OCCLUSION = 22,        /* 1: samples whose ambient occlusion ray is open, and those
                                          that meet no surface */
-    PLANE_ID_COUNT = 23
+    PLANE_OPEN = 23, /* f16: share of the bounce rays that meet nothing nearer than the plan's
+                        occlusion_distance; 0 where none were traced */
+    PLANE_ID_COUNT = 24
 };
 
 /* Planes of the path tracer: in every pass; the others in pass 0 only. */
-#define PLANES_PATH (((1u << PLANE_ID_COUNT) - 1) & ~((1u << PLANE_PATH_RADIANCE) - 1))
+#define PLANES_PATH ((2u << PLANE_PATH_OCCLUSION) - (1u << PLANE_PATH_RADIANCE))
+
+#define REFLECTOR_NONE 65504.0f /* the largest half float */
 
 enum light_plane_id {
     LIGHT_PLANE_IRRADIANCE = 0, /* f32: E of plan.h with visibility: the plain Monte Carlo mean */

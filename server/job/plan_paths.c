@@ -87,7 +87,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     plan_lights(job, plan, report);
     plan_bounces(job, sources || report->emitters.any_unlit, plan, report);
     if (report->layers & LAYER_OCCLUSION) {
-        plan->paths.occlusion_distance = job->occlusion_distance;
+        plan->occlusion_distance = job->occlusion_distance;
         report->effects |= EFFECT_OCCLUSION;
     }
     if ((report->layers & LAYER_ERROR) && plan->paths.spp < 2)

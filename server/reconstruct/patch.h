@@ -43,7 +43,8 @@ struct patch {
     float *emission[3];                  /* radiance, scale taken out */
     float *indirect[3];                  /* mean radiance, scale taken out */
     float *indirect_even[3], *indirect_odd[3];
-    float *reflector;       /* scene units; 0: none */
+    float
+        *reflector; /* scene units; from REFLECTOR_NONE * length_unit on: nothing met; 0: no rays */
     float *indirect_strata; /* l_i^2 * 4 planes */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "proto/samples.h"
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
 
@@ -164,7 +165,7 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
         r->dir_y[i] = direction.y[i];
         r->dir_z[i] = direction.z[i];
         r->tnear[i] = 0.0f;
-        r->tfar[i] = c->plan->paths.occlusion_distance;
+        r->tfar[i] = c->plan->occlusion_distance;
     }
     if (c->blended) c->queries->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
     queries_sanitise(c->queries, &valid, r);
@@ -193,7 +194,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     path_meet(c, p, v, &s->harvest);
     prepare(c, p, v);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
-    if (depth == 0 && c->plan->paths.occlusion_distance > 0.0f)
+    if (depth == 0 && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);

@@ -172,26 +172,47 @@ static void environments_are_checked(void **state)
 static void paths_are_checked(void **state)
 {
     const uint32_t spread = 1u << PLANE_PATH_SPREAD, radiance = 1u << PLANE_PATH_RADIANCE,
-                   open = 1u << PLANE_PATH_OCCLUSION;
+                   open = 1u << PLANE_PATH_OCCLUSION | 1u << PLANE_OPEN;
     (void)state;
     EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
     EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
-    EXPECT(plan.paths.occlusion_distance = -1, ERR_RANGE, "paths.occlusion_distance");
-    EXPECT(plan.paths.occlusion_distance = NAN, ERR_NOT_FINITE, "paths.occlusion_distance");
+    EXPECT(plan.occlusion_distance = -1, ERR_RANGE, "occlusion_distance");
+    EXPECT(plan.occlusion_distance = NAN, ERR_NOT_FINITE, "occlusion_distance");
     EXPECT(plan.paths.pixel_filter = PIXEL_FILTER_TENT + 1, ERR_LIMIT, "paths.pixel_filter");
     EXPECT(plan.paths.emitter_power = -1, ERR_RANGE, "paths.emitter_power");
     EXPECT(plan.paths.emitter_power = INFINITY, ERR_NOT_FINITE, "paths.emitter_power");
     EXPECT(plan.paths.emitter_power = 0, ERR_OK, "");
     EXPECT(plan.paths.spp = 0, ERR_RANGE, "planes");
-    EXPECT((plan.paths.spp = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
     EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH), ERR_OK, "");
-    EXPECT((plan.paths.occlusion_distance = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
-    EXPECT(plan.paths.occlusion_distance = 0, ERR_RANGE, "planes");
+    EXPECT((plan.occlusion_distance = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
+    EXPECT(plan.paths.without_diffuse_indirect = 1, ERR_OK, "");
+    EXPECT(plan.paths.without_diffuse_indirect = 2, ERR_LIMIT, "paths.without_diffuse_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = 1, plan.planes = PLANES_PATH), ERR_RANGE,
+           "planes");
+    EXPECT(plan.occlusion_distance = 0, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~open, ERR_RANGE, "planes");
-    EXPECT((plan.planes &= ~open, plan.paths.occlusion_distance = 0), ERR_OK, "");
+    EXPECT((plan.planes &= ~open, plan.occlusion_distance = 0), ERR_OK, "");
     EXPECT(plan.planes &= ~radiance, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~(radiance | spread), ERR_OK, "");
     EXPECT(plan.planes &= ~spread, ERR_OK, "");
+}
+
+/* Filters of indirect light need their planes, and planes their rays. */
+static void indirect_filters_are_checked(void **state)
+{
+    const uint32_t reflector = 1u << PLANE_REFLECTOR, strata = 1u << PLANE_INDIRECT_STRATA;
+    const uint32_t light = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | strata;
+    (void)state;
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~reflector), ERR_RANGE,
+           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
+           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_OK, "");
+    EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
+    EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_OK, ""); /* occlusion alone */
 }
 
 /* Paths need nothing of the light field. */
@@ -258,10 +279,12 @@ static void planes_and_counts_are_checked(void **state)
     EXPECT(plan.indirect_strata_per_axis = 17, ERR_LIMIT, "indirect_strata_per_axis");
     EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~(1u << PLANE_INDIRECT_STRATA)),
            ERR_OK, "");
-    EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0}), ERR_LIMIT,
-           "indirect_strata_per_axis");
-    EXPECT((plan.planes = 0, plan.light_planes = 0, plan.sub_samples = 0,
-            plan.indirect_strata_per_axis = 0, plan.paths = (struct plan_paths){0}),
+    EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
+            plan.occlusion_distance = 0),
+           ERR_LIMIT, "indirect_strata_per_axis");
+    EXPECT((plan.planes = 0, plan.occlusion_distance = 0, plan.light_planes = 0,
+            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0,
+            plan.paths = (struct plan_paths){0}),
            ERR_OK, "");
     EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
     EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
@@ -422,6 +445,7 @@ int main(void)
         cmocka_unit_test(lenses_are_checked),
         cmocka_unit_test(environments_are_checked),
         cmocka_unit_test(paths_are_checked),
+        cmocka_unit_test(indirect_filters_are_checked),
         cmocka_unit_test(paths_stand_alone),
         cmocka_unit_test(passes_cover_all_samples_once),
         cmocka_unit_test(passes_are_bounded),

@@ -96,7 +96,8 @@ static void names_planes(void **state)
                                          "PATH_DIFFUSE_INDIRECT",
                                          "PATH_ALBEDO",
                                          "PATH_COVERAGE",
-                                         "PATH_OCCLUSION"};
+                                         "PATH_OCCLUSION",
+                                         "OPEN"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

@@ -12,7 +12,8 @@ static inline void synthetic_paths_plan(struct plan *plan, int32_t width, int32_
     plan->light_planes = 0;
     plan->sub_samples = 0;
     plan->indirect_strata_per_axis = 0;
-    plan->paths = (struct plan_paths){.spp = spp, .occlusion_distance = 1};
+    plan->paths = (struct plan_paths){.spp = spp};
+    plan->occlusion_distance = 1;
 }
 
 /* In [0, 1), by pixel, sample and a number for what is asked. */

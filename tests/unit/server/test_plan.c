@@ -340,7 +340,7 @@ static void paths_bring_what_layers_read(void **state)
         seen |= cases[i].layer;
         if (make(s) != 0) fail_msg("%s: %s", layer_name(cases[i].layer), s->fault.detail);
         assert_int_equal(s->plan.planes, cases[i].planes | BIT(PATH_RADIANCE));
-        assert_true(s->plan.paths.occlusion_distance ==
+        assert_true(s->plan.occlusion_distance ==
                     (cases[i].layer == LAYER_OCCLUSION ? 2.0f : 0.0f));
     }
     assert_int_equal(seen, LAYERS_AVAILABLE);
@@ -420,7 +420,7 @@ static void auto_tells_why_it_is_paths(void **state)
     s->job.occlusion_distance = 1;
     assert_int_equal(make(s), 0);
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
-    assert_true(s->plan.paths.spp == 0 && s->plan.paths.occlusion_distance == 0);
+    assert_true(s->plan.paths.spp == 0 && s->plan.occlusion_distance == 0);
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
     assert_string_equal(why(s, "effect environment"), "its radiance is black");
     assert_true(has_warning(s, "nothing shows it"));

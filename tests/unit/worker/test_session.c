@@ -199,7 +199,7 @@ static struct world *world_open(uint32_t threads, bool with_blobs)
     digest_of(w->map, MAP_BYTES, &w->map_digest);
     w->plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
     w->plan.paths.spp = 40; /* three passes */
-    w->plan.paths.occlusion_distance = 1.0f;
+    w->plan.occlusion_distance = 1.0f;
     hold = false;
     tracing = loads = unloads = 0;
     listen_there(w);
