@@ -35,6 +35,21 @@ const struct json_choice job_method_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_indirect_words[] = {
+    {"auto", INDIRECT_AUTO, NULL},
+    {"average", INDIRECT_AVERAGE, NULL},
+    {"constant", INDIRECT_CONSTANT, NULL},
+    {"linear", INDIRECT_LINEAR, NULL},
+    {"blend", INDIRECT_BLEND, NULL},
+    {"adaptive", INDIRECT_ADAPTIVE,
+     "adaptive sampling of indirect light is not available yet: auto, average, constant, linear "
+     "and blend are"},
+    {"sheared", INDIRECT_SHEARED,
+     "sheared filtering of indirect light is not available yet: auto, average, constant, linear "
+     "and blend are"},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_pixel_type_words[] = {
     {"float", PIXEL_FLOAT, NULL},
     {"half", PIXEL_HALF, NULL},
@@ -83,6 +98,11 @@ uint32_t layer_from_name(const char *name)
 const char *filter_method_name(enum filter_method method)
 {
     return job_word(job_method_words, method);
+}
+
+const char *indirect_method_name(enum indirect_method method)
+{
+    return job_word(job_indirect_words, method);
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

@@ -12,7 +12,7 @@
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, seed, tile_px}
- *   filter    {method, mu}
+ *   filter    {method, indirect, mu}
  *   layers    [names]      frames {first, last}      priority
  *
  * Known members of later versions (target_error, max_spp, lens_spp) are refused with
@@ -47,7 +47,19 @@ enum filter_method {
     FILTER_SHEARED,
     FILTER_AXIS_ALIGNED,
     FILTER_AVERAGE, /* light fields as they are: what filters are measured against */
-    FILTER_NONE     /* paths */
+    FILTER_NONE     /* paths alone */
+};
+
+/* filter.indirect: how diffuse indirect light and ambient occlusion of light fields are filtered.
+ */
+enum indirect_method {
+    INDIRECT_AUTO, /* by the number of samples */
+    INDIRECT_AVERAGE,
+    INDIRECT_CONSTANT,
+    INDIRECT_LINEAR,
+    INDIRECT_BLEND,
+    INDIRECT_ADAPTIVE,
+    INDIRECT_SHEARED
 };
 
 /* Output layers; bits. */
@@ -64,11 +76,11 @@ enum layer {
     LAYER_SLOPE_MAX = 1u << 9,
     LAYER_EMISSION = 1u << 10,
     LAYER_ID = 1u << 11,
-    LAYER_FILTER_WIDTH = 1u << 12, /* sigma in pixels, largest over the lights; 0: not filtered */
+    LAYER_FILTER_WIDTH = 1u << 12, /* sigma in pixels, largest over all filters; 0: not filtered */
     LAYER_ERROR = 1u << 13, /* standard error of beauty, rgb, estimated from the paths' spread */
     LAYER_OCCLUSION = 1u << 14,        /* share of the hemisphere that is open, by cosine */
     LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
-    LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT */
+    LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT, or filtered light fields */
 };
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
@@ -108,6 +120,7 @@ struct job {
     uint32_t light_spp, indirect_spp; /* 0: spp */
     uint64_t seed;                    /* 0..2^53; default 1 */
     enum filter_method method;        /* default auto */
+    enum indirect_method indirect;    /* default auto */
     float mu;                         /* (0, 100]; default 1 */
     uint32_t layers;                  /* default beauty */
     int32_t first_frame, last_frame;  /* 0..2^30; default 1, and first */
@@ -132,3 +145,4 @@ const char *layer_name(enum layer layer);
 /* The bit, or 0. */
 uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
+const char *indirect_method_name(enum indirect_method method);

@@ -235,6 +235,7 @@ static const struct json_member sampling_members[] = {
 
 static const struct json_member filter_members[] = {
     WORD("method", method, job_method_words),
+    WORD("indirect", indirect, job_indirect_words),
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
@@ -273,6 +274,7 @@ static void set_defaults(struct job *job)
                         .spp = 9,
                         .seed = 1,
                         .method = FILTER_AUTO,
+                        .indirect = INDIRECT_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
                         .first_frame = 1,

@@ -63,7 +63,8 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.light_count == y.light_count && x.indirect_bounces == y.indirect_bounces);
     assert_true(x.spp == y.spp && x.light_spp == y.light_spp);
     assert_true(x.indirect_spp == y.indirect_spp && x.seed == y.seed && x.mu == y.mu);
-    assert_true(x.method == y.method && x.layers == y.layers && x.priority == y.priority);
+    assert_true(x.method == y.method && x.indirect == y.indirect);
+    assert_true(x.layers == y.layers && x.priority == y.priority);
     assert_true(x.first_frame == y.first_frame && x.last_frame == y.last_frame);
     assert_true(x.tile_px == y.tile_px);
     assert_memory_equal(&x.environment, &y.environment, sizeof x.environment);
@@ -271,6 +272,9 @@ static void words_have_names(void **state)
     assert_null(layer_name(0));
     assert_int_equal(layer_from_name("nothing"), 0);
     assert_string_equal(filter_method_name(FILTER_AUTO), "auto");
+    for (int i = INDIRECT_AUTO; i <= INDIRECT_SHEARED; i++)
+        assert_non_null(indirect_method_name((enum indirect_method)i));
+    assert_string_equal(indirect_method_name(INDIRECT_CONSTANT), "constant");
     assert_int_equal(job_strata_per_axis(1), 1);
     assert_int_equal(job_strata_per_axis(9), 3);
     assert_int_equal(job_strata_per_axis(10), 4);
