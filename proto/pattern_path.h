@@ -101,3 +101,10 @@ static inline uint32_t path_key(uint64_t seed, uint32_t frame, int32_t x, int32_
     h = path_mix(h ^ (uint32_t)x);
     return path_mix(h + (uint32_t)y * 0xc2b2ae35u);
 }
+
+/* The key of the same pixel's light field of indirect light: its paths must not share numbers with
+ * those that the camera sends through the pixel, to which they are added. */
+static inline uint32_t path_field_key(uint32_t pixel_key)
+{
+    return path_mix(pixel_key + 0x7f4a7c15u);
+}

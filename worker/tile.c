@@ -23,9 +23,11 @@
 struct tile_tracer {
     struct queries queries;
     struct light_table lights;
-    struct surface centre, sub;
+    struct path_vertex centre;
+    struct surface sub;
     struct lanes3 emission; /* sum over centre and sub-samples */
     struct shading_point point;
+    struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
     struct block block;
     struct RTCRayHit16 camera;
     struct shadow_scratch shadow;
@@ -43,8 +45,6 @@ int tile_tracer_create(struct tile_tracer **out)
     queries_init(&t->queries);
     queries_init_rays(&t->camera);
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
-    queries_init_rays(&t->indirect.bounce);
-    queries_init_rays(&t->indirect.shadow.rays);
     path_scratch_init(&t->path);
     *out = t;
     return 0;
@@ -64,8 +64,9 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer)
 /* What a pass of a plan runs. */
 struct stages {
     bool centres;          /* pixel centres and their light fields */
+    bool bounces;          /* bounce rays leave them */
     uint32_t first, count; /* samples of the path tracer */
-    struct path_context context;
+    struct path_context paths, field;
 };
 
 static bool has_rectangles(const struct plan *plan)
@@ -89,15 +90,19 @@ static bool has_emissive(const struct material_table *materials)
     return false;
 }
 
+#define PLANES_BOUNCE                                                                              \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA |       \
+     1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
 #define PLANES_DEMODULATED (1u << PLANE_PATH_DIFFUSE_DIRECT | 1u << PLANE_PATH_DIFFUSE_INDIRECT)
 
 static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t pass,
                         struct counters *counters, struct stages *out)
 {
     *out = (struct stages){
-        .centres = pass == 0 && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0)};
+        .centres = pass == 0 && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0),
+        .bounces = (plan->planes & PLANES_BOUNCE) != 0 && plan->indirect_strata_per_axis > 0};
     if (plan->paths.spp > 0) plan_pass_range(plan, pass, &out->first, &out->count);
-    out->context = (struct path_context){
+    out->paths = (struct path_context){
         .queries = &t->queries,
         .lights = &t->lights,
         .sky = &t->sky,
@@ -107,7 +112,11 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t
         .blended = has_blended(t->queries.scene->materials),
         .shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
                   has_emissive(t->queries.scene->materials),
+        .leaves_diffuse = plan->paths.without_diffuse_indirect != 0,
     };
+    out->field = out->paths;
+    out->field.field = true;
+    out->field.demodulate = out->field.leaves_diffuse = false;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -137,24 +146,31 @@ static void store_emission(const struct tile_tracer *t, const struct plan *plan,
 }
 
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
- * centre or at any sub-sample, because sub-samples take the lighting of the centre. */
-static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+ * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
+ * leave those that reflect it diffusely. */
+static void trace_camera(struct tile_tracer *t, const struct stages *stages,
+                         const struct plan *plan, struct samples *samples,
                          struct counters *counters)
 {
     const struct block *b = &t->block;
     uint32_t pixels = lanes_count(&b->kept);
     for (int i = 0; i < LANES; i++) {
         t->emission.x[i] = t->emission.y[i] = t->emission.z[i] = 0.0f;
-        t->point.lit.on[i] = 0;
+        t->point.lit.on[i] = t->bouncing.on[i] = 0;
     }
-    primary_trace(&t->queries, plan, b, &t->camera, &t->centre);
-    geometry_store(&t->queries, b, &t->centre, samples);
-    mark_lit(&t->centre, &t->point.lit);
-    add_emission(&t->centre, &t->emission);
+    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
+    mark_lit(&t->centre.surface, &t->point.lit);
+    t->centre.active = t->centre.surface.hit;
+    path_resolve(&stages->field, &t->camera, &t->centre);
+    mark_lit(&t->centre.surface, &t->bouncing);
+    geometry_store(&t->queries, b, &t->centre.surface, samples);
+    add_emission(&t->centre.surface, &t->emission);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         primary_trace_sub(&t->queries, plan, b, k, &t->camera, &t->sub);
-        geometry_store_sub(&t->queries, plan, b, &t->centre, &t->sub, k, samples);
         mark_lit(&t->sub, &t->point.lit);
+        hit_diffuse_albedo(&t->camera, &t->sub);
+        mark_lit(&t->sub, &t->bouncing);
+        geometry_store_sub(&t->queries, plan, b, &t->centre.surface, &t->sub, k, samples);
         add_emission(&t->sub, &t->emission);
     }
     store_emission(t, plan, samples);
@@ -162,53 +178,80 @@ static void trace_camera(struct tile_tracer *t, const struct plan *plan, struct 
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
 }
 
-/* Rays that a lit pixel may cost beyond the camera's. */
+/* Strata of all lights whose field somebody reads. */
 static uint64_t light_rays(const struct plan *plan)
 {
     uint64_t rays = 0;
     for (uint32_t k = 0; k < plan->light_count; k++)
-        rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
-    if (plan->indirect_strata_per_axis > 0)
-        rays += (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+        if (plan_light_planes(plan, k))
+            rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     return rays;
 }
 
-/* Leaves only lit lanes with a surface; counts the others. Whether any is left. */
-static bool choose_lit(struct tile_tracer *t, const struct plan *plan, struct counters *counters)
+/* Leaves only lanes with a surface in *lit; counts the tile's own that it does not light, `rays`
+ * each. */
+static void choose(const struct tile_tracer *t, uint64_t rays, struct lanes_mask *lit,
+                   struct counters *counters)
+{
+    uint64_t black = 0;
+    for (int i = 0; i < LANES; i++) {
+        int32_t surface = t->block.inside.on[i] & t->centre.surface.hit.on[i];
+        black += (uint64_t)(t->block.kept.on[i] & surface & ~lit->on[i] & 1);
+        lit->on[i] &= surface;
+    }
+    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * rays;
+}
+
+static void count_background(const struct tile_tracer *t, struct counters *counters)
 {
     const struct block *b = &t->block;
-    struct lanes_mask *lit = &t->point.lit;
-    uint64_t background = 0, black = 0;
-    for (int i = 0; i < LANES; i++) {
-        int32_t surface = b->inside.on[i] & t->centre.hit.on[i];
-        background += (uint64_t)(b->kept.on[i] & ~surface & 1);
-        black += (uint64_t)(b->kept.on[i] & surface & ~lit->on[i] & 1);
-        lit->on[i] &= surface;
-        t->point.counted.on[i] = lit->on[i] & b->kept.on[i];
+    counters->value[COUNTER_SKIPPED_BACKGROUND] +=
+        lanes_count(&b->kept) - lanes_count_both(&b->kept, &t->centre.surface.hit);
+}
+
+/* The lights' fields. */
+static void trace_lights(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+                         struct counters *counters)
+{
+    struct shading_point *p = &t->point;
+    choose(t, light_rays(plan), &p->lit, counters);
+    for (int i = 0; i < LANES; i++) p->counted.on[i] = p->lit.on[i] & t->block.kept.on[i];
+    p->lit_count = lanes_count(&p->lit);
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        if (!plan_light_planes(plan, k)) continue;
+        if (p->lit_count > 0)
+            shadow_trace(&t->queries, &t->lights.lights[k], k, p, &t->shadow, samples, counters);
+        else
+            shadow_store_unlit(k, p, samples);
     }
-    t->point.lit_count = lanes_count(lit);
-    counters->value[COUNTER_SKIPPED_BACKGROUND] += background;
-    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * light_rays(plan);
-    return t->point.lit_count > 0;
+}
+
+/* The field of indirect light. How open the surroundings are does not depend on a surface's colour:
+ * where that is asked for, rays leave black ones too, and filters need not mind the difference. */
+static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
+                          const struct plan *plan, struct samples *samples,
+                          struct counters *counters)
+{
+    const uint64_t l = plan->indirect_strata_per_axis;
+    if (plan->planes >> PLANE_OPEN & 1) t->bouncing = t->centre.surface.hit;
+    choose(t, l * l, &t->bouncing, counters);
+    if (lanes_count(&t->bouncing) > 0)
+        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing, &t->indirect, &t->path,
+                       samples);
 }
 
 /* What is seen through pixel centres: surfaces and their light fields. */
-static void trace_centres(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+static void trace_centres(struct tile_tracer *t, const struct stages *stages,
+                          const struct plan *plan, struct samples *samples,
                           struct counters *counters)
 {
-    trace_camera(t, plan, samples, counters);
+    trace_camera(t, stages, plan, samples, counters);
+    count_background(t, counters);
     t->point.plan = plan;
     t->point.block = &t->block;
-    t->point.surface = &t->centre;
-    if (!choose_lit(t, plan, counters)) {
-        for (uint32_t k = 0; k < plan->light_count; k++) shadow_store_unlit(k, &t->point, samples);
-        return;
-    }
-    for (uint32_t k = 0; k < plan->light_count; k++)
-        shadow_trace(&t->queries, &t->lights.lights[k], k, &t->point, &t->shadow, samples,
-                     counters);
-    if (plan->indirect_strata_per_axis > 0)
-        indirect_trace(&t->queries, &t->lights, &t->point, &t->indirect, samples, counters);
+    t->point.surface = &t->centre.surface;
+    trace_lights(t, plan, samples, counters);
+    if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
 }
 
 /* The pass's paths, batch by batch. */
@@ -217,9 +260,9 @@ static void trace_paths(struct tile_tracer *t, const struct stages *stages, stru
     path_sums_init(&t->sums);
     for (uint32_t done = 0; done < stages->count;) {
         uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        path_trace(&stages->context, &t->block, stages->first + done, n, &t->path);
-        path_sums_add(&t->sums, &t->path.harvest, n, stages->context.demodulate,
-                      stages->context.counters);
+        path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
+        path_sums_add(&t->sums, &t->path.harvest, n, stages->paths.demodulate,
+                      stages->paths.counters);
         done += n;
     }
     path_sums_store(&t->sums, &t->block, samples);
@@ -233,7 +276,7 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
         if (stop && atomic_load_explicit(stop, memory_order_relaxed)) return ERR_STATE;
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->centres) trace_centres(t, plan, samples, counters);
+            if (stages->centres) trace_centres(t, stages, plan, samples, counters);
             if (stages->count > 0) trace_paths(t, stages, samples);
         }
         int32_t first = y > rect.y0 ? y : rect.y0;

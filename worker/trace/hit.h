@@ -22,3 +22,6 @@ struct surface {
 /* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out);
+
+/* Makes the albedo of surfaces with a BSDF that of its diffuse lobe. */
+void hit_diffuse_albedo(const struct RTCRayHit16 *rays, struct surface *s);

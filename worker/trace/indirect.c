@@ -1,8 +1,12 @@
 #include "worker/trace/indirect.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "proto/half.h"
+#include "proto/pattern_path.h"
+#include "proto/v_plane.h"
 #include "worker/shade/lambert.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
@@ -10,15 +14,23 @@
 /* Beyond this the pole is near and 1/(1+z) loses its digits. */
 #define POLE (-0.9999f)
 
-/* What one sample brings back. */
-struct bounce {
-    struct lanes3 radiance;
-    _Alignas(LANES_ALIGN) float distance[LANES]; /* 0: nothing met */
-};
+/* The greatest distance that is none: below REFLECTOR_NONE, the half next to it. */
+#define REFLECTOR_MOST 65472.0f
 
-struct indirect_sums {
-    struct lanes3 half[2]; /* of even samples, of odd ones */
-    _Alignas(LANES_ALIGN) float nearest[LANES];
+#define PLANES_LIGHT                                                                               \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
+
+/* What one block's rays share. */
+struct bounce {
+    const struct path_context *context;
+    const struct block *block;
+    const struct path_vertex *from;
+    struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
+    struct lanes3 tangent, bitangent;
+    uint32_t key[LANES];
+    bool sheared; /* strata of the v-plane, not of the disc */
+    bool light;   /* rays go on as paths; else they only look how far they come */
+    float reach;  /* of the first rays */
 };
 
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
@@ -43,238 +55,275 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
     }
 }
 
-/* Directions around the normals; lanes that point below the facet leave *valid. */
-static void bounce_rays(const struct lanes3 *local, const struct lanes3 *tangent,
-                        const struct lanes3 *bitangent, const struct surface *s,
-                        struct lanes_mask *valid, struct RTCRay16 *r)
+/* Directions of sample i around +z. */
+static void sample_directions(const struct bounce *b, const struct indirect_scratch *s, uint32_t i,
+                              struct lanes3 *local)
 {
-    for (int i = 0; i < LANES; i++) {
-        float a = local->x[i], b = local->y[i], c = local->z[i];
-        float x = a * tangent->x[i] + b * bitangent->x[i] + c * s->normal.x[i];
-        float y = a * tangent->y[i] + b * bitangent->y[i] + c * s->normal.y[i];
-        float z = a * tangent->z[i] + b * bitangent->z[i] + c * s->normal.z[i];
-        float facet = x * s->facet.x[i] + y * s->facet.y[i] + z * s->facet.z[i];
-        valid->on[i] &= -(facet > 0.0f);
-        r->dir_x[i] = x;
-        r->dir_y[i] = y;
-        r->dir_z[i] = z;
-        r->tfar[i] = INFINITY;
+    const uint32_t column = i % s->strata.l, row = i / s->strata.l;
+    if (!b->sheared) {
+        lambert_sample(strata_u(&s->strata, i), strata_v(&s->strata, i), local);
+        return;
     }
-}
-
-/* The shuffled orders in which pixels visit lights. */
-static void shuffle_lights(const struct light_table *lights, const struct shading_point *p,
-                           struct indirect_scratch *scratch)
-{
-    const struct pattern *pattern = &p->plan->pattern;
-    uint32_t l = p->plan->indirect_strata_per_axis;
     for (int k = 0; k < LANES; k++) {
-        if (!p->lit.on[k]) continue;
-        int32_t x = p->block->x_px[k], y = p->block->y_px[k];
-        if (lights->count > 1)
-            pattern_deck_init(&scratch->choice[k], pattern, x, y, PATTERN_INDIRECT_CHOICE, l);
-        pattern_deck_init(&scratch->position[k], pattern, x, y, PATTERN_INDIRECT_LIGHT, l);
+        float d[3];
+        v_plane_direction(s->side[column][k], s->height[column][k], s->sine[row][k],
+                          s->cosine[row][k], d);
+        local->x[k] = d[0];
+        local->y[k] = d[1];
+        local->z[k] = d[2];
     }
 }
 
-/* Each landing point's light and the point on it, for sample i of n = l * l. Lights that several
- * lanes chose are evaluated once for all of them. */
-static void sample_lights(const struct queries *q, const struct light_table *lights,
-                          const struct lanes_mask *active, uint32_t i, uint32_t chosen[LANES],
-                          struct indirect_scratch *scratch)
+/* From the shading frame to the world; lanes whose direction lies below the facet leave *valid. */
+static void turn_directions(const struct bounce *b, const struct lanes3 *local,
+                            struct lanes_mask *valid, struct lanes3 *out)
 {
-    _Alignas(LANES_ALIGN) float u[LANES] = {0}, v[LANES] = {0};
-    uint64_t used = 0; /* LIMIT_LIGHTS bits */
-    memset(&scratch->shadow.traced, 0, sizeof scratch->shadow.traced);
-    for (int k = 0; k < LANES; k++) {
-        float at[2];
-        chosen[k] = UINT32_MAX;
-        if (!active->on[k]) continue;
-        chosen[k] = 0;
-        if (lights->count > 1) {
-            pattern_deck_draw(&scratch->choice[k], i, at);
-            chosen[k] = light_table_choose(lights, at[0]);
-        }
-        pattern_deck_draw(&scratch->position[k], i, at);
-        u[k] = at[0];
-        v[k] = at[1];
-        used |= UINT64_C(1) << chosen[k];
-    }
-    for (uint64_t rest = used; rest; rest &= rest - 1) {
-        uint32_t index = (uint32_t)__builtin_ctzll(rest);
-        q->kernels->sample_light(&lights->lights[index], u, v, &scratch->landing, active,
-                                 &scratch->candidate);
-        for (int k = 0; k < LANES; k++)
-            if (chosen[k] == index) light_take_lane(&scratch->candidate, k, &scratch->shadow);
-    }
-}
-
-/* Lanes whose landing surface reflects something. */
-static void lit_landings(const struct surface *s, const struct block *b, struct lanes_mask *active,
-                         struct counters *counters)
-{
-    int32_t black = 0;
+    const struct lanes3 *t = &b->tangent, *s = &b->bitangent, *n = &b->from->surface.normal;
+    const struct lanes3 *facet = &b->from->surface.facet;
     for (int i = 0; i < LANES; i++) {
-        int32_t reflects = -(s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f);
-        black -= s->hit.on[i] & ~reflects & b->kept.on[i];
-        active->on[i] = s->hit.on[i] & reflects;
-    }
-    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += (uint32_t)black;
-}
-
-/* Adds what the lights send over the landing points: albedo/pi * E * color / p(light). */
-static void add_direct(const struct light_table *lights, const struct surface *landing,
-                       const struct light_packet *sample, const uint32_t chosen[LANES],
-                       struct lanes3 *radiance)
-{
-    for (int i = 0; i < LANES; i++) {
-        if (!sample->traced.on[i] || sample->rays.ray.tfar[i] < 0.0f) continue; /* occluded */
-        const struct light *light = &lights->lights[chosen[i]];
-        const float *color = light->plan->color;
-        float e = sample->irradiance[i] / light->probability; /* every power is positive */
-        radiance->x[i] += lambert_evaluate(landing->albedo.x[i]) * e * color[0];
-        radiance->y[i] += lambert_evaluate(landing->albedo.y[i]) * e * color[1];
-        radiance->z[i] += lambert_evaluate(landing->albedo.z[i]) * e * color[2];
+        float x = local->x[i] * t->x[i] + local->y[i] * s->x[i] + local->z[i] * n->x[i];
+        float y = local->x[i] * t->y[i] + local->y[i] * s->y[i] + local->z[i] * n->y[i];
+        float z = local->x[i] * t->z[i] + local->y[i] * s->z[i] + local->z[i] * n->z[i];
+        float above = x * facet->x[i] + y * facet->y[i] + z * facet->z[i];
+        valid->on[i] &= -(above > 0.0f);
+        out->x[i] = x;
+        out->y[i] = y;
+        out->z[i] = z;
     }
 }
 
-/* Direct light at the landing points of sample i, one shadow ray each. */
-static void light_landings(struct queries *q, const struct light_table *lights,
-                           const struct shading_point *p, struct indirect_scratch *scratch,
-                           uint32_t i, struct lanes3 *radiance, struct counters *counters)
+/* pi times the diffuse lobe over its albedo. It is asked for with a white one: where a texture's
+ * albedo is black, filters still read what its neighbours can use. Surfaces without such a lobe
+ * count as Lambert's, for the sake of other surfaces in their pixel. */
+static float diffuse_weight(const struct path_vertex *v, int i, const float d[3])
 {
-    struct lanes_mask active, counted;
-    struct light_packet *shadow = &scratch->shadow;
-    uint32_t chosen[LANES];
-    lit_landings(&scratch->landing, p->block, &active, counters);
-    sample_lights(q, lights, &active, i, chosen, scratch);
-    for (int k = 0; k < LANES; k++) counted.on[k] = active.on[k] & p->block->kept.on[k];
-    light_count_skips(shadow, &counted, 1, counters);
-    counters->value[COUNTER_RAYS_INDIRECT_SHADOW] += lanes_count_both(&shadow->traced, &counted);
-    queries_occluded(q, QUERY_BOUNCE_SHADOW, &shadow->traced, &shadow->rays);
-    add_direct(lights, &scratch->landing, shadow, chosen, radiance);
+    struct bsdf white = v->bsdf[i];
+    struct bsdf_value value;
+    if (white.model == BSDF_BLACK || white.model == BSDF_MIRROR) return 1.0f;
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    const float wi[3] = {d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i],
+                         d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] +
+                             d[2] * v->bitangent.z[i],
+                         d[0] * v->surface.normal.x[i] + d[1] * v->surface.normal.y[i] +
+                             d[2] * v->surface.normal.z[i]};
+    white.albedo[0] = white.albedo[1] = white.albedo[2] = 1.0f;
+    bsdf_evaluate(&white, wo, wi, &value);
+    return ELEMENTARY_PI * value.diffuse;
 }
 
-/* Emission of geometry that no light stands for. */
-static void add_emission(const struct surface *landing, struct lanes3 *radiance)
+static void begin_path(const struct bounce *b, uint32_t sample, uint32_t slot, int i,
+                       const struct lanes3 *direction, struct path_pool *pool)
 {
-    for (int i = 0; i < LANES; i++) {
-        int counts = !landing->light.on[i];
-        radiance->x[i] += counts ? landing->emission.x[i] : 0.0f;
-        radiance->y[i] += counts ? landing->emission.y[i] : 0.0f;
-        radiance->z[i] += counts ? landing->emission.z[i] : 0.0f;
+    uint32_t lane;
+    const struct path_vertex *v = b->from;
+    struct path_packet *p = path_pool_add(pool, &lane);
+    struct RTCRay16 *r = &p->rays.ray;
+    const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
+    const float weight = v->any_general && !v->lambert.on[i] ? diffuse_weight(v, i, d) : 1.0f;
+    r->org_x[lane] = v->surface.origin.x[i];
+    r->org_y[lane] = v->surface.origin.y[i];
+    r->org_z[lane] = v->surface.origin.z[i];
+    r->dir_x[lane] = d[0];
+    r->dir_y[lane] = d[1];
+    r->dir_z[lane] = d[2];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = b->reach;
+    p->throughput.x[lane] = p->throughput.y[lane] = p->throughput.z[lane] = weight;
+    p->pdf[lane] = 0.0f; /* no light sample could have found it: there was none */
+    p->key[lane] = b->key[i];
+    p->sample[lane] = sample;
+    p->slot[lane] = slot + (uint32_t)i;
+}
+
+/* The first rays of sample `sample`, into slots from `slot` on. */
+static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
+                         uint32_t slot, struct path_pool *pool)
+{
+    struct lanes_mask valid = b->counted;
+    struct lanes3 local, direction;
+    sample_directions(b, s, sample, &local);
+    turn_directions(b, &local, &valid, &direction);
+    b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
+        lanes_count(&b->counted) - lanes_count(&valid);
+    for (int i = 0; i < LANES; i++)
+        if (valid.on[i]) begin_path(b, sample, slot, i, &direction, pool);
+}
+
+/* Rays that only look whether anything is near. */
+static void look_around(const struct bounce *b, struct path_pool *pool, struct path_harvest *h)
+{
+    const struct path_context *c = b->context;
+    for (uint32_t k = 0; k < path_pool_packets(pool); k++) {
+        struct path_packet *p = &pool->packets[k];
+        struct lanes_mask valid;
+        path_packet_lanes(p, &valid);
+        if (c->blended)
+            c->queries->kernels->ray_keys(p, PATH_FIELD_DEPTH, PATH_RAY_OCCLUSION, &p->rays.ray);
+        queries_sanitise(c->queries, &valid, &p->rays.ray);
+        c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
+        queries_closest(c->queries, QUERY_BOUNCE, &valid, &p->rays);
+        path_note_reach(p, &valid, h);
     }
 }
 
-/* Samples that are not finite count as black. */
-static void reject(const struct block *b, struct lanes3 *radiance, struct counters *counters)
+/* Samples that are not finite count as black. Nothing is negative. */
+static void reject(const struct lanes_mask *counted, size_t first, struct path_rgb *radiance,
+                   struct counters *counters)
 {
     int32_t rejected = 0;
+    float *r = radiance->r + first, *g = radiance->g + first, *b = radiance->b + first;
     for (int i = 0; i < LANES; i++) {
-        int finite =
-            (radiance->x[i] < INFINITY) & (radiance->y[i] < INFINITY) & (radiance->z[i] < INFINITY);
-        rejected -= -!finite & b->kept.on[i];
-        radiance->x[i] = finite ? radiance->x[i] : 0.0f;
-        radiance->y[i] = finite ? radiance->y[i] : 0.0f;
-        radiance->z[i] = finite ? radiance->z[i] : 0.0f;
+        int finite = (r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY);
+        rejected -= -!finite & counted->on[i];
+        r[i] = finite ? r[i] : 0.0f;
+        g[i] = finite ? g[i] : 0.0f;
+        b[i] = finite ? b[i] : 0.0f;
     }
     counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint32_t)rejected;
 }
 
-static void trace_sample(struct queries *q, const struct light_table *lights,
-                         const struct shading_point *p, const struct lanes3 *tangent,
-                         const struct lanes3 *bitangent, struct indirect_scratch *scratch,
-                         uint32_t i, struct bounce *out, struct counters *counters)
+static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t sample,
+                       struct indirect_sums *sums)
 {
-    struct lanes_mask valid = p->lit;
-    struct lanes3 local;
-    memset(out, 0, sizeof *out);
-    lambert_sample(strata_u(&scratch->strata, i), strata_v(&scratch->strata, i), &local);
-    bounce_rays(&local, tangent, bitangent, p->surface, &valid, &scratch->bounce.ray);
-    uint32_t traced = lanes_count_both(&valid, &p->block->kept);
-    counters->value[COUNTER_RAYS_INDIRECT] += traced;
-    counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&p->counted) - traced;
-    queries_sanitise(q, &valid, &scratch->bounce.ray);
-    queries_closest(q, QUERY_BOUNCE, &valid, &scratch->bounce);
-    hit_resolve(q, &valid, &scratch->bounce, &scratch->landing);
-    memcpy(out->distance, scratch->landing.distance, sizeof out->distance);
-    add_emission(&scratch->landing, &out->radiance);
-    if (lights->count > 0) light_landings(q, lights, p, scratch, i, &out->radiance, counters);
-    reject(p->block, &out->radiance, counters);
-}
-
-static void add_sample(const struct bounce *b, uint32_t i, struct indirect_sums *sums)
-{
-    struct lanes3 *half = &sums->half[i & 1];
-    for (int k = 0; k < LANES; k++) {
-        half->x[k] += b->radiance.x[k];
-        half->y[k] += b->radiance.y[k];
-        half->z[k] += b->radiance.z[k];
-        float met = b->distance[k] > 0.0f ? b->distance[k] : INFINITY;
-        sums->nearest[k] = met < sums->nearest[k] ? met : sums->nearest[k];
+    struct lanes3 *half = &sums->half[sample & 1];
+    const struct path_rgb *radiance = &h->indirect;
+    for (size_t i = 0; i < LANES; i++) {
+        float met = h->distance[first + i];
+        half->x[i] += radiance->r[first + i];
+        half->y[i] += radiance->g[first + i];
+        half->z[i] += radiance->b[first + i];
+        sums->open[i] += met >= distance ? 1.0f : 0.0f;
+        met = met > 0.0f ? met : INFINITY;
+        sums->nearest[i] = met < sums->nearest[i] ? met : sums->nearest[i];
     }
 }
 
-static void store_sample(const struct shading_point *p, const struct bounce *b, uint32_t i,
-                         struct samples *samples)
+static void store_sample(const struct bounce *b, const struct path_harvest *h, size_t first,
+                         uint32_t sample, struct samples *samples)
 {
-    const float *planes[3] = {b->radiance.x, b->radiance.y, b->radiance.z};
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    const struct plan *plan = b->context->plan;
+    const float *planes[3] = {h->indirect.r, h->indirect.g, h->indirect.b};
     for (uint32_t c = 0; c < 3; c++)
-        block_store_half(p->block, planes[c], p->plan->radiance_scale,
-                         samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * i + c));
-    block_store_positive_half(p->block, b->distance, 1.0f / p->plan->length_unit,
-                              samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * i + 3));
+        block_store_half(b->block, planes[c] + first, plan->radiance_scale,
+                         samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + c));
+    for (int i = 0; i < LANES; i++) {
+        float met = h->distance[first + (size_t)i];
+        distance[i] = met < INFINITY ? met : 0.0f;
+    }
+    block_store_positive_half(b->block, distance, 1.0f / plan->length_unit,
+                              samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + 3));
 }
 
-static void store_sums(const struct shading_point *p, struct indirect_sums *sums, uint32_t count,
-                       struct samples *samples)
+static void store_radiance(const struct bounce *b, const struct indirect_sums *sums, uint32_t count,
+                           struct samples *samples)
 {
     const uint32_t odd_count = count / 2;
-    float even = (float)(count - odd_count), odd = (float)odd_count;
-    if (count == 1) sums->half[1] = sums->half[0], odd = even;
+    const float even = (float)(count - odd_count), odd = (float)odd_count;
+    const float scale = b->context->plan->radiance_scale;
     const float *e[3] = {sums->half[0].x, sums->half[0].y, sums->half[0].z};
     const float *o[3] = {sums->half[1].x, sums->half[1].y, sums->half[1].z};
     for (uint32_t c = 0; c < 3; c++) {
         _Alignas(LANES_ALIGN) float mean[LANES], low[LANES], high[LANES];
         for (int i = 0; i < LANES; i++) {
             low[i] = e[c][i] / even;
-            high[i] = o[c][i] / odd;
-            mean[i] = count == 1 ? low[i] : (e[c][i] + o[c][i]) / (even + odd);
+            high[i] = count > 1 ? o[c][i] / odd : low[i];
+            mean[i] = (e[c][i] + o[c][i]) / (even + odd);
         }
-        float scale = p->plan->radiance_scale;
-        block_store_half(p->block, mean, scale, samples_u16(samples, PLANE_INDIRECT_MEAN, c));
-        block_store_half(p->block, low, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c));
-        block_store_half(p->block, high, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c + 3));
+        block_store_half(b->block, mean, scale, samples_u16(samples, PLANE_INDIRECT_MEAN, c));
+        block_store_half(b->block, low, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c));
+        block_store_half(b->block, high, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c + 3));
     }
-    for (int i = 0; i < LANES; i++)
-        sums->nearest[i] = sums->nearest[i] < INFINITY ? sums->nearest[i] : 0.0f;
-    block_store_positive_half(p->block, sums->nearest, 1.0f / p->plan->length_unit,
-                              samples_u16(samples, PLANE_REFLECTOR, 0));
 }
 
-void indirect_trace(struct queries *q, const struct light_table *lights,
-                    const struct shading_point *p, struct indirect_scratch *scratch,
-                    struct samples *samples, struct counters *counters)
+static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
+                            uint32_t count, struct samples *samples)
 {
-    uint32_t l = p->plan->indirect_strata_per_axis, count = l * l;
-    bool per_stratum = p->plan->planes >> PLANE_INDIRECT_STRATA & 1;
-    struct lanes3 tangent, bitangent;
-    struct indirect_sums sums;
-    struct RTCRay16 *r = &scratch->bounce.ray;
-    memset(&sums, 0, sizeof sums);
-    for (int i = 0; i < LANES; i++) sums.nearest[i] = INFINITY;
-    indirect_tangents(&p->plan->camera, &p->surface->normal, &tangent, &bitangent);
-    strata_init(&scratch->strata, &p->plan->pattern, p->block, PATTERN_INDIRECT, l);
-    if (lights->count > 0) shuffle_lights(lights, p, scratch);
-    memcpy(r->org_x, p->surface->origin.x, sizeof r->org_x);
-    memcpy(r->org_y, p->surface->origin.y, sizeof r->org_y);
-    memcpy(r->org_z, p->surface->origin.z, sizeof r->org_z);
-    memset(r->tnear, 0, sizeof r->tnear);
-    for (uint32_t i = 0; i < count; i++) {
-        struct bounce bounce;
-        trace_sample(q, lights, p, &tangent, &bitangent, scratch, i, &bounce, counters);
-        add_sample(&bounce, i, &sums);
-        if (per_stratum) store_sample(p, &bounce, i, samples);
+    _Alignas(LANES_ALIGN) float reflector[LANES], open[LANES];
+    const float scale = 1.0f / b->context->plan->length_unit;
+    for (int i = 0; i < LANES; i++) {
+        float near = scale * sums->nearest[i];
+        near = near > FLT_MIN ? near : FLT_MIN; /* 0 would say that nothing was traced */
+        near = near < REFLECTOR_MOST ? near : REFLECTOR_MOST;
+        near = sums->nearest[i] < INFINITY ? near : REFLECTOR_NONE;
+        reflector[i] = b->lit.on[i] ? near : 0.0f;
+        open[i] = sums->open[i] / (float)count;
     }
-    store_sums(p, &sums, count, samples);
+    block_store_positive_half(b->block, reflector, 1.0f, samples_u16(samples, PLANE_REFLECTOR, 0));
+    block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_OPEN, 0));
+}
+
+static void strata_of_plane(struct indirect_scratch *s)
+{
+    for (uint32_t k = 0; k < s->strata.l; k++)
+        for (int i = 0; i < LANES; i++) {
+            v_plane_column(s->strata.column[k][i], &s->side[k][i], &s->height[k][i]);
+            v_plane_row(s->strata.row[k][i], &s->sine[k][i], &s->cosine[k][i]);
+        }
+}
+
+static void bounce_init(const struct path_context *c, const struct block *block,
+                        const struct path_vertex *from, const struct lanes_mask *lit,
+                        struct indirect_scratch *s, struct bounce *b)
+{
+    const struct plan *plan = c->plan;
+    const struct pattern *pattern = &plan->pattern;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    b->context = c;
+    b->block = block;
+    b->from = from;
+    b->lit = *lit;
+    for (int i = 0; i < LANES; i++) {
+        b->counted.on[i] = lit->on[i] & block->kept.on[i];
+        b->key[i] =
+            path_field_key(path_key(pattern->seed, pattern->frame, block->x_px[i], block->y_px[i]));
+    }
+    b->light = (plan->planes & PLANES_LIGHT) != 0;
+    b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
+    indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
+    strata_init(&s->strata, pattern, block, PATTERN_INDIRECT, l);
+    b->sheared =
+        plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
+    if (b->sheared) strata_of_plane(s);
+    memset(&s->sums, 0, sizeof s->sums);
+    for (int i = 0; i < LANES; i++) s->sums.nearest[i] = INFINITY;
+}
+
+/* Samples first .. first + count - 1. */
+static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
+                        struct indirect_scratch *s, struct path_scratch *paths,
+                        struct samples *samples)
+{
+    const struct plan *plan = b->context->plan;
+    struct path_harvest *h = &paths->harvest;
+    struct path_pool *pool = &paths->pools[0];
+    const bool per_stratum = plan->planes >> PLANE_INDIRECT_STRATA & 1;
+    pool->count = 0;
+    path_harvest_clear_field(h, count);
+    for (uint32_t k = 0; k < count; k++) begin_sample(b, s, first + k, k * LANES, pool);
+    if (b->light)
+        path_trace_field(b->context, paths);
+    else
+        look_around(b, pool, h);
+    for (uint32_t k = 0; k < count; k++) {
+        reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
+        add_sample(h, k * LANES, plan->occlusion_distance, first + k, &s->sums);
+        if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
+    }
+}
+
+void indirect_trace(const struct path_context *c, const struct block *block,
+                    const struct path_vertex *from, const struct lanes_mask *lit,
+                    struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
+{
+    const uint32_t l = c->plan->indirect_strata_per_axis, count = l * l;
+    struct bounce b;
+    bounce_init(c, block, from, lit, s, &b);
+    for (uint32_t done = 0; done < count;) {
+        uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        trace_batch(&b, done, n, s, paths, samples);
+        done += n;
+    }
+    store_radiance(&b, &s->sums, count, samples);
+    store_distances(&b, &s->sums, count, samples);
 }

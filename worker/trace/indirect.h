@@ -1,29 +1,46 @@
 #pragma once
-/* One bounce of indirect light: cosine-distributed rays from camera hits, lit where they land by
- * one point of one light, chosen by power.
+/* The light field of indirect light: stratified cosine-distributed rays from what is seen through
+ * pixel centres, each going on as a path (path.h); and how far they come, for filters and for
+ * ambient occlusion.
  *
  * Sample i of a pixel has its direction from the dimension PATTERN_INDIRECT: stratum (u, v), mapped
- * by lambert_sample around the shading normal. The tangents are those of Frisvad (2012, "Building
- * an orthonormal basis from a 3D unit vector without normalization") in the camera's axes (right,
- * up, -forward), whose pole lies where no visible normal points, so that they vary smoothly over a
- * surface (filters.md section 3). */
-#include "worker/scene/light_table.h"
-#include "worker/trace/shadow.h"
+ * by lambert_sample, or for the sheared filter by proto/v_plane.h, around the shading normal. The
+ * tangents are those of Frisvad (2012, "Building an orthonormal basis from a 3D unit vector without
+ * normalization") in the camera's axes (right, up, -forward), whose pole lies where no visible
+ * normal points, so that they vary smoothly over a surface (filters.md section 3). Its later random
+ * numbers are pattern_path.h's, by path_field_key.
+ *
+ * A sample's radiance is what a white surface's diffuse lobe would send to the camera of light that
+ * was scattered before, at least once and at most plan.bounces times: their mean times albedo is
+ * the picture's. Rays below the facet bring nothing and count as blocked. */
+#include "proto/samples.h"
+#include "worker/trace/path.h"
+#include "worker/trace/strata.h"
 
 /* Tangents of unit normals, in world space. */
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
                        struct lanes3 *tangent, struct lanes3 *bitangent);
 
-/* Scratch; rays as queries_init_rays left them. */
-struct indirect_scratch {
-    struct RTCRayHit16 bounce;
-    struct light_packet shadow, candidate;
-    struct strata strata;
-    struct surface landing;
-    struct pattern_deck choice[LANES], position[LANES]; /* a pixel's light and point on it */
+struct indirect_sums {
+    struct lanes3 half[2]; /* of even samples, of odd ones */
+    _Alignas(LANES_ALIGN) float nearest[LANES];
+    _Alignas(LANES_ALIGN) float open[LANES]; /* rays that come as far as the plan's distance */
 };
 
-/* Traces the point's lanes into the indirect planes of `samples`. */
-void indirect_trace(struct queries *q, const struct light_table *lights,
-                    const struct shading_point *point, struct indirect_scratch *scratch,
-                    struct samples *samples, struct counters *counters);
+struct indirect_scratch {
+    struct strata strata;
+    struct indirect_sums sums;
+    /* the v-plane's columns and rows */
+    _Alignas(LANES_ALIGN) float side[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
+    _Alignas(LANES_ALIGN) float height[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
+    _Alignas(LANES_ALIGN) float sine[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
+    _Alignas(LANES_ALIGN) float cosine[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
+};
+
+/* Traces the lanes of *lit, all with a surface in *from (path_resolve), into the planes of bounce
+ * rays that `samples` has; without a plane of radiance, only the first rays and no farther than the
+ * plan's occlusion_distance. c->field holds; paths->harvest is overwritten. */
+void indirect_trace(const struct path_context *c, const struct block *block,
+                    const struct path_vertex *from, const struct lanes_mask *lit,
+                    struct indirect_scratch *scratch, struct path_scratch *paths,
+                    struct samples *samples);

@@ -1,5 +1,6 @@
 #include "worker/trace/path.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -84,13 +85,13 @@ static void align_tangents(const struct path_context *c, int i, const struct mat
     v->bitangent.z[i] = direction[0] * b[2] - direction[1] * t[2];
 }
 
-static void prepare_general(const struct path_context *c, const struct path_packet *p, int i,
+static void resolve_general(const struct path_context *c, const struct RTCRayHit16 *rays, int i,
                             struct path_vertex *v)
 {
     struct surface *s = &v->surface;
     const struct mesh_view *mesh = s->mesh[i];
-    const struct RTCHit16 *hit = &p->rays.hit;
-    const struct RTCRay16 *r = &p->rays.ray;
+    const struct RTCHit16 *hit = &rays->hit;
+    const struct RTCRay16 *r = &rays->ray;
     struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
     struct material_uv uv;
     mesh_uv(&at, &uv);
@@ -105,22 +106,32 @@ static void prepare_general(const struct path_context *c, const struct path_pack
     s->albedo.z[i] = v->bsdf[i].albedo[2];
 }
 
+void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
+                  struct path_vertex *v)
+{
+    v->any_lambert = v->any_general = false;
+    for (int i = 0; i < LANES; i++) {
+        bool active = v->active.on[i], lambert = active && v->surface.mesh[i]->material->lambert;
+        v->lambert.on[i] = lambert ? -1 : 0;
+        v->any_lambert |= lambert;
+        v->any_general |= active != lambert;
+    }
+    if (!v->any_general) return;
+    c->queries->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
+    for (int i = 0; i < LANES; i++)
+        if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
+}
+
 /* Finds what each path's surface does to light; paths that it takes nowhere end. */
 static void prepare(const struct path_context *c, const struct path_packet *p,
                     struct path_vertex *v)
 {
     uint64_t black = 0;
-    struct surface *s = &v->surface;
-    v->any_lambert = v->any_general = false;
+    const struct surface *s = &v->surface;
+    for (int i = 0; i < LANES; i++) v->active.on[i] = s->hit.on[i] & -(i < (int)p->count);
+    path_resolve(c, &p->rays, v);
+    v->any_lambert = false;
     for (int i = 0; i < LANES; i++) {
-        const struct material *m = s->hit.on[i] ? s->mesh[i]->material : NULL;
-        v->active.on[i] = m && (uint32_t)i < p->count ? -1 : 0;
-        v->lambert.on[i] = v->active.on[i] && m->lambert ? -1 : 0;
-        v->any_general |= v->active.on[i] != v->lambert.on[i];
-    }
-    if (v->any_general) c->queries->kernels->tangents(&s->normal, &v->tangent, &v->bitangent);
-    for (int i = 0; i < LANES; i++) {
-        if (v->active.on[i] && !v->lambert.on[i]) prepare_general(c, p, i, v);
         bool lights = v->lambert.on[i] ? s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f
                                        : v->active.on[i] && v->bsdf[i].model != BSDF_BLACK;
         black += v->active.on[i] && !lights;
@@ -177,26 +188,76 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
     }
 }
 
+void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
+                     struct path_harvest *h)
+{
+    const struct RTCRayHit16 *r = &p->rays;
+    for (uint32_t i = 0; i < p->count; i++) {
+        bool hit = r->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID && r->ray.tfar[i] < INFINITY;
+        float reach = r->ray.tfar[i] > FLT_MIN ? r->ray.tfar[i] : FLT_MIN; /* a hit, at 0 too */
+        if (valid->on[i]) h->distance[p->slot[i]] = hit ? reach : INFINITY;
+    }
+}
+
+/* Beyond what it has met a path carries only what the first surface's diffuse lobe did not send;
+ * by chance, in proportion to that share. */
+static void leave_diffuse(const struct path_context *c, struct path_packet *p,
+                          struct path_vertex *v, struct path_harvest *h)
+{
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    uint64_t *counters = c->counters->value;
+    bool any = false;
+    c->queries->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!v->active.on[i]) continue;
+        float kept[3] = {h->kept.r[slot], h->kept.g[slot], h->kept.b[slot]};
+        float most = fmaxf(kept[0], fmaxf(kept[1], kept[2]));
+        bool stays = chance[i] < most;
+        counters[most > 0.0f ? COUNTER_SKIPPED_ROULETTE : COUNTER_SKIPPED_LIGHT_FIELD] += !stays;
+        v->active.on[i] &= stays ? -1 : 0;
+        v->lambert.on[i] &= v->active.on[i];
+        any |= stays;
+        if (!stays) continue;
+        p->throughput.x[i] *= kept[0] / most;
+        p->throughput.y[i] *= kept[1] / most;
+        p->throughput.z[i] *= kept[2] / most;
+        h->share.r[slot] = h->share.g[slot] = h->share.b[slot] = 0.0f;
+    }
+    if (!any) v->any_lambert = v->any_general = false;
+}
+
+/* Traces the packet's rays and adds what they meet; v has the surfaces that light up. */
+static void follow(const struct path_context *c, struct path_packet *p, struct path_vertex *v,
+                   struct path_harvest *h)
+{
+    struct lanes_mask valid;
+    const bool camera = v->depth == 0;
+    path_packet_lanes(p, &valid);
+    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_NEXT, &p->rays.ray);
+    queries_sanitise(c->queries, &valid, &p->rays.ray);
+    c->counters->value[camera ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
+        lanes_count(&valid);
+    queries_closest(c->queries, camera ? QUERY_CAMERA : QUERY_BOUNCE, &valid, &p->rays);
+    hit_resolve(c->queries, &valid, &p->rays, &v->surface);
+    if (c->field && v->depth == PATH_FIELD_DEPTH) path_note_reach(p, &valid, h);
+    attenuate(p, v);
+    path_meet(c, p, v, h);
+    prepare(c, p, v);
+}
+
 static void trace_packet(const struct path_context *c, uint32_t depth, struct path_packet *p,
                          struct path_scratch *s, struct path_pool *next)
 {
     struct path_vertex *v = &s->vertex;
-    struct lanes_mask valid;
     v->depth = depth;
-    path_packet_lanes(p, &valid);
-    if (c->blended) c->queries->kernels->ray_keys(p, depth, PATH_RAY_NEXT, &p->rays.ray);
-    queries_sanitise(c->queries, &valid, &p->rays.ray);
-    c->counters->value[depth == 0 ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
-        lanes_count(&valid);
-    queries_closest(c->queries, depth == 0 ? QUERY_CAMERA : QUERY_BOUNCE, &valid, &p->rays);
-    hit_resolve(c->queries, &valid, &p->rays, &v->surface);
-    attenuate(p, v);
-    path_meet(c, p, v, &s->harvest);
-    prepare(c, p, v);
+    follow(c, p, v, &s->harvest);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
     if (depth == 0 && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
+    if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
+    if (!(v->any_lambert || v->any_general)) return;
     if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
     if (depth < c->plan->bounces || c->shines)
         path_scatter(c, p, v, &s->harvest, next);
@@ -204,13 +265,11 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
         c->counters->value[COUNTER_SKIPPED_LAST_SEGMENT] += lanes_count(&v->active);
 }
 
-void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
-                struct path_scratch *s)
+/* Traces the paths in pools[0] to their ends. */
+static void trace_on(const struct path_context *c, uint32_t depth, struct path_scratch *s)
 {
     struct path_pool *now = &s->pools[0], *next = &s->pools[1];
-    memset(&s->harvest, 0, sizeof s->harvest);
-    path_camera(c, b, first, count, now);
-    for (uint32_t depth = 0; now->count > 0; depth++) {
+    for (; now->count > 0; depth++) {
         next->count = 0;
         for (uint32_t k = 0; k < path_pool_packets(now); k++)
             trace_packet(c, depth, &now->packets[k], s, next);
@@ -218,4 +277,26 @@ void path_trace(const struct path_context *c, const struct block *b, uint32_t fi
         now = next;
         next = done;
     }
+}
+
+void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
+                struct path_scratch *s)
+{
+    memset(&s->harvest, 0, sizeof s->harvest);
+    path_camera(c, b, first, count, &s->pools[0]);
+    trace_on(c, 0, s);
+}
+
+void path_harvest_clear_field(struct path_harvest *h, uint32_t count)
+{
+    const size_t bytes = sizeof(float) * count * LANES;
+    memset(h->indirect.r, 0, bytes);
+    memset(h->indirect.g, 0, bytes);
+    memset(h->indirect.b, 0, bytes);
+    memset(h->distance, 0, bytes);
+}
+
+void path_trace_field(const struct path_context *c, struct path_scratch *s)
+{
+    trace_on(c, PATH_FIELD_DEPTH, s);
 }

@@ -29,9 +29,12 @@ struct path_context {
     bool demodulate; /* the plan wants the diffuse planes */
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
+    bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
+    bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
+                            field brings the rest */
 };
 
-/* One surface of sixteen paths. */
+/* One surface of sixteen paths, or of sixteen pixels. */
 struct path_vertex {
     uint32_t depth;           /* scatterings before it */
     struct lanes_mask active; /* paths that are still on their way */
@@ -60,10 +63,31 @@ struct path_scratch {
 
 void path_scratch_init(struct path_scratch *s);
 
+/* Where paths of the light field begin: after the first scattering. */
+#define PATH_FIELD_DEPTH 1
+
 /* Traces samples first .. first + count - 1, count <= PATH_SAMPLES, of the block's kept pixels into
  * s->harvest. Slots of other pixels are zero. */
 void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
                 struct path_scratch *s);
+
+/* Forgets the light field's first `count` samples: `indirect` and `distance`. */
+void path_harvest_clear_field(struct path_harvest *h, uint32_t count);
+
+/* Traces the paths in s->pools[0], which have been scattered PATH_FIELD_DEPTH times, to their ends;
+ * c->field holds. Adds what they bring to `indirect` of the harvest and sets `distance`. What
+ * shines by itself at the first hit is scattered once only, no indirect light; it counts where
+ * nothing else would bring it: of surfaces that no light stands for, under a plan without paths. */
+void path_trace_field(const struct path_context *c, struct path_scratch *s);
+
+/* Sets `distance` of the light field's first rays, which have come back. */
+void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
+                     struct path_harvest *h);
+
+/* What the surfaces in the lanes of v->active do to light: which are pure Lambert, the others' BSDF
+ * and shading frame, and their diffuse albedo into v->surface. `rays` met the surface. */
+void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
+                  struct path_vertex *v);
 
 /* The steps, in their order; each works on one packet. */
 

@@ -104,9 +104,29 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
     }
 }
 
+/* What the light field's first rays meet is direct light, which the plan's lights or its paths
+ * bring; but for surfaces that no light stands for where there are no paths. */
+static void meet_unlisted(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    if (c->plan->paths.spp > 0) return;
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!s->hit.on[i] || s->light.on[i]) continue;
+        h->indirect.r[slot] += s->emission.x[i] * p->throughput.x[i];
+        h->indirect.g[slot] += s->emission.y[i] * p->throughput.y[i];
+        h->indirect.b[slot] += s->emission.z[i] * p->throughput.z[i];
+    }
+}
+
 void path_meet(const struct path_context *c, const struct path_packet *p,
                const struct path_vertex *v, struct path_harvest *h)
 {
+    if (c->field && v->depth == PATH_FIELD_DEPTH) {
+        meet_unlisted(c, p, v, h);
+        return;
+    }
     if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
     if (v->depth > 0) meet_rectangles(c, p, v, h);
     meet_surfaces(c, p, v, h);

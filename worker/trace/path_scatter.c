@@ -46,6 +46,15 @@ static void keep_share(const struct bsdf_sample *sample, const float weight[3], 
     h->share.b[slot] = weight[2] > 0.0f ? sample->diffuse / weight[2] : 0.0f;
 }
 
+/* The part of the weight that is not the diffuse lobe's. Pure Lambert surfaces keep nothing. */
+static void keep_rest(const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
+                      struct path_harvest *h)
+{
+    h->kept.r[slot] = weight[0] > 0.0f ? sample->specular[0] / weight[0] : 0.0f;
+    h->kept.g[slot] = weight[1] > 0.0f ? sample->specular[1] / weight[1] : 0.0f;
+    h->kept.b[slot] = weight[2] > 0.0f ? sample->specular[2] / weight[2] : 0.0f;
+}
+
 static void scatter_general(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, int i, float choice, const float u[2],
                             struct scattering *out, struct path_harvest *h)
@@ -74,6 +83,7 @@ static void scatter_general(const struct path_context *c, const struct path_pack
     /* Light samples look at the near side only. */
     out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
     if (c->demodulate && v->depth == 0) keep_share(&sample, weight, p->slot[i], h);
+    if (c->leaves_diffuse && v->depth == 0) keep_rest(&sample, weight, p->slot[i], h);
 }
 
 /* After a pure Lambert surface all that comes is diffuse. */
@@ -126,8 +136,17 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->pdf[lane] = s->pdf[i];
 }
 
+/* Whether all that the path could bring is the light field's: direct light nothing can send it. */
+static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
+                        const struct path_harvest *h)
+{
+    if (!c->leaves_diffuse || v->depth > 0 || c->shines) return false;
+    return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
+}
+
 static void append(const struct path_context *c, const struct path_packet *p,
-                   const struct path_vertex *v, const struct scattering *s, struct path_pool *pool)
+                   const struct path_vertex *v, const struct scattering *s,
+                   const struct path_harvest *h, struct path_pool *pool)
 {
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
     bool roulette = v->depth >= ROULETTE_DEPTH;
@@ -139,6 +158,10 @@ static void append(const struct path_context *c, const struct path_packet *p,
         if (!v->active.on[i]) continue;
         if (!s->on.on[i]) {
             counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
+            continue;
+        }
+        if (is_left_out(c, v, p->slot[i], h)) {
+            counters[COUNTER_SKIPPED_LIGHT_FIELD]++;
             continue;
         }
         uint32_t lane;
@@ -171,5 +194,5 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
         const float at[2] = {u[i], w[i]};
         if (v->active.on[i] && !v->lambert.on[i]) scatter_general(c, p, v, i, lobe[i], at, &s, h);
     }
-    append(c, p, v, &s, next);
+    append(c, p, v, &s, h, next);
 }
