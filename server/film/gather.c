@@ -156,7 +156,6 @@ static void gather_surface(const struct overlap *o)
 {
     const struct samples *s = o->samples;
     struct patch *p = o->patch;
-    if (p->id) copy_words(o, samples_u32(s, PLANE_ID, 0), p->id);
     for (uint32_t c = 0; c < 3 && p->albedo[0]; c++) {
         widen_unorms(o, samples_u16(s, PLANE_ALBEDO, c), p->albedo[c]);
     }
@@ -198,10 +197,10 @@ static void gather_strata(const struct overlap *o)
     }
 }
 
-static void gather_radiance(const struct overlap *o)
+static void gather_indirect(const struct overlap *o)
 {
     struct patch *p = o->patch;
-    gather_rgb(o, PLANE_EMISSION, 0, p->emission);
+    if (p->id) copy_words(o, samples_u32(o->samples, PLANE_ID, 0), p->id);
     gather_rgb(o, PLANE_INDIRECT_MEAN, 0, p->indirect);
     gather_rgb(o, PLANE_INDIRECT_HALVES, 0, p->indirect_even);
     gather_rgb(o, PLANE_INDIRECT_HALVES, 3, p->indirect_odd);
@@ -209,6 +208,7 @@ static void gather_radiance(const struct overlap *o)
         widen_halves(o, samples_u16(o->samples, PLANE_REFLECTOR, 0), o->plan->length_unit,
                      p->reflector);
     if (p->indirect_strata) gather_strata(o);
+    if (p->open) widen_halves(o, samples_u16(o->samples, PLANE_OPEN, 0), 1.0f, p->open);
 }
 
 static void gather_irradiance(const struct overlap *o, uint32_t k)
@@ -284,10 +284,12 @@ void gather_tile(const struct plan *plan, const struct samples *samples, uint32_
     if (!overlap_init(&o, plan, samples, tile, patch->rect, patch)) return;
     gather_geometry(&o);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE) gather_indirect(&o);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) gather_indirect(&o);
     gather_surface(&o);
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
-    gather_radiance(&o);
+    gather_rgb(&o, PLANE_EMISSION, 0, patch->emission);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_irradiance(&o, k);
     if (plan->paths.spp > 0) gather_paths(&o, path_spp);
 }

@@ -148,9 +148,18 @@ uint32_t frame_tiles_waiting(const struct frame *f)
     return tile_queue_waiting(f->tiles);
 }
 
+uint32_t frame_pass_samples(const struct plan *plan, uint32_t pass)
+{
+    uint32_t first, count;
+    plan_pass_range(plan, pass, &first, &count);
+    if (pass == 0) count += plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    return count > 0 ? count : 1;
+}
+
 double frame_traced_share(const struct frame *f)
 {
-    const uint32_t each = f->plan.paths.spp > 0 ? f->plan.paths.spp : 1;
+    const uint32_t first = frame_pass_samples(&f->plan, 0);
+    const uint32_t each = first + f->plan.paths.spp - plan_pass_spp(&f->plan, 1);
     return (double)f->samples_landed / ((double)each * tile_grid_count(&f->grid));
 }
 

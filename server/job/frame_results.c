@@ -76,12 +76,14 @@ static int submit_ready(struct frame *f)
     return error;
 }
 
-/* Clocks are read one after the other: the part may seem longer than the whole. */
+/* Clocks are read one after the other: the parts may seem longer than the whole. */
 static void count_time(struct statistics *sum, const struct block_task *t)
 {
-    const uint64_t all_us = t->task.cpu_us, shadow_us = t->statistics.shadow_cpu_us;
-    sum->shadow_cpu_us += shadow_us;
-    sum->reconstruct_cpu_us += all_us > shadow_us ? all_us - shadow_us : 0;
+    const uint64_t all_us = t->task.cpu_us;
+    const uint64_t filters_us = t->statistics.shadow_cpu_us + t->statistics.indirect_cpu_us;
+    sum->shadow_cpu_us += t->statistics.shadow_cpu_us;
+    sum->indirect_cpu_us += t->statistics.indirect_cpu_us;
+    sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
 }
 
 static void count_pixels(struct statistics *sum, const struct block_statistics *block)
@@ -92,6 +94,9 @@ static void count_pixels(struct statistics *sum, const struct block_statistics *
     sum->shadow_pixels_alone += block->shadow.pixels_alone;
     sum->shadow_pixels_unlit += block->shadow.pixels_unlit;
     sum->shadow_blocks_skipped += block->shadow.blocks_skipped;
+    sum->indirect_pixels_filtered += block->indirect.pixels_filtered;
+    sum->indirect_pixels_skipped += block->indirect.pixels_skipped;
+    sum->indirect_blocks_skipped += block->indirect.blocks_skipped;
 }
 
 static void block_over(struct frame *f, const struct block_task *t)
@@ -181,14 +186,6 @@ static void reject(struct decode_task *t)
     judge(t, corrupt ? VERDICT_CORRUPT : VERDICT_STALE);
 }
 
-/* Samples a pixel, or one for the planes of a plan without paths. */
-static uint32_t pass_weight(const struct plan *plan, uint32_t pass)
-{
-    uint32_t first, count;
-    plan_pass_range(plan, pass, &first, &count);
-    return plan->paths.spp > 0 ? count : 1;
-}
-
 static void land(struct decode_task *t)
 {
     struct frame *f = t->frame;
@@ -201,7 +198,7 @@ static void land(struct decode_task *t)
     tile_queue_land(f->tiles, t->result.index);
     counters_add(&f->statistics.counters, &t->result.counters);
     f->statistics.tiles_done++;
-    f->samples_landed += pass_weight(&f->plan, t->pass);
+    f->samples_landed += frame_pass_samples(&f->plan, t->pass);
     error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");

@@ -18,7 +18,7 @@ struct frame {
     struct image *image; /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
-    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel, one without paths */
+    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel */
     uint64_t blocks_drawn;
     uint32_t blocks_out; /* on the team */
     uint32_t tasks;      /* on the team, of any kind */
@@ -30,6 +30,10 @@ struct frame {
  * frame with its last task. True when the frame is still wanted. */
 void frame_task_submit(struct frame *f, struct team_task *task);
 bool frame_task_over(struct frame *f);
+
+/* Samples a pixel of a pass, by which the work that is done is told: paths, and in the first pass
+ * bounce rays, each of which goes on as a path does; at least one. */
+uint32_t frame_pass_samples(const struct plan *plan, uint32_t pass);
 
 /* Tells the owner; the frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);

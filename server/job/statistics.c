@@ -17,6 +17,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->decode_cpu_us += more->decode_cpu_us;
     sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
     sum->shadow_cpu_us += more->shadow_cpu_us;
+    sum->indirect_cpu_us += more->indirect_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -31,6 +32,9 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->shadow_pixels_alone += more->shadow_pixels_alone;
     sum->shadow_pixels_unlit += more->shadow_pixels_unlit;
     sum->shadow_blocks_skipped += more->shadow_blocks_skipped;
+    sum->indirect_pixels_filtered += more->indirect_pixels_filtered;
+    sum->indirect_pixels_skipped += more->indirect_pixels_skipped;
+    sum->indirect_blocks_skipped += more->indirect_blocks_skipped;
     sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
     sum->worker_peak_rss_bytes = most(sum->worker_peak_rss_bytes, more->worker_peak_rss_bytes);
 }
@@ -53,6 +57,7 @@ static const struct line lines[] = {
     {"cpu_s", "decode", FIELD(decode_cpu_us), true},
     {"cpu_s", "reconstruct", FIELD(reconstruct_cpu_us), true},
     {"cpu_s", "shadow", FIELD(shadow_cpu_us), true},
+    {"cpu_s", "indirect", FIELD(indirect_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -66,6 +71,9 @@ static const struct line lines[] = {
     {"shadow", "pixels_alone", FIELD(shadow_pixels_alone), false},
     {"shadow", "pixels_unlit", FIELD(shadow_pixels_unlit), false},
     {"shadow", "blocks_skipped", FIELD(shadow_blocks_skipped), false},
+    {"indirect", "pixels_filtered", FIELD(indirect_pixels_filtered), false},
+    {"indirect", "pixels_skipped", FIELD(indirect_pixels_skipped), false},
+    {"indirect", "blocks_skipped", FIELD(indirect_blocks_skipped), false},
     {NULL, "bytes_received", FIELD(bytes_received), false},
     {"peak_rss_bytes", "server", FIELD(server_peak_rss_bytes), false},
     {"peak_rss_bytes", "worker", FIELD(worker_peak_rss_bytes), false},

@@ -1,7 +1,6 @@
 #include "server/reconstruct/block.h"
 
-#include <time.h>
-
+#include "proto/samples.h"
 #include "server/reconstruct/compose.h"
 #include "server/reconstruct/paths.h"
 
@@ -14,9 +13,15 @@
 #define SIDE_FILTERED_LARGE_PX 256
 #define BLOCKS_ENOUGH          64
 
+/* Bounce rays of pixel centres, which a light field beside paths consists of. */
+#define PLANES_INDIRECT                                                                            \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
+#define PLANES_BESIDE (PLANES_INDIRECT | 1u << PLANE_OPEN)
+
 static bool is_filtered(const struct plan *plan)
 {
-    return plan->paths.spp == 0 && plan->shadow_filter != SHADOW_FILTER_NONE;
+    return plan->shadow_filter != SHADOW_FILTER_NONE ||
+           plan->indirect_filter != INDIRECT_FILTER_NONE;
 }
 
 int32_t block_side_px(const struct plan *plan)
@@ -31,13 +36,15 @@ int32_t block_side_px(const struct plan *plan)
 /* Pixels beside a block whose lighting the resolve borrows. */
 static int32_t ring_px(const struct plan *plan)
 {
-    return plan->paths.spp == 0 && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
+    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_INDIRECT);
+    return resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
 }
 
 /* The light of the ring is filtered as that of the block is. */
 int32_t block_halo_px(const struct plan *plan)
 {
-    return ring_px(plan) + (is_filtered(plan) ? shadow_halo_px(plan->shadow_filter) : 0);
+    int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
+    return ring_px(plan) + (shadow > indirect ? shadow : indirect);
 }
 
 static bool contains(struct rect outer, struct rect inner)
@@ -46,26 +53,25 @@ static bool contains(struct rect outer, struct rect inner)
            inner.y1 <= outer.y1 && !rect_is_empty(inner);
 }
 
-static uint64_t thread_cpu_us(void)
-{
-    struct timespec t;
-    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
-
 static int reconstruct_light_field(const struct plan *plan, const struct patch *patch,
                                    struct rect block, struct image *image,
                                    struct block_statistics *statistics)
 {
     struct lighting lighting;
+    struct lighting_statistics cost = {.shadow_cpu_us = 0};
     struct resolver resolver;
     struct rect lit = rect_intersect(rect_grow(block, ring_px(plan)), patch->core);
-    uint64_t start_us = thread_cpu_us();
-    int error = lighting_create(plan, patch, lit, &lighting, &statistics->shadow);
+    int error = lighting_create(plan, patch, lit, &lighting, &cost);
     if (error) return error;
-    if (is_filtered(plan)) statistics->shadow_cpu_us = thread_cpu_us() - start_us;
+    statistics->shadow = cost.shadow;
+    statistics->indirect = cost.indirect;
+    statistics->shadow_cpu_us = cost.shadow_cpu_us;
+    statistics->indirect_cpu_us = cost.indirect_cpu_us;
     resolver_init(&resolver, plan, patch, &lighting);
-    compose_light_field(&resolver, block, image, statistics);
+    if (plan->paths.spp > 0)
+        compose_beside_paths(&resolver, block, image, statistics);
+    else
+        compose_light_field(&resolver, block, image, statistics);
     lighting_fini(&lighting);
     return 0;
 }
@@ -74,12 +80,12 @@ int block_reconstruct(const struct plan *plan, const struct patch *patch, struct
                       struct image *image, struct block_statistics *statistics)
 {
     struct rect whole = {0, 0, image->width_px, image->height_px};
+    const bool paths = plan->paths.spp > 0;
     int error = 0;
     *statistics = (struct block_statistics){0};
     if (!contains(patch->core, block) || !contains(whole, block)) return ERR_RANGE;
-    if (plan->paths.spp > 0)
-        paths_compose(patch, block, image, statistics);
-    else
+    if (paths) paths_compose(patch, block, image, statistics);
+    if (!paths || (plan->planes & PLANES_BESIDE))
         error = reconstruct_light_field(plan, patch, block, image, statistics);
     if (!error) compose_centre(plan, patch, block, image);
     return error;

@@ -1,16 +1,19 @@
 #pragma once
-/* One block from samples to pixels: under a plan with paths the mean of their sums, else the light
- * field's lighting (filtered or not), composition with albedo, anti-aliased resolve. A pure
- * function of its arguments; any thread. */
+/* One block from samples to pixels: the mean of the paths' sums, or the light field's lighting
+ * (filtered or not), composition with albedo, anti-aliased resolve; or, under a plan with both, the
+ * sum of the paths' picture and of the light field's indirect light. A pure function of its
+ * arguments; any thread. */
 #include "server/image/image.h"
+#include "server/reconstruct/indirect.h"
 #include "server/reconstruct/shadow.h"
 
 struct block_statistics {
     uint64_t sub_samples_unmatched; /* sub-samples whose surface no pixel around them shows */
     uint64_t pixels_background;     /* no sample shows a surface */
-    /* Over the lights; pixels beside the block whose light its sub-samples borrow count, too. */
-    struct shadow_statistics shadow;
-    uint64_t shadow_cpu_us; /* CPU time of filtering shadows */
+    /* Pixels beside the block whose light its sub-samples borrow count, too. */
+    struct shadow_statistics shadow; /* over the lights */
+    struct indirect_statistics indirect;
+    uint64_t shadow_cpu_us, indirect_cpu_us; /* CPU time of their filters */
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far

@@ -110,17 +110,43 @@ static uint32_t light_strata(const struct plan *plan, uint32_t k)
     return plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
 }
 
+static uint32_t bounce_rays(const struct plan *plan)
+{
+    return plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+}
+
+/* Adds so many rays to the pixels that show a surface. */
+static void add_samples(const struct patch *patch, uint32_t rays, struct rect block,
+                        const struct plane *out)
+{
+    if (!out) return;
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        size_t i = patch_index(patch, block.x0, y);
+        float *to = plane_at(out, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++, i++)
+            to[x] += patch_has_surface(patch, i) ? (float)rays : 0.0f;
+    }
+}
+
 static void compose_samples(const struct resolver *r, struct rect block, const struct plane *out)
 {
     const struct plan *plan = r->plan;
-    uint32_t rays = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    uint32_t rays = bounce_rays(plan);
     if (!out) return;
     for (uint32_t k = 0; k < plan->light_count; k++) rays += light_strata(plan, k);
+    for (int32_t y = block.y0; y < block.y1; y++)
+        memset(plane_at(out, block.x0, y), 0, (size_t)rect_width(block) * sizeof(float));
+    add_samples(r->patch, rays, block, out);
+}
+
+static void compose_occlusion(const struct resolver *r, struct rect block, const struct plane *out)
+{
+    if (!out || !r->patch->open) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(r->patch, block.x0, y);
-        for (int32_t x = block.x0; x < block.x1; x++, i++) {
-            *plane_at(out, x, y) = patch_has_surface(r->patch, i) ? (float)rays : 0.0f;
-        }
+        float *to = plane_at(out, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++, i++)
+            to[x] = patch_has_surface(r->patch, i) ? r->lighting->open[i] : 1.0f;
     }
 }
 
@@ -180,16 +206,27 @@ void compose_centre(const struct plan *plan, const struct patch *patch, struct r
 }
 
 /* The pixel centre's lighting, before albedo and anti-aliasing. */
-static void compose_diffuse(const struct resolver *r, struct rect block, struct image *image)
+static void compose_diffuse_direct(const struct resolver *r, struct rect block, struct image *image)
 {
     static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
                                          "diffuse_direct.B"};
+    for (int c = 0; c < 3; c++)
+        copy_plane(r->patch, r->lighting->direct[c], block, image_plane(image, direct[c]));
+}
+
+static void compose_diffuse_indirect(const struct resolver *r, struct rect block,
+                                     struct image *image)
+{
     static const char *const indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
                                            "diffuse_indirect.B"};
-    for (int c = 0; c < 3; c++) {
-        copy_plane(r->patch, r->lighting->direct[c], block, image_plane(image, direct[c]));
+    for (int c = 0; c < 3; c++)
         copy_plane(r->patch, r->lighting->indirect[c], block, image_plane(image, indirect[c]));
-    }
+}
+
+static void compose_rest(const struct resolver *r, struct rect block, struct image *image)
+{
+    compose_occlusion(r, block, image_plane(image, "occlusion.O"));
+    copy_plane(r->patch, r->lighting->width_px, block, image_plane(image, "filter_width.W"));
 }
 
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
@@ -198,8 +235,45 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     struct targets targets;
     find_targets(image, &targets);
     compose_light(resolver, &targets, block, statistics);
-    compose_diffuse(resolver, block, image);
+    compose_diffuse_direct(resolver, block, image);
+    compose_diffuse_indirect(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
-    copy_plane(resolver->patch, resolver->lighting->width_px, block,
-               image_plane(image, "filter_width.W"));
+    compose_rest(resolver, block, image);
+}
+
+static void add(const struct plane *plane, int32_t x, int32_t y, float value)
+{
+    if (plane) *plane_at(plane, x, y) += value;
+}
+
+static void add_indirect(const struct resolver *r, const struct targets *t, struct rect block,
+                         struct block_statistics *statistics)
+{
+    if (!t->beauty[0] && !t->indirect[0]) return;
+    for (int32_t y = block.y0; y < block.y1; y++) {
+        size_t i = patch_index(r->patch, block.x0, y);
+        for (int32_t x = block.x0; x < block.x1; x++, i++) {
+            struct resolved pixel;
+            resolve_pixel(r, i, &pixel);
+            for (int c = 0; c < 3; c++) {
+                add(t->beauty[c], x, y, pixel.indirect[c]);
+                add(t->indirect[c], x, y, pixel.indirect[c]);
+            }
+            statistics->sub_samples_unmatched += pixel.unmatched;
+        }
+    }
+}
+
+void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
+                          struct block_statistics *statistics)
+{
+    struct targets targets;
+    if (resolver->plan->paths.without_diffuse_indirect) {
+        find_targets(image, &targets);
+        add_indirect(resolver, &targets, block, statistics);
+        compose_diffuse_indirect(resolver, block, image);
+    }
+    add_samples(resolver->patch, bounce_rays(resolver->plan), block,
+                image_plane(image, "samples.N"));
+    compose_rest(resolver, block, image);
 }

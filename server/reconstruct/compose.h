@@ -7,10 +7,19 @@
 /* Writes the channels that light, albedo and anti-aliasing make, of `block`:
  *   R G B A      emission + direct + indirect, seen; the share of samples that hit a surface
  *   direct, indirect, emission, albedo   with albedo where it is light; mean over the samples
+ *   diffuse_direct, diffuse_indirect     the pixel centre's, before albedo
+ *   occlusion    share of the hemisphere that is open; 1 without surface
  *   samples      light and bounce rays of the pixel; 0 without surface
- *   filter_width sigma of the shadow filter in pixels, largest over the lights; 0: not filtered */
+ *   filter_width sigma in pixels, largest over all filters; 0: not filtered */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_statistics *statistics);
+
+/* Adds what bounce rays of pixel centres bring to a picture of paths that leave it out:
+ *   R G B, indirect    diffuse indirect light times albedo, anti-aliased
+ *   samples            bounce rays
+ * and writes diffuse_indirect (where the plan has indirect planes), occlusion, filter_width. */
+void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
+                          struct block_statistics *statistics);
 
 /* Writes the channels that show the pixel's centre alone, whatever makes the picture:
  *   normal, depth, id                    0 without surface

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define INVERSE_PI 0.318309886183790672f
 
@@ -84,7 +85,10 @@ static void fill_plain(const struct plan *plan, const struct patch *patch, struc
         const float *irradiance = patch->lights[k].irradiance;
         if (irradiance) add_light(&plan->lights[k], irradiance, run, out->direct);
     }
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE) return;
     fill_indirect(plan, patch, run, out->indirect);
+    if (patch->open)
+        memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
 }
 
 static void widen(const float *width_px, struct run run, float *most_px)
@@ -93,8 +97,8 @@ static void widen(const float *width_px, struct run run, float *most_px)
         most_px[i] = width_px[i] > most_px[i] ? width_px[i] : most_px[i];
 }
 
-static int add_filtered(const struct plan *plan, const struct patch *patch, struct rect lit,
-                        const struct lighting *out, struct shadow_statistics *shadow)
+static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
+                         const struct lighting *out, struct shadow_statistics *shadow)
 {
     size_t area = (size_t)rect_area(patch->rect);
     float *irradiance = malloc(area * 2 * sizeof *irradiance);
@@ -113,6 +117,77 @@ static int add_filtered(const struct plan *plan, const struct patch *patch, stru
     return error;
 }
 
+/* What bounce rays have measured, all over the patch: as it lies there, or as a mean of its parts
+ * in `scratch`, three arrays. */
+struct measured {
+    const float *in[4];
+    float *out[4];
+    uint32_t count;
+};
+
+static void add_channel(struct measured *m, const float *in, float *out)
+{
+    m->in[m->count] = in;
+    m->out[m->count++] = out;
+}
+
+static void measure(const struct plan *plan, const struct patch *patch, const struct lighting *out,
+                    float *scratch, struct measured *m)
+{
+    const struct run all = {0, (size_t)rect_area(patch->rect)};
+    float *const mean[3] = {scratch, scratch + all.count, scratch + 2 * all.count};
+    const bool in_parts = patch->indirect_even[0] || patch->indirect_strata;
+    m->count = 0;
+    if (!patch->indirect[0] && in_parts) {
+        memset(scratch, 0, 3 * all.count * sizeof *scratch);
+        fill_indirect(plan, patch, all, mean);
+    }
+    for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
+        add_channel(m, patch->indirect[0] ? patch->indirect[c] : mean[c], out->indirect[c]);
+    if (patch->open) add_channel(m, patch->open, out->open);
+}
+
+static int filter_indirect(const struct plan *plan, const struct patch *patch, struct rect lit,
+                           const struct lighting *out, struct indirect_statistics *statistics)
+{
+    struct measured m;
+    size_t area = (size_t)rect_area(patch->rect);
+    float *scratch = malloc(area * 4 * sizeof *scratch);
+    if (!scratch) return ERR_MEMORY;
+    float *width_px = scratch + 3 * area;
+    measure(plan, patch, out, scratch, &m);
+    int error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px, statistics);
+    for (int32_t y = lit.y0; !error && y < lit.y1; y++)
+        widen(width_px, row_of(patch, lit, y), out->width_px);
+    free(scratch);
+    return error;
+}
+
+static uint64_t thread_cpu_us(void)
+{
+    struct timespec t;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+static int filter(const struct plan *plan, const struct patch *patch, struct rect lit,
+                  const struct lighting *out, struct lighting_statistics *statistics)
+{
+    int error = 0;
+    uint64_t start_us = thread_cpu_us();
+    if (plan->shadow_filter != SHADOW_FILTER_NONE) {
+        error = filter_lights(plan, patch, lit, out, &statistics->shadow);
+        uint64_t now_us = thread_cpu_us();
+        statistics->shadow_cpu_us += now_us - start_us;
+        start_us = now_us;
+    }
+    if (!error && plan->indirect_filter != INDIRECT_FILTER_NONE) {
+        error = filter_indirect(plan, patch, lit, out, &statistics->indirect);
+        statistics->indirect_cpu_us += thread_cpu_us() - start_us;
+    }
+    return error;
+}
+
 static void fill_total(const struct lighting *l, struct run run)
 {
     for (int c = 0; c < 3; c++) {
@@ -123,7 +198,7 @@ static void fill_total(const struct lighting *l, struct run run)
 
 static int allocate(struct lighting *out, size_t area)
 {
-    float *memory = calloc(area * 10, sizeof *memory);
+    float *memory = calloc(area * 11, sizeof *memory);
     *out = (struct lighting){.memory = memory};
     if (!memory) return ERR_MEMORY;
     for (size_t c = 0; c < 3; c++) {
@@ -131,18 +206,18 @@ static int allocate(struct lighting *out, size_t area)
         out->indirect[c] = memory + (3 + c) * area;
         out->total[c] = memory + (6 + c) * area;
     }
-    out->width_px = memory + 9 * area;
+    out->open = memory + 9 * area;
+    out->width_px = memory + 10 * area;
     return 0;
 }
 
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
-                    struct lighting *out, struct shadow_statistics *shadow)
+                    struct lighting *out, struct lighting_statistics *statistics)
 {
     int error = allocate(out, (size_t)rect_area(patch->rect));
     if (error) return error;
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
-    if (plan->shadow_filter != SHADOW_FILTER_NONE)
-        error = add_filtered(plan, patch, lit, out, shadow);
+    error = filter(plan, patch, lit, out, statistics);
     if (error) {
         lighting_fini(out);
         return error;

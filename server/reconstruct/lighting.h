@@ -1,6 +1,7 @@
 #pragma once
 /* What falls on every pixel of a patch, apart from its albedo: the quantity that filters work on
  * and that the anti-aliased resolve spreads over sub-samples. */
+#include "server/reconstruct/indirect.h"
 #include "server/reconstruct/shadow.h"
 
 /* Beyond any lit scene, and far enough below FLT_MAX that sums over lights, samples and albedo stay
@@ -13,13 +14,21 @@ struct lighting {
     float *direct[3];   /* sum over lights of E_k color_k / pi */
     float *indirect[3]; /* mean bounce radiance; zero without bounces */
     float *total[3];    /* their sum */
-    float *width_px;    /* the shadow filter's, largest over the lights; 0: not filtered */
+    float *open;        /* share of the hemisphere that is open; zero where it is not traced */
+    float *width_px;    /* of all filters the largest; 0: not filtered */
     void *memory;       /* owned */
 };
 
+struct lighting_statistics {
+    struct shadow_statistics shadow; /* over the lights */
+    struct indirect_statistics indirect;
+    uint64_t shadow_cpu_us, indirect_cpu_us; /* CPU time of filters */
+};
+
 /* Of the pixels of `lit`, which lies in patch->core: every light's and the bounce's Monte Carlo
- * mean as they came, and of rectangles under a shadow filter what that makes of their strata. Adds
- * to *shadow. ERR_MEMORY. */
+ * mean as they came; of rectangles under a shadow filter what that makes of their strata; of
+ * bounces under a filter of indirect light what that makes of their means. Adds to *statistics.
+ * ERR_MEMORY. */
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
-                    struct lighting *out, struct shadow_statistics *shadow);
+                    struct lighting *out, struct lighting_statistics *statistics);
 void lighting_fini(struct lighting *lighting);

@@ -48,6 +48,7 @@ static void carve_indirect(struct carver *c, const struct plan *plan, struct pat
     if (plan->planes >> PLANE_REFLECTOR & 1u) p->reflector = carve(c, sizeof(float));
     if (plan->planes >> PLANE_INDIRECT_STRATA & 1u)
         p->indirect_strata = carve(c, strata * 4 * sizeof(float));
+    if (plan->planes >> PLANE_OPEN & 1u) p->open = carve(c, sizeof(float));
 }
 
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)

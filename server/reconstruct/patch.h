@@ -3,8 +3,9 @@
  *
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
- * Under a shadow filter there are in the far halo, outside `core`, only depth, normal and the
- * lights' visibility and slopes: what shadow filters read. The other arrays are not set there.
+ * Under a filter there are in the far halo, outside `core`, only depth, normal and what the plan's
+ * filters read: of shadows the lights' visibility and slopes; of indirect light id, indirect light,
+ * reflector and open shares. The other arrays are not set there.
  * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
@@ -46,6 +47,7 @@ struct patch {
     float
         *reflector; /* scene units; from REFLECTOR_NONE * length_unit on: nothing met; 0: no rays */
     float *indirect_strata; /* l_i^2 * 4 planes */
+    float *open;            /* share of the bounce rays that meet nothing near */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     void *memory; /* owned */
