@@ -92,25 +92,67 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-/* Who makes the picture; the report says why not the other. */
+/* Paths alone: no filter runs. */
+static void choose_paths(const struct job *job, const char *filter_why, const char *why,
+                         struct plan_report *report)
+{
+    report->integrator = INTEGRATOR_PATHS;
+    plan_filter_none(job, filter_why, report);
+    plan_indirect_none(job, filter_why, report);
+    plan_skip(report, "light fields", "%s", why);
+}
+
+/* Light fields cannot do it alone. */
+static void choose_beside(const struct job *job, const struct plan *plan, const char *why,
+                          struct plan_report *report)
+{
+    char filter_why[PLAN_FILTER_WHY_BYTES];
+    bool indirect = job->indirect_bounces > 0 && plan_is_lit(plan, report);
+    bool occlusion = (report->layers & LAYER_OCCLUSION) != 0;
+    if (!indirect && !occlusion) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, why, report);
+        return;
+    }
+    report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
+    snprintf(filter_why, sizeof filter_why, "direct light comes along paths, unfiltered: %s", why);
+    plan_filter_none(job, filter_why, report);
+    plan_skip(report, "light fields of lights", "%s", why);
+}
+
+/* Who makes the picture; the report says why not the others. */
 static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
                    struct plan_report *report)
 {
-    char why[PLAN_WHY_BYTES], paths[PLAN_FILTER_WHY_BYTES];
-    report->integrator = INTEGRATOR_PATHS;
+    char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
     if (job->method == FILTER_NONE) {
-        plan_filter_none(job, "filter.method is none: samples are averaged", report);
-        plan_skip(report, "light fields", "filter.method is none: every sample is a path");
-        return;
+        choose_paths(job, "filter.method is none: samples are averaged",
+                     "filter.method is none: every sample is a path", report);
+    } else if (!plan_light_field_possible(job, scene, plan, why)) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, why, report);
+    } else if (!plan_light_field_covers(scene, plan, &report->emitters, why)) {
+        choose_beside(job, plan, why, report);
+    } else {
+        report->integrator = INTEGRATOR_LIGHT_FIELD;
+        plan_skip(report, "paths", "light fields cover the scene and the layers");
     }
-    if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
-        snprintf(paths, sizeof paths, "paths make the picture, as light fields cannot: %s", why);
-        plan_filter_none(job, paths, report);
-        plan_skip(report, "light fields", "%s", why);
-        return;
-    }
-    report->integrator = INTEGRATOR_LIGHT_FIELD;
-    plan_skip(report, "paths", "light fields cover the scene and the layers");
+}
+
+/* All that comes of the choice. */
+static void arrange(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan_bounces(job, plan, report);
+    if (report->integrator != INTEGRATOR_PATHS) plan_indirect(job, plan, report);
+    if (report->integrator == INTEGRATOR_LIGHT_FIELD)
+        plan_light_field(job, plan, report);
+    else
+        plan_paths(job, plan, report);
+    if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&
+        plan->indirect_filter == INDIRECT_FILTER_NONE)
+        plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");
 }
 
 static void tell_emitters(const struct job *job, struct plan_report *report)
@@ -164,6 +206,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
     if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);
     if (error) return error;
+    plan_set_scales(source->scene, environment_mean, plan);
     if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
     plan_find_emitters(source->scene, &report->emitters);
     tell_emitters(job, report);
@@ -188,10 +231,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
     int error = gather(job, source, plan, report, environment_mean, fault);
     if (error) return error;
     choose(job, source->scene, plan, report);
-    if (report->integrator == INTEGRATOR_PATHS)
-        plan_paths(job, plan, report);
-    else
-        plan_light_field(job, plan, report);
+    arrange(job, plan, report);
     plan_set_powers(source->scene, &report->emitters, environment_mean, plan);
     tell_darkness(report);
     error = check_strata(job, plan, fault);

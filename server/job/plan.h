@@ -2,10 +2,13 @@
 /* What a frame needs, decided once: who makes the picture, which effects run, which planes travel,
  * what is left out and why.
  *
- * filter.method none is the path tracer. All others are the light fields where they cover all that
- * scene and job ask for (pure Lambert surfaces, lights of the list alone, a pinhole, at most one
- * bounce, layers that they give), with the shadow filter that is asked for or that auto chooses;
- * else they are the path tracer, too, which nothing filters.
+ * filter.method none is the path tracer. All others are light fields as far as these go: alone
+ * where they cover all that scene and job ask for (pure Lambert surfaces, lights of the list alone,
+ * a pinhole, layers that they give), with the shadow filter that is asked for or that auto chooses;
+ * else beside paths, to which they bring diffuse indirect light and ambient occlusion. Both have
+ * the filter of indirect light that filter.indirect asks for. What neither can do (a lens, a tent,
+ * surfaces that let light through by their alpha, the layer error) and what has nothing indirect is
+ * the path tracer, too, which nothing filters.
  *
  * A pure function of the job and what it names; any thread. Everything that a person may ask about
  * the decision is in struct plan_report. */
@@ -33,7 +36,11 @@ enum plan_effect {
 #define EFFECT_COUNT 10
 
 /* Who makes the picture. */
-enum plan_integrator { INTEGRATOR_LIGHT_FIELD, INTEGRATOR_PATHS };
+enum plan_integrator {
+    INTEGRATOR_LIGHT_FIELD,
+    INTEGRATOR_PATHS,
+    INTEGRATOR_PATHS_AND_LIGHT_FIELD /* of diffuse indirect light and of occlusion */
+};
 
 /* What is skipped ("plane reflector", "light /lights/2"), and why, as sentences. */
 struct plan_skip {
@@ -73,6 +80,7 @@ struct plan_report {
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */
     char filter_why[PLAN_FILTER_WHY_BYTES];
+    char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -87,9 +95,9 @@ struct plan_report {
 int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
-/* {integrator, effects, layers, planes, light_planes, filter, filter_why, skipped: [{what, why}],
- * lights, environment, emitters, camera, samples, tiles, warnings}. New reference; NULL on failed
- * allocation. */
+/* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
+ * indirect_filter_why, skipped: [{what, why}], lights, environment, emitters, camera, samples,
+ * tiles, warnings}. New reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
 
 /* Adds a line; what does not fit is dropped. */
@@ -103,6 +111,8 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
                         struct plan_report *report, struct fault *fault);
 int plan_gather_lights(const struct job *job, const struct scene *scene, struct plan *plan,
                        struct plan_report *report, struct fault *fault);
+/* radiance_scale and length_unit; with the environment's mean radiance. */
+void plan_set_scales(const struct scene *scene, const float environment_mean[3], struct plan *plan);
 void plan_find_emitters(const struct scene *scene, struct plan_emitters *out);
 
 /* *mean: radiance averaged over all directions, 0 without an environment. */
@@ -116,10 +126,12 @@ void plan_set_powers(const struct scene *scene, const struct plan_emitters *emit
 
 #define PLAN_WHY_BYTES sizeof(((struct plan_skip *)0)->why)
 
-/* Whether light fields give all that is asked for; else why not, a sentence. */
-bool plan_light_field_covers(const struct job *job, const struct scene *scene,
-                             const struct plan *plan, const struct plan_emitters *emitters,
-                             char why[PLAN_WHY_BYTES]);
+/* Whether light fields may have a part in the picture; else why not, a sentence. */
+bool plan_light_field_possible(const struct job *job, const struct scene *scene,
+                               const struct plan *plan, char why[PLAN_WHY_BYTES]);
+/* Where they may: whether they give all of it; else why not. */
+bool plan_light_field_covers(const struct scene *scene, const struct plan *plan,
+                             const struct plan_emitters *emitters, char why[PLAN_WHY_BYTES]);
 /* Of a plan of light fields, enum shadow_filter, and a sentence that says why: none without a light
  * that has area, and where its strata are too many to travel; what the job asks for; and where it
  * asks for auto the sheared filter, which has the least error at all numbers of samples (filters.md
@@ -128,10 +140,27 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
                             char why[PLAN_FILTER_WHY_BYTES]);
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_filter_none(const struct job *job, const char *why, struct plan_report *report);
+
+/* Anything that light comes from. */
+bool plan_is_lit(const struct plan *plan, const struct plan_report *report);
+void plan_bounces(const struct job *job, struct plan *plan, struct plan_report *report);
+/* Of a plan with bounces and planes: enum indirect_filter, and a sentence that says why: what
+ * filter.indirect asks for, and under auto by the number of bounce rays, unless filter.method is
+ * average. */
+uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *plan,
+                                     char why[PLAN_FILTER_WHY_BYTES]);
+const char *plan_indirect_filter_name(uint32_t filter);
+/* Planes of indirect light and of occlusion, with the surfaces that they need, and their filter. */
+void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report);
+void plan_indirect_none(const struct job *job, const char *why, struct plan_report *report);
+
+/* What plan_indirect has planned stays. */
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report);
 
 /* What those parts share. */
+/* Planes of the surfaces at pixel centres and beside them, for an anti-aliased resolve. */
+void plan_surfaces(struct plan *plan, struct plan_report *report);
 /* Light planes for the filter and the layers visibility and slopes, with a line for each that is
  * left out. */
 void plan_strata_planes(struct plan *plan, struct plan_report *report);

@@ -33,7 +33,7 @@ static double relative_cost(const struct job *job, const struct plan *plan, uint
     double bounce = job->indirect_spp ? job->indirect_spp : job->spp;
     double rays = 1 + LIMIT_SUB_SAMPLES + (double)rectangles * samples +
                   (plan->light_count - rectangles) +
-                  (job->indirect_bounces ? 2 * bounce : 0); /* each asks one light */
+                  2 * bounce * plan->bounces; /* each asks one light */
     return rectangles * (SHEARED_NS + STRATUM_NS * samples) / (rays * RAY_NS);
 }
 
@@ -82,15 +82,13 @@ static enum filter_method method_of(uint32_t filter)
     return filter == SHADOW_FILTER_AXIS_ALIGNED ? FILTER_AXIS_ALIGNED : FILTER_NONE;
 }
 
-/* Who asked for a filter, or to see its width, is told that none runs. */
+/* Who asked for a filter is told that none runs. */
 static void tell_none(const struct job *job, struct plan_report *report)
 {
     plan_skip(report, "filter", "%.*s", (int)PLAN_WHY_BYTES - 1, report->filter_why);
     if (job->method == FILTER_SHEARED || job->method == FILTER_AXIS_ALIGNED)
-        plan_warn(report, "filter.method is %s, but no filter runs: %s",
+        plan_warn(report, "filter.method is %s, but shadows are not filtered: %s",
                   filter_method_name(job->method), report->filter_why);
-    if (report->layers & LAYER_FILTER_WIDTH)
-        plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");
 }
 
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report)

@@ -1,5 +1,4 @@
-/* A plan of light fields: one primary ray a pixel and three beside it, strata over each light, one
- * bounce. */
+/* A plan of light fields: one primary ray a pixel and three beside it, strata over each light. */
 #include <stdio.h>
 
 #include "proto/json.h"
@@ -9,8 +8,7 @@
 
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 
-#define LAYERS_OF_PATHS (LAYER_ERROR | LAYER_OCCLUSION)
-#define BOUNCES_MOST    1
+#define LAYERS_OF_PATHS LAYER_ERROR
 
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)
@@ -46,24 +44,42 @@ static uint32_t first_bit(uint32_t bits)
     return bits & (~bits + 1);
 }
 
-bool plan_light_field_covers(const struct job *job, const struct scene *scene,
-                             const struct plan *plan, const struct plan_emitters *emitters,
-                             char why[PLAN_WHY_BYTES])
+/* A surface that is seen through, by its alpha. */
+static const struct scene_material *first_blended(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        const struct scene_material *m = &scene->materials[mesh->material];
+        if (m->alpha_mode == ALPHA_BLEND) return m;
+    }
+    return NULL;
+}
+
+bool plan_light_field_possible(const struct job *job, const struct scene *scene,
+                               const struct plan *plan, char why[PLAN_WHY_BYTES])
 {
     uint32_t other_layers = job->layers & LAYERS_OF_PATHS;
-    const struct scene_material *other;
-    if (plan->environment.kind != ENVIRONMENT_NONE)
-        snprintf(why, PLAN_WHY_BYTES, "there is an environment");
-    else if (plan->camera.aperture_radius > 0)
+    const struct scene_material *blended;
+    if (plan->camera.aperture_radius > 0)
         snprintf(why, PLAN_WHY_BYTES, "there is a lens");
-    else if (job->indirect_bounces > BOUNCES_MOST)
-        snprintf(why, PLAN_WHY_BYTES, "effects.indirect_bounces is %u, above %d",
-                 job->indirect_bounces, BOUNCES_MOST);
     else if (job->pixel_filter != PIXEL_FILTER_BOX)
         snprintf(why, PLAN_WHY_BYTES, "image.pixel_filter is not box");
     else if (other_layers)
         snprintf(why, PLAN_WHY_BYTES, "they do not give the layer %s",
                  layer_name((enum layer)first_bit(other_layers)));
+    else if ((blended = first_blended(scene)))
+        say_material(scene, blended, why);
+    else
+        return true;
+    return false;
+}
+
+bool plan_light_field_covers(const struct scene *scene, const struct plan *plan,
+                             const struct plan_emitters *emitters, char why[PLAN_WHY_BYTES])
+{
+    const struct scene_material *other;
+    if (plan->environment.kind != ENVIRONMENT_NONE)
+        snprintf(why, PLAN_WHY_BYTES, "there is an environment");
     else if (emitters->flux > 0)
         snprintf(why, PLAN_WHY_BYTES, "meshes shine that are no rectangular lights");
     else if ((other = first_other(scene)))
@@ -73,19 +89,14 @@ bool plan_light_field_covers(const struct job *job, const struct scene *scene,
     return false;
 }
 
-static void plan_surfaces(bool emission, struct plan *plan, struct plan_report *report)
+static void plan_emission(struct plan *plan, struct plan_report *report)
 {
-    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID) |
-                   PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
-                   PLANE_BIT(SUB_ID);
-    plan->sub_samples = LIMIT_SUB_SAMPLES;
-    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
-    if (emission) {
-        plan->planes |= PLANE_BIT(EMISSION);
-        report->effects |= EFFECT_EMISSION;
-    } else {
+    if (!report->emitters.any_seen) {
         plan_skip(report, "plane emission", "no material emits light");
+        return;
     }
+    plan->planes |= PLANE_BIT(EMISSION);
+    report->effects |= EFFECT_EMISSION;
 }
 
 /* Whether there is a light without area. */
@@ -111,30 +122,10 @@ static void plan_direct(struct plan *plan, struct plan_report *report)
     plan_strata_planes(plan, report);
 }
 
-static void plan_indirect(const struct job *job, bool lit, struct plan *plan,
-                          struct plan_report *report)
-{
-    static const char why[] = "no filter of this plan reads it";
-    if (job->indirect_bounces == 0 || !lit) {
-        plan_skip(report, "effect indirect", "%s",
-                  lit ? "effects.indirect_bounces is 0" : "nothing lights the scene");
-        return;
-    }
-    plan->bounces = job->indirect_bounces;
-    plan->indirect_strata_per_axis =
-        job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
-    plan->planes |= PLANE_BIT(INDIRECT_MEAN);
-    plan->capabilities |= CAPABILITY_INDIRECT;
-    report->effects |= EFFECT_INDIRECT;
-    plan_skip(report, "plane indirect_halves", why);
-    plan_skip(report, "plane reflector", why);
-    plan_skip(report, "plane indirect_strata", why);
-}
-
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report)
 {
-    plan_surfaces(report->emitters.any_seen, plan, report);
+    plan_surfaces(plan, report);
+    plan_emission(plan, report);
     plan_filter(job, plan, report);
     plan_direct(plan, report);
-    plan_indirect(job, plan->light_count > 0 || report->emitters.any_unlit, plan, report);
 }

@@ -131,9 +131,12 @@ static double strongest(const float c[3])
 /* A power of two that takes the strongest radiance expected to 256: 8 bits of headroom to the
  * largest half float for what shines nearer than expected, 22 below to its smallest normal number.
  */
-static float radiance_scale(const struct scene *scene, const struct plan *plan)
+static float radiance_scale(const struct scene *scene, const float environment_mean[3],
+                            const struct plan *plan)
 {
-    double most = 0, radius = plan_scene_radius(scene);
+    /* Were all of the environment's light to come from one side, a white surface would send so much
+     * of it on. */
+    double most = 4 * strongest(environment_mean), radius = plan_scene_radius(scene);
     for (uint64_t i = 0; i < scene->count[SCENE_MATERIALS]; i++) {
         const struct scene_material *m = &scene->materials[i];
         most = fmax(most, strongest(m->emission));
@@ -177,7 +180,11 @@ int plan_gather_lights(const struct job *job, const struct scene *scene, struct 
     uint32_t l = job_strata_per_axis(job->light_spp ? job->light_spp : job->spp);
     for (uint32_t k = 0; k < plan->light_count; k++)
         plan->lights[k].strata_per_axis = plan->lights[k].type == LIGHT_RECTANGLE ? l : 1;
-    plan->radiance_scale = radiance_scale(scene, plan);
-    plan->length_unit = length_unit(scene);
     return 0;
+}
+
+void plan_set_scales(const struct scene *scene, const float environment_mean[3], struct plan *plan)
+{
+    plan->radiance_scale = radiance_scale(scene, environment_mean, plan);
+    plan->length_unit = length_unit(scene);
 }

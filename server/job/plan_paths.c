@@ -1,4 +1,5 @@
-/* A plan of paths: spp of them a pixel, and planes that the layers need. */
+/* A plan of paths, alone or beside light fields: spp of them a pixel, and planes that the layers
+ * need. */
 #include <stdio.h>
 
 #include "proto/message.h"
@@ -29,17 +30,28 @@ static const struct {
     {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
 };
 
+/* What light fields beside the paths bring in place of a plane. */
+static bool is_brought(const struct plan *plan, uint32_t plane)
+{
+    return (plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect) ||
+           (plane == PLANE_BIT(PATH_OCCLUSION) && (plan->planes & PLANE_BIT(OPEN)));
+}
+
 static void plan_planes(struct plan *plan, struct plan_report *report)
 {
     char what[64];
-    plan->planes = PLANE_BIT(PATH_RADIANCE);
+    plan->planes |= PLANE_BIT(PATH_RADIANCE);
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
-        if (report->layers & readers[i].layers) {
+        const bool read = (report->layers & readers[i].layers) != 0;
+        const bool brought = is_brought(plan, readers[i].plane);
+        if (plan->planes & readers[i].plane) continue;
+        if (read && !brought) {
             plan->planes |= readers[i].plane;
             continue;
         }
         snprintf(what, sizeof what, "plane %s", readers[i].name);
-        plan_skip(report, what, "no layer of this plan reads it");
+        plan_skip(report, what,
+                  read ? "a light field brings it" : "no layer of this plan reads it");
     }
 }
 
@@ -53,25 +65,6 @@ static void plan_lights(const struct job *job, struct plan *plan, struct plan_re
         plan_skip(report, "sampling.light_spp", "paths take one point of one light each");
 }
 
-static void plan_bounces(const struct job *job, bool lit, struct plan *plan,
-                         struct plan_report *report)
-{
-    if (job->indirect_spp)
-        plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
-    if (!lit) {
-        plan_skip(report, "effect direct", "nothing lights the scene");
-        plan_skip(report, "effect indirect", "nothing lights the scene");
-        return;
-    }
-    report->effects |= EFFECT_DIRECT;
-    if (job->indirect_bounces == 0) {
-        plan_skip(report, "effect indirect", "effects.indirect_bounces is 0");
-        return;
-    }
-    plan->bounces = job->indirect_bounces;
-    report->effects |= EFFECT_INDIRECT;
-}
-
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     uint32_t l = job_strata_per_axis(job->spp);
@@ -79,13 +72,19 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     bool sources = plan->light_count > 0 || environment || report->emitters.flux > 0;
     plan->paths.spp = l * l;
     plan->paths.pixel_filter = job->pixel_filter;
+    plan->paths.without_diffuse_indirect = (plan->planes & PLANE_BIT(INDIRECT_MEAN)) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
     if (sources) report->effects |= EFFECT_SHADOWS;
     if (environment || report->emitters.any_seen) report->effects |= EFFECT_EMISSION;
     plan_planes(plan, report);
     plan_lights(job, plan, report);
-    plan_bounces(job, sources || report->emitters.any_unlit, plan, report);
+    if (plan_is_lit(plan, report))
+        report->effects |= EFFECT_DIRECT;
+    else
+        plan_skip(report, "effect direct", "nothing lights the scene");
+    if (job->indirect_spp && report->integrator == INTEGRATOR_PATHS)
+        plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
     if (report->layers & LAYER_OCCLUSION) {
         plan->occlusion_distance = job->occlusion_distance;
         report->effects |= EFFECT_OCCLUSION;

@@ -14,106 +14,7 @@
 #include "server/job/fingerprint.h"
 #include "server/job/import_folder.h"
 #include "server/job/imports.h"
-#include "server/job/plan.h"
-
-/* A scene of one mesh in the box [-1, 1]^3, one camera at z = 5, one lamp at the ceiling. */
-struct stage {
-    struct scene scene;
-    struct scene_info info;
-    struct scene_mesh mesh;
-    struct scene_instance instances[3];
-    struct scene_material material;
-    float positions[9];
-    uint32_t triangles[3];
-    struct scene_light lights[LIMIT_LIGHTS + 1];
-    struct scene_camera cameras[2];
-    char names[32];
-    char warnings[64];
-    struct environment_header map;
-    struct job job;
-    struct plan plan;
-    struct plan_report report;
-    struct fault fault;
-};
-
-static void set_lamp(struct scene_light *light)
-{
-    *light = (struct scene_light){.type = LIGHT_RECTANGLE,
-                                  .position = {0, 1, 0},
-                                  .direction = {0, -1, 0},
-                                  .half_u = {0.25f, 0, 0},
-                                  .half_v = {0, 0, 0.25f},
-                                  .color = {10, 8, 6},
-                                  .instance = SCENE_NONE};
-}
-
-static int set_up(void **state)
-{
-    static struct stage s;
-    memset(&s, 0, sizeof s);
-    memcpy(s.names, "\0main\0side", 11);
-    memcpy(s.warnings, "first warning\0second", 21);
-    s.info = (struct scene_info){.bounds_min = {-1, -1, -1}, .bounds_max = {1, 1, 1}};
-    /* A triangle of area 2 with a Lambert surface. */
-    s.mesh = (struct scene_mesh){.vertex_count = 3, .triangle_count = 1};
-    memcpy(s.positions, (float[]){0, 0, 0, 2, 0, 0, 0, 2, 0}, sizeof s.positions);
-    memcpy(s.triangles, (uint32_t[]){0, 1, 2}, sizeof s.triangles);
-    s.instances[0].flags = INSTANCE_IDENTITY;
-    s.material = (struct scene_material){.base_color = {1, 1, 1, 1}, .name = 1};
-    set_lamp(&s.lights[0]);
-    for (int i = 0; i < 2; i++)
-        s.cameras[i] = (struct scene_camera){.type = CAMERA_PERSPECTIVE,
-                                             .name = i ? 6 : 1,
-                                             .eye = {0, 0, 5},
-                                             .right = {1, 0, 0},
-                                             .up = {0, 1, 0},
-                                             .forward = {0, 0, -1},
-                                             .yfov_rad = i ? 0.5f : 1.0f};
-    s.scene = (struct scene){.info = &s.info,
-                             .positions = s.positions,
-                             .triangles = s.triangles,
-                             .meshes = &s.mesh,
-                             .instances = s.instances,
-                             .materials = &s.material,
-                             .lights = s.lights,
-                             .cameras = s.cameras,
-                             .names = s.names,
-                             .warnings = s.warnings};
-    s.scene.count[SCENE_MESHES] = s.scene.count[SCENE_MATERIALS] = 1;
-    s.scene.count[SCENE_INSTANCES] = s.scene.count[SCENE_TRIANGLES] = 1;
-    s.map = (struct environment_header){.mean = {1, 2, 3}, .maximum = {100, 200, 300}};
-    s.scene.count[SCENE_LIGHTS] = 1;
-    s.scene.count[SCENE_CAMERAS] = 2;
-    s.scene.count[SCENE_NAMES] = 11;
-    static const char text[] =
-        "{\"scene\":{\"asset\":"
-        "\"0000000000000000000000000000000000000000000000000000000000000001\"},"
-        "\"image\":{\"width\":200,\"height\":100}}";
-    assert_int_equal(job_read(text, sizeof text - 1, &s.job, &s.fault), 0);
-    *state = &s;
-    return 0;
-}
-
-static int tear_down(void **state)
-{
-    job_fini(&((struct stage *)*state)->job);
-    return 0;
-}
-
-static int make(struct stage *s)
-{
-    struct plan_source source = {
-        .scene = &s->scene, .scene_blob = {{7}}, .map = &s->map, .map_blob = {{8}}};
-    s->fault = (struct fault){0};
-    return plan_make(&s->job, &source, 3, &s->plan, &s->report, &s->fault);
-}
-
-static const char *why(const struct stage *s, const char *what)
-{
-    for (uint32_t i = 0; i < s->report.skip_count; i++)
-        if (!strcmp(s->report.skipped[i].what, what)) return s->report.skipped[i].why;
-    return NULL;
-}
+#include "tests/unit/server/plan_stage.h"
 
 static void plans_a_lit_scene(void **state)
 {
@@ -195,13 +96,6 @@ static void looks_at_a_target(void **state)
     memcpy(s->job.camera.up, (float[3]){-3, -3, -5}, sizeof s->job.camera.up);
     assert_int_equal(make(s), ERR_RANGE);
     assert_string_equal(s->fault.pointer, "/scene/camera/up");
-}
-
-static bool has_warning(const struct stage *s, const char *words)
-{
-    for (uint32_t i = 0; i < s->report.warning_count; i++)
-        if (strstr(s->report.warnings[i], words)) return true;
-    return false;
 }
 
 static void warns_of_scales_that_floats_cannot_hold(void **state)
@@ -385,31 +279,19 @@ static void auto_tells_why_it_is_paths(void **state)
         s->material = lambert;                                                                     \
         s->job = job;                                                                              \
     } while (0)
-    s->material.metallic = 0.5f;
-    PATHS("material 0 \"main\" is not Lambert");
-    s->material.specular = 1;
-    PATHS("material 0 \"main\" is not Lambert");
-    s->material.transmission = 0.1f;
-    PATHS("material 0 \"main\" is not Lambert");
-    s->material.model = MODEL_PHONG;
-    PATHS("material 0 \"main\" is not Lambert");
     s->material.alpha_mode = ALPHA_BLEND;
     PATHS("material 0 \"main\" lets light through by its alpha");
-    s->job.indirect_bounces = 2;
-    PATHS("effects.indirect_bounces is 2, above 1");
     s->job.layers |= LAYER_ERROR;
     PATHS("they do not give the layer error");
-    s->job.layers |= LAYER_OCCLUSION;
-    s->job.occlusion_distance = 1;
-    PATHS("they do not give the layer occlusion");
-    s->job.environment =
-        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
-    PATHS("there is an environment");
+    s->job.pixel_filter = PIXEL_FILTER_TENT;
+    PATHS("image.pixel_filter is not box");
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
     PATHS("there is a lens");
-    s->material.emission[2] = 1;
-    PATHS("meshes shine that are no rectangular lights");
+    /* Paths bring all light that there is. */
+    s->job.indirect_bounces = 0;
+    s->material.metallic = 0.5f;
+    PATHS("material 0 \"main\" is not Lambert");
 #undef PATHS
     /* None of these is in its way. */
     s->material.alpha_mode = ALPHA_MASK;
@@ -433,7 +315,8 @@ static void names_of_materials_stay_ascii(void **state)
     memcpy(s->names + 1, "m\xc3\xa4 \xff", 6);
     s->material.specular = 1;
     assert_int_equal(make(s), 0);
-    assert_string_equal(why(s, "light fields"), "material 0 \"m\\xc3\\xa4 \\xff\" is not Lambert");
+    assert_string_equal(why(s, "light fields of lights"),
+                        "material 0 \"m\\xc3\\xa4 \\xff\" is not Lambert");
     json_t *json = plan_report_json(&s->plan, &s->report);
     assert_non_null(json);
     json_decref(json);
@@ -458,7 +341,8 @@ static void powers_have_one_unit(void **state)
     assert_true(near_share(s->plan.lights[0].power, lamp / sum));
     assert_true(near_share(s->plan.environment.power, sky / sum));
     assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
-    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT);
+    assert_int_equal(s->plan.capabilities,
+                     CAPABILITY_PATHS | CAPABILITY_INDIRECT | CAPABILITY_ENVIRONMENT);
     /* Both sides, and two more placements: moved and twice as large; stretched along z alone, which
      * a triangle in the plane of x and y does not feel. */
     s->material.flags = MATERIAL_DOUBLE_SIDED;
@@ -510,7 +394,7 @@ static void maps_are_planned_from_their_header(void **state)
     assert_int_equal(make(s), 0);
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
     assert_true(digest_is_zero(&s->plan.environment.map));
-    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_INDIRECT);
 }
 
 static void lenses_need_perspective(void **state)
@@ -663,7 +547,8 @@ static void filters_are_taken_as_asked(void **state)
     expect_filter(s, SHADOW_FILTER_SHEARED, STRATA_PLANES, "asks for it");
     s->job.spp = 400;
     expect_filter(s, SHADOW_FILTER_NONE, 1u << LIGHT_PLANE_IRRADIANCE, "400 samples a light");
-    assert_true(has_warning(s, "filter.method is sheared, but no filter runs: 400 samples"));
+    assert_true(
+        has_warning(s, "filter.method is sheared, but shadows are not filtered: 400 samples"));
 }
 
 /* Without bits and slopes: an average of any number of samples. */
@@ -692,6 +577,7 @@ static void filters_leave_sharp_lights(void **state)
     assert_int_equal(plan_light_planes(&s->plan, 1), irradiance);
     assert_null(why(s, "plane irradiance"));
     s->job.scene_lights = false;
+    s->job.indirect = INDIRECT_AVERAGE;
     for (int i = 0; i < 3; i++) {
         static const enum filter_method methods[] = {FILTER_AUTO, FILTER_SHEARED,
                                                      FILTER_AXIS_ALIGNED};
@@ -699,7 +585,7 @@ static void filters_leave_sharp_lights(void **state)
         s->job.layers = LAYER_BEAUTY | LAYER_VISIBILITY | LAYER_FILTER_WIDTH;
         expect_filter(s, SHADOW_FILTER_NONE, irradiance, "no light has area");
         assert_true(has_warning(s, "the layer filter_width is 0"));
-        assert_true(has_warning(s, "but no filter runs") == (methods[i] != FILTER_AUTO));
+        assert_true(has_warning(s, "but shadows are not filtered") == (methods[i] != FILTER_AUTO));
         assert_false(s->plan.capabilities & CAPABILITY_VISIBILITY);
     }
     /* A rectangle that cannot matter is none. */
@@ -731,6 +617,7 @@ static void filters_need_light_fields(void **state)
 {
     struct stage *s = *state;
     s->material.metallic = 1;
+    s->job.indirect_bounces = 0;
     s->job.layers = LAYER_BEAUTY | LAYER_FILTER_WIDTH;
     static const enum filter_method methods[] = {FILTER_AUTO, FILTER_SHEARED, FILTER_AXIS_ALIGNED};
     for (int i = 0; i < 3; i++) {
@@ -741,7 +628,8 @@ static void filters_need_light_fields(void **state)
         assert_int_equal(s->report.method, FILTER_NONE);
         assert_non_null(strstr(s->report.filter_why, "is not Lambert"));
         assert_non_null(strstr(why(s, "filter"), "is not Lambert"));
-        assert_true(has_warning(s, "but no filter runs: ") == (methods[i] != FILTER_AUTO));
+        assert_true(has_warning(s, "but shadows are not filtered: ") ==
+                    (methods[i] != FILTER_AUTO));
         assert_true(has_warning(s, "the layer filter_width is 0"));
     }
 }

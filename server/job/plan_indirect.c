@@ -1,0 +1,151 @@
+/* Diffuse indirect light and ambient occlusion as light fields of pixel centres: their planes and
+ * the filter that makes pictures of them. */
+#include <stdio.h>
+
+#include "proto/message.h"
+#include "proto/samples.h"
+#include "server/job/plan.h"
+
+#define PLANE_BIT(plane) (1u << PLANE_##plane)
+#define PLANES_CENTRE    (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
+#define PLANES_BOUNCE    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN))
+
+/* Samples from which on a filter has less error than the one before (filters.md section 3). */
+#define SAMPLES_LINEAR 36
+#define SAMPLES_BLEND  64
+
+bool plan_is_lit(const struct plan *plan, const struct plan_report *report)
+{
+    return plan->light_count > 0 || plan->environment.kind != ENVIRONMENT_NONE ||
+           report->emitters.flux > 0 || report->emitters.any_unlit;
+}
+
+void plan_bounces(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (!plan_is_lit(plan, report)) {
+        plan_skip(report, "effect indirect", "nothing lights the scene");
+    } else if (job->indirect_bounces == 0) {
+        plan_skip(report, "effect indirect", "effects.indirect_bounces is 0");
+    } else {
+        plan->bounces = job->indirect_bounces;
+        report->effects |= EFFECT_INDIRECT;
+    }
+}
+
+void plan_surfaces(struct plan *plan, struct plan_report *report)
+{
+    plan->planes |= PLANES_CENTRE | PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) |
+                    PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID);
+    plan->sub_samples = LIMIT_SUB_SAMPLES;
+    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+}
+
+static uint32_t choose_by_samples(uint32_t samples, char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    if (samples >= SAMPLES_BLEND) {
+        snprintf(why, n, "%u bounce rays: blending widths by variance blurs the least", samples);
+        return INDIRECT_FILTER_BLEND;
+    }
+    if (samples >= SAMPLES_LINEAR) {
+        snprintf(why, n, "%u bounce rays: linear fits blur less than means do", samples);
+        return INDIRECT_FILTER_LINEAR;
+    }
+    snprintf(why, n, "%u bounce ray%s: weighted means need the fewest", samples,
+             samples > 1 ? "s" : "");
+    return INDIRECT_FILTER_CONSTANT;
+}
+
+uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *plan,
+                                     char why[PLAN_FILTER_WHY_BYTES])
+{
+    static const uint32_t filters[] = {
+        [INDIRECT_CONSTANT] = INDIRECT_FILTER_CONSTANT, [INDIRECT_LINEAR] = INDIRECT_FILTER_LINEAR,
+        [INDIRECT_BLEND] = INDIRECT_FILTER_BLEND,       [INDIRECT_ADAPTIVE] = INDIRECT_FILTER_RATE,
+        [INDIRECT_SHEARED] = INDIRECT_FILTER_SHEARED,
+    };
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    if (!(plan->planes & PLANES_BOUNCE)) {
+        snprintf(why, n, "there is neither indirect light nor occlusion to filter");
+        return INDIRECT_FILTER_NONE;
+    }
+    if (job->indirect == INDIRECT_AVERAGE ||
+        (job->indirect == INDIRECT_AUTO && job->method == FILTER_AVERAGE)) {
+        snprintf(why, n, "filter.%s is average",
+                 job->indirect == INDIRECT_AVERAGE ? "indirect" : "method");
+        return INDIRECT_FILTER_NONE;
+    }
+    if (job->indirect == INDIRECT_AUTO) return choose_by_samples(l * l, why);
+    snprintf(why, n, "filter.indirect asks for it");
+    return filters[job->indirect];
+}
+
+const char *plan_indirect_filter_name(uint32_t filter)
+{
+    static const char *const names[] = {
+        [INDIRECT_FILTER_NONE] = "none",     [INDIRECT_FILTER_CONSTANT] = "constant",
+        [INDIRECT_FILTER_LINEAR] = "linear", [INDIRECT_FILTER_BLEND] = "blend",
+        [INDIRECT_FILTER_RATE] = "adaptive", [INDIRECT_FILTER_SHEARED] = "sheared",
+    };
+    return names[filter];
+}
+
+/* Who asked for a filter is told that none runs. */
+static void tell_none(const struct job *job, struct plan_report *report)
+{
+    plan_skip(report, "filter of indirect light", "%.*s", (int)PLAN_WHY_BYTES - 1,
+              report->indirect_filter_why);
+    if (job->indirect != INDIRECT_AUTO && job->indirect != INDIRECT_AVERAGE)
+        plan_warn(report, "filter.indirect is %s, but indirect light is not filtered: %s",
+                  indirect_method_name(job->indirect), report->indirect_filter_why);
+}
+
+void plan_indirect_none(const struct job *job, const char *why, struct plan_report *report)
+{
+    snprintf(report->indirect_filter_why, sizeof report->indirect_filter_why, "%s", why);
+    tell_none(job, report);
+}
+
+static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE) {
+        plan->planes |= PLANE_BIT(REFLECTOR);
+        return;
+    }
+    tell_none(job, report);
+    plan_skip(report, "plane reflector", "no filter of this plan reads it");
+}
+
+static void plan_occlusion(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (!(report->layers & LAYER_OCCLUSION)) {
+        plan_skip(report, "plane open", "no layer of this plan reads it");
+        return;
+    }
+    plan->occlusion_distance = job->occlusion_distance;
+    plan->planes |= PLANES_CENTRE | PLANE_BIT(OPEN);
+    report->effects |= EFFECT_PRIMARY | EFFECT_OCCLUSION;
+}
+
+void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (plan->bounces > 0) {
+        plan_surfaces(plan, report);
+        plan->planes |= PLANE_BIT(INDIRECT_MEAN);
+    } else {
+        plan_skip(report, "plane indirect_mean", "there is no indirect light");
+    }
+    plan_occlusion(job, plan, report);
+    plan_skip(report, "plane indirect_halves", "no layer of this plan reads it");
+    plan_skip(report, "plane indirect_strata", "no filter of this plan reads it");
+    if (plan->planes & PLANES_BOUNCE) {
+        plan->indirect_strata_per_axis =
+            job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+        plan->capabilities |= CAPABILITY_INDIRECT;
+    } else if (job->indirect_spp) {
+        plan_skip(report, "sampling.indirect_spp", "there is neither indirect light nor occlusion");
+    }
+    plan_filter_planes(job, plan, report);
+}
