@@ -13,6 +13,7 @@ struct synthetic_pixel {
     uint32_t id;
     float sub_depth[LIMIT_SUB_SAMPLES];
     float indirect[3];
+    float reflector, open; /* eighths, so that halves hold them */
     float irradiance;
     uint32_t visibility; /* 9 bits */
 };
@@ -66,6 +67,8 @@ static inline struct synthetic_pixel synthetic_pixel(const struct plan *plan, in
         p.albedo[c] = 0.2f + 0.1f * (float)((x * 3 + y + c) % 7);
         p.indirect[c] = 0.5f + 0.1f * (float)((x + y * 5 + c) % 9);
     }
+    p.reflector = hole ? 0.0f : plan->length_unit * 0.125f * (float)(1 + (x * 7 + y * 3) % 5);
+    p.open = hole ? 0.0f : 0.125f * (float)((x + 2 * y) % 9);
     p.id = hole ? 0 : (uint32_t)(1 + x / 4 + y / 4 * 70000);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         float reference = hole ? plan->length_unit : p.depth;
@@ -82,6 +85,15 @@ static inline uint16_t synthetic_sub_id(uint32_t id)
     return id != 0 && low == 0 ? 0xffffu : low;
 }
 
+static inline void synthetic_put_bounces(struct samples *s, const struct plan *plan, size_t i,
+                                         const struct synthetic_pixel *p)
+{
+    if (plan->planes >> PLANE_REFLECTOR & 1u)
+        samples_u16(s, PLANE_REFLECTOR, 0)[i] = half_from_float(p->reflector / plan->length_unit);
+    if (plan->planes >> PLANE_OPEN & 1u)
+        samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(p->open);
+}
+
 static inline void synthetic_put(struct samples *s, const struct plan *plan, size_t i,
                                  const struct synthetic_pixel *p)
 {
@@ -93,6 +105,7 @@ static inline void synthetic_put(struct samples *s, const struct plan *plan, siz
         samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
             half_from_float(p->indirect[c] * plan->radiance_scale);
     }
+    synthetic_put_bounces(s, plan, i, p);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         float reference = p->depth > 0.0f ? p->depth : plan->length_unit;
         samples_u16(s, PLANE_SUB_DEPTH, k)[i] = half_from_float(p->sub_depth[k] / reference - 1.0f);
@@ -103,6 +116,7 @@ static inline void synthetic_put(struct samples *s, const struct plan *plan, siz
                 (uint16_t)lrintf(p->albedo[c] * 65535.0f);
         }
     }
+    if (!plan->light_planes) return;
     samples_light_irradiance(s, 0)[i] = p->irradiance;
     samples_light_visibility(s, 0, 0)[i] = (uint8_t)(p->visibility & 255u);
     samples_light_visibility(s, 0, 1)[i] = (uint8_t)(p->visibility >> 8);

@@ -16,6 +16,19 @@ static inline void synthetic_paths_plan(struct plan *plan, int32_t width, int32_
     plan->occlusion_distance = 1;
 }
 
+/* Paths, and beside them bounce rays of pixel centres with open shares. */
+static inline void synthetic_beside_plan(struct plan *plan, int32_t width, int32_t height,
+                                         int32_t tile_px, uint32_t spp)
+{
+    synthetic_plan(plan, width, height, tile_px);
+    plan->planes |= PLANES_PATH | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    plan->planes &= ~(1u << PLANE_EMISSION | 1u << PLANE_PATH_DIFFUSE_INDIRECT |
+                      1u << PLANE_PATH_OCCLUSION | 1u << PLANE_PATH_SPREAD);
+    plan->light_planes = 0;
+    plan->paths = (struct plan_paths){.spp = spp, .without_diffuse_indirect = 1};
+    plan->occlusion_distance = 1;
+}
+
 /* In [0, 1), by pixel, sample and a number for what is asked. */
 static inline float synthetic_random(int32_t x, int32_t y, uint32_t sample, uint32_t what)
 {
@@ -100,12 +113,17 @@ static inline void synthetic_put_paths(struct samples *s, const struct plan *pla
 {
     uint32_t first, count;
     plan_pass_range(plan, pass, &first, &count);
-    for (uint32_t p = PLANE_PATH_RADIANCE; p < PLANE_ID_COUNT; p++)
+    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_OCCLUSION; p++)
         for (uint32_t c = 0; c < synthetic_path_components(p); c++)
             if (samples_f32(s, p, c))
                 samples_f32(s, p, c)[i] = synthetic_path_sum(p, x, y, first, count, c);
     if (pass > 0) return;
     const struct synthetic_pixel pixel = synthetic_pixel(plan, x, y);
+    if (plan->planes >> PLANE_INDIRECT_MEAN & 1u) {
+        synthetic_put(s, plan, i, &pixel);
+        return;
+    }
+    if (plan->planes >> PLANE_OPEN & 1u) synthetic_put_bounces(s, plan, i, &pixel);
     samples_f32(s, PLANE_DEPTH, 0)[i] = pixel.depth;
     samples_u32(s, PLANE_ID, 0)[i] = pixel.id;
     samples_u32(s, PLANE_NORMAL, 0)[i] = pixel.depth > 0.0f ? octahedron_pack16(pixel.normal) : 0;

@@ -40,8 +40,8 @@ static void arrays_do_not_overlap(void **state)
     struct patch *p;
     struct arrays a = {.count = 0};
     synthetic_plan(&plan, 64, 64, 32);
-    plan.planes |=
-        1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_INDIRECT_STRATA;
+    plan.planes |= 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR |
+                   1u << PLANE_INDIRECT_STRATA | 1u << PLANE_OPEN;
     assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
     size_t area = 35, bytes = area * 4;
     add(&a, p->depth, bytes);
@@ -60,6 +60,7 @@ static void arrays_do_not_overlap(void **state)
     add_rgb(&a, p->indirect_odd, bytes);
     add(&a, p->reflector, bytes);
     add(&a, p->indirect_strata, bytes * 9 * 4);
+    add(&a, p->open, bytes);
     add(&a, p->lights[0].irradiance, bytes);
     add(&a, p->lights[0].visibility, area * 2);
     add(&a, p->lights[0].slope_min, bytes);
