@@ -46,32 +46,13 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
     r->area = 4.0f * r->half[0] * r->half[1];
 }
 
-/* Points at `depth` along the rays through pixel centres. */
-static void place_row(const struct surface_view *view, int32_t x, int32_t y, uint32_t count,
-                      const float *restrict depth, float *restrict px, float *restrict py,
-                      float *restrict pz)
-{
-    const float *r = view->camera->right, *u = view->camera->up, *f = view->camera->forward;
-    const float b = view->b_start + view->b_step * ((float)y + 0.5f);
-    const float flat = view->orthographic ? 1.0f : 0.0f;
-    for (uint32_t i = 0; i < count; i++) {
-        const float a = view->a_start + view->a_step * ((float)(x + (int32_t)i) + 0.5f);
-        /* 1 + a^2 + b^2 is at least 1 */
-        const float along = flat > 0.0f ? depth[i] : depth[i] / sqrtf(1.0f + a * a + b * b);
-        const float across = flat > 0.0f ? 1.0f : along;
-        px[i] = across * (a * r[0] + b * u[0]) + along * f[0];
-        py[i] = across * (a * r[1] + b * u[1]) + along * f[1];
-        pz[i] = across * (a * r[2] + b * u[2]) + along * f[2];
-    }
-}
-
 void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
                   int32_t y, uint32_t count, float *const point[3], float *const normal[3])
 {
     const size_t width = (size_t)rect_width(patch->rect);
     const size_t first = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
     const float *depth = patch->depth + first;
-    place_row(&light->view, x, y, count, depth, point[0], point[1], point[2]);
+    surface_points(&light->view, x, y, count, depth, point[0], point[1], point[2]);
     for (int k = 0; k < 3; k++) {
         const float *in = patch->normal[k] + first;
         for (uint32_t i = 0; i < count; i++) normal[k][i] = depth[i] > 0.0f ? in[i] : 0.0f;

@@ -41,6 +41,24 @@ static void place_point(const struct surface_view *view, float px, float py, flo
     out[2] = along;
 }
 
+void surface_points(const struct surface_view *view, int32_t x, int32_t y, uint32_t count,
+                    const float *restrict depth, float *restrict px, float *restrict py,
+                    float *restrict pz)
+{
+    const float *r = view->camera->right, *u = view->camera->up, *f = view->camera->forward;
+    const float b = view->b_start + view->b_step * ((float)y + 0.5f);
+    const float flat = view->orthographic ? 1.0f : 0.0f;
+    for (uint32_t i = 0; i < count; i++) {
+        const float a = view->a_start + view->a_step * ((float)(x + (int32_t)i) + 0.5f);
+        /* 1 + a^2 + b^2 is at least 1 */
+        const float along = flat > 0.0f ? depth[i] : depth[i] / sqrtf(1.0f + a * a + b * b);
+        const float across = flat > 0.0f ? 1.0f : along;
+        px[i] = across * (a * r[0] + b * u[0]) + along * f[0];
+        py[i] = across * (a * r[1] + b * u[1]) + along * f[1];
+        pz[i] = across * (a * r[2] + b * u[2]) + along * f[2];
+    }
+}
+
 static void turn_normal(const struct surface_view *view, float *const normal[3], size_t i,
                         float out[3])
 {

@@ -26,6 +26,12 @@ void surface_view_init(struct surface_view *view, const struct plan *plan);
 /* World size of a pixel at a distance. */
 float surface_pixel_size(const struct surface_view *view, float distance);
 
+/* Points at `depth` along the rays through the centres of `count` pixels from image pixel (x, y)
+ * on, relative to the eye, along the world's axes; depth 0 gives 0 of a perspective camera. */
+void surface_points(const struct surface_view *view, int32_t x, int32_t y, uint32_t count,
+                    const float *restrict depth, float *restrict px, float *restrict py,
+                    float *restrict pz);
+
 /* Pixel i of the patch (the ray through its centre) and sub-sample k of it, which lies at `offset`
  * within the pixel. False when there is no surface. */
 bool surface_of_pixel(const struct surface_view *view, const struct patch *patch, size_t i,

@@ -1,0 +1,34 @@
+#pragma once
+/* How wide the filters of indirect light are (filters.md section 3):
+ *
+ *   beta = mu clamp((2 / 2.8) max(z_s, least z) / mu(n), 0.6 px, cap(n))
+ *
+ * 2.8 is the bandlimit of a clamped cosine (Mehta et al. 2013), z_s the harmonic mean over 5 x 5
+ * pixels of the object of the nearest reflector's distance. All is relative to the size of a pixel
+ * at the receiver, so that no scene's extent comes in. */
+#include "server/reconstruct/indirect_field.h"
+
+struct indirect_rule {
+    float bandwidth;         /* mu(n) / mu */
+    float least_px, most_px; /* of beta */
+    float near_px;           /* least z */
+    float off_px;            /* how far neighbours may be off the tangent plane, and beta / 2 */
+    float smooth_least_px, smooth_most_px; /* of what smooths the blend's decisions; else 0 */
+};
+
+/* The plan's rule; all 0 for INDIRECT_FILTER_NONE. */
+struct indirect_rule indirect_rule_of(const struct plan *plan);
+
+/* How far a filter of at most that beta looks. */
+int32_t indirect_reach_px(float most_px);
+
+/* The field's pixels around a pixel that its z_s is taken from. */
+#define INDIRECT_NEAR_PX 2
+
+/* beta in scene units of the field's pixels in `rect`; 0: nothing was measured. */
+void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
+                     const struct indirect_place *place, struct rect rect, float *beta);
+
+/* Sets the field's widths in `rect` to clamp(beta, least_px, most_px) * scale. */
+void indirect_set_widths(const struct indirect_rule *rule, struct indirect_place *place,
+                         struct rect rect, const float *beta, float scale);
