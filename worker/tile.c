@@ -90,6 +90,17 @@ static bool has_emissive(const struct material_table *materials)
     return false;
 }
 
+/* Whether all that shines is listed: no environment, and no mesh that no light stands for. */
+static bool is_listed(const struct render_scene *scene, const struct plan *plan)
+{
+    if (plan->environment.kind != ENVIRONMENT_NONE) return false;
+    for (uint64_t k = 0; k < scene->blob->count[SCENE_MESHES]; k++) {
+        const struct mesh_view *mesh = &scene->meshes[k];
+        if (mesh->material->emissive && !(mesh->flags & MESH_IS_LIGHT)) return false;
+    }
+    return true;
+}
+
 #define PLANES_BOUNCE                                                                              \
     (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA |       \
      1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
@@ -116,6 +127,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t
     };
     out->field = out->paths;
     out->field.field = true;
+    out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = false;
 }
 

@@ -29,7 +29,8 @@ struct path_context {
     bool demodulate; /* the plan wants the diffuse planes */
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
-    bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
+    bool field;  /* paths begin on surfaces, scattered once: the light field of indirect light */
+    bool listed; /* lights of the plan are all that shines */
     bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
                             field brings the rest */
 };
@@ -41,6 +42,7 @@ struct path_vertex {
     struct surface surface;
     struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
+    struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
     struct lanes3 back; /* to where the path came from, in the shading frame; the same */

@@ -312,6 +312,8 @@ void path_light(const struct path_context *c, const struct path_packet *p,
     sample_lights(c, p, v, &choice, light);
     if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);
+    for (int i = 0; i < LANES; i++) /* nobody else will find it */
+        packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
     reflect(c, v, &choice, light, &reflected);
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);

@@ -1,6 +1,8 @@
 /* No surface shadows itself, at any scale, distance from the origin or angle. */
 #include "tests/unit/worker/tile_fixture.h"
 
+#include "proto/half.h"
+
 static float random_signed(uint64_t *state)
 {
     *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
@@ -81,7 +83,8 @@ static int shadowed_pixels(const struct setting *s, uint64_t *seed)
     for (int32_t i = 0; i < 24 * 24; i++) {
         if (samples_u32(t.samples, PLANE_ID, 0)[i] == 0) continue;
         if (samples_light_irradiance(t.samples, 0)[i] <= 0.0f) shadowed++;
-        if (samples_u16(t.samples, PLANE_REFLECTOR, 0)[i] != 0) shadowed++; /* hit itself */
+        if (samples_u16(t.samples, PLANE_REFLECTOR, 0)[i] != half_from_float(REFLECTOR_NONE))
+            shadowed++; /* hit itself */
     }
     traced_fini(&t);
     free(f);

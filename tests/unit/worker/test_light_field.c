@@ -1,0 +1,430 @@
+/* The light field of indirect light beside the path tracer: together they are the picture that the
+ * path tracer gives alone, whatever the surface, the lights and the number of bounces. */
+#include "tests/unit/worker/tile_fixture.h"
+
+#include "proto/half.h"
+#include "tests/unit/worker/environment_fixture.h"
+
+#define BIT(plane)   (1u << PLANE_##plane)
+#define SHINES_RECT  1u
+#define SHINES_MESH  2u
+#define SHINES_SKY   4u
+#define SHINES_MAP   8u
+#define SHINES_POINT 16u
+
+enum { SIDE_PX = 16, AREA = SIDE_PX * SIDE_PX };
+
+/* What lies under the camera. */
+enum kind { LAMBERT, DIELECTRIC, COATED, PHONG, ASHIKHMIN, METAL, KIND_COUNT };
+
+static uint32_t add_material(struct scene_fixture *f, enum kind kind)
+{
+    uint32_t index = fixture_material(f, 0.8f, 0.5f, 0.3f);
+    struct scene_material *m = &f->materials[index];
+    switch (kind) {
+    case DIELECTRIC:
+        m->specular = 1.0f;
+        m->roughness = 0.5f;
+        break;
+    case COATED: /* a sharp, strong layer, half a metal */
+        m->specular = 1.0f;
+        m->roughness = 0.25f;
+        m->ior = 2.5f;
+        m->metallic = 0.5f;
+        break;
+    case PHONG:
+        m->model = MODEL_PHONG;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.2f;
+        m->exponent_u = m->exponent_v = 12.0f;
+        break;
+    case ASHIKHMIN:
+        m->model = MODEL_ASHIKHMIN_SHIRLEY;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.3f;
+        m->exponent_u = 5.0f;
+        m->exponent_v = 50.0f;
+        break;
+    case METAL:
+        m->specular = 1.0f;
+        m->metallic = 1.0f;
+        m->roughness = 0.4f;
+        break;
+    default:
+        break;
+    }
+    return index;
+}
+
+/* A floor of the material, all pixels at one point of it; a red wall, a glossy one, a low roof. */
+static struct plan room(struct scene_fixture *f, enum kind kind, uint32_t shines)
+{
+    uint32_t floor = add_material(f, kind), red = fixture_material(f, 0.8f, 0.2f, 0.2f);
+    uint32_t white = fixture_material(f, 0.9f, 0.9f, 0.9f), glossy = add_material(f, DIELECTRIC);
+    fixture_panel(f, floor, (float[]){0, 0, 0}, (float[]){3, 0, 0}, (float[]){0, 0, -3});
+    fixture_panel(f, red, (float[]){-1, 1, 0}, (float[]){0, 0, -2}, (float[]){0, 1, 0});
+    fixture_panel(f, glossy, (float[]){0, 1, -1.5f}, (float[]){2, 0, 0}, (float[]){0, 1, 0});
+    fixture_panel(f, white, (float[]){1, 1.2f, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0, 0.5f});
+    struct plan p = fixture_plan(SIDE_PX, SIDE_PX, (float[]){0, 2, 2}, 1e-4f);
+    fixture_look(&p, (float[]){0, -0.70710678f, -0.70710678f},
+                 (float[]){0, 0.70710678f, -0.70710678f});
+    if (shines & SHINES_RECT) {
+        struct plan_light *light = fixture_ceiling_light(&p, 0.2f, 2.5f, 0, 0.5f, 1);
+        light->color[0] = light->color[1] = light->color[2] = 6.0f;
+    }
+    if (shines & SHINES_POINT) fixture_light(&p, LIGHT_POINT, 1)->position[1] = 1.5f;
+    if (shines & SHINES_MESH) {
+        uint32_t glow = fixture_material(f, 0, 0, 0);
+        f->materials[glow].emission[0] = f->materials[glow].emission[2] = 5.0f;
+        fixture_panel(f, glow, (float[]){1.5f, 0.5f, 0.5f}, (float[]){0, 0, 0.3f},
+                      (float[]){0, 0.3f, 0});
+        p.paths.emitter_power = 0.5f;
+    }
+    if (shines & (SHINES_SKY | SHINES_MAP))
+        p.environment = (struct plan_environment){
+            .kind = shines & SHINES_MAP ? ENVIRONMENT_MAP : ENVIRONMENT_CONSTANT,
+            .radiance = {0.5f, 0.6f, 0.7f},
+            .power = 1.0f};
+    p.light_planes = 0;
+    p.planes = BIT(PATH_RADIANCE) | BIT(PATH_DIRECT) | BIT(PATH_INDIRECT) | BIT(PATH_EMISSION);
+    p.paths.spp = 256;
+    return p;
+}
+
+static void add_field(struct plan *p, uint32_t l)
+{
+    p->planes |=
+        BIT(DEPTH) | BIT(NORMAL) | BIT(ALBEDO) | BIT(ID) | BIT(INDIRECT_MEAN) | BIT(REFLECTOR);
+    p->indirect_strata_per_axis = l;
+    p->paths.without_diffuse_indirect = p->paths.spp > 0;
+}
+
+/* A picture's pixels, all of one expectation; the sums of its paths and the planes of pass 0. */
+struct sums {
+    double radiance[3][AREA], direct[3][AREA], indirect[3][AREA];
+    struct samples *first;
+    struct counters counters;
+};
+
+static void add_plane(const struct samples *s, enum plane_id plane, double sum[3][AREA],
+                      uint32_t spp)
+{
+    for (uint32_t c = 0; c < 3; c++)
+        for (int i = 0; i < AREA; i++) sum[c][i] += (double)samples_f32(s, plane, c)[i] / spp;
+}
+
+static struct sums *trace_sums(struct scene_fixture *f, const struct plan *p)
+{
+    static const float texels[3 * 32] = {[0] = 40, [1] = 30, [2] = 10, [40] = 2, [41] = 3};
+    struct sums *out = calloc(1, sizeof *out);
+    struct render_scene *scene;
+    struct tile_tracer *tracer;
+    struct environment_fixture map = {0};
+    struct fault fault = {0};
+    assert_non_null(out);
+    if (p->environment.kind == ENVIRONMENT_MAP) environment_fixture_open(&map, 8, 4, texels);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&tracer), 0);
+    for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
+        struct samples *s = NULL;
+        assert_int_equal(tile_trace(tracer, scene, map.map, p, pass,
+                                    (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &s,
+                                    &out->counters),
+                         0);
+        if (p->paths.spp > 0) {
+            add_plane(s, PLANE_PATH_RADIANCE, out->radiance, p->paths.spp);
+            add_plane(s, PLANE_PATH_DIRECT, out->direct, p->paths.spp);
+            add_plane(s, PLANE_PATH_INDIRECT, out->indirect, p->paths.spp);
+        }
+        if (pass == 0)
+            out->first = s;
+        else
+            samples_destroy(&s);
+    }
+    tile_tracer_destroy(&tracer);
+    render_scene_destroy(&scene);
+    if (map.map) environment_fixture_close(&map);
+    return out;
+}
+
+static void sums_free(struct sums **s)
+{
+    samples_destroy(&(*s)->first);
+    free(*s);
+    *s = NULL;
+}
+
+static double half_at(const struct samples *s, enum plane_id plane, uint32_t c, int i)
+{
+    return (double)half_to_float(samples_u16(s, plane, c)[i]);
+}
+
+/* The light field's part of the picture. */
+static double field_at(const struct samples *s, uint32_t c, int i)
+{
+    return samples_u16(s, PLANE_ALBEDO, c)[i] / 65535.0 * half_at(s, PLANE_INDIRECT_MEAN, c, i);
+}
+
+static void mean_of(const double *v, double *mean, double *error)
+{
+    double sum = 0, squares = 0;
+    for (int i = 0; i < AREA; i++) sum += v[i];
+    for (int i = 0; i < AREA; i++) squares += (v[i] - sum / AREA) * (v[i] - sum / AREA);
+    *mean = sum / AREA;
+    *error = sqrt(squares / (AREA - 1) / AREA);
+}
+
+/* Standard errors by the scatter between pixels: stratified pixels are nearer to each other than
+ * that says. */
+static void expect_same(const char *what, const double *a, const double *b, double most_error)
+{
+    double mean_a, mean_b, error_a, error_b;
+    mean_of(a, &mean_a, &error_a);
+    mean_of(b, &mean_b, &error_b);
+    double error = sqrt(error_a * error_a + error_b * error_b);
+    if (!(fabs(mean_a - mean_b) <= 4 * error + 1e-4 * mean_a) || !(error <= most_error * mean_a))
+        fail_msg("%s: %.6g and %.6g, standard error %.2g", what, mean_a, mean_b, error);
+}
+
+static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
+{
+    static const char *const names[] = {"Lambert", "dielectric",        "coated",
+                                        "Phong",   "Ashikhmin-Shirley", "metal"};
+    struct scene_fixture *f = fixture_new();
+    struct plan plain = room(f, kind, shines), hybrid;
+    char what[96];
+    plain.bounces = bounces;
+    hybrid = plain;
+    add_field(&hybrid, 16);
+    struct sums *a = trace_sums(f, &plain), *b = trace_sums(f, &hybrid);
+    for (uint32_t c = 0; c < 3; c++) {
+        double together[AREA], rest[AREA];
+        for (int i = 0; i < AREA; i++) {
+            together[i] = b->radiance[c][i] + field_at(b->first, c, i);
+            rest[i] = a->direct[c][i] - b->direct[c][i];
+            assert_true(rest[i] == 0.0);
+            if (kind == LAMBERT) assert_true(b->indirect[c][i] == 0.0);
+            if (kind == METAL) assert_int_equal(samples_u16(b->first, PLANE_REFLECTOR, 0)[i], 0);
+        }
+        snprintf(what, sizeof what, "%s, lights %u, %u bounces, channel %u", names[kind], shines,
+                 bounces, c);
+        expect_same(what, a->radiance[c], together, 0.02);
+    }
+    if (kind == LAMBERT) assert_true(b->counters.value[COUNTER_SKIPPED_LIGHT_FIELD] > 0);
+    if (kind == METAL) assert_int_equal(b->counters.value[COUNTER_SKIPPED_LIGHT_FIELD], 0);
+    sums_free(&a);
+    sums_free(&b);
+    free(f);
+}
+
+static void field_and_paths_are_the_picture(void **state)
+{
+    (void)state;
+    static const uint32_t bounces[] = {1, 2, 8};
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int k = 0; k < 3; k++)
+            compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, bounces[k]);
+}
+
+static void whatever_shines(void **state)
+{
+    (void)state;
+    static const uint32_t lights[] = {SHINES_RECT,  SHINES_MESH,
+                                      SHINES_SKY,   SHINES_MAP,
+                                      SHINES_POINT, SHINES_RECT | SHINES_POINT | SHINES_MAP};
+    for (int k = 0; k < 6; k++) {
+        compare(LAMBERT, lights[k], 1);
+        compare(DIELECTRIC, lights[k], 2);
+    }
+}
+
+/* A pure light field of lights alone is the path tracer's demodulated indirect light. */
+static void fields_need_no_paths(void **state)
+{
+    (void)state;
+    for (uint32_t bounces = 1; bounces <= 3; bounces++) {
+        struct scene_fixture *f = fixture_new();
+        struct plan plain = room(f, LAMBERT, SHINES_RECT | SHINES_POINT), field;
+        plain.bounces = bounces;
+        field = plain;
+        field.paths.spp = 0;
+        field.planes = 0;
+        add_field(&field, 16);
+        struct sums *a = trace_sums(f, &plain), *b = trace_sums(f, &field);
+        for (uint32_t c = 0; c < 3; c++) {
+            double mean[AREA];
+            for (int i = 0; i < AREA; i++) mean[i] = field_at(b->first, c, i);
+            expect_same("indirect light without paths", a->indirect[c], mean, 0.03);
+        }
+        sums_free(&a);
+        sums_free(&b);
+        free(f);
+    }
+}
+
+/* Samples per axis and maps of the strata change the noise, nothing else. */
+static void strata_do_not_matter(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, DIELECTRIC, SHINES_RECT | SHINES_MESH);
+    p.bounces = 2;
+    p.paths.spp = 0;
+    p.planes = 0;
+    add_field(&p, 16);
+    p.planes |= BIT(INDIRECT_STRATA) | BIT(INDIRECT_HALVES);
+    struct sums *reference = trace_sums(f, &p);
+    static const uint32_t axes[] = {1, 2, 3, 5, 16};
+    for (int k = 0; k < 10; k++) {
+        p.indirect_strata_per_axis = axes[k / 2];
+        p.indirect_filter = k & 1 ? INDIRECT_FILTER_SHEARED : INDIRECT_FILTER_NONE;
+        struct sums *s = trace_sums(f, &p);
+        const uint32_t n = axes[k / 2] * axes[k / 2];
+        for (uint32_t c = 0; c < 3; c++) {
+            double a[AREA], b[AREA];
+            for (int i = 0; i < AREA; i++) {
+                double strata = 0;
+                a[i] = half_at(reference->first, PLANE_INDIRECT_MEAN, c, i);
+                b[i] = half_at(s->first, PLANE_INDIRECT_MEAN, c, i);
+                double even = half_at(s->first, PLANE_INDIRECT_HALVES, c, i);
+                double odd = half_at(s->first, PLANE_INDIRECT_HALVES, c + 3, i);
+                double both = ((n + 1) / 2 * even + n / 2 * odd) / n;
+                for (uint32_t j = 0; j < n; j++)
+                    strata += half_at(s->first, PLANE_INDIRECT_STRATA, 4 * j + c, i) / n;
+                assert_true(fabs(both - b[i]) <= 1e-3 * b[i] + 1e-6);
+                assert_true(fabs(strata - b[i]) <= 1e-3 * b[i] + 1e-6);
+            }
+            expect_same("another number of strata", a, b, n == 1 ? 0.5 : 0.25);
+        }
+        sums_free(&s);
+    }
+    sums_free(&reference);
+    free(f);
+}
+
+/* The nearest of the strata's distances, and the share of those that are not nearer than the
+ * occlusion's: with radiance or alone, where rays end there. */
+static void distances_are_the_first_hits(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, METAL, SHINES_RECT);
+    p.bounces = 1;
+    p.paths.spp = 0;
+    p.planes = 0;
+    add_field(&p, 4);
+    p.planes |= BIT(INDIRECT_STRATA) | BIT(OPEN);
+    p.occlusion_distance = 1.25f;
+    struct sums *all = trace_sums(f, &p);
+    p.planes &= ~(BIT(INDIRECT_STRATA) | BIT(INDIRECT_MEAN));
+    p.bounces = 0;
+    struct sums *alone = trace_sums(f, &p);
+    uint64_t open_rays = 0, near_pixels = 0;
+    for (int i = 0; i < AREA; i++) {
+        double nearest = (double)REFLECTOR_NONE, open = 0;
+        for (uint32_t k = 0; k < 16; k++) {
+            double d = half_at(all->first, PLANE_INDIRECT_STRATA, 4 * k + 3, i);
+            if (d > 0) nearest = fmin(nearest, d);
+            open += d == 0 || d >= 1.25;
+        }
+        open_rays += (uint64_t)open;
+        near_pixels += nearest < 1.25;
+        assert_true(half_at(all->first, PLANE_REFLECTOR, 0, i) == nearest);
+        assert_true(fabs(half_at(all->first, PLANE_OPEN, 0, i) - open / 16) < 1e-3);
+        assert_true(half_at(alone->first, PLANE_OPEN, 0, i) ==
+                    half_at(all->first, PLANE_OPEN, 0, i));
+        assert_true(half_at(alone->first, PLANE_REFLECTOR, 0, i) ==
+                    (nearest < 1.25 ? nearest : (double)REFLECTOR_NONE));
+    }
+    assert_true(open_rays > 0 && open_rays < 16 * AREA && near_pixels > 0);
+    assert_int_equal(alone->counters.value[COUNTER_RAYS_OCCLUSION], 16 * AREA);
+    assert_int_equal(alone->counters.value[COUNTER_RAYS_INDIRECT], 0);
+    assert_int_equal(all->counters.value[COUNTER_RAYS_OCCLUSION], 0);
+    assert_true(all->counters.value[COUNTER_RAYS_INDIRECT] >= 16 * AREA);
+    sums_free(&all);
+    sums_free(&alone);
+    free(f);
+}
+
+/* Any part of the picture has the bytes of the whole, borders within blocks or not. */
+static void tiles_do_not_matter(void **state)
+{
+    (void)state;
+    static const struct rect parts[] = {{0, 0, 5, 16}, {5, 0, 16, 7}, {5, 7, 16, 16}, {3, 3, 4, 4}};
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, COATED, SHINES_RECT | SHINES_MESH | SHINES_SKY);
+    p.camera.half_width = p.camera.half_height = 0.6f;
+    p.bounces = 3;
+    p.paths.spp = 4;
+    add_field(&p, 3);
+    p.planes |= BIT(OPEN) | BIT(SUB_ALBEDO) | BIT(INDIRECT_STRATA);
+    p.sub_samples = 2;
+    p.occlusion_distance = 1.0f;
+    struct traced whole = trace_all(f, &p);
+    for (int k = 0; k < 4; k++) {
+        struct traced part = trace(f, &p, parts[k]);
+        for (int32_t y = parts[k].y0; y < parts[k].y1; y++)
+            for (int32_t x = parts[k].x0; x < parts[k].x1; x++) {
+                int32_t to = (y - parts[k].y0) * rect_width(parts[k]) + x - parts[k].x0;
+                int32_t from = y * SIDE_PX + x;
+                for (uint32_t c = 0; c < 4 * 9; c++)
+                    assert_int_equal(samples_u16(whole.samples, PLANE_INDIRECT_STRATA, c)[from],
+                                     samples_u16(part.samples, PLANE_INDIRECT_STRATA, c)[to]);
+                for (uint32_t c = 0; c < 3; c++) {
+                    assert_int_equal(samples_u16(whole.samples, PLANE_SUB_ALBEDO, c)[from],
+                                     samples_u16(part.samples, PLANE_SUB_ALBEDO, c)[to]);
+                    assert_true(samples_f32(whole.samples, PLANE_PATH_RADIANCE, c)[from] ==
+                                samples_f32(part.samples, PLANE_PATH_RADIANCE, c)[to]);
+                }
+                assert_int_equal(samples_u16(whole.samples, PLANE_OPEN, 0)[from],
+                                 samples_u16(part.samples, PLANE_OPEN, 0)[to]);
+            }
+        traced_fini(&part);
+    }
+    traced_fini(&whole);
+    free(f);
+}
+
+/* Sub-samples' diffuse albedo marks a pixel too: stripes of a metal and a matt colour
+ * leaves no pixel without light, and none is lit that has only metal. */
+static void diffuse_albedo_decides(void **state)
+{
+    (void)state;
+    uint8_t metal_or_not[4 * 16];
+    for (int i = 0; i < 64; i++) metal_or_not[i] = i % 4 == 2 && i / 8 % 2 ? 0 : 255;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, DIELECTRIC, SHINES_RECT);
+    f->materials[0].metallic = 1.0f;
+    f->materials[0].metallic_roughness_texture.texture = fixture_texture(f, 16, 1, metal_or_not, 0);
+    p.camera.half_width = p.camera.half_height = 0.4f;
+    p.bounces = 1;
+    add_field(&p, 2);
+    p.planes |= BIT(SUB_ALBEDO);
+    p.sub_samples = 3;
+    struct traced t = trace_all(f, &p);
+    int dark = 0, mixed = 0, bright = 0;
+    for (int i = 0; i < AREA; i++) {
+        bool centre = samples_u16(t.samples, PLANE_ALBEDO, 0)[i] > 0, any = centre;
+        for (uint32_t k = 0; k < 3; k++)
+            any |= samples_u16(t.samples, PLANE_SUB_ALBEDO, 3 * k)[i] > 0;
+        assert_int_equal(samples_u16(t.samples, PLANE_REFLECTOR, 0)[i] != 0, any);
+        dark += !any;
+        bright += centre;
+        mixed += any && !centre && half_at(t.samples, PLANE_INDIRECT_MEAN, 0, i) > 0;
+    }
+    assert_true(dark > 0 && mixed > 0 && bright > 0);
+    traced_fini(&t);
+    free(f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(field_and_paths_are_the_picture),
+        cmocka_unit_test(whatever_shines),
+        cmocka_unit_test(fields_need_no_paths),
+        cmocka_unit_test(strata_do_not_matter),
+        cmocka_unit_test(distances_are_the_first_hits),
+        cmocka_unit_test(tiles_do_not_matter),
+        cmocka_unit_test(diffuse_albedo_decides),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
