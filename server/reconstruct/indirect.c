@@ -62,32 +62,39 @@ static void copy(const struct indirect *f)
     }
 }
 
+/* to[i] = where there is a pixel from[i] by it, 0 elsewhere. */
+static void move_row(const float *pixel, size_t count, const float *from, float *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        const float value = from[i];
+        to[i] = pixel[i] > 0.0f ? value : 0.0f;
+    }
+}
+
 /* The channels into the place's first spares. */
 static void load(const struct indirect *f, const struct indirect_place *place)
 {
     const struct rect r = place->rect;
-    for (uint32_t c = 0; c < f->count; c++) {
-        float *spare = indirect_place_spare(place, c);
-        for (int32_t y = r.y0; y < r.y1; y++) {
-            const size_t to = indirect_place_index(place, r.x0, y);
-            const float *in = f->in[c] + patch_index(f->patch, r.x0, y);
-            for (size_t i = 0; i < (size_t)rect_width(r); i++)
-                spare[to + i] = place->pixel[to + i] > 0.0f ? in[i] : 0.0f;
-        }
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        const size_t to = indirect_place_index(place, r.x0, y);
+        const size_t from = patch_index(f->patch, r.x0, y);
+        for (uint32_t c = 0; c < f->count; c++)
+            move_row(place->pixel + to, (size_t)rect_width(r), f->in[c] + from,
+                     indirect_place_spare(place, c) + to);
     }
 }
 
 static void store(const struct indirect *f, const struct indirect_place *place, const float *beta)
 {
+    const size_t count = (size_t)rect_width(f->inner);
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
         const size_t from = indirect_place_index(place, f->inner.x0, y);
         const size_t to = patch_index(f->patch, f->inner.x0, y);
-        for (size_t i = 0; i < (size_t)rect_width(f->inner); i++) {
-            const float pixel = place->pixel[from + i];
-            for (uint32_t c = 0; c < f->count; c++)
-                f->out[c][to + i] = pixel > 0.0f ? indirect_place_spare(place, c)[from + i] : 0.0f;
-            if (f->width_px) f->width_px[to + i] = pixel > 0.0f ? beta[from + i] / pixel : 0.0f;
-        }
+        const float *pixel = place->pixel + from;
+        for (uint32_t c = 0; c < f->count; c++)
+            move_row(pixel, count, indirect_place_spare(place, c) + from, f->out[c] + to);
+        for (size_t i = 0; f->width_px && i < count; i++)
+            f->width_px[to + i] = pixel[i] > 0.0f ? beta[from + i] / pixel[i] : 0.0f;
     }
 }
 
@@ -118,11 +125,11 @@ static int run(const struct indirect *f)
     const struct indirect_rule rule = indirect_rule_of(f->plan);
     const struct indirect_kernels *kernels = indirect_kernels_best();
     const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
-    const struct rect seen =
-        rect_intersect(rect_grow(f->inner, indirect_halo_px(f->plan)), f->patch->rect);
+    const int32_t halo = indirect_halo_px(f->plan);
+    const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
     struct indirect_place place;
     const int error =
-        indirect_place_create(f->plan, f->patch, seen,
+        indirect_place_create(f->plan, f->patch, seen, halo,
                               blend ? indirect_blend_spares(f->count) : 2 * f->count + 1, &place);
     if (error) return error;
     load(f, &place);

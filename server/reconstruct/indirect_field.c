@@ -1,6 +1,5 @@
 #include "server/reconstruct/indirect_field.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +10,6 @@
 #define OWN_ARRAYS 11 /* points, normals, object, falloff, off, pixel, nearness */
 #define TINY       1e-30f
 
-_Static_assert(INDIRECT_REACH_MAX_PX % INDIRECT_LANES == 0, "rows stay aligned");
 _Static_assert(INDIRECT_TAPS >= 2 * INDIRECT_REACH_MAX_PX, "a line's neighbours");
 _Static_assert(sizeof(int32_t) == sizeof(float), "objects are carved like numbers");
 
@@ -20,9 +18,9 @@ static int32_t rounded(int32_t count)
     return (count + INDIRECT_LANES - 1) / INDIRECT_LANES * INDIRECT_LANES;
 }
 
-static int carve(struct indirect_place *p, uint32_t spares)
+static int carve(struct indirect_place *p, int32_t reach, uint32_t spares)
 {
-    const int32_t room = INDIRECT_REACH_MAX_PX;
+    const int32_t room = rounded(reach);
     p->field.stride = rounded(room + rect_width(p->rect) + INDIRECT_LANES + room);
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
@@ -49,23 +47,33 @@ static void load_row(const struct surface_view *view, float far, const struct pa
     const size_t count = (size_t)rect_width(p->rect);
     surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->point[0] + to,
                    p->point[1] + to, p->point[2] + to);
+    const float *depth = patch->depth + from, *reflector = patch->reflector + from;
     for (size_t i = 0; i < count; i++) {
-        const bool shown = patch->depth[from + i] > 0.0f;
-        const float z = patch->reflector[from + i];
-        p->object[to + i] = shown ? (int32_t)patch->id[from + i] : 0;
-        if (!indirect_is_measured(patch, from + i)) continue;
-        for (int k = 0; k < 3; k++) p->normal[k][to + i] = patch->normal[k][from + i];
-        p->pixel[to + i] = fmaxf(surface_pixel_size(view, patch->depth[from + i]), TINY);
-        p->nearness[to + i] = z < far ? 1.0f / fmaxf(z, TINY) : 0.0f;
+        const uint32_t id = patch->id[from + i];
+        p->object[to + i] = depth[i] > 0.0f ? (int32_t)id : 0;
+    }
+    for (int k = 0; k < 3; k++) {
+        const float *in = patch->normal[k] + from;
+        float *normal = p->normal[k] + to;
+        for (size_t i = 0; i < count; i++) {
+            const float value = in[i];
+            normal[i] = reflector[i] > 0.0f ? value : 0.0f;
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        const bool measured = indirect_is_measured(patch, from + i);
+        const float size = surface_pixel_size(view, depth[i]), z = reflector[i];
+        p->pixel[to + i] = !measured ? 0.0f : size > TINY ? size : TINY;
+        p->nearness[to + i] = measured & (z < far) ? 1.0f / (z > TINY ? z : TINY) : 0.0f;
     }
 }
 
 int indirect_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                          uint32_t spares, struct indirect_place *out)
+                          int32_t reach, uint32_t spares, struct indirect_place *out)
 {
     struct surface_view view;
     *out = (struct indirect_place){.rect = rect};
-    const int error = carve(out, spares);
+    const int error = carve(out, reach, spares);
     if (error) return error;
     for (int k = 0; k < 3; k++) {
         out->field.point[k] = out->point[k];

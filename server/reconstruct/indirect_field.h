@@ -18,9 +18,10 @@ struct indirect_place {
     void *memory;         /* owned */
 };
 
-/* All of `rect`, which lies in the patch's, and `spares` arrays besides. ERR_MEMORY. */
+/* All of `rect`, which lies in the patch's, room for runs that look `reach` pixels beyond it, and
+ * `spares` arrays besides. ERR_MEMORY. */
 int indirect_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                          uint32_t spares, struct indirect_place *out);
+                          int32_t reach, uint32_t spares, struct indirect_place *out);
 void indirect_place_fini(struct indirect_place *place);
 
 /* Was anything measured at pixel i of the patch? */

@@ -1,11 +1,10 @@
 #pragma once
-/* indirect_kernels, sixteen receiving pixels side by side. Plain loops over short arrays, which the
- * compiler vectorises for whatever instruction set the including file is compiled for. */
+/* indirect_kernels, sixteen receiving pixels side by side: whatever instruction set the including
+ * file is compiled for, each lane sees the same operations in the same order. */
 #include <math.h>
-#include <string.h>
 
-#include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/indirect_kernels.h"
+#include "server/reconstruct/indirect_vector.h"
 
 #define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */
 #define LINE_SPREAD_LEAST 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
@@ -21,102 +20,160 @@ struct indirect_taps {
     uint32_t count;
 };
 
-/* Weighs the taps to one side. A tap that no pixel takes is left out. */
-static inline void indirect_weigh(const struct indirect_field *f, size_t p, ptrdiff_t step,
-                                  int32_t reach, int moments, struct indirect_taps *taps)
+/* What sixteen pixels ask their neighbours. */
+struct indirect_asker {
+    struct lanes point[3], normal[3], falloff, off;
+    struct lanes_whole object, receives;
+};
+
+static inline void indirect_ask(const struct indirect_field *f, size_t p, struct indirect_asker *a)
 {
-    const float *const *x = f->point, *const *n = f->normal;
+    for (int k = 0; k < 3; k++) {
+        a->point[k] = lanes_load(f->point[k] + p);
+        a->normal[k] = lanes_load(f->normal[k] + p);
+    }
+    a->falloff = lanes_load(f->falloff + p);
+    a->off = lanes_load(f->off + p);
+    a->object = lanes_load_whole(f->object + p);
+    for (int v = 0; v < LANES_VECTORS; v++) a->receives.v[v] = a->falloff.v[v] > 0.0f;
+}
+
+/* exp(-x) for x from 0 to INDIRECT_CUT: the fourth power of a fit of exp(-x/4). Relative error
+ * 4e-6, exact at 0; beyond, anything. */
+static inline lanes_vector indirect_exp_minus(lanes_vector x)
+{
+    const lanes_vector p =
+        1.0f + x * (-0.24999985f +
+                    x * (0.0312475927f +
+                         x * (-0.00259792923f + x * (0.000157021284f + x * -5.9123179e-06f))));
+    const lanes_vector square = p * p;
+    return square * square;
+}
+
+/* Vector v of the neighbours from q on: their exponents, and which of them are taken by the walks
+ * that still go on. Walks end that meet their own object beyond the cut. */
+static inline lanes_mask indirect_meet(const struct indirect_field *f,
+                                       const struct indirect_asker *a, size_t q, int v,
+                                       lanes_mask *walks, lanes_vector *exponent)
+{
+    const size_t at = q + (size_t)v * LANES_PER_VECTOR;
+    lanes_vector d[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        d[k] = lanes_load_vector(f->point[k] + at) - a->point[k].v[v];
+        n[k] = lanes_load_vector(f->normal[k] + at);
+    }
+    const lanes_vector x = a->normal[0].v[v], y = a->normal[1].v[v], z = a->normal[2].v[v];
+    const lanes_vector off = d[0] * x + d[1] * y + d[2] * z;
+    const lanes_vector alike = n[0] * x + n[1] * y + n[2] * z;
+    *exponent = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * a->falloff.v[v];
+    const lanes_mask near = *exponent <= INDIRECT_CUT;
+    const lanes_mask other = lanes_load_mask(f->object + at) != a->object.v[v];
+    const lanes_mask taken =
+        *walks & near & (alike >= INDIRECT_COS) & (lanes_positive(off) <= a->off.v[v]);
+    *walks &= near | other;
+    return taken;
+}
+
+/* Weighs the taps to one side. A tap that no pixel takes is left out. */
+static inline void indirect_weigh(const struct indirect_field *f, const struct indirect_asker *a,
+                                  size_t p, ptrdiff_t step, int32_t reach, int moments,
+                                  struct indirect_taps *taps)
+{
+    struct lanes_whole walks = a->receives, taken;
     const float sign = step < 0 ? -1.0f : 1.0f;
-    _Alignas(64) int32_t walks[INDIRECT_LANES];
-    for (int i = 0; i < INDIRECT_LANES; i++) walks[i] = -(f->falloff[p + (size_t)i] > 0.0f);
-    for (int32_t k = 1; k <= reach; k++) {
+    for (int32_t k = 1; k <= reach && lanes_any(&walks); k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
         float *weight = taps->weight[taps->count], *moment = taps->moment[taps->count];
-        int32_t any = 0, taken = 0;
-        for (size_t i = 0; i < INDIRECT_LANES; i++) {
-            const size_t a = p + i, b = q + i;
-            const float dx = x[0][b] - x[0][a], dy = x[1][b] - x[1][a], dz = x[2][b] - x[2][a];
-            const float off = fabsf(dx * n[0][a] + dy * n[1][a] + dz * n[2][a]);
-            const float alike = n[0][a] * n[0][b] + n[1][a] * n[1][b] + n[2][a] * n[2][b];
-            const float exponent = (dx * dx + dy * dy + dz * dz) * f->falloff[a];
-            const int32_t far = -!(exponent <= INDIRECT_CUT);
-            const int32_t same = -(f->object[a] == f->object[b]);
-            const int32_t fits = -(alike >= INDIRECT_COS) & -(off <= f->off[a]);
-            const int32_t kept = walks[i] & ~far & fits;
-            const float all = gaussian_exp_minus(exponent);
-            weight[i] = kept ? all : 0.0f;
-            if (moments) moment[i] = sign * sqrtf(kept ? exponent : 0.0f);
-            walks[i] &= ~(far & same);
-            any |= walks[i];
-            taken |= kept;
+        struct lanes exponent, w;
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            taken.v[v] = indirect_meet(f, a, q, v, &walks.v[v], &exponent.v[v]);
+            exponent.v[v] = lanes_where(taken.v[v], exponent.v[v]);
+            w.v[v] = lanes_where(taken.v[v], indirect_exp_minus(exponent.v[v]));
         }
-        taps->at[taps->count] = (ptrdiff_t)q;
-        taps->count += taken != 0;
-        if (!any) return;
+        if (!lanes_any(&taken)) continue;
+        lanes_store(&w, weight);
+        if (moments) {
+            lanes_store(&exponent, moment);
+            for (int i = 0; i < INDIRECT_LANES; i++) moment[i] = sign * sqrtf(moment[i]);
+        }
+        taps->at[taps->count++] = (ptrdiff_t)q;
     }
 }
 
 static inline void indirect_gather(const struct indirect_field *f, const struct indirect_run *run,
                                    size_t p, int moments, struct indirect_taps *taps)
 {
+    struct indirect_asker asker;
     taps->count = 0;
-    indirect_weigh(f, p, -run->step, run->before, moments, taps);
-    indirect_weigh(f, p, run->step, run->after, moments, taps);
+    indirect_ask(f, p, &asker);
+    indirect_weigh(f, &asker, p, -run->step, run->before, moments, taps);
+    indirect_weigh(f, &asker, p, run->step, run->after, moments, taps);
+}
+
+/* 1 / (1 + the sum of the weights). */
+static inline void indirect_inverse(const struct indirect_taps *taps, struct lanes *out)
+{
+    struct lanes all = lanes_all(1.0f);
+    for (uint32_t t = 0; t < taps->count; t++) {
+        const struct lanes weight = lanes_load(taps->weight[t]);
+        for (int v = 0; v < LANES_VECTORS; v++) all.v[v] += weight.v[v];
+    }
+    for (int v = 0; v < LANES_VECTORS; v++) out->v[v] = 1.0f / all.v[v];
 }
 
 static void kernel_mean(const struct indirect_field *f, const struct indirect_run *run,
                         uint32_t count, const float *const *in, float *const *out)
 {
     struct indirect_taps taps;
+    struct lanes inverse;
     for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
-        float all[INDIRECT_LANES], inverse[INDIRECT_LANES];
         indirect_gather(f, run, p, 0, &taps);
-        for (size_t i = 0; i < INDIRECT_LANES; i++) all[i] = 1.0f;
-        for (uint32_t t = 0; t < taps.count; t++)
-            for (size_t i = 0; i < INDIRECT_LANES; i++) all[i] += taps.weight[t][i];
-        for (size_t i = 0; i < INDIRECT_LANES; i++) inverse[i] = 1.0f / all[i]; /* at least 1 */
+        indirect_inverse(&taps, &inverse);
         for (uint32_t c = 0; c < count; c++) {
-            const float *own = in[c] + p;
-            float sum[INDIRECT_LANES] = {0};
+            const struct lanes own = lanes_load(in[c] + p);
+            struct lanes sum = lanes_all(0.0f);
             for (uint32_t t = 0; t < taps.count; t++) {
-                const float *other = in[c] + taps.at[t];
-                for (size_t i = 0; i < INDIRECT_LANES; i++)
-                    sum[i] += taps.weight[t][i] * (other[i] - own[i]);
+                const struct lanes other = lanes_load(in[c] + taps.at[t]);
+                const struct lanes weight = lanes_load(taps.weight[t]);
+                for (int v = 0; v < LANES_VECTORS; v++)
+                    sum.v[v] += weight.v[v] * (other.v[v] - own.v[v]);
             }
-            for (size_t i = 0; i < INDIRECT_LANES; i++)
-                out[c][p + i] = own[i] + sum[i] * inverse[i];
+            for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] = own.v[v] + sum.v[v] * inverse.v[v];
+            lanes_store(&sum, out[c] + p);
         }
     }
 }
 
 /* Of each pixel: what turns sums into the line's value at it. */
 struct indirect_line {
-    float inverse[INDIRECT_LANES]; /* of the sum of weights */
-    float first[INDIRECT_LANES], second[INDIRECT_LANES];
+    struct lanes inverse; /* of the sum of weights */
+    struct lanes first, second;
 };
 
 /* With r the signed distance and T0, T1 the sums of w (c - own) and w r (c - own), the line's value
  * less the own one is (S2 T0 - S1 T1) / det: of T0, `first`, and of T1, `second`. */
 static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line *line)
 {
-    float s0[INDIRECT_LANES], s1[INDIRECT_LANES] = {0}, s2[INDIRECT_LANES] = {0};
-    for (size_t i = 0; i < INDIRECT_LANES; i++) s0[i] = 1.0f;
+    struct lanes s0 = lanes_all(1.0f), s1 = lanes_all(0.0f), s2 = lanes_all(0.0f);
     for (uint32_t t = 0; t < taps->count; t++) {
-        for (size_t i = 0; i < INDIRECT_LANES; i++) {
-            const float w = taps->weight[t][i], r = taps->moment[t][i], m = w * r;
-            s0[i] += w;
-            s1[i] += m;
-            s2[i] += m * r;
-            taps->moment[t][i] = m;
+        const struct lanes w = lanes_load(taps->weight[t]), r = lanes_load(taps->moment[t]);
+        struct lanes m;
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            m.v[v] = w.v[v] * r.v[v];
+            s0.v[v] += w.v[v];
+            s1.v[v] += m.v[v];
+            s2.v[v] += m.v[v] * r.v[v];
         }
+        lanes_store(&m, taps->moment[t]);
     }
-    for (size_t i = 0; i < INDIRECT_LANES; i++) {
-        const float det = s0[i] * s2[i] - s1[i] * s1[i];
-        const int32_t fits =
-            (s0[i] > LINE_WEIGHT_LEAST) & (det > LINE_SPREAD_LEAST * s0[i] * s2[i]);
-        line->inverse[i] = 1.0f / s0[i];
-        line->first[i] = fits ? s2[i] / det : line->inverse[i];
-        line->second[i] = fits ? s1[i] / det : 0.0f;
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const lanes_vector det = s0.v[v] * s2.v[v] - s1.v[v] * s1.v[v];
+        const lanes_mask fits =
+            (s0.v[v] > LINE_WEIGHT_LEAST) & (det > LINE_SPREAD_LEAST * s0.v[v] * s2.v[v]);
+        const lanes_vector by = lanes_select(fits, det, lanes_all(1.0f).v[v]);
+        line->inverse.v[v] = 1.0f / s0.v[v];
+        line->first.v[v] = lanes_select(fits, s2.v[v] / by, line->inverse.v[v]);
+        line->second.v[v] = lanes_select(fits, s1.v[v] / by, lanes_all(0.0f).v[v]);
     }
 }
 
@@ -129,22 +186,24 @@ static void kernel_line(const struct indirect_field *f, const struct indirect_ru
         indirect_gather(f, run, p, 1, &taps);
         indirect_fit(&taps, &line);
         for (uint32_t c = 0; c < count; c++) {
-            const float *own = in[c] + p;
-            float sum[INDIRECT_LANES] = {0}, moment[INDIRECT_LANES] = {0};
+            const struct lanes own = lanes_load(in[c] + p);
+            struct lanes sum = lanes_all(0.0f), moment = lanes_all(0.0f), result;
             for (uint32_t t = 0; t < taps.count; t++) {
-                const float *other = in[c] + taps.at[t];
-                for (size_t i = 0; i < INDIRECT_LANES; i++) {
-                    const float more = other[i] - own[i];
-                    sum[i] += taps.weight[t][i] * more;
-                    moment[i] += taps.moment[t][i] * more;
+                const struct lanes other = lanes_load(in[c] + taps.at[t]);
+                const struct lanes w = lanes_load(taps.weight[t]), m = lanes_load(taps.moment[t]);
+                for (int v = 0; v < LANES_VECTORS; v++) {
+                    const lanes_vector more = other.v[v] - own.v[v];
+                    sum.v[v] += w.v[v] * more;
+                    moment.v[v] += m.v[v] * more;
                 }
             }
-            for (size_t i = 0; i < INDIRECT_LANES; i++) {
-                const float mean = own[i] + sum[i] * line.inverse[i];
-                const float at = own[i] + (line.first[i] * sum[i] - line.second[i] * moment[i]);
-                const float least = LINE_FLOOR * mean;
-                out[c][p + i] = at > least ? at : least;
+            for (int v = 0; v < LANES_VECTORS; v++) {
+                const lanes_vector least = LINE_FLOOR * (own.v[v] + sum.v[v] * line.inverse.v[v]);
+                const lanes_vector at =
+                    own.v[v] + (line.first.v[v] * sum.v[v] - line.second.v[v] * moment.v[v]);
+                result.v[v] = lanes_select(at > least, at, least);
             }
+            lanes_store(&result, out[c] + p);
         }
     }
 }
@@ -153,19 +212,22 @@ static void kernel_nearness(const struct indirect_field *f, const struct indirec
                             const float *nearness, float *out)
 {
     for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
-        float sum[INDIRECT_LANES] = {0}, counts[INDIRECT_LANES] = {0};
-        for (int32_t v = -run->before; v <= run->after; v++) {
-            for (int32_t u = -NEARNESS_PX; u <= NEARNESS_PX; u++) {
-                const size_t q = (size_t)((ptrdiff_t)p + v * run->step + u);
-                for (size_t i = 0; i < INDIRECT_LANES; i++) {
-                    const float near = nearness[q + i];
-                    const int32_t met = (f->object[q + i] == f->object[p + i]) & (near > 0.0f);
-                    sum[i] += met ? near : 0.0f;
-                    counts[i] += met ? 1.0f : 0.0f;
+        struct lanes sum = lanes_all(0.0f), counts = lanes_all(0.0f);
+        const struct lanes_whole own = lanes_load_whole(f->object + p);
+        for (int32_t y = -run->before; y <= run->after; y++) {
+            for (int32_t x = -NEARNESS_PX; x <= NEARNESS_PX; x++) {
+                const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x);
+                const struct lanes_whole object = lanes_load_whole(f->object + q);
+                const struct lanes near = lanes_load(nearness + q);
+                for (int v = 0; v < LANES_VECTORS; v++) {
+                    const lanes_mask met = (object.v[v] == own.v[v]) & (near.v[v] > 0.0f);
+                    sum.v[v] += lanes_where(met, near.v[v]);
+                    counts.v[v] += lanes_where(met, lanes_all(1.0f).v[v]);
                 }
             }
         }
-        for (size_t i = 0; i < INDIRECT_LANES; i++)
-            out[p + i] = counts[i] > 0.0f ? sum[i] / counts[i] : 0.0f;
+        for (int v = 0; v < LANES_VECTORS; v++)
+            sum.v[v] /= lanes_select(counts.v[v] > 0.0f, counts.v[v], lanes_all(1.0f).v[v]);
+        lanes_store(&sum, out + p);
     }
 }

@@ -23,6 +23,11 @@ static float sixth_root(float ratio)
     return (float)root;
 }
 
+static inline float clamp(float v, float least, float most)
+{
+    return v < least ? least : v > most ? most : v;
+}
+
 int32_t indirect_reach_px(float most_px)
 {
     return (int32_t)ceilf(2.5f * most_px);
@@ -78,13 +83,14 @@ void indirect_widths(const struct indirect_rule *rule, const struct indirect_ker
 {
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const struct indirect_run run = indirect_place_run(place, rect, y, false, INDIRECT_NEAR_PX);
+        const float *pixel = place->pixel + run.first;
+        float *out = beta + run.first;
         kernels->nearness(&place->field, &run, place->nearness, beta);
-        for (size_t i = run.first; i < run.first + run.count; i++) {
-            const float pixel = place->pixel[i];
-            const float met = beta[i] > 0.0f ? 1.0f / beta[i] : FAR;
-            const float z = fmaxf(met, rule->near_px * pixel);
-            const float free = BANDLIMIT * z / rule->bandwidth;
-            beta[i] = fminf(fmaxf(free, rule->least_px * pixel), rule->most_px * pixel);
+        for (uint32_t i = 0; i < run.count; i++) {
+            const float met = out[i] > 0.0f ? BANDLIMIT / out[i] : FAR;
+            const float least = BANDLIMIT * rule->near_px * pixel[i];
+            const float free = (met > least ? met : least) / rule->bandwidth;
+            out[i] = clamp(free, rule->least_px * pixel[i], rule->most_px * pixel[i]);
         }
     }
 }
@@ -94,11 +100,12 @@ void indirect_set_widths(const struct indirect_rule *rule, struct indirect_place
 {
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const size_t first = indirect_place_index(place, rect.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(rect); i++) {
-            const float b = beta[i] * scale;
-            const float falloff = b > 0.0f ? 0.5f / b / b : 0.0f;
-            place->falloff[i] = fminf(falloff, FALLOFF_MOST);
-            place->off[i] = 0.5f * b + rule->off_px * place->pixel[i];
+        const float *pixel = place->pixel + first, *width = beta + first;
+        float *falloff = place->falloff + first, *off = place->off + first;
+        for (size_t i = 0; i < (size_t)rect_width(rect); i++) {
+            const float b = width[i] * scale, inverse = b > 0.0f ? 0.5f / b / b : 0.0f;
+            falloff[i] = inverse < FALLOFF_MOST ? inverse : FALLOFF_MOST;
+            off[i] = 0.5f * b + rule->off_px * pixel[i];
         }
     }
 }

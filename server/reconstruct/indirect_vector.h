@@ -1,0 +1,102 @@
+#pragma once
+/* Sixteen numbers side by side, in the registers of whatever instruction set the including file is
+ * compiled for. Plain operators work on their vectors; a comparison gives a mask. */
+#include <stdint.h>
+
+#include <immintrin.h>
+
+#define LANES_COUNT 16
+#ifdef __AVX512F__
+#define LANES_VECTOR_BYTES 64
+#elif defined __AVX__
+#define LANES_VECTOR_BYTES 32
+#else
+#define LANES_VECTOR_BYTES 16
+#endif
+#define LANES_VECTORS    (LANES_COUNT * 4 / LANES_VECTOR_BYTES)
+#define LANES_PER_VECTOR (LANES_VECTOR_BYTES / 4)
+
+typedef float lanes_vector __attribute__((vector_size(LANES_VECTOR_BYTES)));
+typedef int32_t lanes_mask __attribute__((vector_size(LANES_VECTOR_BYTES))); /* 0 or -1 */
+
+/* The same anywhere in memory. */
+typedef float lanes_stored __attribute__((vector_size(LANES_VECTOR_BYTES), aligned(4), may_alias));
+typedef int32_t lanes_stored_mask
+    __attribute__((vector_size(LANES_VECTOR_BYTES), aligned(4), may_alias));
+
+struct lanes {
+    lanes_vector v[LANES_VECTORS];
+};
+
+struct lanes_whole {
+    lanes_mask v[LANES_VECTORS];
+};
+
+static inline lanes_vector lanes_load_vector(const float *from)
+{
+    return *(const lanes_stored *)from;
+}
+
+static inline lanes_mask lanes_load_mask(const int32_t *from)
+{
+    return *(const lanes_stored_mask *)from;
+}
+
+static inline struct lanes lanes_load(const float *from)
+{
+    struct lanes out;
+    for (int v = 0; v < LANES_VECTORS; v++)
+        out.v[v] = lanes_load_vector(from + v * LANES_PER_VECTOR);
+    return out;
+}
+
+static inline struct lanes_whole lanes_load_whole(const int32_t *from)
+{
+    struct lanes_whole out;
+    for (int v = 0; v < LANES_VECTORS; v++) out.v[v] = lanes_load_mask(from + v * LANES_PER_VECTOR);
+    return out;
+}
+
+static inline void lanes_store(const struct lanes *from, float *to)
+{
+    lanes_stored *vectors = (lanes_stored *)to;
+    for (int v = 0; v < LANES_VECTORS; v++) vectors[v] = from->v[v];
+}
+
+static inline struct lanes lanes_all(float number)
+{
+    struct lanes out;
+    for (int v = 0; v < LANES_VECTORS; v++) out.v[v] = number - (lanes_vector){0};
+    return out;
+}
+
+/* a where the mask is set, else 0. */
+static inline lanes_vector lanes_where(lanes_mask mask, lanes_vector a)
+{
+    return (lanes_vector)(mask & (lanes_mask)a);
+}
+
+/* a where the mask is set, else b; neither is computed with. */
+static inline lanes_vector lanes_select(lanes_mask mask, lanes_vector a, lanes_vector b)
+{
+    return (lanes_vector)((mask & (lanes_mask)a) | (~mask & (lanes_mask)b));
+}
+
+static inline lanes_vector lanes_positive(lanes_vector a)
+{
+    return (lanes_vector)((lanes_mask)a & INT32_MAX);
+}
+
+/* Is any lane of a mask set? */
+static inline int lanes_any(const struct lanes_whole *mask)
+{
+    lanes_mask all = mask->v[0];
+    for (int v = 1; v < LANES_VECTORS; v++) all |= mask->v[v];
+#ifdef __AVX512F__
+    return _mm512_test_epi32_mask((__m512i)all, (__m512i)all) != 0;
+#elif defined __AVX__
+    return !_mm256_testz_si256((__m256i)all, (__m256i)all);
+#else
+    return _mm_movemask_ps((__m128)all) != 0;
+#endif
+}
