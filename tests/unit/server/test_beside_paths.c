@@ -9,6 +9,7 @@
 #include "proto/job.h"
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/lighting.h"
 #include "tests/unit/server/synthetic_paths.h"
 
 #define LAYERS (LAYERS_AVAILABLE & ~LAYER_ERROR)
@@ -223,6 +224,65 @@ static void counters_add_up(void **state)
     image_destroy(&image);
 }
 
+/* A patch as the film makes it, whose bounce rays have come in the parts that `planes` say. */
+static void fill_parts(const struct plan *plan, struct patch *patch)
+{
+    const int32_t width = rect_width(patch->rect);
+    const size_t area = (size_t)rect_area(patch->rect);
+    for (size_t i = 0; i < area; i++) {
+        struct synthetic_pixel p = synthetic_pixel(plan, (int32_t)i % width, (int32_t)i / width);
+        patch->depth[i] = p.depth;
+        patch->id[i] = p.id;
+        patch->reflector[i] = p.reflector;
+        for (int c = 0; c < 3; c++) {
+            patch->normal[c][i] = p.normal[c];
+            /* 5 even samples, 4 odd ones */
+            if (patch->indirect[c]) patch->indirect[c][i] = p.indirect[c];
+            if (patch->indirect_even[c]) patch->indirect_even[c][i] = p.indirect[c] * 1.8f;
+            if (patch->indirect_odd[c]) patch->indirect_odd[c][i] = 0.0f;
+            for (uint32_t s = 0; s < 9 && patch->indirect_strata; s++)
+                patch->indirect_strata[(s * 4 + (uint32_t)c) * area + i] =
+                    s % 2 ? 0.0f : p.indirect[c] * 1.8f;
+        }
+    }
+}
+
+/* Means, means over halves, single strata: the same light, filtered or not. */
+static void parts_make_the_same_light(void **state)
+{
+    const struct rect rect = {0, 0, 60, 50}, lit = {7, 5, 50, 41};
+    (void)state;
+    for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_LINEAR; f++) {
+        struct lighting made[3];
+        for (int k = 0; k < 3; k++) {
+            static const enum plane_id planes[] = {PLANE_INDIRECT_MEAN, PLANE_INDIRECT_HALVES,
+                                                   PLANE_INDIRECT_STRATA};
+            struct lighting_statistics statistics = {.shadow_cpu_us = 0};
+            struct plan plan;
+            struct patch *patch;
+            synthetic_plan(&plan, 60, 50, 32);
+            plan.light_count = 0;
+            plan.planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
+                          1u << PLANE_REFLECTOR | 1u << planes[k];
+            plan.indirect_filter = f;
+            assert_int_equal(patch_create(&plan, rect, &patch), 0);
+            fill_parts(&plan, patch);
+            assert_int_equal(lighting_create(&plan, patch, lit, &made[k], &statistics), 0);
+            assert_true((statistics.indirect.pixels_filtered > 0) == (f != INDIRECT_FILTER_NONE));
+            patch_destroy(&patch);
+        }
+        for (int32_t i = 0; i < 60 * 50; i++) {
+            const bool inside = i % 60 >= 7 && i % 60 < 50 && i / 60 >= 5 && i / 60 < 41;
+            const float mean = made[0].indirect[1][i];
+            assert_true(inside || mean == 0.0f);
+            assert_true(made[0].total[1][i] == mean);
+            for (int k = 1; k < 3; k++)
+                assert_true(fabsf(made[k].indirect[1][i] - mean) <= 1e-4f * mean);
+        }
+        for (int k = 0; k < 3; k++) lighting_fini(&made[k]);
+    }
+}
+
 /* Occlusion alone needs no surfaces beside the centres. */
 static void occlusion_comes_alone(void **state)
 {
@@ -252,6 +312,7 @@ int main(void)
         cmocka_unit_test(no_cut_changes_a_bit),
         cmocka_unit_test(averages_are_what_was_measured),
         cmocka_unit_test(counters_add_up),
+        cmocka_unit_test(parts_make_the_same_light),
         cmocka_unit_test(occlusion_comes_alone),
     };
     return cmocka_run_group_tests_name("beside_paths", tests, NULL, NULL);

@@ -111,6 +111,53 @@ static void patches_are_the_same_however_the_image_is_cut(void **state)
     }
 }
 
+/* Under a filter of indirect light, what it reads is there as far as the halo goes. */
+static void assert_far(const struct plan *plan, const struct patch *patch)
+{
+    size_t i = 0;
+    for (int32_t y = patch->rect.y0; y < patch->rect.y1; y++) {
+        for (int32_t x = patch->rect.x0; x < patch->rect.x1; x++, i++) {
+            struct synthetic_pixel p = synthetic_pixel(plan, x, y);
+            assert_true(patch->depth[i] == p.depth);
+            assert_int_equal(patch->id[i], p.id);
+            assert_true(patch->reflector[i] == p.reflector && patch->open[i] == p.open);
+            for (int c = 0; c < 3; c++) {
+                assert_true(fabsf(patch->normal[c][i] - p.normal[c]) < 1e-4f);
+                assert_true(fabsf(patch->indirect[c][i] - p.indirect[c]) < 1e-3f * p.indirect[c]);
+            }
+        }
+    }
+}
+
+static void filters_find_what_they_read(void **state)
+{
+    (void)state;
+    struct plan plan;
+    struct film *film;
+    struct tile_grid grid;
+    uint32_t block, blocks = 0;
+    synthetic_plan(&plan, 130, 100, 16);
+    plan.planes |= 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
+    assert_int_equal(film_create(&plan, 32, 23, &film), 0);
+    tile_grid_init(&grid, 130, 100, 16);
+    for (uint32_t i = 0; i < tile_grid_count(&grid); i++) land(film, &plan, i);
+    for (; film_next_ready(film, &block); blocks++) {
+        struct patch *patch;
+        struct rect area = film_block_rect(film, block);
+        assert_int_equal(film_gather(film, block, &patch), 0);
+        struct rect core = rect_intersect(rect_grow(area, PATCH_RING_PX), patch->rect);
+        assert_memory_equal(&patch->core, &core, sizeof core);
+        assert_int_equal(patch->rect.x0, area.x0 > 23 ? area.x0 - 23 : 0);
+        assert_far(&plan, patch);
+        patch_destroy(&patch);
+        film_block_done(film, block);
+    }
+    assert_int_equal(blocks, film_block_count(film));
+    assert_int_equal(film_bytes(film), 0);
+    film_destroy(&film);
+}
+
 static void a_tile_counts_once(void **state)
 {
     (void)state;
@@ -209,6 +256,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(patches_are_the_same_however_the_image_is_cut),
+        cmocka_unit_test(filters_find_what_they_read),
         cmocka_unit_test(a_tile_counts_once),
         cmocka_unit_test(a_tile_of_another_size_is_refused),
         cmocka_unit_test(memory_is_bounded_by_what_is_needed),
