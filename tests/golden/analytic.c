@@ -8,11 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/half.h"
 #include "worker/scene/environment.h"
 #include "worker/tile.h"
 
 #define DEVIATIONS     4.0
 #define FLOAT_ROUNDING 2e-5
+
+#define PLANES_FIELD (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN)
 
 static struct {
     uint32_t spp;
@@ -32,8 +35,10 @@ static struct picture *picture_new(const struct plan *plan)
     if (!p) abort();
     size_t pixels = (size_t)plan->width_px * (size_t)plan->height_px;
     p->width = plan->width_px, p->height = plan->height_px, p->spp = plan->paths.spp;
-    for (int id = PLANE_PATH_RADIANCE; id < PLANE_ID_COUNT; id++) {
-        int components = id == PLANE_PATH_COVERAGE || id == PLANE_PATH_OCCLUSION ? 1 : 3;
+    for (int id = 0; id < PLANE_ID_COUNT; id++) {
+        bool one = id == PLANE_PATH_COVERAGE || id == PLANE_PATH_OCCLUSION || id == PLANE_OPEN;
+        int components = one ? 1 : 3;
+        if (!((PLANES_PATH | PLANES_FIELD) >> id & 1u)) continue;
         if (!(plan->planes >> id & 1u) || id == PLANE_PATH_SPREAD) continue;
         for (int c = 0; c < components; c++)
             if (!(p->mean[id][c] = calloc(pixels, sizeof(double)))) abort();
@@ -85,35 +90,86 @@ static void finish(struct picture *p)
         for (size_t i = 0; i < pixels; i++) p->variance[c][i] /= n * (n - 1);
 }
 
-struct picture *stage_trace(struct stage *s)
+/* A stage ready to trace. */
+struct set {
+    struct render_scene *scene;
+    struct environment *environment;
+    struct tile_tracer *tracer;
+};
+
+static void set_open(struct set *set, const struct stage *s)
 {
-    struct render_scene *scene = NULL;
-    struct environment *environment = NULL;
-    struct tile_tracer *tracer = NULL;
+    struct fault fault = {0};
+    *set = (struct set){0};
+    if (render_scene_create(fixture_scene(s->f), 1, &set->scene, &fault)) die("scene", &fault);
+    if (tile_tracer_create(&set->tracer)) die("tracer", &fault);
+    if (s->map.blob && environment_create(&s->map, &set->environment)) die("environment", &fault);
+}
+
+static void set_close(struct set *set)
+{
+    tile_tracer_destroy(&set->tracer);
+    environment_destroy(&set->environment);
+    render_scene_destroy(&set->scene);
+}
+
+static struct samples *set_trace(const struct set *set, const struct plan *plan, uint32_t pass)
+{
+    struct samples *samples = NULL;
     struct counters counters = {0};
     struct fault fault = {0};
+    if (tile_trace(set->tracer, set->scene, set->environment, plan, pass,
+                   (struct rect){0, 0, plan->width_px, plan->height_px}, NULL, NULL, &samples,
+                   &counters))
+        die("tile_trace", &fault);
+    return samples;
+}
+
+struct picture *stage_trace(struct stage *s)
+{
+    struct set set;
     struct plan *plan = &s->plan;
     plan->paths.spp = run.spp;
     plan->pattern.seed = 1;
-    if (render_scene_create(fixture_scene(s->f), 1, &scene, &fault)) die("scene", &fault);
-    if (tile_tracer_create(&tracer)) die("tracer", &fault);
-    if (s->map.blob && environment_create(&s->map, &environment)) die("environment", &fault);
+    set_open(&set, s);
     struct picture *p = picture_new(plan);
     for (uint32_t pass = 0; pass < plan_pass_count(plan); pass++) {
-        struct samples *samples = NULL;
         uint32_t first, count;
         plan_pass_range(plan, pass, &first, &count);
-        if (tile_trace(tracer, scene, environment, plan, pass,
-                       (struct rect){0, 0, plan->width_px, plan->height_px}, NULL, NULL, &samples,
-                       &counters))
-            die("tile_trace", &fault);
+        struct samples *samples = set_trace(&set, plan, pass);
         add_pass(p, samples, first, count);
         samples_destroy(&samples);
     }
     finish(p);
-    tile_tracer_destroy(&tracer);
-    environment_destroy(&environment);
-    render_scene_destroy(&scene);
+    set_close(&set);
+    return p;
+}
+
+struct picture *stage_trace_field(struct stage *s, bool beside_paths)
+{
+    struct set set;
+    struct plan plan = s->plan;
+    plan.paths.spp = beside_paths;
+    plan.paths.without_diffuse_indirect = beside_paths;
+    plan.planes = beside_paths ? plan.planes : plan.planes & ~PLANES_PATH;
+    plan.planes |= 1u << PLANE_REFLECTOR;
+    if (plan.bounces > 0) plan.planes |= 1u << PLANE_INDIRECT_MEAN;
+    if (plan.occlusion_distance > 0) plan.planes |= 1u << PLANE_OPEN;
+    plan.indirect_strata_per_axis = (uint32_t)sqrt((double)run.spp);
+    plan.pattern.seed = 1;
+    set_open(&set, s);
+    struct samples *samples = set_trace(&set, &plan, 0);
+    plan.planes &= PLANES_FIELD;
+    struct picture *p = picture_new(&plan);
+    p->spp = plan.indirect_strata_per_axis * plan.indirect_strata_per_axis;
+    for (int id = 0; id < PLANE_ID_COUNT; id++)
+        for (int c = 0; c < 3 && p->mean[id][c]; c++) {
+            const uint16_t *from = samples_u16(samples, (enum plane_id)id, (uint32_t)c);
+            for (size_t i = 0; i < (size_t)p->width * (size_t)p->height; i++)
+                p->mean[id][c][i] = (double)half_to_float(from[i]);
+        }
+    samples_destroy(&samples);
+    set_close(&set);
     return p;
 }
 
@@ -236,6 +292,7 @@ int main(int argc, char **argv)
            STAGE_SIDE_PX * STAGE_SIDE_PX, run.spp);
     analytic_furnaces();
     analytic_lights();
+    analytic_fields();
     analytic_environments();
     analytic_surfaces();
     analytic_lenses();

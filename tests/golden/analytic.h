@@ -75,6 +75,10 @@ struct picture {
 
 /* All passes, summed as the film does. Ends the program when tracing fails. */
 struct picture *stage_trace(struct stage *s);
+/* The light field of indirect light (with bounces) and of ambient occlusion (with its distance):
+ * the planes INDIRECT_MEAN and OPEN, of as many samples, or nearly. `beside_paths`: under a plan
+ * whose paths bring all direct light. */
+struct picture *stage_trace_field(struct stage *s, bool beside_paths);
 void picture_free(struct picture **p);
 
 /* One test: the mean over all pixels of a plane, whose pixels all have the same expectation.
@@ -98,6 +102,7 @@ void analytic_expect(const char *name, bool holds, const char *format, ...)
 /* The groups of cases. */
 void analytic_furnaces(void);
 void analytic_lights(void);
+void analytic_fields(void);
 void analytic_environments(void);
 void analytic_surfaces(void);
 void analytic_lenses(void);
