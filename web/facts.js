@@ -6,7 +6,9 @@ const entries = (object, show = count) =>
   Object.entries(object ?? {}).filter(([, value]) => value > 0)
     .map(([name, value]) => `${name.replaceAll("_", " ")} ${show(value)}`).join(", ");
 
-const INTEGRATORS = { paths: "path tracing", light_field: "light fields" };
+const INTEGRATORS = { paths: "path tracing", light_field: "light fields",
+  paths_and_light_field: "path tracing and light fields" };
+const filter = (name, why) => name && `${name.replaceAll("_", " ")}: ${why}`;
 
 // [[name, value], ...]; only what the job says.
 export function facts(job) {
@@ -18,6 +20,8 @@ export function facts(job) {
   if (document.image) add("Image", `${document.image.width} × ${document.image.height}`);
   if (document.sampling) add("Samples", `${document.sampling.spp} a pixel, seed ${document.sampling.seed}`);
   add("Integrator", INTEGRATORS[plan.integrator]);
+  add("Shadow filter", filter(plan.filter, plan.filter_why));
+  add("Indirect filter", filter(plan.indirect_filter, plan.indirect_filter_why));
   if (Array.isArray(plan.effects)) add("Effects", plan.effects.join(", "));
   for (const { what, why } of plan.skipped ?? []) add("Skipped", `${what}: ${why}`);
   add("Rays", entries(statistics.rays));

@@ -9,6 +9,7 @@
 struct job_changes {
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
+    const char *indirect;    /* filter.indirect; NULL */
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
@@ -38,7 +39,10 @@ struct job_changes {
         JOB_CHANGE_NUMBER("spp", 0, "samples per pixel in place of the job's", 1, LIMIT_SPP,       \
                           &(c)->spp),                                                              \
         JOB_CHANGE_TEXT("method", 'm', "NAME",                                                     \
-                        "auto, sheared, axis_aligned, average; none: paths", &(c)->method)
+                        "auto, sheared, axis_aligned, average; none: paths", &(c)->method),        \
+        JOB_CHANGE_TEXT("indirect", 0, "NAME",                                                     \
+                        "of indirect light: auto, average, constant, linear, blend",               \
+                        &(c)->indirect)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

@@ -105,6 +105,8 @@ good=("{$scene_member}"
     "{$scene_member, \"filter\": {\"method\": \"none\", \"mu\": 100}}"
     "{$scene_member, \"filter\": {\"method\": \"sheared\", \"mu\": 0.5}, \"layers\": [\"beauty\", \"filter_width\"]}"
     "{$scene_member, \"filter\": {\"method\": \"axis_aligned\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"average\"}}"
+    "{$scene_member, \"filter\": {\"method\": \"average\", \"indirect\": \"blend\"}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
@@ -127,6 +129,7 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"sampling\": {\"spp\": 0}}" "{$scene_member, \"sampling\": {\"spp\": 65537}}"
     "{$scene_member, \"sampling\": {\"seed\": -1}}" "{$scene_member, \"sampling\": {\"tile_px\": 7}}"
     "{$scene_member, \"sampling\": {\"target_error\": 0.1}}" "{$scene_member, \"filter\": {\"method\": \"shear\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"none\"}}" "{$scene_member, \"filter\": {\"indirect\": \"sheared\"}}"
     "{$scene_member, \"filter\": {\"mu\": 0}}" "{$scene_member, \"layers\": []}"
     "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_widths\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
@@ -165,12 +168,26 @@ check_plan "auto filters its lamp" "{$scene_member}" \
 check_plan "light without area is not filtered" "{\"scene\": {\"asset\": \"$asset\", \"lights\": false},
     \"lights\": [{\"type\": \"point\", \"position\": [0, 1, 0], \"intensity\": [1, 1, 1]}], \"filter\": {\"method\": \"sheared\"}}" \
     '.filter == "none" and .light_planes == ["irradiance"] and
-     (.warnings | any(startswith("filter.method is sheared, but no filter runs: no light has area")))'
-check_plan "paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
-    '.integrator == "paths" and .filter == "none" and (.filter_why | contains("there is an environment"))'
-check_plan "an environment makes it paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
-    '.integrator == "paths" and .environment.type == "map" and (.effects | index("environment"))
-     and (.skipped | any(.what == "light fields" and .why == "there is an environment"))'
+     (.warnings | any(startswith("filter.method is sheared, but shadows are not filtered: no light has area")))'
+check_plan "auto filters its bounces" "{$scene_member, \"effects\": {\"indirect_bounces\": 6}}" \
+    '.integrator == "light_field" and .indirect_filter == "constant" and
+     .indirect_filter_why == "9 bounce rays: weighted means need the fewest" and
+     (.planes | index("reflector")) and .samples.indirect == 9'
+check_plan "shadows beside paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
+    '.integrator == "paths_and_light_field" and .filter == "none" and (.filter_why | contains("there is an environment")) and
+     (.warnings | any(startswith("filter.method is axis_aligned, but shadows are not filtered")))'
+check_plan "an environment asks for paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
+    '.integrator == "paths_and_light_field" and .environment.type == "map" and (.effects | index("environment"))
+     and (.skipped | any(.what == "light fields of lights" and .why == "there is an environment"))
+     and .indirect_filter == "constant" and (.planes | index("path_radiance") and index("indirect_mean"))'
+check_plan "a lens asks for paths alone" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
+    \"filter\": {\"indirect\": \"linear\"}}" \
+    '.integrator == "paths" and .indirect_filter == "none" and (.skipped | any(.what == "light fields" and .why == "there is a lens"))
+     and (.warnings | any(startswith("filter.indirect is linear, but indirect light is not filtered")))'
+check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\": {\"indirect_bounces\": 0, \"ambient_occlusion\": {\"distance\": 1}},
+    \"layers\": [\"occlusion\"], \"sampling\": {\"indirect_spp\": 64}}" \
+    '.integrator == "light_field" and (.planes | index("open")) and (.planes | index("indirect_mean") | not) and
+     .indirect_filter == "blend" and .samples.indirect == 64'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
 check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \
@@ -183,6 +200,8 @@ check_fault "ambient occlusion needs a distance" "{$scene_member, \"layers\": [\
     /effects/ambient_occlusion distance
 check_fault "no filter has no width" "{$scene_member, \"layers\": [\"filter_width\"], \"filter\": {\"method\": \"none\"}}" \
     /filter/method "filters nothing"
+check_fault "adaptive sampling of indirect light comes later" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
+    /filter/indirect "not available yet"
 for document in "${bad[@]}"; do check "schema and server refuse $document" agree 422 "$document"; done
 
 p=/v1/jobs
