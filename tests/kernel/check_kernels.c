@@ -1,6 +1,7 @@
-/* make check-kernels: the shadow filters' kernels of every instruction set that the CPU has against
- * the reference, on random fields of odd sizes and unaligned input; then what a pixel costs at
- * 9 samples a light. The last line counts.
+/* make check-kernels: the kernels of the filters of shadows and of indirect light of every
+ * instruction set that the CPU has against the reference, on random fields of odd sizes and
+ * unaligned input; then what a pixel costs, at 9 samples a light and three channels of indirect
+ * light filtered at rule A's widest of 16 samples and 512 lines. The last line counts.
  *
  * The tolerance is 0: pictures must not depend on the CPU. Cycles are those of the time stamp
  * counter. */
@@ -9,7 +10,7 @@
 #include <x86intrin.h>
 
 #include "proto/build.h"
-#include "tests/kernel/kernel_field.h"
+#include "tests/kernel/kernel_indirect.h"
 
 #define TOLERANCE   0.0f
 #define FIELDS      6
@@ -19,11 +20,12 @@
 struct tier {
     const char *name;
     const struct shadow_kernels *kernels;
+    const struct indirect_kernels *indirect;
 };
 
-static const struct tier tiers[] = {{"sse4.2", &shadow_kernels_c},
-                                    {"avx2", &shadow_kernels_avx2},
-                                    {"avx512", &shadow_kernels_avx512}};
+static const struct tier tiers[] = {{"sse4.2", &shadow_kernels_c, &indirect_kernels_c},
+                                    {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2},
+                                    {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512}};
 
 static uint32_t count_tiers(void)
 {
@@ -66,6 +68,24 @@ static void compare_all(const struct tier *tier, uint32_t l, int *passed, int *f
             printf("%s, %s, %u strata an axis: off by %g\n", tier->name, kernel_names[i], l,
                    (double)most[i]);
         *(ok ? passed : failed) += 1;
+    }
+}
+
+static void compare_indirect(const struct tier *tier, int *passed, int *failed)
+{
+    for (enum indirect_kernel i = 0; i < INDIRECT_KERNEL_COUNT; i++) {
+        float most = 0.0f;
+        for (uint64_t seed = 0; seed < FIELDS; seed++) {
+            struct indirect_case k;
+            indirect_case_init(&k, 13 + 9 * (int32_t)seed, 47 - 5 * (int32_t)seed, 31 + seed,
+                               seed != 3);
+            for (int32_t start = 0; start < 12; start += 5)
+                most = fmaxf(most, indirect_case_compare(&k, tier->indirect, i, start));
+            indirect_case_fini(&k);
+        }
+        if (most > TOLERANCE)
+            printf("%s, %s: off by %g\n", tier->name, indirect_kernel_names[i], (double)most);
+        *(most <= TOLERANCE ? passed : failed) += 1;
     }
 }
 
@@ -112,6 +132,32 @@ static void time_all(uint32_t tier_count)
     field_fini(&k);
 }
 
+static void time_indirect(uint32_t tier_count)
+{
+    struct indirect_case k;
+    indirect_case_init(&k, TIMED_SIDE, TIMED_SIDE, 4, false);
+    float *out = field_memory(INDIRECT_CASE_CHANNELS * k.area * sizeof *out);
+    for (enum indirect_kernel i = 0; i < INDIRECT_KERNEL_COUNT; i++) {
+        double first = 0.0;
+        for (uint32_t t = 0; t < tier_count; t++) {
+            double best = 1e30, cycles = 0.0;
+            for (int turn = 0; turn < TIMED_TURNS; turn++) {
+                const double start = now_ns();
+                const uint64_t ticks = __rdtsc();
+                indirect_case_run(&k, tiers[t].indirect, i, 0, out);
+                const double took = (now_ns() - start) / (TIMED_SIDE * TIMED_SIDE);
+                if (took < best) cycles = (double)(__rdtsc() - ticks) / (TIMED_SIDE * TIMED_SIDE);
+                best = took < best ? took : best;
+            }
+            if (t == 0) first = best;
+            printf("%-16s %-8s %10.1f %10.0f %9.2f\n", indirect_kernel_names[i], tiers[t].name,
+                   best, cycles, first / best);
+        }
+    }
+    free(out);
+    indirect_case_fini(&k);
+}
+
 int main(void)
 {
     static const uint32_t strata[] = {1, 2, 3, 4, 5, 7, 8, 11, 16};
@@ -121,8 +167,10 @@ int main(void)
     for (uint32_t t = 1; t < tier_count; t++) {
         for (size_t i = 0; i < sizeof strata / sizeof *strata; i++)
             compare_all(&tiers[t], strata[i], &passed, &failed);
+        compare_indirect(&tiers[t], &passed, &failed);
     }
     time_all(tier_count);
+    time_indirect(tier_count);
     printf("%d passed, %d failed\n", passed, failed);
     return failed > 0;
 }

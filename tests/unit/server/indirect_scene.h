@@ -217,7 +217,7 @@ static inline void room_plan(struct plan *plan, int32_t lines, uint32_t filter, 
     plan->tile_px = 32;
     plan->pattern = (struct pattern){11, 0};
     plan->camera = (struct plan_camera){.type = CAMERA_PERSPECTIVE,
-                                        .eye = {0, 1, 3.4f},
+                                        .eye = {0.03f, 0.97f, 3.4f},
                                         .right = {1, 0, 0},
                                         .up = {0, 1, 0},
                                         .forward = {0, 0, -1},
