@@ -17,6 +17,9 @@
 /* The greatest distance that is none: below REFLECTOR_NONE, the half next to it. */
 #define REFLECTOR_MOST 65472.0f
 
+/* Half of what floats hold. */
+#define MOST 1e38f
+
 #define PLANES_LIGHT                                                                               \
     (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
 
@@ -111,12 +114,11 @@ static float diffuse_weight(const struct path_vertex *v, int i, const float d[3]
     return ELEMENTARY_PI * value.diffuse;
 }
 
+/* Lane i of the block becomes one of the packet. */
 static void begin_path(const struct bounce *b, uint32_t sample, uint32_t slot, int i,
-                       const struct lanes3 *direction, struct path_pool *pool)
+                       const struct lanes3 *direction, struct path_packet *p, uint32_t lane)
 {
-    uint32_t lane;
     const struct path_vertex *v = b->from;
-    struct path_packet *p = path_pool_add(pool, &lane);
     struct RTCRay16 *r = &p->rays.ray;
     const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
     const float weight = v->any_general && !v->lambert.on[i] ? diffuse_weight(v, i, d) : 1.0f;
@@ -135,6 +137,30 @@ static void begin_path(const struct bounce *b, uint32_t sample, uint32_t slot, i
     p->slot[lane] = slot + (uint32_t)i;
 }
 
+/* All lanes of the block become a packet, all of Lambert surfaces: as begin_path. */
+static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
+                        const struct lanes3 *direction, struct path_packet *p)
+{
+    const struct surface *s = &b->from->surface;
+    struct RTCRay16 *r = &p->rays.ray;
+    memcpy(r->org_x, s->origin.x, sizeof r->org_x);
+    memcpy(r->org_y, s->origin.y, sizeof r->org_y);
+    memcpy(r->org_z, s->origin.z, sizeof r->org_z);
+    memcpy(r->dir_x, direction->x, sizeof r->dir_x);
+    memcpy(r->dir_y, direction->y, sizeof r->dir_y);
+    memcpy(r->dir_z, direction->z, sizeof r->dir_z);
+    memset(r->tnear, 0, sizeof r->tnear);
+    memset(p->pdf, 0, sizeof p->pdf);
+    memcpy(p->key, b->key, sizeof p->key);
+    for (uint32_t i = 0; i < LANES; i++) {
+        r->tfar[i] = b->reach;
+        p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
+        p->sample[i] = sample;
+        p->slot[i] = slot + i;
+    }
+    p->count = LANES;
+}
+
 /* The first rays of sample `sample`, into slots from `slot` on. */
 static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
                          uint32_t slot, struct path_pool *pool)
@@ -145,8 +171,17 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
     turn_directions(b, &local, &valid, &direction);
     b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
         lanes_count(&b->counted) - lanes_count(&valid);
-    for (int i = 0; i < LANES; i++)
-        if (valid.on[i]) begin_path(b, sample, slot, i, &direction, pool);
+    if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
+        begin_block(b, sample, slot, &direction, &pool->packets[pool->count / LANES]);
+        pool->count += LANES;
+        return;
+    }
+    for (int i = 0; i < LANES; i++) {
+        uint32_t lane;
+        if (!valid.on[i]) continue;
+        struct path_packet *p = path_pool_add(pool, &lane);
+        begin_path(b, sample, slot, i, &direction, p, lane);
+    }
 }
 
 /* Rays that only look whether anything is near. */
@@ -226,9 +261,11 @@ static void store_radiance(const struct bounce *b, const struct indirect_sums *s
     for (uint32_t c = 0; c < 3; c++) {
         _Alignas(LANES_ALIGN) float mean[LANES], low[LANES], high[LANES];
         for (int i = 0; i < LANES; i++) {
-            low[i] = e[c][i] / even;
-            high[i] = count > 1 ? o[c][i] / odd : low[i];
-            mean[i] = (e[c][i] + o[c][i]) / (even + odd);
+            /* sums of finite samples may be infinite */
+            float e_sum = fminf(e[c][i], MOST), o_sum = fminf(o[c][i], MOST);
+            low[i] = e_sum / even;
+            high[i] = count > 1 ? o_sum / odd : low[i];
+            mean[i] = (e_sum + o_sum) / (even + odd);
         }
         block_store_half(b->block, mean, scale, samples_u16(samples, PLANE_INDIRECT_MEAN, c));
         block_store_half(b->block, low, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c));

@@ -4,6 +4,7 @@
 
 #include "proto/half.h"
 #include "tests/unit/worker/environment_fixture.h"
+#include "worker/trace/path.h"
 
 #define BIT(plane)   (1u << PLANE_##plane)
 #define SHINES_RECT  1u
@@ -415,6 +416,94 @@ static void diffuse_albedo_decides(void **state)
     free(f);
 }
 
+/* Radiance beyond what floats hold: black, counted, and no plane holds anything but numbers. */
+static void samples_that_are_not_finite_are_rejected(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, LAMBERT, 0);
+    for (uint32_t k = 1; k < f->material_count; k++)
+        for (int c = 0; c < 3; c++) f->materials[k].emission[c] = 3e38f;
+    p.bounces = 4;
+    p.paths.spp = 0;
+    p.paths.emitter_power = 1.0f;
+    p.planes = 0;
+    add_field(&p, 3);
+    p.planes |= BIT(INDIRECT_HALVES) | BIT(INDIRECT_STRATA);
+    struct sums *s = trace_sums(f, &p);
+    assert_true(s->counters.value[COUNTER_REJECTED_NOT_FINITE] > 0);
+    for (int i = 0; i < AREA; i++) {
+        for (uint32_t c = 0; c < 4 * 9; c++)
+            assert_true(half_at(s->first, PLANE_INDIRECT_STRATA, c, i) < (double)INFINITY);
+        for (uint32_t c = 0; c < 6; c++)
+            assert_true(half_at(s->first, PLANE_INDIRECT_HALVES, c, i) < (double)INFINITY);
+        for (uint32_t c = 0; c < 3; c++)
+            assert_true(half_at(s->first, PLANE_INDIRECT_MEAN, c, i) < (double)INFINITY);
+    }
+    sums_free(&s);
+    free(f);
+}
+
+/* A frame of one pixel, and surfaces of every size: the same, but for the unit of length. */
+static void size_does_not_matter(void **state)
+{
+    (void)state;
+    static const float scales[] = {1.0f, 0x1p-13f, 0x1p16f};
+    uint16_t mean[3] = {0}, reflector[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        struct scene_fixture *f = fixture_new();
+        struct plan p = room(f, DIELECTRIC, SHINES_RECT | SHINES_SKY);
+        for (uint32_t i = 0; i < 3 * f->vertex_count; i++) f->positions[i] *= scales[k];
+        for (int i = 0; i < 3; i++) {
+            p.camera.eye[i] *= scales[k];
+            p.lights[0].position[i] *= scales[k];
+            p.lights[0].half_u[i] *= scales[k];
+            p.lights[0].half_v[i] *= scales[k];
+        }
+        p.width_px = p.height_px = 1;
+        p.length_unit = scales[k];
+        p.bounces = 2;
+        p.paths.spp = 0;
+        p.planes = 0;
+        add_field(&p, 16);
+        struct traced t = trace_all(f, &p);
+        mean[k] = *samples_u16(t.samples, PLANE_INDIRECT_MEAN, 0);
+        reflector[k] = *samples_u16(t.samples, PLANE_REFLECTOR, 0);
+        assert_true(half_to_float(mean[k]) > 0.0f && half_to_float(reflector[k]) > 0.0f);
+        traced_fini(&t);
+        free(f);
+    }
+    /* scaled by powers of two: the same but where Embree or an offset rounds otherwise */
+    for (int k = 1; k < 3; k++) {
+        assert_in_range(reflector[k], reflector[0] - 1u, reflector[0] + 1u);
+        assert_true(fabsf(half_to_float(mean[k]) - half_to_float(mean[0])) <
+                    0.05f * half_to_float(mean[0]));
+    }
+}
+
+/* Nothing met, something at once, nothing sent. */
+static void a_hit_at_once_is_a_hit(void **state)
+{
+    (void)state;
+    struct path_scratch *s = aligned_alloc(LANES_ALIGN, sizeof *s);
+    assert_non_null(s);
+    path_scratch_init(s);
+    struct path_packet *p = &s->pools[0].packets[0];
+    struct lanes_mask valid = {{-1, -1, -1, 0}};
+    p->count = 4;
+    for (uint32_t i = 0; i < 4; i++) {
+        p->slot[i] = i;
+        p->rays.hit.geomID[i] = i == 1 ? RTC_INVALID_GEOMETRY_ID : 0;
+        p->rays.ray.tfar[i] = i == 1 ? INFINITY : 0.5f * (float)i;
+    }
+    path_note_reach(p, &valid, &s->harvest);
+    assert_true(s->harvest.distance[0] > 0.0f && s->harvest.distance[0] < 1e-30f);
+    assert_true(s->harvest.distance[1] == INFINITY);
+    assert_true(s->harvest.distance[2] == 1.0f);
+    assert_true(s->harvest.distance[3] == 0.0f);
+    free(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -425,6 +514,9 @@ int main(void)
         cmocka_unit_test(distances_are_the_first_hits),
         cmocka_unit_test(tiles_do_not_matter),
         cmocka_unit_test(diffuse_albedo_decides),
+        cmocka_unit_test(samples_that_are_not_finite_are_rejected),
+        cmocka_unit_test(size_does_not_matter),
+        cmocka_unit_test(a_hit_at_once_is_a_hit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
