@@ -8,6 +8,9 @@ static const struct {
     {CAPABILITY_INDIRECT, "indirect"},
     {CAPABILITY_VISIBILITY, "visibility"},
     {CAPABILITY_STRATA, "strata"},
+    {CAPABILITY_PATHS, "paths"},
+    {CAPABILITY_ENVIRONMENT, "environment"},
+    {CAPABILITY_LENS, "lens"},
 };
 
 static json_t *capabilities(uint32_t bits)

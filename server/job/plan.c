@@ -13,6 +13,9 @@
 #define RADIUS_LEAST 1e-6
 #define RADIUS_MOST  1e12
 
+/* Bounce rays beside as many paths are not worth their while: the first pass traces them all. */
+#define SAMPLES_BESIDE_MOST 256
+
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
     va_list args;
@@ -102,17 +105,34 @@ static void choose_paths(const struct job *job, const char *filter_why, const ch
     plan_skip(report, "light fields", "%s", why);
 }
 
+/* Whether there are so many paths, and bounce rays beside them, that nobody asked to filter these.
+ * Paths alone then converge in passes, over whole pixels and not at their centres. */
+static bool is_plenty(const struct job *job, char why[PLAN_WHY_BYTES])
+{
+    const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MOST;
+    const bool asked = job->indirect != INDIRECT_AUTO || job->method == FILTER_AVERAGE ||
+                       (job->indirect_spp > 0 && job->indirect_spp <= most);
+    if (asked || l * l <= most) return false;
+    snprintf(why, PLAN_WHY_BYTES, "%u samples a pixel are above %u: paths alone show little noise",
+             l * l, most);
+    return true;
+}
+
 /* Light fields cannot do it alone. */
 static void choose_beside(const struct job *job, const struct plan *plan, const char *why,
                           struct plan_report *report)
 {
-    char filter_why[PLAN_FILTER_WHY_BYTES];
+    char filter_why[PLAN_FILTER_WHY_BYTES], plenty[PLAN_WHY_BYTES];
     bool indirect = job->indirect_bounces > 0 && plan_is_lit(plan, report);
     bool occlusion = (report->layers & LAYER_OCCLUSION) != 0;
     if (!indirect && !occlusion) {
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, as light fields cannot: %s", why);
         choose_paths(job, filter_why, why, report);
+        return;
+    }
+    if (is_plenty(job, plenty)) {
+        choose_paths(job, plenty, plenty, report);
         return;
     }
     report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;

@@ -7,8 +7,9 @@
  * a pinhole, layers that they give), with the shadow filter that is asked for or that auto chooses;
  * else beside paths, to which they bring diffuse indirect light and ambient occlusion. Both have
  * the filter of indirect light that filter.indirect asks for. What neither can do (a lens, a tent,
- * surfaces that let light through by their alpha, the layer error) and what has nothing indirect is
- * the path tracer, too, which nothing filters.
+ * surfaces that let light through by their alpha, the layer error), what has nothing indirect, and
+ * what has so many samples that paths alone show little noise is the path tracer, too, which
+ * nothing filters.
  *
  * A pure function of the job and what it names; any thread. Everything that a person may ask about
  * the decision is in struct plan_report. */
@@ -47,7 +48,7 @@ struct plan_skip {
     char what[64];
     char why[128];
 };
-#define PLAN_SKIPS (LIMIT_LIGHTS + 32)
+#define PLAN_SKIPS (LIMIT_LIGHTS + 48)
 
 #define PLAN_FILTER_WHY_BYTES 192
 

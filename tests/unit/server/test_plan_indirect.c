@@ -102,6 +102,40 @@ static void paths_take_what_light_fields_cannot(void **state)
 #undef BESIDE
 }
 
+/* Nobody asks to filter so many, and paths show them pass by pass. */
+static void many_samples_are_paths_alone(void **state)
+{
+    struct stage *s = *state;
+    s->material.specular = 1;
+    s->job.spp = 256;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.spp = 257;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_string_equal(why(s, "light fields"),
+                        "289 samples a pixel are above 256: paths alone show little noise");
+    assert_string_equal(s->report.indirect_filter_why, why(s, "light fields"));
+    s->job.indirect_spp = 64;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.indirect_spp = 1024;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    /* Who asks has them, and so do light fields alone. */
+    s->job.indirect = INDIRECT_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.indirect = INDIRECT_AUTO;
+    s->job.method = FILTER_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.method = FILTER_AUTO;
+    s->material.specular = 0;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+}
+
 static void shadows_beside_paths_are_not_filtered(void **state)
 {
     struct stage *s = *state;
@@ -322,6 +356,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
         TEST(light_fields_bounce_often),
         TEST(paths_take_what_light_fields_cannot),
+        TEST(many_samples_are_paths_alone),
         TEST(shadows_beside_paths_are_not_filtered),
         TEST(layers_beside_paths_come_from_either),
         TEST(occlusion_stands_alone),
