@@ -25,15 +25,15 @@
 
 /* What one block's rays share. */
 struct bounce {
+    struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
+    struct lanes3 tangent, bitangent;
     const struct path_context *context;
     const struct block *block;
     const struct path_vertex *from;
-    struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
-    struct lanes3 tangent, bitangent;
+    float reach; /* of the first rays */
     uint32_t key[LANES];
     bool sheared; /* strata of the v-plane, not of the disc */
     bool light;   /* rays go on as paths; else they only look how far they come */
-    float reach;  /* of the first rays */
 };
 
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
