@@ -23,6 +23,7 @@ struct bench {
     char dir[64];
     struct plan plan;
     uint32_t path_spp;            /* 0: the light field */
+    uint32_t beside;              /* filter of a light field beside the paths; 0: there is none */
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
     struct statistics statistics; /* of the last frame that was encoded */
@@ -110,28 +111,32 @@ static int tear_down(void **state)
 
 static void begin(struct bench *b, int32_t tile_px)
 {
-    struct frame_options options = {.id = 9,
-                                    .number = 1,
-                                    .layers = LAYER_BEAUTY | LAYER_NORMAL |
-                                              (b->filter ? LAYER_FILTER_WIDTH : 0) |
-                                              (b->path_spp ? LAYER_ERROR | LAYER_SAMPLES : 0),
-                                    .metadata = {.job = "feed", .build = "test", .spp = 9},
-                                    .plan = &b->plan,
-                                    .team = b->team,
-                                    .objects = &b->objects,
-                                    .events = {.ctx = b,
-                                               .judged = on_judged,
-                                               .drawn = on_drawn,
-                                               .traced = on_traced,
-                                               .encoded = on_encoded,
-                                               .failed = on_failed}};
+    struct frame_options options = {
+        .id = 9,
+        .number = 1,
+        .layers = LAYER_BEAUTY | LAYER_NORMAL | (b->filter ? LAYER_FILTER_WIDTH : 0) |
+                  (b->path_spp ? LAYER_SAMPLES : 0) | (b->beside ? LAYER_OCCLUSION : 0) |
+                  (b->path_spp && !b->beside ? LAYER_ERROR : 0),
+        .metadata = {.job = "feed", .build = "test", .spp = 9},
+        .plan = &b->plan,
+        .team = b->team,
+        .objects = &b->objects,
+        .events = {.ctx = b,
+                   .judged = on_judged,
+                   .drawn = on_drawn,
+                   .traced = on_traced,
+                   .encoded = on_encoded,
+                   .failed = on_failed}};
     b->drawn = 0;
-    if (b->path_spp > 0)
+    if (b->beside)
+        synthetic_beside_plan(&b->plan, 75, 70, tile_px, b->path_spp);
+    else if (b->path_spp > 0)
         synthetic_paths_plan(&b->plan, 75, 70, tile_px, b->path_spp);
     else if (b->filter)
         filtered_plan(&b->plan, 203, 131, tile_px, b->filter, b->lights);
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
+    b->plan.indirect_filter = b->beside;
     assert_int_equal(frame_create(&options, &b->frame), 0);
 }
 
@@ -326,7 +331,8 @@ static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
     assert_int_equal(b->failed, 0);
     assert_int_equal(b->encoded, 1);
     assert_int_equal(b->traced, 1);
-    assert_in_range(b->drawn, 4, 4 * passes); /* 75 x 70 are four blocks */
+    const unsigned blocks = b->beside ? 1 : 4; /* of 75 x 70 pixels */
+    assert_in_range(b->drawn, blocks, blocks * passes);
 }
 
 static void passes_give_the_same_files_in_any_order(void **state)
@@ -342,6 +348,42 @@ static void passes_give_the_same_files_in_any_order(void **state)
     }
     render_paths(b, 32, 7); /* a single pass */
     render_paths(b, 32, 17);
+}
+
+/* A light field is there with the first pass and is filtered anew with each; it counts once. */
+static void light_fields_beside_paths_do_not_see_tiles(void **state)
+{
+    struct bench *b = *state;
+    static const int32_t sizes[] = {8, 40, 256};
+    for (b->beside = INDIRECT_FILTER_CONSTANT; b->beside <= INDIRECT_FILTER_BLEND; b->beside++) {
+        render_paths(b, 32, 100);
+        const struct digest exr = b->exr;
+        const struct statistics first = b->statistics;
+        assert_true(first.indirect_pixels_filtered > 4000);
+        assert_true(first.indirect_pixels_filtered + first.indirect_pixels_skipped == 75 * 70);
+        assert_true(first.indirect_cpu_us > 0 && first.shadow_cpu_us == 0);
+        for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+            render_paths(b, sizes[i], 100);
+            assert_true(digest_equal(&exr, &b->exr));
+            assert_true(b->statistics.indirect_pixels_filtered == first.indirect_pixels_filtered);
+        }
+    }
+}
+
+/* Bounce rays belong to the first pass. */
+static void the_share_counts_bounce_rays(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    b->path_spp = 32;
+    b->beside = INDIRECT_FILTER_CONSTANT;
+    begin(b, 256);
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+    run(b);
+    assert_true(frame_traced_share(b->frame) == 25.0 / 41.0);
+    frame_drop(&b->frame);
+    run(b);
 }
 
 /* Passes differ in length: the share counts samples. */
@@ -434,6 +476,8 @@ int main(void)
         TEST(bad_workers_change_nothing),
         TEST(passes_give_the_same_files_in_any_order),
         TEST(the_share_counts_samples),
+        TEST(light_fields_beside_paths_do_not_see_tiles),
+        TEST(the_share_counts_bounce_rays),
         TEST(a_hopeless_tile_fails_the_frame),
         TEST(a_dropped_frame_is_silent),
         TEST(capabilities_are_asked_for),
