@@ -1,23 +1,33 @@
 // make bench-accuracy: pictures of every scene, method and sample count against converged ones.
-//   accuracy.mjs BUILD [quick|smoke] [scene=NAME,...] [method=NAME,...] [spp=N,...] [reference=SPP] [repeat=N] [out=DIR]
+//   accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...]
+//     [side=PX] [reference=SPP] [repeat=N] [out=DIR]
 // One JSON line per measurement on standard output and in OUT/accuracy.jsonl; then the bounds, one
 // line each, with a sentence for people on standard error; plots and report.html in OUT (BUILD/bench).
 // Exit status 1 when a bound is missed.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
-import { bounds } from "./accuracy/factors.mjs";
-import { METHODS } from "./accuracy/job.mjs";
+import { bounds } from "./accuracy/bounds.mjs";
+import { effects } from "./accuracy/effects.mjs";
 import { measureScene, SEED } from "./accuracy/measure.mjs";
 import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
-const FULL = { side: 512, spp: [4, 9, 16, 25, 49, 100, 256], more: [576, 1024], referenceSpp: 65536, beautySeeds: 16, repeat: 5, repeatSpp: [9], scenes };
-const QUICK = { side: 256, spp: [4, 9, 25, 100], more: [400], referenceSpp: 4096, beautySeeds: 4, repeat: 3, repeatSpp: [9],
-  scenes: scenes.filter((s) => ["contacts", "large_light", "curved"].includes(s.name)) };
-
-const SMOKE = { side: 64, spp: [4, 9], more: [25], referenceSpp: 4096, beautySeeds: 2, repeat: 1, repeatSpp: [],
-  scenes: scenes.filter((s) => s.name === "contacts") };
+// By effect: counts of samples, and more of them for the plain average; the most samples of one half
+// of a reference.
+const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, repeatSpp: [9, 16], scenes,
+  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 25, 36, 64, 144, 256] },
+  more: { shadows: [576, 1024], indirect: [576, 1024] }, referenceSpp: { shadows: 65536, indirect: 16384 } };
+const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, repeatSpp: [9],
+  scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box"].includes(s.name)),
+  spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100] }, more: { shadows: [400], indirect: [400] },
+  referenceSpp: { shadows: 4096, indirect: 4096 } };
+const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, repeatSpp: [], scenes: scenes.filter((s) => ["contacts", "box"].includes(s.name)),
+  spp: { shadows: [4, 9], indirect: [4, 16] }, more: { shadows: [25], indirect: [100] },
+  referenceSpp: { shadows: 4096, indirect: 1024 } };
+const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
+const WORDS = ["effect", "scene", "method", "spp", "side", "reference", "repeat", "out"];
+const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";
 
 const ROOT = new URL("../..", import.meta.url).pathname;
 process.chdir(ROOT);
@@ -30,29 +40,34 @@ function fail(sentence) {
 function parse(argv) {
   const [build, ...rest] = argv;
   if (argv.includes("--help")) {
-    console.log("accuracy.mjs BUILD [quick|smoke] [scene=NAME,...] [method=NAME,...] [spp=N,...] [reference=SPP] [repeat=N] [out=DIR]\n" +
+    console.log(`${USAGE}\neffects: ${Object.keys(effects).join(" ")}\n` +
       `scenes: ${scenes.map((s) => s.name).join(" ")}\nmethods: ${METHODS.join(" ")}\n` +
       "Compares pictures with converged ones: JSON lines, plots and report.html in BUILD/bench. Status 1 when a bound is missed.");
     process.exit(0);
   }
-  if (!build) fail("usage: accuracy.mjs BUILD [quick|smoke] [scene=,] [method=,] [spp=,] [reference=] [repeat=] [out=]");
+  if (!build) fail(`usage: ${USAGE}`);
   const given = Object.fromEntries(rest.filter((w) => w.includes("=")).map((w) => w.split(/=(.*)/s).slice(0, 2)));
-  const unknown = Object.keys(given).find((k) => !["scene", "method", "spp", "reference", "repeat", "out"].includes(k));
+  const unknown = Object.keys(given).find((k) => !WORDS.includes(k));
   const stray = rest.find((w) => !w.includes("=") && !["quick", "smoke"].includes(w));
   if (unknown ?? stray) fail(`"${unknown ?? stray}" is unknown`);
   const list = (name) => given[name]?.split(/[, ]+/).filter(Boolean);
   const base = rest.includes("quick") ? QUICK : rest.includes("smoke") ? SMOKE : FULL, o = { ...base, folder: resolve(build), seed: SEED, refused: new Map() };
-  const wanted = list("scene"), spp = list("spp")?.map(Number);
-  const absent = wanted?.find((name) => !scenes.some((s) => s.name === name));
-  if (absent) fail(`there is no scene "${absent}": ${scenes.map((s) => s.name).join(", ")}`);
-  if (wanted) o.scenes = scenes.filter((s) => wanted.includes(s.name));
+  const known = { effect: Object.keys(effects), scene: scenes.map((s) => s.name), method: METHODS };
+  for (const [word, names] of Object.entries(known)) {
+    const absent = list(word)?.find((name) => !names.includes(name));
+    if (absent) fail(`there is no ${word} "${absent}": ${names.join(", ")}`);
+  }
+  const spp = list("spp")?.map(Number);
+  if (list("scene")) o.scenes = scenes.filter((s) => list("scene").includes(s.name));
+  if (list("effect")) o.scenes = o.scenes.filter((s) => list("effect").includes(s.effect));
   o.methods = list("method") ?? METHODS;
-  o.spp = (method) => spp ?? (method === "average" ? [...base.spp, ...base.more] : base.spp);
+  o.spp = (effect, method) => spp ?? (method === "average" ? [...base.spp[effect], ...base.more[effect]] : base.spp[effect]);
+  if (given.side) o.side = Number(given.side);
   o.out = resolve(given.out ?? `${build}/bench`);
   o.references = `${o.folder}/bench/reference`;
   o.build = readFileSync(`${o.folder}/build_id.h`, "utf8").match(/"(.*)"/)?.[1];
   o.shared = process.env.SHEARWATER_SCENES ?? "../shared/scenes";
-  if (given.reference) o.referenceSpp = Number(given.reference);
+  if (given.reference) o.referenceSpp = { shadows: Number(given.reference), indirect: Number(given.reference) };
   if (given.repeat) o.repeat = Number(given.repeat);
   o.say = (sentence) => console.error(`# ${sentence}`);
   return o;
@@ -60,7 +75,7 @@ function parse(argv) {
 
 function printBounds(list) {
   for (const b of list) {
-    console.log(JSON.stringify({ figure: b.figure, value: b.value, bound: b.bound === null ? null : `${b.relation} ${b.bound}`, unit: b.unit,
+    console.log(JSON.stringify({ effect: b.effect, figure: b.figure, value: b.value, bound: b.bound === null ? null : `${b.relation} ${b.bound}`, unit: b.unit,
       least: b.least, most: b.most, scenes: b.scenes, ok: b.ok }));
     console.error(`${b.figure.padEnd(58)} ${b.value.toPrecision(3).padStart(10)} ${b.unit.padEnd(12)} ` +
       (b.bound === null ? "" : `(bound ${b.relation} ${Number(b.bound.toPrecision(3))}) ${b.ok ? "reached" : "MISSED"}`));

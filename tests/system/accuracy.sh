@@ -14,15 +14,23 @@ bench() { # missed bounds are no failure here: the picture is far too small for 
 lines() { jq -es "$1" "$tmp/bench/accuracy.jsonl"; }
 
 check "the bench runs" bench
-check "a line for each method and count" lines '[.[] | [.method, .spp]] | length == 7 and (unique | length) == 7'
-check "every figure is there" lines 'all(.[]; .finite and .penumbra.rmse > 0 and .penumbra.pixels > 100 and
-    .penumbra.relmse > 0 and .penumbra.p999 > .penumbra.rmse and .cpu_s.trace > 0 and .cpu_s.judged > 0 and
+check "a line for each scene, method and count" lines '[.[] | [.scene, .method, .spp]] | length == 18 and (unique | length) == 18'
+check "every figure is there" lines 'all(.[]; .finite and .judged.rmse > 0 and .judged.pixels > 100 and
+    .judged.relmse > 0 and .judged.p999 > .judged.rmse and .cpu_s.trace > 0 and .cpu_s.judged > 0 and
     .wall_s > 0 and .rays.shadow > 0 and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
-check "more samples, less error" lines '[.[] | select(.method == "average") | .penumbra.rmse] | . == (sort | reverse)'
-check "the reference is closer than what it judges" lines 'all(.[]; .reference.halves_rmse < .penumbra.rmse)'
-check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s.shadow > 0) == (.method != "average"))'
+for effect in shadows indirect; do
+    check "$effect: more samples, less error" lines '[.[] | select(.effect == "'$effect'" and .method == "average") | .judged.rmse]
+        | length == 3 and . == (sort | reverse)'
+done
+check "the references are closer than what they judge" lines 'all(.[]; .reference.halves_rmse < .judged.rmse)'
+check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect"}[.effect]] > 0)
+    == (.method != "average"))'
+check "auto is one of the filters" lines '[.[] | select(.scene == "box" and .spp == 16)] | INDEX(.method)
+    | .auto.judged.rmse == .constant.judged.rmse'
+check "pictures have the path tracer's light" lines 'all(.[] | select(.effect == "indirect"); .beauty.energy > 0.97 and .beauty.energy < 1.03)'
 check "plots and a page" test -s "$tmp/bench/contacts-samples.svg" -a -s "$tmp/bench/contacts-seconds.svg" \
-    -a -s "$tmp/bench/contacts-stages.svg" -a -s "$tmp/bench/report.html"
+    -a -s "$tmp/bench/contacts-stages.svg" -a -s "$tmp/bench/box-samples.svg" -a -s "$tmp/bench/report.html"
+check "an unknown effect is refused" bash -c "! node tests/bench/accuracy.mjs '$build' effect=none 2>/dev/null"
 check "an unknown scene is refused" bash -c "! node tests/bench/accuracy.mjs '$build' scene=nowhere 2>/dev/null"
 check "factors of equal error, by power laws" node --input-type=module -e '
     import assert from "node:assert/strict";
@@ -34,7 +42,7 @@ check "factors of equal error, by power laws" node --input-type=module -e '
     near(reach(points, 0.05).x, 400);
     assert.equal(reach(points, 0.05).outside, true);
     assert.equal(reach([[4, 1], [9, 1]], 0.5), null);
-    const row = (method, spp, rmse) => ({ scene: "s", method, spp, penumbra: { rmse }, cpu_s: { judged: spp } });
+    const row = (method, spp, rmse) => ({ scene: "s", method, spp, judged: { rmse }, cpu_s: { judged: spp } });
     const rows = [...points.map(([n, e]) => row("average", n, e)), row("sheared", 4, 0.25)];
     const [f] = equalError(rows, "average");
     near(f.samples, 4);

@@ -1,20 +1,32 @@
 // Job documents of the bench. `average` is the light field without a filter: the same samples.
+import { effectOf } from "./effects.mjs";
 
-export const METHODS = ["average", "axis_aligned", "sheared"];
+const size = (scene, side) => ({ width: Math.round(side * (scene.sides?.[0] ?? 1)), height: Math.round(side * (scene.sides?.[1] ?? 1)) });
 
-const documentOf = (scene, side, file) => ({
-  scene: { file, lights: false, camera: scene.camera },
-  image: { width: side, height: side },
+const documentOf = (scene, o, file) => ({
+  scene: { file, lights: false, ...(scene.camera ? { camera: scene.camera } : {}) },
+  image: size(scene, o.side),
   lights: scene.lights,
-  effects: { indirect_bounces: 0 } });
+  ...(scene.environment ? { environment: scene.environment(o.shared) } : {}),
+  effects: { indirect_bounces: scene.bounces ?? 0 } });
 
-export const testJob = (scene, side, file, method, spp, seed) => ({ ...documentOf(scene, side, file),
-  sampling: { spp, seed }, filter: { method }, layers: ["beauty", "diffuse_direct"] });
+export const megapixels = (scene, side) => size(scene, side).width * size(scene, side).height / 1e6;
+
+export const testJob = (scene, o, file, method, spp, seed) => ({ ...documentOf(scene, o, file),
+  sampling: { spp, seed }, filter: effectOf(scene).filter(method), layers: effectOf(scene).layers });
 
 // The picture with its anti-aliasing, whose positions change with the seed: the mean of many seeds.
-export const beautyJob = (scene, side, file, seed) => ({ ...documentOf(scene, side, file),
+export const beautyJob = (scene, o, file, seed) => ({ ...documentOf(scene, o, file),
   sampling: { spp: 256, seed }, filter: { method: "average" }, layers: ["beauty"] });
 
+// The same by the path tracer alone.
+export const pathsJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o, file),
+  sampling: { spp, seed }, filter: { method: "none" }, layers: ["beauty"] });
+
+// Bounce rays of pixel centres, unfiltered; few paths, as they are not looked at.
+export const indirectJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o, file),
+  sampling: { spp: 4, indirect_spp: spp, seed }, filter: { method: "average" }, layers: ["diffuse_indirect", "albedo", "id"] });
+
 // For exr_reference, which takes camera and lights from it; the file comes as a blob.
-export const referenceJob = (scene, side) => ({ ...documentOf(scene, side),
+export const referenceJob = (scene, o) => ({ ...documentOf(scene, o),
   scene: { asset: "0".repeat(64), lights: false, camera: scene.camera } });

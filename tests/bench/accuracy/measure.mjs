@@ -1,6 +1,7 @@
 // One scene: the pictures of every method and sample count, their cost, their errors.
 import { mkdirSync, writeFileSync } from "node:fs";
-import { testJob } from "./job.mjs";
+import { effectOf } from "./effects.mjs";
+import { megapixels, testJob } from "./job.mjs";
 import { Refused } from "./programs.mjs";
 import { Reference } from "./reference.mjs";
 
@@ -9,7 +10,7 @@ export const SEED = 3;
 const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
 
 // From samples to the picture, whoever does it: what the methods differ in.
-const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow"]
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect"]
   .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
 
 function cost(runs) {
@@ -26,31 +27,38 @@ function renderTest(tools, scene, o, file, method, spp) {
   const picture = `${o.out}/pictures/${scene.name}-${method}-${spp}.exr`, runs = [];
   const times = o.repeatSpp.includes(spp) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
-    runs.push(tools.render(testJob(scene, o.side, file, method, spp, SEED), picture));
-    if (runs[i].rays.paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
+    runs.push(tools.render(testJob(scene, o, file, method, spp, SEED), picture));
+    const { paths, indirect } = runs[i].rays;
+    if (scene.effect === "indirect" ? indirect === 0 : paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
   }
-  return { scene: scene.name, method, spp, seed: SEED, side_px: o.side, picture, ...cost(runs) };
+  return { effect: scene.effect, scene: scene.name, method, spp, seed: SEED, side_px: o.side,
+    megapixels: megapixels(scene, o.side), picture, ...cost(runs) };
 }
 
 function renderAll(tools, scene, o, file) {
   const rows = [];
-  for (const method of o.methods)
-    for (const spp of o.spp(method)) {
+  for (const method of effectOf(scene).methods.filter((m) => o.methods.includes(m)))
+    for (const spp of o.spp(scene.effect, method)) {
       o.say(`${scene.name}: ${method}, ${spp} spp`);
       try {
         rows.push(renderTest(tools, scene, o, file, method, spp));
       } catch (error) {
         if (!(error instanceof Refused)) throw error;
-        o.refused.set(method, error.message.split(": ").slice(1).join(": "));
+        o.refused.set(`${scene.effect}, ${method}`, error.message.split(": ").slice(1).join(": "));
         break;
       }
     }
   return rows;
 }
 
-const judgeAll = (tools, reference, rows) =>
-  rows.map((row) => ({ ...row, ...tools.judge(reference.path, row.picture) }));
-const smallest = (rows) => Math.min(...rows.map((r) => r.penumbra.rmse));
+function judgeAll(tools, reference, rows, effect) {
+  return rows.map((row) => {
+    const found = tools.judge(reference.path, row.picture, effect);
+    found.judged.rmse = reference.corrected(found.judged.rmse);
+    return { ...row, ...found };
+  });
+}
+const smallest = (rows) => Math.min(...rows.map((r) => r.judged.rmse));
 
 // Rows as accuracy.md names them, and the reference they were judged by. A scene whose file is not
 // here (the shared ones may be absent) gives null.
@@ -64,16 +72,16 @@ export function measureScene(tools, scene, o) {
     o.say(`${scene.name}: left out, ${error.path} is absent`);
     return null;
   }
-  const reference = new Reference(tools, scene, o.side, file, o.references);
-  const pictures = renderAll(tools, scene, o, file).filter((row) => !o.refused.has(row.method));
+  const effect = effectOf(scene), reference = new Reference(tools, scene, o, file, o.references);
+  const pictures = renderAll(tools, scene, o, file).filter((row) => !o.refused.has(`${row.effect}, ${row.method}`));
   if (pictures.length === 0) return null;
   o.say(`${scene.name}: reference`);
-  reference.makePictures(o.beautySeeds);
+  reference.makePictures(o.beautySeeds[scene.effect]);
   reference.improve(Infinity);
-  let rows = judgeAll(tools, reference, pictures);
-  while (!reference.said(smallest(rows)).good && reference.improve(o.referenceSpp)) {
-    o.say(`${scene.name}: better reference, ${reference.spp} samples a light`);
-    rows = judgeAll(tools, reference, pictures);
+  let rows = judgeAll(tools, reference, pictures, effect);
+  while (!reference.said(smallest(rows)).good && reference.improve(o.referenceSpp[scene.effect])) {
+    o.say(`${scene.name}: better reference, ${reference.spp} samples`);
+    rows = judgeAll(tools, reference, pictures, effect);
   }
   const said = reference.said(smallest(rows));
   return { rows: rows.map((row) => ({ ...row, reference: said })), reference };

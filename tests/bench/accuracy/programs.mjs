@@ -3,8 +3,7 @@ import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { basename, dirname } from "node:path";
 
-const LAYERS = { judged: "diffuse_direct", picture: "beauty" };
-const PENUMBRA = "visibility,0.02,0.98";
+const PICTURE = "beauty";
 
 export class Refused extends Error {}
 
@@ -13,12 +12,22 @@ export function programs(build, folder) {
     const result = spawnSync(`${build}/${name}`, args, { encoding: "utf8", maxBuffer: 1 << 24 });
     if (result.status === 0) return result.stdout;
     const said = (result.stderr || String(result.error ?? "")).trim();
-    throw new (/not in this version|unsupported|not supported|\/filter\/method/i.test(said) ? Refused : Error)(
+    throw new (/not in this version|unsupported|not supported|\/filter\//i.test(said) ? Refused : Error)(
       `${name} ${args.join(" ")}: ${said}`);
   };
   const compare = (reference, test, layer, ...more) =>
     JSON.parse(run("shearwater", ["compare", reference, test, "--layer", layer, ...more]));
   const figures = ({ rmse, relmse, bias, p999, finite, pixels }) => ({ rmse, relmse, bias, p999, finite, pixels });
+  // All of the image's light over all of the reference's.
+  const energy = (c) => c.mean_test.reduce((a, b) => a + b) / c.mean_reference.reduce((a, b) => a + b);
+
+  const weighed = (reference, test, { layer, times, where }) =>
+    JSON.parse(run("tests/bench/exr_difference", [reference, test, layer, times, where]));
+  const judged = (reference, test, effect) => {
+    if (!effect.times) return figures(compare(reference, test, effect.layer, "--where", effect.where));
+    const d = weighed(reference, test, effect), unit = effect.relative ? d.mean : 1;
+    return { ...figures(d), rmse: d.rmse / unit, bias: d.bias / unit, p999: d.p999 / unit, mean: d.mean };
+  };
 
   return {
     // Returns the frame's statistics; the picture lies at `out`.
@@ -38,17 +47,19 @@ export function programs(build, folder) {
       run("tests/bench/exr_reference", [blob, path, String(strata), String(seed), out]);
     },
     mean: (out, inputs) => run("tests/bench/exr_mean", [out, ...inputs]),
-    // How far two pictures are apart where the filters work: pixel centres, before albedo.
-    apart: (a, b) => compare(a, b, LAYERS.judged, "--where", PENUMBRA).rmse,
-    picturesApart: (a, b) => compare(a, b, LAYERS.picture).rmse,
+    // How far two pictures are apart where the filters work: pixel centres, before albedo or weighed
+    // by it, as `judged` has it.
+    apart: (a, b, effect) => judged(a, b, effect).rmse,
+    picturesApart: (a, b) => compare(a, b, PICTURE).rmse,
     // All figures of a picture.
-    judge: (reference, test) => ({
-      ...figures(compare(reference, test, LAYERS.judged)),
-      penumbra: figures(compare(reference, test, LAYERS.judged, "--where", PENUMBRA)),
-      beauty: figures(compare(reference, test, LAYERS.picture)) }),
-    piece(picture, crop, zoom, scale, minus) {
+    judge(reference, test, effect) {
+      const beauty = compare(reference, test, PICTURE);
+      return { ...figures(compare(reference, test, effect.layer)), judged: judged(reference, test, effect),
+        beauty: { ...figures(beauty), energy: energy(beauty) } };
+    },
+    piece(picture, layer, crop, zoom, scale, minus) {
       const out = `${folder}/piece.png`;
-      run("tests/bench/exr_crop", [picture, LAYERS.judged, crop.join(","), String(zoom), String(scale), out,
+      run("tests/bench/exr_crop", [picture, layer, crop.join(","), String(zoom), String(scale), out,
         ...(minus ? [minus] : [])]);
       return readFileSync(out);
     },

@@ -1,12 +1,17 @@
-// Converged pictures. Light at pixel centres comes from exr_reference, in two independent halves whose
-// difference says how good their mean is; anti-aliased pictures are means over many seeds. They are
-// kept under a digest of the scene, the job and the sources of the integrator.
+// Converged pictures, in two independent halves whose difference says how good their mean is. Direct
+// light at pixel centres comes from exr_reference; indirect light there from many bounce rays without a
+// filter; anti-aliased pictures are means over many seeds, where indirect light is judged by the path
+// tracer. They are kept under a digest of the scene, the job and the sources of the integrator.
 import { createHash } from "node:crypto";
 import { existsSync, mkdirSync, readdirSync, readFileSync } from "node:fs";
-import { beautyJob, referenceJob } from "./job.mjs";
+import { effectOf } from "./effects.mjs";
+import { beautyJob, indirectJob, pathsJob, referenceJob } from "./job.mjs";
 
 // Strata per axis of each half, one after the other until they suffice.
 const LEVELS = [64, 128, 256, 512];
+// Bounce rays of one seed, and how many seeds are in each half.
+const BOUNCE_RAYS = 1024, SEEDS = [1, 2, 4, 8, 16, 32];
+const PATHS = 256;
 
 function sourcesDigest() {
   const hash = createHash("sha256");
@@ -18,22 +23,26 @@ function sourcesDigest() {
   return hash.update(readFileSync("tests/bench/exr_reference.c")).digest("hex");
 }
 
-function digestOf(scene, side, file) {
+function digestOf(scene, o, file) {
   return createHash("sha256").update(sourcesDigest()).update(readFileSync(file))
-    .update(JSON.stringify([scene.camera, scene.lights, side])).digest("hex").slice(0, 16);
+    .update(JSON.stringify([scene.camera, scene.lights, o.side, scene.bounces, scene.sides, scene.environment?.("")]))
+    .digest("hex").slice(0, 16);
 }
+
+const seeds = (first, count) => Array.from({ length: count }, (_, i) => first + i);
 
 export class Reference {
   #tools;
   #scene;
-  #side;
+  #o;
   #file;
+  #effect;
   #level = -1;
 
-  // file: the scene's; folder: where references are kept.
-  constructor(tools, scene, side, file, folder) {
-    [this.#tools, this.#scene, this.#side, this.#file] = [tools, scene, side, file];
-    this.folder = `${folder}/${scene.name}-${side}-${digestOf(scene, side, file)}`;
+  // file: the scene's; o: side, shared; folder: where references are kept.
+  constructor(tools, scene, o, file, folder) {
+    [this.#tools, this.#scene, this.#o, this.#file, this.#effect] = [tools, scene, o, file, effectOf(scene)];
+    this.folder = `${folder}/${scene.name}-${o.side}-${digestOf(scene, o, file)}`;
     mkdirSync(this.folder, { recursive: true });
   }
 
@@ -43,35 +52,67 @@ export class Reference {
     return path;
   }
 
+  #render(name, job) {
+    return this.#once(name, (path) => this.#tools.render(job, path));
+  }
+
+  #mean(name, inputs) {
+    return this.#once(name, (path) => this.#tools.mean(path, inputs));
+  }
+
   // Means over every second of the seeds, from the first and from the second.
-  makePictures(seeds) {
-    const one = (seed) => this.#once(`beauty-${seed}.exr`, (path) =>
-      this.#tools.render(beautyJob(this.#scene, this.#side, this.#file, seed), path));
-    const half = (odd) => this.#once(`beauty-${odd ? "odd" : "even"}-${seeds}.exr`, (path) =>
-      this.#tools.mean(path, Array.from({ length: seeds }, (_, i) => 201 + i).filter((s) => s % 2 === odd).map(one)));
+  makePictures(count) {
+    const indirect = this.#effect.name === "indirect", what = indirect ? "paths" : "beauty";
+    const one = (seed) => this.#render(`${what}-${seed}.exr`, indirect
+      ? pathsJob(this.#scene, this.#o, this.#file, seed, PATHS) : beautyJob(this.#scene, this.#o, this.#file, seed));
+    const half = (odd) => this.#mean(`${what}-${odd ? "odd" : "even"}-${count}.exr`,
+      seeds(201, count).filter((s) => s % 2 === odd).map(one));
     this.pictures = [half(1), half(0)];
     this.picturesDifference = this.#tools.picturesApart(...this.pictures);
   }
 
-  // The next better one; false when it would take more than `most` samples a light.
-  improve(most) {
+  // Halves of direct light from strata x strata samples a light.
+  #direct(most) {
     const strata = LEVELS[this.#level + 1];
-    if (!strata || strata * strata > most) return false;
-    this.#level++;
+    if (!strata || strata * strata > most) return null;
     const blob = this.#once("scene.blob", (path) => this.#tools.importScene(this.#file, path));
-    const half = (seed) => this.#once(`half-${strata}-${seed}.exr`, (path) =>
-      this.#tools.reference(blob, referenceJob(this.#scene, this.#side), strata, seed, path));
-    const halves = [half(1), half(2)];
+    this.spp = 2 * strata * strata;
+    return [1, 2].map((seed) => this.#once(`half-${strata}-${seed}.exr`, (path) =>
+      this.#tools.reference(blob, referenceJob(this.#scene, this.#o), strata, seed, path)));
+  }
+
+  // Halves of indirect light from some seeds' bounce rays.
+  #indirect(most) {
+    const count = SEEDS[this.#level + 1];
+    if (!count || count * BOUNCE_RAYS > most) return null;
+    const one = (seed) => this.#render(`indirect-${seed}.exr`,
+      indirectJob(this.#scene, this.#o, this.#file, seed, BOUNCE_RAYS));
+    this.spp = 2 * count * BOUNCE_RAYS;
+    return [301, 401].map((first) => this.#mean(`half-${count}-${first}.exr`, seeds(first, count).map(one)));
+  }
+
+  // The next better one; false when it would take more than `most` samples.
+  improve(most) {
+    const halves = this.#effect.name === "indirect" ? this.#indirect(most) : this.#direct(most);
+    if (!halves) return false;
+    this.#level++;
     this.path = `${this.folder}/reference.exr`;
     this.#tools.mean(this.path, [...halves, ...this.pictures]);
-    this.spp = 2 * strata * strata;
-    this.difference = this.#tools.apart(...halves);
+    this.difference = this.#tools.apart(...halves, this.#effect);
     return true;
   }
 
-  // `smallest`: the least error that is judged by it.
+  // `error` without what the reference itself adds to it, where that is allowed for: the mean of two
+  // independent halves has a quarter of the variance of their difference.
+  corrected(error) {
+    if (!this.#effect.relative) return error;
+    return Math.sqrt(Math.max(error * error - 0.25 * this.difference * this.difference, 0));
+  }
+
+  // `smallest`: the least error that is judged by it. Where the reference's own variance is taken
+  // off, it may be as large as a quarter of what is judged.
   said(smallest) {
-    return { spp: this.spp, halves_rmse: this.difference, good: this.difference <= 0.1 * smallest,
-      beauty_halves_rmse: this.picturesDifference };
+    return { spp: this.spp, halves_rmse: this.difference,
+      good: this.difference <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
   }
 }

@@ -1,4 +1,6 @@
-// GLB files of Lambert surfaces alone: made from meshes, or from files of others.
+// GLB files: made from meshes, or from files of others.
+import { readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
 
 const MAGIC = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BINARY_CHUNK = 0x004e4942;
 
@@ -25,10 +27,13 @@ function unpack(glb) {
     binary: rest.subarray(8, 8 + rest.readUInt32LE(0)) };
 }
 
-const lambert = (name, color) => ({
+// Lambert unless more is said: {metallic, roughness, specular}. The texture is an index or undefined.
+const surface = (name, color, { metallic = 0, roughness = 1, specular = 0 } = {}, texture) => ({
   name, doubleSided: true,
-  pbrMetallicRoughness: { baseColorFactor: [...color, 1], metallicFactor: 0, roughnessFactor: 1 },
-  extensions: { KHR_materials_specular: { specularFactor: 0 } } });
+  pbrMetallicRoughness: { baseColorFactor: [...color, 1], metallicFactor: metallic, roughnessFactor: roughness,
+    ...(texture === undefined ? {} : { baseColorTexture: { index: texture } }) },
+  extensions: { KHR_materials_specular: { specularFactor: specular } } });
+const lambert = (name, color) => surface(name, color);
 
 function extremes(positions) {
   const min = [Infinity, Infinity, Infinity], max = [-Infinity, -Infinity, -Infinity];
@@ -39,33 +44,80 @@ function extremes(positions) {
   return { min, max };
 }
 
-// parts: [{name, color, mesh}]
-export function glbOf(parts) {
-  const document = { asset: { version: "2.0", generator: "shearwater bench", copyright: "CC0" },
-    extensionsUsed: ["KHR_materials_specular"], scene: 0, scenes: [{ nodes: parts.map((_, i) => i) }],
-    nodes: [], meshes: [], materials: [], accessors: [], bufferViews: [], buffers: [] };
-  const pieces = [];
-  let offset = 0;
+const empty = () => ({ document: { asset: { version: "2.0", generator: "shearwater bench", copyright: "CC0" },
+  extensionsUsed: ["KHR_materials_specular"], scene: 0, scenes: [{ nodes: [] }],
+  nodes: [], meshes: [], materials: [], accessors: [], bufferViews: [], buffers: [] }, binary: Buffer.alloc(0) });
+
+const ADDED = { nodes: [], meshes: [], materials: [], accessors: [], bufferViews: [], images: [], samplers: [], textures: [] };
+const NEAREST = 9728, REPEAT = 10497;
+
+// Puts bytes behind what is there; returns what adds views of them.
+function appender(base) {
+  const pieces = [base.binary];
+  let offset = base.binary.length;
+  const view = (bytes, more) => {
+    const gap = (4 - offset % 4) % 4;
+    pieces.push(Buffer.alloc(gap), bytes);
+    base.document.bufferViews.push({ buffer: 0, byteOffset: offset + gap, byteLength: bytes.length, ...more });
+    offset += gap + bytes.length;
+    return base.document.bufferViews.length - 1;
+  };
+  return { view, bytes: () => Buffer.concat(pieces) };
+}
+
+function addTexture(document, view, png) {
+  document.images.push({ bufferView: view(png), mimeType: "image/png" });
+  document.samplers.push({ magFilter: NEAREST, minFilter: NEAREST, wrapS: REPEAT, wrapT: REPEAT });
+  document.textures.push({ source: document.images.length - 1, sampler: document.samplers.length - 1 });
+  return document.textures.length - 1;
+}
+
+function addPart(document, view, { name, color, mesh, material, texture }) {
   const accessor = (data, type, componentType, target, more) => {
     const bytes = Buffer.from(data.buffer, data.byteOffset, data.byteLength);
-    document.bufferViews.push({ buffer: 0, byteOffset: offset, byteLength: bytes.length, target });
-    document.accessors.push({ bufferView: document.bufferViews.length - 1, componentType, type,
-      count: data.length / (type === "VEC3" ? 3 : 1), ...more });
-    pieces.push(bytes);
-    offset += bytes.length;
+    document.accessors.push({ bufferView: view(bytes, { target }), componentType, type,
+      count: data.length / ({ VEC3: 3, VEC2: 2 }[type] ?? 1), ...more });
     return document.accessors.length - 1;
   };
-  parts.forEach(({ name, color, mesh }, i) => {
-    document.nodes.push({ name, mesh: i });
-    document.materials.push(lambert(name, color));
-    document.meshes.push({ name, primitives: [{ material: i,
-      attributes: {
-        POSITION: accessor(Float32Array.from(mesh.positions), "VEC3", 5126, 34962, extremes(mesh.positions)),
-        NORMAL: accessor(Float32Array.from(mesh.normals), "VEC3", 5126, 34962) },
-      indices: accessor(Uint32Array.from(mesh.indices), "SCALAR", 5125, 34963) }] });
-  });
-  document.buffers.push({ byteLength: offset });
-  return pack(document, Buffer.concat(pieces));
+  const index = texture && addTexture(document, view, texture);
+  document.materials.push(surface(name, color, material, index));
+  document.meshes.push({ name, primitives: [{ material: document.materials.length - 1,
+    attributes: {
+      POSITION: accessor(Float32Array.from(mesh.positions), "VEC3", 5126, 34962, extremes(mesh.positions)),
+      NORMAL: accessor(Float32Array.from(mesh.normals), "VEC3", 5126, 34962),
+      ...(texture ? { TEXCOORD_0: accessor(Float32Array.from(mesh.uvs), "VEC2", 5126, 34962) } : {}) },
+    indices: accessor(Uint32Array.from(mesh.indices), "SCALAR", 5125, 34963) }] });
+  document.nodes.push({ name, mesh: document.meshes.length - 1 });
+  document.scenes[document.scene ?? 0].nodes.push(document.nodes.length - 1);
+}
+
+// parts: [{name, color, mesh, material, texture}], the last two optional (a texture is a PNG's bytes),
+// beside what is in `base` {document, binary}, which is changed.
+export function glbOf(parts, base = empty()) {
+  const { document } = base, { view, bytes } = appender(base);
+  for (const [name, none] of Object.entries(ADDED)) document[name] ??= none.slice();
+  for (const part of parts) addPart(document, view, part);
+  for (const name of Object.keys(ADDED)) if (document[name].length === 0) delete document[name];
+  document.extensionsUsed = [...new Set([...(document.extensionsUsed ?? []), "KHR_materials_specular"])];
+  const binary = bytes();
+  document.buffers = [{ byteLength: binary.length }];
+  return pack(document, binary);
+}
+
+// Another's .gltf with its one buffer and its images, for glbOf; meshes whose materials match
+// `without` are dropped.
+export function gltfBase(file, without) {
+  const document = JSON.parse(readFileSync(file, "utf8")), beside = (uri) => readFileSync(join(dirname(file), uri));
+  const base = { document, binary: beside(document.buffers[0].uri) }, { view, bytes } = appender(base);
+  for (const image of document.images ?? []) {
+    image.bufferView = view(beside(image.uri));
+    image.mimeType = /png$/i.test(image.uri) ? "image/png" : "image/jpeg";
+    delete image.uri;
+  }
+  for (const node of document.nodes)
+    if (node.mesh !== undefined && document.meshes[node.mesh].primitives.some((p) => without.test(document.materials[p.material].name)))
+      delete node.mesh;
+  return { document, binary: bytes() };
 }
 
 // Another's GLB with every material made Lambert; meshes whose materials match `without` are dropped.

@@ -1,4 +1,4 @@
-// Shapes as triangles: {positions, normals, indices}, flat arrays, Y up. For the bench's own scenes.
+// Shapes as triangles: {positions, normals, uvs, indices}, flat arrays, Y up. For the bench's own scenes.
 
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -8,19 +8,20 @@ const along = (p, d, t) => p.map((x, i) => x + d[i] * t);
 
 // Vertices of an nu x nv grid of quads; at(u, v) in [0,1]^2 gives {position, normal}.
 function grid(nu, nv, at) {
-  const positions = [], normals = [], indices = [];
+  const positions = [], normals = [], uvs = [], indices = [];
   for (let j = 0; j <= nv; j++)
     for (let i = 0; i <= nu; i++) {
       const { position, normal } = at(i / nu, j / nv);
       positions.push(...position);
       normals.push(...normal);
+      uvs.push(i / nu, j / nv);
     }
   for (let j = 0; j < nv; j++)
     for (let i = 0; i < nu; i++) {
       const a = j * (nu + 1) + i, b = a + nu + 1;
       indices.push(a, b, a + 1, a + 1, b, b + 1);
     }
-  return { positions, normals, indices };
+  return { positions, normals, uvs, indices };
 }
 
 // The parallelogram corner + s p + t q, facing p x q.
@@ -33,11 +34,12 @@ export function quad(corner, p, q) {
 export const floor = (half, y = 0) => quad([-half, y, -half], [0, 0, 2 * half], [2 * half, 0, 0]);
 
 export function join(meshes) {
-  const all = { positions: [], normals: [], indices: [] };
+  const all = { positions: [], normals: [], uvs: [], indices: [] };
   for (const m of meshes) {
     const base = all.positions.length / 3;
     for (const x of m.positions) all.positions.push(x);
     for (const x of m.normals) all.normals.push(x);
+    for (const x of m.uvs) all.uvs.push(x);
     for (const i of m.indices) all.indices.push(i + base);
   }
   return all;
@@ -77,4 +79,14 @@ export function hills(half, steps, height) {
     const dx = (height(x + h, z) - height(x - h, z)) / (2 * h), dz = (height(x, z + h) - height(x, z - h)) / (2 * h);
     return { position: [x, height(x, z), z], normal: unit([-dx, 1, -dz]) };
   });
+}
+
+// The mesh turned by `angle` about the vertical through the origin, then moved.
+export function turned(mesh, angle, by = [0, 0, 0]) {
+  const c = Math.cos(angle), s = Math.sin(angle);
+  const turn = (list, move) => list.map((x, i) => {
+    const px = list[i - i % 3], pz = list[i - i % 3 + 2];
+    return [c * px + s * pz, x, c * pz - s * px][i % 3] + move[i % 3];
+  });
+  return { ...mesh, positions: turn(mesh.positions, by), normals: turn(mesh.normals, [0, 0, 0]) };
 }

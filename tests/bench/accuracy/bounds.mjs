@@ -1,0 +1,77 @@
+// The bounds that a release must reach, each with what was measured: {figure, value, relation, bound,
+// unit, least, most, scenes, ok}; those for which nothing was measured are left out. bound null: a
+// figure to know, not to reach. The value is the median over scenes, or the worst of them where
+// the figure says "every scene".
+import { curve, equalError, filterSeconds, median } from "./factors.mjs";
+
+const falls = (rows, scene, method) => {
+  const points = curve(rows, scene, method, (r) => r.spp).filter(([spp]) => spp >= 4 && spp <= 256);
+  return points.length > 1 && points.every(([, y], i) => i === 0 || y < points[i - 1][1]);
+};
+const at = (rows, method, spp) => rows.filter((r) => r.method === method && r.spp === spp);
+const pairs = (rows, method, other, spp) => at(rows, method, spp)
+  .map((r) => [r, at(rows, other, spp).find((o) => o.scene === r.scene)]).filter(([, o]) => o);
+const timesLower = (found) => found.map(([r, plainer]) => plainer.judged.rmse / r.judged.rmse);
+const secondsPerMegapixel = (r) => filterSeconds(r) / r.megapixels;
+
+// Scenes whose error falls with every step of samples, of those measured.
+function monotone(rows, method) {
+  const scenes = [...new Set(rows.filter((r) => r.method === method).map((r) => r.scene))];
+  return { figure: `${method}: scenes whose error falls from 4 to 256 spp`, relation: ">=", bound: scenes.length, unit: "scenes",
+    values: scenes.length > 0 ? [scenes.filter((s) => falls(rows, s, method)).length] : [], scenes: scenes.length };
+}
+
+function shadows(rows) {
+  const factors = equalError(rows, "average").filter((f) => f.method === "sheared" && f.spp === 9);
+  const toAxis = equalError(rows, "axis_aligned").filter((f) => f.method === "sheared" && f.spp === 9);
+  const sheared = at(rows, "sheared", 9);
+  return [
+    ["sheared, 9 spp: average's RMSE over its", timesLower(pairs(rows, "sheared", "average", 9)), ">=", 5, "times"],
+    ["sheared, 9 spp: axis-aligned's RMSE over its", timesLower(pairs(rows, "sheared", "axis_aligned", 9)), ">=", 1.8, "times"],
+    ["sheared, 9 spp: average's samples for equal error", factors.map((f) => f.samples), ">=", 12, "times"],
+    ["sheared, 9 spp: average's CPU time for equal error", factors.map((f) => f.seconds), ">=", 8, "times"],
+    ["  the same, were the filter free", factors.map((f) => f.free), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's samples for equal error", toAxis.map((f) => f.samples), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's CPU time for equal error", toAxis.map((f) => f.seconds), ">=", null, "times"],
+    ["sheared, 9 spp: filter's CPU time per megapixel", sheared.map(secondsPerMegapixel), "<=", 0.25, "s"],
+    ["sheared, 9 spp: filter's share of the frame's CPU time", sheared.map((r) => filterSeconds(r) / r.cpu_s.total), "<=", 0.2, "ratio"],
+    ["axis-aligned, 9 spp: its CPU time over sheared's", pairs(rows, "axis_aligned", "sheared", 9).map(([a, s]) =>
+      filterSeconds(a) / filterSeconds(s)), "<=", 1 / 3, "ratio"],
+    monotone(rows, "sheared")];
+}
+
+function indirect(rows) {
+  const factors = equalError(rows, "average").filter((f) => f.method === "constant" && f.spp === 16);
+  const of = (scene, what) => factors.filter((f) => f.scene === scene).map((f) => f[what]);
+  const auto = rows.filter((r) => r.method === "auto");
+  const worst = (values) => values.length > 0 ? [Math.max(...values)] : [];
+  return [
+    ["constant, 16 spp, box: average's RMSE over its", timesLower(pairs(rows, "constant", "average", 16).filter(([r]) => r.scene === "box")), ">=", 10, "times"],
+    ["  the same over all scenes", timesLower(pairs(rows, "constant", "average", 16)), ">=", null, "times"],
+    ["constant, 16 spp, box: average's samples for equal error", of("box", "samples"), ">=", 25, "times"],
+    ["constant, 16 spp, living room: the same", of("living_room", "samples"), ">=", 8, "times"],
+    ["  the same over all scenes", factors.map((f) => f.samples), ">=", null, "times"],
+    ["constant, 16 spp, box: average's CPU time for equal error", of("box", "seconds"), ">=", 10, "times"],
+    ["constant, 16 spp, living room: the same", of("living_room", "seconds"), ">=", 5, "times"],
+    ["  the same over all scenes", factors.map((f) => f.seconds), ">=", null, "times"],
+    ["constant, 16 spp: filter's CPU time per megapixel", at(rows, "constant", 16).map(secondsPerMegapixel), "<=", 0.12, "s"],
+    ["auto, every scene: picture's energy off the path tracer's", worst(auto.map((r) => Math.abs(r.beauty.energy - 1))), "<=", 0.005, "ratio"],
+    ["auto, every scene: indirect light's bias", worst(auto.map((r) => Math.abs(r.judged.bias))), "<=", null, "ratio"],
+    monotone(rows, "auto")];
+}
+
+const FIGURES = { shadows, indirect };
+
+function judge(line) {
+  const b = Array.isArray(line)
+    ? (([figure, values, relation, bound, unit]) => ({ figure, values, relation, bound, unit }))(line) : line;
+  const values = b.values.filter(Number.isFinite);
+  if (values.length === 0) return null;
+  const value = median(values);
+  return { figure: b.figure, value, relation: b.relation, bound: b.bound, unit: b.unit,
+    least: Math.min(...values), most: Math.max(...values), scenes: b.scenes ?? values.length,
+    ok: b.bound === null || (b.relation === ">=" ? value >= b.bound : value <= b.bound) };
+}
+
+export const bounds = (rows) => Object.entries(FIGURES).flatMap(([effect, figures]) =>
+  figures(rows.filter((r) => r.effect === effect)).map(judge).filter(Boolean).map((b) => ({ effect, ...b })));

@@ -1,0 +1,26 @@
+// What the bench looks at, effect by effect: the methods compared, the layer and the pixels that are
+// judged, the samples at which figures are quoted.
+//   methods: the first is the plain average of the same samples
+//   against: methods whose curves give equal-error factors
+//   at: the count of samples per pixel that bounds speak of; stage: the filter's, in cpu_s
+//   where: layer,above,below of the reference; times: the reference's layer that weighs the error
+//   relative: errors are divided by the reference's mean
+
+const shadows = {
+  name: "shadows", title: "soft shadows", layer: "diffuse_direct", where: "visibility,0.02,0.98", region: "penumbra",
+  samples: "samples a light and pixel", error: "RMSE, penumbra",
+  methods: ["average", "axis_aligned", "sheared"], against: ["average", "axis_aligned"], at: 9, stage: "shadow",
+  filter: (method) => ({ method }), layers: ["beauty", "diffuse_direct"],
+  says: "of the light that a white surface would send at pixel centres (layer diffuse_direct) where the reference's " +
+    "visibility lies in (0.02, 0.98)" };
+
+const indirect = {
+  name: "indirect", title: "indirect light", layer: "diffuse_indirect", where: "id,0.5,1e9", times: "albedo", region: "surfaces",
+  relative: true, samples: "bounce rays a pixel", error: "RMSE over mean indirect light",
+  methods: ["average", "constant", "linear", "blend", "auto", "adaptive", "sheared"], against: ["average"], at: 16, stage: "indirect",
+  filter: (method) => ({ indirect: method }), layers: ["beauty", "diffuse_indirect", "albedo", "id"],
+  says: "of indirect light at pixel centres times the reference's albedo, over all surfaces, as parts of its mean there; the " +
+    "variance of the reference itself, known from its two halves, is taken off" };
+
+export const effects = { shadows, indirect };
+export const effectOf = (scene) => effects[scene.effect];
