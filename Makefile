@@ -93,11 +93,11 @@ check-kernels: $(B)/tests/kernel/check_kernels
 ## bench: rays per second and coordinator cost, each beside its baseline
 bench: all $(benches) $(pictures) $(fakes)
 	@ACCURACY="$(accuracy)" tests/bench/run $(B) $(if $(accuracy),accuracy)
-## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy scene=gazebo method=sheared spp=9
-accuracy = $(foreach name,scene method spp,$(if $($(name)),$(name)=$($(name))))
+## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy effect=indirect scene=box spp=16
+accuracy = $(foreach name,effect scene method spp side,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) $(accuracy)
-## bench-quick: the same on three small pictures, below three minutes
+## bench-quick: the same on four small pictures, below three minutes
 bench-quick: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
