@@ -1,0 +1,156 @@
+#include "server/reconstruct/v_plane_slopes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LINES           512.0f /* what pixels below are counted at */
+#define SAMPLES         16.0f
+#define HEIGHT_LEAST_PX 8.0f
+#define BANDWIDTH 3.0f
+#define SIGMA_V         (2.0f / 2.8f)
+#define SIGMA_MOST_PX   8.0f /* half a walk */
+#define DEVIATION_LEAST 1e-6f
+#define FALLOFF_MOST    1e30f
+#define POLE            (-0.9999f) /* of worker/trace/indirect.c */
+
+/* Of a pixel, in its own size: what its samples say, row by row as the field. */
+struct slopes {
+    float *mean, *deviation; /* mean -1: nothing */
+    float *eta, *spread;     /* of the pixels around, too */
+    int32_t *object;
+};
+
+/* (n / 16)^(1/3) by Newton's steps, which are the same bits everywhere: from above they fall to the
+ * root. */
+static float cube_root(float ratio)
+{
+    double root = fmax(1.0, (double)ratio);
+    for (int i = 0; i < 64; i++) root -= (root * root * root - (double)ratio) / (3.0 * root * root);
+    return (float)root;
+}
+
+static float sigma_per_deviation(const struct plan *plan)
+{
+    const float l = (float)plan->indirect_strata_per_axis;
+    return plan->mu * SIGMA_V / (2.0f * BANDWIDTH * cube_root(l * l / SAMPLES));
+}
+
+static int slopes_create(const struct v_plane_place *place, struct slopes *out)
+{
+    const size_t area = (size_t)rect_area(place->rect);
+    float *memory = calloc(5 * area, sizeof *memory);
+    if (!memory) return ERR_MEMORY;
+    out->mean = memory;
+    out->deviation = memory + area;
+    out->eta = memory + 2 * area;
+    out->spread = memory + 3 * area;
+    out->object = (int32_t *)(void *)(memory + 4 * area);
+    for (size_t i = 0; i < area; i++) out->mean[i] = -1.0f;
+    return 0;
+}
+
+/* What each pixel's own samples say. */
+static void measure(struct v_plane_place *place, const struct slopes *s)
+{
+    const int32_t around = V_PLANE_REACH_PX + V_PLANE_SLOPES_PX;
+    const struct patch *patch = place->patch;
+    const struct rect seen = rect_intersect(rect_grow(place->inner, around), patch->rect);
+    const float least_px = HEIGHT_LEAST_PX * (float)place->plan->height_px / LINES;
+    for (int32_t y = seen.y0; y < seen.y1; y++) {
+        const size_t to = v_plane_index(place, seen.x0, y);
+        const size_t from = (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
+                            (size_t)(seen.x0 - patch->rect.x0);
+        const uint32_t count = (uint32_t)rect_width(seen);
+        struct v_plane_planes planes;
+        v_plane_place_row(place, seen.x0, y, count, &planes);
+        place->kernels->slopes(&place->strata, &planes, place->sources + to, least_px, s->mean + to,
+                               s->deviation + to);
+        memcpy(s->object + to, patch->id + from, count * sizeof *s->object);
+    }
+}
+
+static void tangents(const float n[3], float first[3], float second[3])
+{
+    const bool pole = n[2] < POLE;
+    const float a = 1.0f / (1.0f + (pole ? 0.0f : n[2])), b = -n[0] * n[1] * a;
+    first[0] = pole ? 0.0f : 1.0f - n[0] * n[0] * a;
+    first[1] = pole ? -1.0f : b;
+    first[2] = pole ? 0.0f : -n[0];
+    second[0] = pole ? -1.0f : b;
+    second[1] = pole ? 0.0f : 1.0f - n[1] * n[1] * a;
+    second[2] = pole ? 0.0f : -n[1];
+}
+
+/* Pixels that a point moves on the screen for each scene unit along t. */
+static void screen_step(const struct surface_view *view, const float point[3], const float t[3],
+                        float step[2])
+{
+    const float per_pixel[2] = {view->a_step, view->b_step};
+    const float inverse = -1.0f / point[2]; /* a surface is in front of the eye */
+    for (int k = 0; k < 2; k++) {
+        const float moved =
+            view->orthographic ? t[k] : (t[k] + point[k] * inverse * t[2]) * inverse;
+        step[k] = moved / per_pixel[k];
+    }
+}
+
+static void set_walk(const struct surface_view *view, const struct v_plane_source *source,
+                     float eta, float sigma, struct v_plane_walk *w)
+{
+    float step[2];
+    screen_step(view, source->point, w->tangent, step);
+    w->along_x = fabsf(step[0]) >= fabsf(step[1]);
+    const float major = step[w->along_x ? 0 : 1], minor = step[w->along_x ? 1 : 0];
+    const float px = fabsf(major) * sigma; /* on the screen */
+    w->eta = eta;
+    if (!(px > 0.0f) || !(fabsf(major) < INFINITY)) return;
+    const float width = fminf(px, SIGMA_MOST_PX), inverse = fabsf(major) / width;
+    w->falloff = fminf(0.5f * inverse * inverse, FALLOFF_MOST);
+    w->slant = minor / major;
+    w->reach = (int32_t)ceilf(2.0f * width);
+}
+
+static void set_walks(struct v_plane_place *place, const struct slopes *s, size_t i)
+{
+    const struct v_plane_source *source = &place->sources[i];
+    struct v_plane_walk *first = &place->walks[0][i], *second = &place->walks[1][i];
+    if (!v_plane_is_source(source)) return;
+    const float eta = s->eta[i] / source->pixel;
+    const float sigma_px = sigma_per_deviation(place->plan) / fmaxf(s->spread[i], DEVIATION_LEAST);
+    tangents(source->normal, first->tangent, second->tangent);
+    set_walk(&place->view, source, eta, sigma_px * source->pixel, first);
+    set_walk(&place->view, source, eta, sigma_px * source->pixel, second);
+}
+
+int v_plane_slopes(struct v_plane_place *place)
+{
+    const struct rect rect =
+        rect_intersect(rect_grow(place->inner, V_PLANE_REACH_PX), place->patch->rect);
+    struct slopes s;
+    const int error = slopes_create(place, &s);
+    if (error) return error;
+    measure(place, &s);
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const size_t first = v_plane_index(place, rect.x0, y), count = (size_t)rect_width(rect);
+        place->kernels->average(&place->field, first, (uint32_t)count, s.object, s.mean,
+                                s.deviation, s.eta, s.spread);
+        for (size_t i = first; i < first + count; i++) set_walks(place, &s, i);
+    }
+    free(s.mean);
+    return 0;
+}
+
+float v_plane_width_px(const struct v_plane_place *place, size_t i)
+{
+    const struct v_plane_source *source = &place->sources[i];
+    float sum = 0.0f;
+    for (int axis = 0; axis < 2; axis++) {
+        const struct v_plane_walk *w = &place->walks[axis][i];
+        float step[2];
+        if (w->reach == 0) continue;
+        screen_step(&place->view, source->point, w->tangent, step);
+        sum += fabsf(step[w->along_x ? 0 : 1]) * sqrtf(0.5f / w->falloff);
+    }
+    return 0.5f * sum;
+}

@@ -1,0 +1,19 @@
+#pragma once
+/* How high what shines on a pixel lies, and what walks the sheared filter takes from that
+ * (filters.md section 3, "Sheared, as it works").
+ *
+ *   a = 1 / max(height, least), weighted by cos^2:  eta = mean, deviation, each over the samples,
+ *   then over 5 x 5 pixels of the object
+ *   sigma_x = min(0.714 / (2 mu(n) deviation), cap)
+ *
+ * least is 8 pixels (of 512 lines); 0.714 = 2 / 2.8 is the inverse of a clamped cosine's bandlimit.
+ *
+ * The frame is the worker's (tangents of the normal in camera axes, Frisvad's with the pole away
+ * from the eye), so that samples' directions mean the same here. */
+#include "server/reconstruct/v_plane_place.h"
+
+/* Sets the walks of all pixels within V_PLANE_REACH_PX of the place's inner rect. ERR_MEMORY. */
+int v_plane_slopes(struct v_plane_place *place);
+
+/* The filter's standard deviation in pixels on the screen: the mean of both walks'. */
+float v_plane_width_px(const struct v_plane_place *place, size_t i);
