@@ -248,7 +248,7 @@ static inline void room_pixel(const struct plan *plan, int32_t x, int32_t y, str
     for (uint32_t k = 0; k < l * l; k++) {
         float place[2];
         pattern_stratum(jitter, l, k, place);
-        nearest = fminf(nearest, room_sample(&h, t, s, place, sum));
+        nearest = fminf(nearest, fmaxf(room_sample(&h, t, s, place, sum), ROOM_OFF));
     }
     for (int k = 0; k < 3; k++) {
         patch->normal[k][i] = h.normal[k];
@@ -265,7 +265,6 @@ static inline struct patch *room_patch(const struct plan *plan, struct rect rect
 {
     struct patch *patch;
     if (patch_create(plan, rect, &patch)) return NULL;
-#pragma omp parallel for schedule(dynamic, 4)
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         for (int32_t x = rect.x0; x < rect.x1; x++)
             room_pixel(plan, x, y, patch,
