@@ -9,8 +9,9 @@ import { beautyJob, indirectJob, pathsJob, referenceJob } from "./job.mjs";
 
 // Strata per axis of each half, one after the other until they suffice.
 const LEVELS = [64, 128, 256, 512];
-// Bounce rays of one seed, and how many seeds are in each half.
-const BOUNCE_RAYS = 1024, SEEDS = [1, 2, 4, 8, 16, 32];
+// Bounce rays of one seed, and how many seeds are in each half. A pixel's rays share one jitter, so
+// that two seeds may err in opposite directions: only halves of many seeds are independent.
+const BOUNCE_RAYS = 256, SEEDS = [4, 8, 16, 32, 64];
 const PATHS = 256;
 
 function sourcesDigest() {
@@ -85,10 +86,10 @@ export class Reference {
   #indirect(most) {
     const count = SEEDS[this.#level + 1];
     if (!count || count * BOUNCE_RAYS > most) return null;
-    const one = (seed) => this.#render(`indirect-${seed}.exr`,
+    const one = (seed) => this.#render(`indirect-${BOUNCE_RAYS}-${seed}.exr`,
       indirectJob(this.#scene, this.#o, this.#file, seed, BOUNCE_RAYS));
     this.spp = 2 * count * BOUNCE_RAYS;
-    return [301, 401].map((first) => this.#mean(`half-${count}-${first}.exr`, seeds(first, count).map(one)));
+    return [301, 401].map((first) => this.#mean(`half-${count * BOUNCE_RAYS}-${first}.exr`, seeds(first, count).map(one)));
   }
 
   // The next better one; false when it would take more than `most` samples.
@@ -109,10 +110,10 @@ export class Reference {
     return Math.sqrt(Math.max(error * error - 0.25 * this.difference * this.difference, 0));
   }
 
-  // `smallest`: the least error that is judged by it. Where the reference's own variance is taken
-  // off, it may be as large as a quarter of what is judged.
+  // `smallest`: the least error that is judged by it. Where the reference's own variance is taken off,
+  // it may be as large as what is judged: over so many pixels it is known to a hundredth.
   said(smallest) {
     return { spp: this.spp, halves_rmse: this.difference,
-      good: this.difference <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
+      good: this.difference <= (this.#effect.relative ? 2 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
   }
 }

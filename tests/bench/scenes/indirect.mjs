@@ -53,7 +53,8 @@ function helmet(shared) {
   gltfBase(path(shared, "gltf/FlightHelmet/FlightHelmet.gltf"), /Lenses/));
 }
 
-const inside = { eye: [0, 1, 3.4], target: [0, 1, 0], yfov_deg: 44.6 };
+// A little off the axis: seen from there, the room's edges would lie on the centres of pixels.
+const inside = { eye: [0.037, 1.023, 3.4], target: [0.013, 1.007, 0], yfov_deg: 44.6 };
 const bulb = { type: "point", position: [0.05, 1.6, 0.1], intensity: [1.8, 1.71, 1.53] };
 
 //   bounces, sides: pixels across and down as parts of the bench's side, 1 and 1 unless said
