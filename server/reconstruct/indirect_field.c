@@ -64,7 +64,7 @@ static void load_row(const struct surface_view *view, float far, const struct pa
         const bool measured = indirect_is_measured(patch, from + i);
         const float size = surface_pixel_size(view, depth[i]), z = reflector[i];
         p->pixel[to + i] = !measured ? 0.0f : size > TINY ? size : TINY;
-        p->nearness[to + i] = measured & (z < far) ? 1.0f / (z > TINY ? z : TINY) : 0.0f;
+        p->nearness[to + i] = (measured & (z < far)) ? 1.0f / (z > TINY ? z : TINY) : 0.0f;
     }
 }
 

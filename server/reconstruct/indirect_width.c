@@ -11,8 +11,7 @@
 #define FALLOFF_MOST 1e30f
 #define FAR          1e30f
 
-/* (n / 16)^(1/6): by square roots, which are the same bits everywhere. Newton on sixth^6 = ratio,
- * from above, falls to the root. */
+/* ratio^(1/6) by Newton from above, without the C library's powers, whose bits hang on the CPU. */
 static float sixth_root(float ratio)
 {
     double root = fmax(1.0, (double)ratio);
