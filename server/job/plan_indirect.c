@@ -8,7 +8,7 @@
 
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 #define PLANES_CENTRE    (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
-#define PLANES_BOUNCE    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN))
+#define PLANES_BOUNCE    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(OPEN))
 
 /* Samples from which on a filter has less error than the one before (filters.md section 3). */
 #define SAMPLES_LINEAR 36
@@ -76,7 +76,10 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
                  job->indirect == INDIRECT_AVERAGE ? "indirect" : "method");
         return INDIRECT_FILTER_NONE;
     }
-    if (job->indirect == INDIRECT_AUTO) return choose_by_samples(l * l, why);
+    /* What is asked for by shear, but has no strata. */
+    const bool parts = (plan->planes & PLANE_BIT(INDIRECT_STRATA)) != 0;
+    if (job->indirect == INDIRECT_AUTO || (job->indirect == INDIRECT_SHEARED && !parts))
+        return choose_by_samples(l * l, why);
     snprintf(why, n, "filter.indirect asks for it");
     return filters[job->indirect];
 }
@@ -110,12 +113,35 @@ void plan_indirect_none(const struct job *job, const char *why, struct plan_repo
 static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
-    if (plan->indirect_filter != INDIRECT_FILTER_NONE) {
+    const bool axes = plan->indirect_filter != INDIRECT_FILTER_SHEARED;
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) tell_none(job, report);
+    if (job->indirect == INDIRECT_SHEARED && axes && plan->indirect_filter != INDIRECT_FILTER_NONE)
+        plan_warn(report,
+                  "filter.indirect is sheared, which takes single rays of indirect light, at most "
+                  "%d a pixel: the filter is %s",
+                  LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS,
+                  plan_indirect_filter_name(plan->indirect_filter));
+    /* Occlusion is filtered along the axes whatever is done with the light. */
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE && (axes || plan->planes & PLANE_BIT(OPEN)))
         plan->planes |= PLANE_BIT(REFLECTOR);
+    else
+        plan_skip(report, "plane reflector", "no filter of this plan reads it");
+}
+
+/* Single rays for the filter that reads them, else means. */
+static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
+                       struct plan_report *report)
+{
+    const bool parts = job->indirect == INDIRECT_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
+    if (plan->bounces == 0) {
+        plan_skip(report, "plane indirect_mean", "there is no indirect light");
         return;
     }
-    tell_none(job, report);
-    plan_skip(report, "plane reflector", "no filter of this plan reads it");
+    plan_surfaces(plan, report);
+    plan->planes |= parts ? PLANE_BIT(INDIRECT_STRATA) : PLANE_BIT(INDIRECT_MEAN);
+    if (parts) plan->capabilities |= CAPABILITY_STRATA;
+    plan_skip(report, parts ? "plane indirect_mean" : "plane indirect_strata", "%s",
+              parts ? "it is made of the strata" : "no filter of this plan reads it");
 }
 
 static void plan_occlusion(const struct job *job, struct plan *plan, struct plan_report *report)
@@ -131,18 +157,12 @@ static void plan_occlusion(const struct job *job, struct plan *plan, struct plan
 
 void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report)
 {
-    if (plan->bounces > 0) {
-        plan_surfaces(plan, report);
-        plan->planes |= PLANE_BIT(INDIRECT_MEAN);
-    } else {
-        plan_skip(report, "plane indirect_mean", "there is no indirect light");
-    }
+    const uint32_t l = job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    plan_light(job, l, plan, report);
     plan_occlusion(job, plan, report);
     plan_skip(report, "plane indirect_halves", "no layer of this plan reads it");
-    plan_skip(report, "plane indirect_strata", "no filter of this plan reads it");
     if (plan->planes & PLANES_BOUNCE) {
-        plan->indirect_strata_per_axis =
-            job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+        plan->indirect_strata_per_axis = l;
         plan->capabilities |= CAPABILITY_INDIRECT;
     } else if (job->indirect_spp) {
         plan_skip(report, "sampling.indirect_spp", "there is neither indirect light nor occlusion");

@@ -72,7 +72,8 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     bool sources = plan->light_count > 0 || environment || report->emitters.flux > 0;
     plan->paths.spp = l * l;
     plan->paths.pixel_filter = job->pixel_filter;
-    plan->paths.without_diffuse_indirect = (plan->planes & PLANE_BIT(INDIRECT_MEAN)) != 0;
+    plan->paths.without_diffuse_indirect =
+        (plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
     if (sources) report->effects |= EFFECT_SHADOWS;

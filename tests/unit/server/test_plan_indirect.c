@@ -286,6 +286,35 @@ static void filters_are_taken_as_asked(void **state)
     }
 }
 
+/* Shear reads single rays, as many as travel; whatever else there is is filtered along the axes. */
+static void shear_reads_single_rays(void **state)
+{
+    struct stage *s = *state;
+    s->job.indirect = INDIRECT_SHEARED;
+    for (int glossy = 0; glossy < 2; glossy++) {
+        s->material.specular = (float)glossy;
+        s->job.layers = LAYER_BEAUTY;
+        s->job.indirect_spp = 256;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_SHEARED);
+        assert_int_equal(s->plan.planes & ~(BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE)),
+                         PLANES_SURFACE | BIT(INDIRECT_STRATA));
+        assert_int_equal(s->plan.paths.without_diffuse_indirect, (uint32_t)glossy);
+        assert_true(s->plan.capabilities & CAPABILITY_STRATA);
+        assert_string_equal(why(s, "plane indirect_mean"), "it is made of the strata");
+        s->job.layers |= LAYER_OCCLUSION;
+        s->job.occlusion_distance = 1;
+        must_make(s);
+        assert_true((s->plan.planes & (BIT(OPEN) | BIT(REFLECTOR))) ==
+                    (BIT(OPEN) | BIT(REFLECTOR)));
+        s->job.indirect_spp = 257;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_BLEND);
+        assert_true(has_warning(s, "at most 256 a pixel: the filter is blend"));
+        assert_false(s->plan.planes & BIT(INDIRECT_STRATA));
+    }
+}
+
 static void paths_alone_are_not_filtered(void **state)
 {
     struct stage *s = *state;
@@ -362,6 +391,7 @@ int main(void)
         TEST(occlusion_stands_alone),
         TEST(auto_filters_by_samples),
         TEST(filters_are_taken_as_asked),
+        TEST(shear_reads_single_rays),
         TEST(paths_alone_are_not_filtered),
         TEST(scales_follow_the_environment),
         TEST(reports_filters_as_json),
