@@ -7,6 +7,7 @@
 #include "server/reconstruct/v_plane_slopes.h"
 
 #define ALIGN_BYTES 64u
+#define FIT_POINTS  64
 #define RING        (2 * V_PLANE_REACH_PX + 1) /* rows that a walk looks at */
 
 enum need { NEED_NODES = 1, NEED_RECORD = 2 };
@@ -64,18 +65,48 @@ static void clear(const struct patch *patch, struct rect inner, float *const out
     }
 }
 
-/* Of every cell of directions along x: ((1 + v^2) / (1 + (v - s)^2))^(3/2) at the nodes' shifts s,
- * v that of its middle, without pole as in v_plane_kernels.h. */
+/* Shifted by s along x, a sample weighs by 1 / (1 - k c)^2 with k = (2 v1 s - s^2) / (1 + v1^2) of
+ * its column and c = (1 + v1^2) / (1 + |v|^2), its cosine^2 within. Its sums over c being all that
+ * is kept of a cell, it has to be a straight line: fit[0] + fit[1] c, the best one under the
+ * column's own distribution. That is even over the unit disc: with c = 1 - u^2, sqrt(1 - u^2) du.
+ * The line's mean is right, the marginal's ((1 + v1^2) / (1 + (v1 - s)^2))^(3/2). */
+static void fit_ratio(double k, double fit[2])
+{
+    double s0 = 0.0, s1 = 0.0, s2 = 0.0, t0 = 0.0, t1 = 0.0;
+    for (int i = 0; i < FIT_POINTS; i++) {
+        const double u = ((double)i + 0.5) / FIT_POINTS, c = 1.0 - u * u, w = sqrt(c);
+        const double inverse = 1.0 / (1.0 - k * c), ratio = inverse * inverse; /* k < 0.62 */
+        s0 += w;
+        s1 += w * c;
+        s2 += w * c * c;
+        t0 += w * ratio;
+        t1 += w * c * ratio;
+    }
+    const double det = s0 * s2 - s1 * s1; /* of points that differ: above 0 */
+    fit[0] = (s2 * t0 - s1 * t1) / det;
+    fit[1] = (s0 * t1 - s1 * t0) / det;
+    if (fit[0] >= 0.0) return; /* weights must not be negative */
+    fit[0] = 0.0;
+    fit[1] = t0 / s1;
+}
+
+/* Of every cell of directions along x, v1 in its middle, and every node: the line, each number four
+ * times. */
 static void fill_ratios(uint32_t cells, float *out)
 {
+    memset(out, 0, (size_t)cells * 2 * V_PLANE_NODE_FLOATS * sizeof *out);
     for (uint32_t c = 0; c < cells; c++) {
         const double u = ((double)c + 0.5) / (double)cells, a = 2.0 * u - 1.0;
-        const double height = 2.0 * sqrt(u * (1.0 - u));
-        for (uint32_t i = 0; i < V_PLANE_NODE_FLOATS; i++) {
-            const double s = 2.0 * (double)(i / 4) / (V_PLANE_NODES - 1) - 1.0;
-            const double ratio = 1.0 - s * height * (2.0 * a - s * height);
-            const double weight = 1.0 / (ratio * sqrt(ratio)); /* ratio is above 0 for |a| < 1 */
-            out[c * V_PLANE_NODE_FLOATS + i] = i / 4 < V_PLANE_NODES ? (float)weight : 0.0f;
+        const double height = 2.0 * sqrt(u * (1.0 - u)); /* 1 / sqrt(1 + v1^2) = a / v1 */
+        float *first = out + (size_t)c * 2 * V_PLANE_NODE_FLOATS;
+        for (int32_t i = 0; i < V_PLANE_NODES; i++) {
+            const double s = 2.0 * (double)i / (V_PLANE_NODES - 1) - 1.0;
+            double fit[2];
+            fit_ratio(s * height * (2.0 * a - s * height), fit);
+            for (int k = 0; k < 4; k++) {
+                first[4 * i + k] = (float)fit[0];
+                first[V_PLANE_NODE_FLOATS + 4 * i + k] = (float)fit[1];
+            }
         }
     }
 }
@@ -100,7 +131,7 @@ static int v_plane_create(const struct plan *plan, const struct patch *patch, st
     out->needs = calloc(width * (size_t)field->height, 1);
     out->records = floats(out->record_row * RING);
     out->nodes = floats(out->node_row * RING);
-    out->ratios = floats(cells * V_PLANE_NODE_FLOATS);
+    out->ratios = floats(cells * 2 * V_PLANE_NODE_FLOATS);
     out->x = malloc(width * sizeof *out->x);
     out->sums = malloc(4 * width * sizeof *out->sums);
     if (!out->needs || !out->records || !out->nodes || !out->ratios || !out->x || !out->sums)

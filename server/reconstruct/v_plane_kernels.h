@@ -17,12 +17,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
-#define V_PLANE_STRATA_MAX  16  /* l; LIMIT_PLANE_STRATA_PER_AXIS */
-#define V_PLANE_NODES 31
+#define V_PLANE_REACH_PX    16 /* farthest pixel of a walk */
+#define V_PLANE_STRATA_MAX  16 /* l; LIMIT_PLANE_STRATA_PER_AXIS */
+#define V_PLANE_NODES       31
 #define V_PLANE_NODE_FLOATS 128
 #define V_PLANE_LANES       16
-#define V_PLANE_CELLS 4
+#define V_PLANE_RECORD      6
+#define V_PLANE_CELLS       4
 #define V_PLANE_COS_NORMALS 0.939692621f /* 20 degrees */
 #define V_PLANE_OFF_SHARE   0.2f         /* of the distance a neighbour may be off the plane */
 
@@ -52,17 +53,31 @@ struct v_plane_field {
     const struct v_plane_source *sources;
     const struct v_plane_walk *walks[2]; /* along the first tangent (x) and the second (y) */
     uint32_t strata;                     /* l */
-    uint32_t lanes;                      /* l^2 rounded up to whole V_PLANE_LANES */
+    uint32_t lanes;                      /* v_plane_lanes(l) */
 
-    /* Of each cell, V_PLANE_CELLS of a column, V_PLANE_NODE_FLOATS: the ratio of the marginal of
-     * gamma at the node's shift, four times each. 64-byte aligned. */
+    /* Of each cell, V_PLANE_CELLS of a column, twice V_PLANE_NODE_FLOATS, each number four times:
+     * what a sample of cosine^2 c weighs at the node's shift is the first + c the second. 64-byte
+     * aligned. */
     const float *ratios;
 };
 
-/* A sample record: five arrays of `lanes` numbers: 2 y z, z^2, radiance r, g, b. */
+/* Lanes of a row of strata: l rounded up to fours. Lane row k + i is stratum (i, k). */
+static inline uint32_t v_plane_row_lanes(uint32_t l)
+{
+    return (l + 3) / 4 * 4;
+}
+
+/* Lanes of all strata, rounded up to whole V_PLANE_LANES. */
+static inline uint32_t v_plane_lanes(uint32_t l)
+{
+    return (l * v_plane_row_lanes(l) + V_PLANE_LANES - 1) / V_PLANE_LANES * V_PLANE_LANES;
+}
+
+/* A sample record: V_PLANE_RECORD arrays of `lanes` numbers: 2 y z, z^2, z^2 over that of the
+ * column (cosine^2), radiance r, g, b. */
 static inline size_t v_plane_record_floats(const struct v_plane_field *f)
 {
-    return 5 * (size_t)f->lanes;
+    return V_PLANE_RECORD * (size_t)f->lanes;
 }
 
 /* Directions of l columns and l rows of strata of `count` pixels side by side: what column i of
@@ -81,6 +96,14 @@ struct v_plane_planes {
     size_t stride;
 };
 
+/* What pixels' own samples say of heights; arrays of the field. */
+struct v_plane_slopes_field {
+    int32_t width;
+    const int32_t *object; /* ids */
+    const float *normal[3];
+    const float *mean, *deviation;
+};
+
 struct v_plane_kernels {
     /* Fills the arrays from the pixels' jitters; errors of 3e-6. */
     void (*strata)(const struct v_plane_strata *strata, const float *jitter_u,
@@ -93,14 +116,14 @@ struct v_plane_kernels {
                    const struct v_plane_source *sources, float least_px, float *mean,
                    float *deviation);
 
-    /* Means of both over the 5 x 5 pixels of the same object around `count` pixels from `first` on,
-     * of those whose mean is not negative, in lengths of the pixel's own size; 0 where there are
-     * none. Arrays of the field; objects are ids. */
-    void (*average)(const struct v_plane_field *field, size_t first, uint32_t count,
-                    const int32_t *object, const float *mean, const float *deviation,
-                    float *mean_out, float *deviation_out);
+    /* Means of both over the 5 x 5 pixels around `count` pixels from `first` on, of those of the
+     * same object and V_PLANE_COS_NORMALS whose mean is not negative; 0 where there are none. In
+     * lengths of each pixel's own size. */
+    void (*average)(const struct v_plane_slopes_field *in, size_t first, uint32_t count,
+                    float *mean, float *deviation);
 
-    /* Records of the pixels k of a row with needs[k] & mask; radiance is multiplied by scale. */
+    /* Records of the pixels k of a row with needs[k] & mask; radiance is multiplied by scale. Lanes
+     * without a stratum stay as they are. */
     void (*records)(const struct v_plane_strata *strata, const struct v_plane_planes *planes,
                     uint32_t lanes, const uint8_t *needs, uint8_t mask, float scale, float *out);
 

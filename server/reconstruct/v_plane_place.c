@@ -46,7 +46,8 @@ static void load_source(const struct surface_view *view, const struct patch *pat
 {
     struct surface s;
     if (!v_plane_is_measured(patch, i) || !surface_of_pixel(view, patch, i, &s)) return;
-    out->pixel = fmaxf(surface_pixel_size(view, s.distance), TINY);
+    const float pixel = surface_pixel_size(view, s.distance);
+    out->pixel = pixel > TINY ? pixel : TINY;
     for (int k = 0; k < 3; k++) {
         const float way = k == 2 ? -1.0f : 1.0f; /* back, not forward */
         out->point[k] = way * s.point[k];
@@ -96,7 +97,7 @@ int v_plane_place_create(const struct plan *plan, const struct patch *patch, str
         .width = rect_width(out->rect),
         .height = rect_height(out->rect),
         .strata = l,
-        .lanes = (l * l + V_PLANE_LANES - 1) / V_PLANE_LANES * V_PLANE_LANES,
+        .lanes = v_plane_lanes(l),
     };
     const int error = carve(out);
     if (error) return error;

@@ -118,29 +118,34 @@ static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_p
     }
 }
 
-static void kernel_average(const struct v_plane_field *f, size_t first, uint32_t count,
-                           const int32_t *object, const float *mean, const float *deviation,
-                           float *mean_out, float *deviation_out)
+static void kernel_average(const struct v_plane_slopes_field *in, size_t first, uint32_t count,
+                           float *mean, float *deviation)
 {
+    const float *x = in->normal[0], *y = in->normal[1], *z = in->normal[2];
+    const float *const own_mean = in->mean, *const own_deviation = in->deviation;
+    const int32_t *object = in->object;
     for (uint32_t at = 0; at < count; at += V_PLANE_LANES) {
         const uint32_t left = count - at, n = left < V_PLANE_LANES ? left : V_PLANE_LANES;
         const size_t p = first + at;
         float m[V_PLANE_LANES] = {0}, d[V_PLANE_LANES] = {0}, counts[V_PLANE_LANES] = {0};
         for (int32_t v = -V_PLANE_AROUND_PX; v <= V_PLANE_AROUND_PX; v++) {
             for (int32_t u = -V_PLANE_AROUND_PX; u <= V_PLANE_AROUND_PX; u++) {
-                const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * f->width + u);
+                const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
                 for (uint32_t k = 0; k < n; k++) {
-                    const int32_t same = (object[q + k] == object[p + k]) & (mean[q + k] >= 0.0f);
-                    m[k] += same ? mean[q + k] : 0.0f;
-                    d[k] += same ? deviation[q + k] : 0.0f;
+                    const float alike =
+                        x[p + k] * x[q + k] + y[p + k] * y[q + k] + z[p + k] * z[q + k];
+                    const int32_t same = (object[q + k] == object[p + k]) &
+                                         (own_mean[q + k] >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
+                    m[k] += same ? own_mean[q + k] : 0.0f;
+                    d[k] += same ? own_deviation[q + k] : 0.0f;
                     counts[k] += same ? 1.0f : 0.0f;
                 }
             }
         }
         for (uint32_t k = 0; k < n; k++) {
             const float scale = counts[k] > 0.0f ? 1.0f / counts[k] : 0.0f;
-            mean_out[p + k] = m[k] * scale;
-            deviation_out[p + k] = d[k] * scale;
+            mean[p + k] = m[k] * scale;
+            deviation[p + k] = d[k] * scale;
         }
     }
 }
@@ -149,21 +154,22 @@ static void kernel_records(const struct v_plane_strata *s, const struct v_plane_
                            uint32_t lanes, const uint8_t *needs, uint8_t mask, float scale,
                            float *out)
 {
-    const size_t size = 5 * (size_t)lanes, stride = planes->stride;
+    const size_t size = V_PLANE_RECORD * (size_t)lanes, stride = planes->stride;
     for (uint32_t i = 0; i < s->l * s->l; i++) {
         const float *sample = planes->first + 4 * (size_t)i * stride;
         const float *height = s->height + i % s->l * s->stride;
         const float *sine = s->sine + i / s->l * s->stride;
         const float *cosine = s->cosine + i / s->l * s->stride;
-        float *to = out + i;
+        float *to = out + i / s->l * v_plane_row_lanes(s->l) + i % s->l;
         for (uint32_t k = 0; k < s->count; k++, to += size) {
             if (!(needs[k] & mask)) continue;
             const float z = height[k] * cosine[k];
             to[0] = 2.0f * sine[k] * z;
             to[lanes] = z * z;
-            to[2 * lanes] = sample[k] * scale;
-            to[3 * lanes] = sample[stride + k] * scale;
-            to[4 * lanes] = sample[2 * stride + k] * scale;
+            to[2 * lanes] = cosine[k] * cosine[k];
+            to[3 * lanes] = sample[k] * scale;
+            to[4 * lanes] = sample[stride + k] * scale;
+            to[5 * lanes] = sample[2 * stride + k] * scale;
         }
     }
 }

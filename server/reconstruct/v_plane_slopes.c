@@ -7,18 +7,19 @@
 #define LINES           512.0f /* what pixels below are counted at */
 #define SAMPLES         16.0f
 #define HEIGHT_LEAST_PX 8.0f
-#define BANDWIDTH 3.0f
+#define BANDWIDTH       3.0f
 #define SIGMA_V         (2.0f / 2.8f)
 #define SIGMA_MOST_PX   8.0f /* half a walk */
 #define DEVIATION_LEAST 1e-6f
 #define FALLOFF_MOST    1e30f
 #define POLE            (-0.9999f) /* of worker/trace/indirect.c */
 
-/* Of a pixel, in its own size: what its samples say, row by row as the field. */
+/* Arrays of the field, in pixels' own sizes. */
 struct slopes {
-    float *mean, *deviation; /* mean -1: nothing */
-    float *eta, *spread;     /* of the pixels around, too */
+    float *mean, *deviation; /* of a pixel's own samples; mean -1: they say nothing */
+    float *normal[3];
     int32_t *object;
+    float *eta, *spread; /* of the pixels around, too */
 };
 
 /* (n / 16)^(1/3) by Newton's steps, which are the same bits everywhere: from above they fall to the
@@ -39,13 +40,14 @@ static float sigma_per_deviation(const struct plan *plan)
 static int slopes_create(const struct v_plane_place *place, struct slopes *out)
 {
     const size_t area = (size_t)rect_area(place->rect);
-    float *memory = calloc(5 * area, sizeof *memory);
+    float *memory = calloc(8 * area, sizeof *memory);
     if (!memory) return ERR_MEMORY;
     out->mean = memory;
     out->deviation = memory + area;
     out->eta = memory + 2 * area;
     out->spread = memory + 3 * area;
-    out->object = (int32_t *)(void *)(memory + 4 * area);
+    for (size_t k = 0; k < 3; k++) out->normal[k] = memory + (4 + k) * area;
+    out->object = (int32_t *)(void *)(memory + 7 * area);
     for (size_t i = 0; i < area; i++) out->mean[i] = -1.0f;
     return 0;
 }
@@ -67,6 +69,8 @@ static void measure(struct v_plane_place *place, const struct slopes *s)
         place->kernels->slopes(&place->strata, &planes, place->sources + to, least_px, s->mean + to,
                                s->deviation + to);
         memcpy(s->object + to, patch->id + from, count * sizeof *s->object);
+        for (int k = 0; k < 3; k++)
+            memcpy(s->normal[k] + to, patch->normal[k] + from, count * sizeof(float));
     }
 }
 
@@ -105,19 +109,22 @@ static void set_walk(const struct surface_view *view, const struct v_plane_sourc
     const float px = fabsf(major) * sigma; /* on the screen */
     w->eta = eta;
     if (!(px > 0.0f) || !(fabsf(major) < INFINITY)) return;
-    const float width = fminf(px, SIGMA_MOST_PX), inverse = fabsf(major) / width;
-    w->falloff = fminf(0.5f * inverse * inverse, FALLOFF_MOST);
+    const float width = px < SIGMA_MOST_PX ? px : SIGMA_MOST_PX, inverse = fabsf(major) / width;
+    const float falloff = 0.5f * inverse * inverse;
+    w->falloff = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
     w->slant = minor / major;
     w->reach = (int32_t)ceilf(2.0f * width);
 }
 
-static void set_walks(struct v_plane_place *place, const struct slopes *s, size_t i)
+/* `scale` over the deviation is sigma. */
+static void set_walks(struct v_plane_place *place, const struct slopes *s, float scale, size_t i)
 {
     const struct v_plane_source *source = &place->sources[i];
     struct v_plane_walk *first = &place->walks[0][i], *second = &place->walks[1][i];
     if (!v_plane_is_source(source)) return;
     const float eta = s->eta[i] / source->pixel;
-    const float sigma_px = sigma_per_deviation(place->plan) / fmaxf(s->spread[i], DEVIATION_LEAST);
+    const float spread = s->spread[i] > DEVIATION_LEAST ? s->spread[i] : DEVIATION_LEAST;
+    const float sigma_px = scale / spread;
     tangents(source->normal, first->tangent, second->tangent);
     set_walk(&place->view, source, eta, sigma_px * source->pixel, first);
     set_walk(&place->view, source, eta, sigma_px * source->pixel, second);
@@ -130,12 +137,19 @@ int v_plane_slopes(struct v_plane_place *place)
     struct slopes s;
     const int error = slopes_create(place, &s);
     if (error) return error;
+    const struct v_plane_slopes_field field = {
+        .width = place->field.width,
+        .object = s.object,
+        .normal = {s.normal[0], s.normal[1], s.normal[2]},
+        .mean = s.mean,
+        .deviation = s.deviation,
+    };
+    const float scale = sigma_per_deviation(place->plan);
     measure(place, &s);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const size_t first = v_plane_index(place, rect.x0, y), count = (size_t)rect_width(rect);
-        place->kernels->average(&place->field, first, (uint32_t)count, s.object, s.mean,
-                                s.deviation, s.eta, s.spread);
-        for (size_t i = first; i < first + count; i++) set_walks(place, &s, i);
+        place->kernels->average(&field, first, (uint32_t)count, s.eta, s.spread);
+        for (size_t i = first; i < first + count; i++) set_walks(place, &s, scale, i);
     }
     free(s.mean);
     return 0;

@@ -3,10 +3,12 @@
  * (filters.md section 3, "Sheared, as it works").
  *
  *   a = 1 / max(height, least), weighted by cos^2:  eta = mean, deviation, each over the samples,
- *   then over 5 x 5 pixels of the object
- *   sigma_x = min(0.714 / (2 mu(n) deviation), cap)
+ *   then over 5 x 5 pixels of the object that face the same way
+ *   sigma_x = min(mu 0.714 / (2 m deviation), cap)
  *
- * least is 8 pixels (of 512 lines); 0.714 = 2 / 2.8 is the inverse of a clamped cosine's bandlimit.
+ * m = 3 (n / 16)^(1/3), least is 8 pixels and the cap 8 (of 512 lines the one, of any the other);
+ * 0.714 = 2 / 2.8 is the inverse of a clamped cosine's bandlimit. Misses that bring light count as
+ * infinitely high.
  *
  * The frame is the worker's (tangents of the normal in camera axes, Frisvad's with the pole away
  * from the eye), so that samples' directions mean the same here. */

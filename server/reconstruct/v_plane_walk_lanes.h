@@ -11,8 +11,15 @@
 #define V_PLANE_OFF_PX   3.0f
 #define V_PLANE_NODE_MID ((V_PLANE_NODES - 1) / 2)
 
-/* Sixteen numbers side by side, in as many registers as that takes; and four. */
-typedef float v_plane_many __attribute__((vector_size(64), may_alias));
+/* Numbers of one register, and four. */
+#ifdef __AVX512F__
+#define V_PLANE_WIDE 16
+#elif defined __AVX2__
+#define V_PLANE_WIDE 8
+#else
+#define V_PLANE_WIDE 4
+#endif
+typedef float v_plane_many __attribute__((vector_size(4 * V_PLANE_WIDE), may_alias));
 typedef float v_plane_four __attribute__((vector_size(16), may_alias));
 
 struct v_plane_taps {
@@ -23,6 +30,20 @@ struct v_plane_taps {
     _Alignas(64) float shift[V_PLANE_PADDED];
     int32_t cell[V_PLANE_PADDED];
 };
+
+/* Rows to columns. */
+static inline void v_plane_turn_fours(v_plane_four m[4])
+{
+    const v_plane_four a = m[0], b = m[1], c = m[2], d = m[3];
+    const v_plane_four ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+    const v_plane_four cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+    const v_plane_four ba = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    const v_plane_four dc = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    m[0] = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
+    m[1] = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+    m[2] = __builtin_shufflevector(ba, dc, 0, 1, 4, 5);
+    m[3] = __builtin_shufflevector(ba, dc, 2, 3, 6, 7);
+}
 
 /* Where the taps lie and what they show. Returns their number, filled up to whole lanes. */
 static inline uint32_t v_plane_place(const struct v_plane_walk *w, const struct v_plane_source *p,
@@ -36,13 +57,20 @@ static inline uint32_t v_plane_place(const struct v_plane_walk *w, const struct 
         out->row[i] = w->along_x ? aside : k;
         out->column[i] = w->along_x ? k : aside;
     }
-    for (int32_t i = 0; i < padded; i++) {
-        const struct v_plane_source *q = p + out->row[i] * width + out->column[i];
-        for (int c = 0; c < 3; c++) {
-            out->number[c][i] = q->point[c];
-            out->number[3 + c][i] = q->normal[c];
+    for (int32_t i = 0; i < padded; i += 4) {
+        v_plane_four point[4], normal[4];
+        for (int32_t j = 0; j < 4; j++) {
+            const struct v_plane_source *q = p + out->row[i + j] * width + out->column[i + j];
+            memcpy(&point[j], q->point, sizeof point[j]); /* and what lies behind it */
+            memcpy(&normal[j], q->normal, sizeof normal[j]);
         }
-        out->cell[i] = q->cell;
+        v_plane_turn_fours(point);
+        v_plane_turn_fours(normal);
+        for (int c = 0; c < 3; c++) {
+            memcpy(&out->number[c][i], &point[c], sizeof point[c]);
+            memcpy(&out->number[3 + c][i], &normal[c], sizeof normal[c]);
+        }
+        memcpy(&out->cell[i], &normal[3], sizeof normal[3]);
     }
     for (int32_t i = 0; i < padded; i++) out->weight[i] = i < count ? 1.0f : 0.0f;
     return (uint32_t)padded;
@@ -73,108 +101,161 @@ static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_pl
     }
 }
 
-/* The indices of taps that count, those of one cell after those of the last: cell c's are
- * order[first[c]] .. order[first[c + 1] - 1]. */
+/* The indices of the taps that count, those of each cell by themselves. */
+struct v_plane_order {
+    uint32_t count[V_PLANE_CELLS];
+    uint8_t tap[V_PLANE_CELLS][V_PLANE_PADDED];
+};
+
 static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
-                                uint32_t first[V_PLANE_CELLS + 1],
-                                uint8_t order[V_PLANE_CELLS * V_PLANE_PADDED])
+                                struct v_plane_order *out)
 {
-    uint32_t kept = 0;
-    for (int32_t c = 0; c < V_PLANE_CELLS; c++) {
-        first[c] = kept;
-        for (uint32_t i = 0; i < count; i++) {
-            order[kept] = (uint8_t)i;
-            kept += (taps->weight[i] > 0.0f) & (taps->cell[i] == c);
-        }
+    memset(out->count, 0, sizeof out->count);
+    for (uint32_t i = 0; i < count; i++) {
+        const int32_t c = taps->cell[i];
+        out->tap[c][out->count[c]] = (uint8_t)i;
+        out->count[c] += taps->weight[i] > 0.0f;
     }
-    first[V_PLANE_CELLS] = kept;
 }
 
-/* Sums of sixteen strata over a cell's taps: r, g, b and weight. */
+/* Sums of a register's strata over a cell's taps: r, g, b and weight; then each times the cosine's
+ * square within the column. */
 static inline void v_plane_gather(const struct v_plane_taps *taps, const float *const *records,
                                   const uint8_t *order, uint32_t count, size_t lanes, size_t at,
-                                  v_plane_many sums[4])
+                                  v_plane_many sums[2 * 4])
 {
-    v_plane_many r = {0}, g = {0}, b = {0}, all = {0};
+    v_plane_many r = {0}, g = {0}, b = {0}, all = {0}, r2 = {0}, g2 = {0}, b2 = {0}, all2 = {0};
     for (uint32_t j = 0; j < count; j++) {
         const uint32_t i = order[j];
         const v_plane_many *record = (const v_plane_many *)(const void *)(records[i] + at);
-        const size_t step = lanes / V_PLANE_LANES;
+        const size_t step = lanes / V_PLANE_WIDE;
         const float shift = taps->shift[i];
+        /* at least 0.38 */
         const v_plane_many ratio = 1.0f - shift * (record[0] - shift * record[step]);
-        const v_plane_many w = taps->weight[i] / (ratio * ratio); /* ratio is at least 0.38 */
-        r += w * record[2 * step];
-        g += w * record[3 * step];
-        b += w * record[4 * step];
+        const v_plane_many inverse = 1.0f / ratio;
+        const v_plane_many w = taps->weight[i] * (inverse * inverse);
+        const v_plane_many w2 = w * (record[2 * step] * inverse);
+        r += w * record[3 * step];
+        g += w * record[4 * step];
+        b += w * record[5 * step];
         all += w;
+        r2 += w2 * record[3 * step];
+        g2 += w2 * record[4 * step];
+        b2 += w2 * record[5 * step];
+        all2 += w2;
     }
     sums[0] = r;
     sums[1] = g;
     sums[2] = b;
     sums[3] = all;
+    sums[4] = r2;
+    sums[5] = g2;
+    sums[6] = b2;
+    sums[7] = all2;
 }
 
-/* Adds up what the strata of one column gave: cells[V_PLANE_CELLS i + c] of column i. */
-static inline void v_plane_sum_rows(uint32_t l, const v_plane_many sums[4], uint32_t first,
-                                    uint32_t c, v_plane_four *cells)
+/* Sums of a cell over the rows of strata: r, g, b, weight and each times cosine^2, of four columns
+ * each. */
+struct v_plane_columns {
+    v_plane_four number[V_PLANE_STRATA_MAX / 4][2 * 4];
+};
+
+/* Adds lanes from `first` on, four by four: in an order that does not hang on the register. */
+static inline void v_plane_sum_rows(uint32_t l, const v_plane_many sums[2 * 4], uint32_t first,
+                                    struct v_plane_columns *out)
 {
-    const float *r = (const float *)&sums[0], *g = (const float *)&sums[1];
-    const float *b = (const float *)&sums[2], *w = (const float *)&sums[3];
-    for (uint32_t j = 0; j < V_PLANE_LANES && first + j < l * l; j++) {
-        const v_plane_four sample = {r[j], g[j], b[j], w[j]};
-        cells[V_PLANE_CELLS * ((first + j) % l) + c] += sample;
+    enum { FOURS = V_PLANE_WIDE / 4 };
+    const uint32_t blocks = v_plane_row_lanes(l) / 4, left = l * blocks - first / 4;
+    v_plane_four number[2 * 4][FOURS];
+    memcpy(number, sums, sizeof number);
+    for (uint32_t j = 0; j < FOURS && j < left; j++) {
+        v_plane_four *to = out->number[(first / 4 + j) % blocks];
+        for (uint32_t n = 0; n < 2 * 4; n++) to[n] += number[n][j];
     }
 }
 
-/* Pass 2a: from cells to nodes. */
-static inline void v_plane_project(const float *ratios, uint32_t cells, const v_plane_four *cell,
+/* Of each column of strata: r, g, b and weight into cells[2 (V_PLANE_CELLS i + c)], the others
+ * behind. */
+static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *columns, uint32_t c,
+                                       v_plane_four *cells)
+{
+    for (uint32_t b = 0; 4 * b < l; b++) {
+        v_plane_four *four = columns->number[b];
+        v_plane_turn_fours(four);
+        v_plane_turn_fours(four + 4);
+        for (uint32_t i = 0; i < 4 && 4 * b + i < l; i++) {
+            v_plane_four *to = cells + 2 * (V_PLANE_CELLS * (4 * b + i) + c);
+            to[0] = four[i];
+            to[1] = four[4 + i];
+        }
+    }
+}
+
+#define V_PLANE_CELLS_MAX                                                                          \
+    (2 * V_PLANE_CELLS * V_PLANE_STRATA_MAX) /* and the same times cosine^2                        \
+                                              */
+
+/* Pass 2a: from `count` cells to nodes. */
+static inline void v_plane_project(const float *ratios, uint32_t count, const v_plane_four *cell,
                                    float *out)
 {
-    for (uint32_t at = 0; at < V_PLANE_NODE_FLOATS; at += 4 * V_PLANE_LANES) {
+    v_plane_many four[V_PLANE_CELLS_MAX];
+    uint32_t at[V_PLANE_CELLS_MAX], kept = 0;
+    for (uint32_t c = 0; c < count; c++) {
+        for (size_t i = 0; i < V_PLANE_WIDE / 4; i++)
+            memcpy((char *)&four[kept] + i * sizeof cell[c], &cell[c], sizeof cell[c]);
+        at[kept] = c * V_PLANE_NODE_FLOATS;
+        kept += cell[c][3] > 0.0f;
+    }
+    for (uint32_t first = 0; first < V_PLANE_NODE_FLOATS; first += 4 * V_PLANE_WIDE) {
         v_plane_many sums[4] = {{0}, {0}, {0}, {0}};
-        for (uint32_t c = 0; c < cells; c++) {
-            if (!(cell[c][3] > 0.0f)) continue;
+        for (uint32_t c = 0; c < kept; c++) {
             const v_plane_many *ratio =
-                (const v_plane_many *)(const void *)(ratios + (size_t)c * V_PLANE_NODE_FLOATS + at);
-            v_plane_many four;
-            for (uint32_t i = 0; i < 4; i++)
-                memcpy((float *)&four + 4 * i, &cell[c], sizeof cell[c]);
-            for (uint32_t i = 0; i < 4; i++) sums[i] += ratio[i] * four;
+                (const v_plane_many *)(const void *)(ratios + at[c] + first);
+            for (uint32_t i = 0; i < 4; i++) sums[i] += ratio[i] * four[c];
         }
-        memcpy(out + at, sums, sizeof sums);
+        memcpy(out + first, sums, sizeof sums);
+    }
+}
+
+/* Passes 1a and 1b of one pixel, whose taps these are. */
+static inline void v_plane_fill_cells(const struct v_plane_field *f,
+                                      const struct v_plane_taps *taps, const float *const *records,
+                                      const struct v_plane_order *order, v_plane_four *cells)
+{
+    const uint32_t l = f->strata, used = l * v_plane_row_lanes(l);
+    for (uint32_t c = 0; c < V_PLANE_CELLS; c++) {
+        struct v_plane_columns columns;
+        memset(&columns, 0, (l + 3) / 4 * sizeof columns.number[0]);
+        for (uint32_t at = 0; order->count[c] > 0 && at < used; at += V_PLANE_WIDE) {
+            v_plane_many sums[2 * 4];
+            v_plane_gather(taps, records, order->tap[c], order->count[c], f->lanes, at, sums);
+            v_plane_sum_rows(l, sums, at, &columns);
+        }
+        v_plane_store_cells(l, &columns, c, cells);
     }
 }
 
 static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32_t *x,
                            uint32_t count, const float *const *rows, float *out)
 {
-    const uint32_t l = f->strata;
+    const uint32_t cell_count = 2 * V_PLANE_CELLS * f->strata;
     const size_t size = v_plane_record_floats(f);
     struct v_plane_taps taps;
+    struct v_plane_order order;
     const float *records[V_PLANE_PADDED];
-    uint8_t order[V_PLANE_CELLS * V_PLANE_PADDED];
-    uint32_t first[V_PLANE_CELLS + 1];
+    v_plane_four cells[V_PLANE_CELLS_MAX];
     for (uint32_t k = 0; k < count; k++) {
         const size_t p = (size_t)y * (size_t)f->width + (size_t)x[k];
         const struct v_plane_walk *w = &f->walks[1][p];
-        v_plane_four cells[V_PLANE_CELLS * V_PLANE_STRATA_MAX] = {{0}};
         const uint32_t n = v_plane_place(w, &f->sources[p], f->width, &taps);
         v_plane_weigh(w, &f->sources[p], n, &taps);
-        v_plane_sort(&taps, n, first, order);
+        v_plane_sort(&taps, n, &order);
         for (uint32_t i = 0; i < n; i++)
             records[i] =
                 rows[V_PLANE_REACH_PX + taps.row[i]] + (size_t)(x[k] + taps.column[i]) * size;
-        for (uint32_t at = 0; at < f->lanes; at += V_PLANE_LANES) {
-            for (uint32_t c = 0; c < V_PLANE_CELLS; c++) {
-                v_plane_many sums[4];
-                if (first[c] == first[c + 1]) continue;
-                v_plane_gather(&taps, records, order + first[c], first[c + 1] - first[c], f->lanes,
-                               at, sums);
-                v_plane_sum_rows(l, sums, at, c, cells);
-            }
-        }
-        v_plane_project(f->ratios, V_PLANE_CELLS * l, cells,
-                        out + (size_t)x[k] * V_PLANE_NODE_FLOATS);
+        v_plane_fill_cells(f, &taps, records, &order, cells);
+        v_plane_project(f->ratios, cell_count, cells, out + (size_t)x[k] * V_PLANE_NODE_FLOATS);
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "proto/build.h"
 #include "tests/kernel/kernel_indirect.h"
+#include "tests/kernel/kernel_v_plane.h"
 
 #define TOLERANCE   0.0f
 #define FIELDS      6
@@ -21,11 +22,13 @@ struct tier {
     const char *name;
     const struct shadow_kernels *kernels;
     const struct indirect_kernels *indirect;
+    const struct v_plane_kernels *v_plane;
 };
 
-static const struct tier tiers[] = {{"sse4.2", &shadow_kernels_c, &indirect_kernels_c},
-                                    {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2},
-                                    {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512}};
+static const struct tier tiers[] = {
+    {"sse4.2", &shadow_kernels_c, &indirect_kernels_c, &v_plane_kernels_c},
+    {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2},
+    {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512}};
 
 static uint32_t count_tiers(void)
 {
@@ -85,6 +88,23 @@ static void compare_indirect(const struct tier *tier, int *passed, int *failed)
         }
         if (most > TOLERANCE)
             printf("%s, %s: off by %g\n", tier->name, indirect_kernel_names[i], (double)most);
+        *(most <= TOLERANCE ? passed : failed) += 1;
+    }
+}
+
+static void compare_v_plane(const struct tier *tier, uint32_t l, int *passed, int *failed)
+{
+    for (enum v_plane_kernel i = 0; i < V_PLANE_KERNEL_COUNT; i++) {
+        float most = 0.0f;
+        for (uint64_t seed = 0; seed < FIELDS; seed++) {
+            struct v_plane_case k;
+            v_plane_case_init(&k, l, 1 + 13 * (int32_t)seed, 31 * l + seed, seed != 3);
+            most = fmaxf(most, v_plane_case_compare(&k, tier->v_plane, i));
+            v_plane_case_fini(&k);
+        }
+        if (most > TOLERANCE)
+            printf("%s, %s, %u strata an axis: off by %g\n", tier->name, v_plane_kernel_names[i], l,
+                   (double)most);
         *(most <= TOLERANCE ? passed : failed) += 1;
     }
 }
@@ -158,6 +178,33 @@ static void time_indirect(uint32_t tier_count)
     indirect_case_fini(&k);
 }
 
+/* A pixel at 9 samples. */
+static void time_v_plane(uint32_t tier_count)
+{
+    struct v_plane_case k;
+    v_plane_case_init(&k, 3, TIMED_SIDE, 4, false);
+    float *out = field_memory(v_plane_case_output(&k) * sizeof *out);
+    for (enum v_plane_kernel i = 0; i < V_PLANE_KERNEL_COUNT; i++) {
+        double first = 0.0;
+        for (uint32_t t = 0; t < tier_count; t++) {
+            double best = 1e30, cycles = 0.0;
+            for (int turn = 0; turn < TIMED_TURNS; turn++) {
+                const double start = now_ns();
+                const uint64_t ticks = __rdtsc();
+                v_plane_case_run(&k, tiers[t].v_plane, i, out);
+                const double took = (now_ns() - start) / TIMED_SIDE;
+                if (took < best) cycles = (double)(__rdtsc() - ticks) / TIMED_SIDE;
+                best = took < best ? took : best;
+            }
+            if (t == 0) first = best;
+            printf("%-16s %-8s %10.1f %10.0f %9.2f\n", v_plane_kernel_names[i], tiers[t].name, best,
+                   cycles, first / best);
+        }
+    }
+    free(out);
+    v_plane_case_fini(&k);
+}
+
 int main(void)
 {
     static const uint32_t strata[] = {1, 2, 3, 4, 5, 7, 8, 11, 16};
@@ -167,10 +214,13 @@ int main(void)
     for (uint32_t t = 1; t < tier_count; t++) {
         for (size_t i = 0; i < sizeof strata / sizeof *strata; i++)
             compare_all(&tiers[t], strata[i], &passed, &failed);
+        for (size_t i = 0; i < sizeof strata / sizeof *strata; i++)
+            compare_v_plane(&tiers[t], strata[i], &passed, &failed);
         compare_indirect(&tiers[t], &passed, &failed);
     }
     time_all(tier_count);
     time_indirect(tier_count);
+    time_v_plane(tier_count);
     printf("%d passed, %d failed\n", passed, failed);
     return failed > 0;
 }

@@ -42,18 +42,22 @@ static struct errors measure(struct rect rect, uint32_t l, int32_t stride)
     return e;
 }
 
-/* A near textured reflector is what shear is for. */
+/* A near textured reflector is what shear is for; there is nothing to win far from it. Below 25
+ * pixels' height the factored passes lose a little. */
 static void near_reflector(void **state)
 {
     (void)state;
-    static const float heights[] = {0.05f, 0.1f, 0.2f, 0.3f};
-    static const double wins[] = {6.0, 4.0, 1.2, 0.95};
+    static const struct {
+        float height;
+        double wins, loses; /* against no shear, against brute force */
+    } cases[] = {{0.05f, 12.0, 1.12}, {0.1f, 5.0, 1.02}, {0.2f, 1.3, 1.02}, {0.3f, 0.95, 1.02}};
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
-    for (size_t i = 0; i < 4; i++) {
-        scene.height = heights[i];
-        const struct errors e = measure(centred(64), 4, 2);
-        assert_true(wins[i] * e.sheared < e.straight);
-        assert_true(8.0 * e.sheared < e.plain);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        scene.height = cases[i].height;
+        const struct errors e = measure(centred(64), 4, 4);
+        assert_true(cases[i].wins * e.sheared < e.straight);
+        assert_true(e.sheared < cases[i].loses * e.brute);
+        assert_true(10.0 * e.sheared < e.plain);
     }
 }
 
@@ -64,7 +68,7 @@ static void room(void **state)
     const struct rect crop = {250, 340, 346, 436};
     v_plane_scene_init(&scene, V_PLANE_ROOM, LINES, LINES);
     for (uint32_t l = 3; l <= 4; l++) {
-        const struct errors e = measure(crop, l, 3);
+        const struct errors e = measure(crop, l, 6);
         assert_true(e.sheared < 1.02 * e.brute);
         assert_true(15.0 * e.sheared < e.plain);
     }
@@ -75,7 +79,7 @@ static void error_falls(void **state)
 {
     (void)state;
     static const uint32_t strata[] = {2, 3, 4, 6, 8, 16};
-    const struct rect crop = {250, 340, 346, 436};
+    const struct rect crop = {250, 340, 314, 404};
     double last = 1.0;
     v_plane_scene_init(&scene, V_PLANE_ROOM, LINES, LINES);
     struct v_plane_picture truth = accuracy_truth(&scene, crop, 3);
