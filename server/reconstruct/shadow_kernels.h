@@ -15,6 +15,7 @@
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */
 #define SHADOW_STRATA_MAX  16                              /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define SHADOW_PHASES      8                               /* weight rows between two nodes */
+#define SHADOW_SUMS_MAX    128                             /* phases times lanes, at most */
 #define SHADOW_NO_SPREAD   (-1e30f)
 #define SHADOW_COS_NORMALS 0.939692621f /* 20 degrees */
 #define SHADOW_PLANE_SHARE 0.35f        /* of the distance a neighbour may be off the plane */
@@ -28,9 +29,10 @@ struct shadow_source {
     float eta;       /* centre of its range of 1/slope; 0 without wedge */
     float spread;    /* half of that range; SHADOW_NO_SPREAD without wedge: refused by nobody */
     int32_t slot;    /* of its node sums; -1: has none */
-    float refusal;   /* axis-aligned: farther neighbours (squared distance) refuse it */
+    int32_t phase;   /* of its jitter along axis 1: floor(jitter * field->phases) */
     float seen;      /* axis-aligned: the fraction to blur along x, then along y */
-    float unused[3];
+    float refusal;   /* axis-aligned: farther neighbours (squared distance) refuse it */
+    float unused[2];
 };
 _Static_assert(sizeof(struct shadow_source) == 64, "one cache line");
 
@@ -62,6 +64,7 @@ struct shadow_field {
     uint32_t scale;                      /* r = max(8, l): nodes 2 r + 1, cells 2 r */
     uint32_t window;                     /* r rounded up to a multiple of 8 */
     uint32_t lanes;                      /* l + 1 rounded up to a multiple of 4 */
+    uint32_t phases;                     /* of y2 in a row: shadow_phases(l, r) */
     float nodes_per_length[2];           /* r / (2 L_i) */
     float refusal[2];                    /* 1.5 sigma_y,i */
 
@@ -73,7 +76,6 @@ struct shadow_field {
     /* Of each slot, 64-byte aligned as a whole: (2 r + 2) nodes of `lanes` sums: numerators of the
      * l rows, then the denominator, then zeros. The last node is zero. */
     float *columns;
-    uint8_t *cells; /* of each slot SHADOW_STRATA_MAX: the cell of each row's y2 */
     /* Of each slot: (2 r + 2) nodes of (numerator, denominator); the last node is zero. */
     float *rows;
 };
@@ -81,6 +83,19 @@ struct shadow_field {
 static inline uint32_t shadow_nodes(const struct shadow_field *f)
 {
     return 2 * f->scale + 2;
+}
+
+/* Into how many phases a row's jitter falls, so that phases, row after row, make up cells of equal
+ * numbers of them: 2 r / gcd(2 r, l). */
+static inline uint32_t shadow_phases(uint32_t strata, uint32_t scale)
+{
+    uint32_t a = 2 * scale, b = strata;
+    while (b > 0) {
+        const uint32_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return 2 * scale / a;
 }
 
 /* Rectangle seen from receivers: eye-relative corners in the order of the outline (half_u to
@@ -109,7 +124,7 @@ struct shadow_kernels {
 
     /* Pass 1b: out[k]: 2 r cells of (numerator, denominator) of pixel k. The walk along axis 0;
      * each accepted neighbour's columns, read at node r - eta Delta nodes_per_length, go to the
-     * cells of its rows. */
+     * cells of its rows: l phases / 2 r phases, counted row by row, make a cell. */
     void (*walk_columns)(const struct shadow_field *field, const uint32_t *pixels, uint32_t count,
                          float *out);
 

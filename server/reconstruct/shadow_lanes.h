@@ -22,10 +22,14 @@ enum shadow_number {
     SHADOW_ETA = 8,
     SHADOW_SPREAD = 9,
     SHADOW_SLOT = 10,
-    SHADOW_REFUSAL = 11,
+    SHADOW_PHASE = 11,
     SHADOW_SEEN = 12,
+    SHADOW_REFUSAL = 13,
     SHADOW_NUMBERS = 16,
 };
+
+/* Four sums side by side; they start on 16 bytes. */
+typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
 struct shadow_lanes {
     _Alignas(64) int32_t to[SHADOW_PADDED]; /* in: where, from the pixel */
@@ -96,6 +100,18 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
         const __m512i in = _mm512_load_si512(lanes + i);
         const __mmask16 set = _mm512_test_epi32_mask(in, in);
         _mm512_storeu_si512(out + kept, _mm512_maskz_compress_epi32(set, at));
+        kept += (size_t)__builtin_popcount(set);
+    }
+#elif defined __AVX2__ && defined __BMI2__
+    for (size_t i = 0; i < count; i += 8) {
+        const __m256i in = _mm256_load_si256((const __m256i *)(const void *)(lanes + i));
+        const __m256i none = _mm256_cmpeq_epi32(in, _mm256_setzero_si256());
+        const uint32_t set = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 0xffu;
+        const uint64_t bytes = _pdep_u64(set, 0x0101010101010101u) * 0xffu;
+        const uint64_t at = _pext_u64(0x0706050403020100u, bytes);
+        const __m256i wide = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((int64_t)at));
+        _mm256_storeu_si256((__m256i *)(void *)(out + kept),
+                            _mm256_add_epi32(wide, _mm256_set1_epi32((int32_t)i)));
         kept += (size_t)__builtin_popcount(set);
     }
 #else

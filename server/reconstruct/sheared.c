@@ -74,9 +74,8 @@ static int create_sums(struct sheared *s)
     const size_t rows = align_up(s->rows * nodes * 2 * sizeof(float));
     s->field.columns = aligned_alloc(SUMS_BYTES, columns + SUMS_BYTES);
     s->field.rows = aligned_alloc(SUMS_BYTES, rows + SUMS_BYTES);
-    s->field.cells = malloc((size_t)s->columns * SHADOW_STRATA_MAX + 1);
     s->cells = aligned_alloc(SUMS_BYTES, sizeof(float) * BATCH * 4 * s->field.scale);
-    return s->field.columns && s->field.rows && s->field.cells && s->cells ? 0 : ERR_MEMORY;
+    return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
 }
 
 static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32_t count,
@@ -91,7 +90,8 @@ static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32
 /* Pass 1a of up to BATCH pixels, whose slots follow each other from `slot` on. */
 static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
 {
-    const uint32_t *pixels = s->order + slot, l = s->light->strata, cells = 2 * s->field.scale;
+    const uint32_t *pixels = s->order + slot, l = s->light->strata;
+    const float phases = (float)s->field.phases;
     const struct rect from = s->patch->rect;
     int32_t x[BATCH], y[BATCH];
     float jitter[2][BATCH];
@@ -103,9 +103,7 @@ static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
             (size_t)(y[k] - from.y0) * (size_t)rect_width(from) + (size_t)(x[k] - from.x0);
         strata_columns(s->light, s->patch, i, columns);
         for (uint32_t a = 0; a < l; a++) seen[k * l + a] = columns[a] | 1u << l;
-        uint8_t *cell = s->field.cells + (size_t)(slot + k) * SHADOW_STRATA_MAX;
-        for (uint32_t b = 0; b < l; b++)
-            cell[b] = (uint8_t)(pattern_axis(jitter[1][k], l, b) * (float)cells);
+        s->receivers->sources[pixels[k]].phase = (int32_t)(jitter[1][k] * phases); /* below 1 */
     }
     s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
 }
@@ -142,6 +140,7 @@ static void describe(struct sheared *s, const struct coverage *coverage)
         .scale = coverage->scale,
         .window = coverage->window,
         .lanes = (l + 4) / 4 * 4, /* l + 1, rounded up */
+        .phases = shadow_phases(l, coverage->scale),
         .weights = coverage->weights,
     };
     for (int i = 0; i < 2; i++) {
@@ -166,7 +165,6 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     if (!error) error = create_sums(&s);
     if (!error) run_passes(&s, pixels, count, seen);
     free(s.cells);
-    free(s.field.cells);
     free(s.field.rows);
     free(s.field.columns);
     free(s.order);

@@ -9,11 +9,10 @@
 /* A walk's taps, from its negative end; the nearer pixel in rows or columns first. */
 struct walk_taps {
     struct shadow_lanes lanes;
-    _Alignas(64) float share[SHADOW_PADDED]; /* of the step's two pixels; 0 past the end */
-    _Alignas(
-        64) float below[2][SHADOW_PADDED];    /* weights of two neighbouring nodes; 0, 0: refused */
-    _Alignas(64) int32_t node[SHADOW_PADDED]; /* the lower one */
-    _Alignas(64) int32_t kept[SHADOW_PADDED]; /* not 0: counts */
+    _Alignas(64) float share[SHADOW_PADDED];    /* of the step's two pixels; 0 past the end */
+    _Alignas(64) float below[2][SHADOW_PADDED]; /* weights of two neighbouring nodes */
+    _Alignas(64) int32_t at[SHADOW_PADDED];     /* the lower one: its place among all sums */
+    _Alignas(64) int32_t kept[SHADOW_PADDED];   /* not 0: counts */
     _Alignas(64) int32_t counts[SHADOW_PADDED]; /* taps that are not refused */
 };
 
@@ -37,9 +36,16 @@ static inline size_t walk_place(const struct shadow_walk *w, int32_t row, struct
     return (size_t)padded;
 }
 
-/* What each tap weighs, and what nodes its sums are read at. */
-static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_t pixel,
-                              size_t count, struct walk_taps *taps)
+static inline int32_t walk_whole(float number)
+{
+    int32_t whole;
+    memcpy(&whole, &number, sizeof whole);
+    return whole;
+}
+
+/* What each tap weighs, and where its sums are read; a node has `stride` of them. */
+static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                              size_t pixel, size_t count, struct walk_taps *taps)
 {
     const struct shadow_source *p = &f->sources[pixel];
     const struct shadow_target *t = &f->targets[pixel];
@@ -48,6 +54,7 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_
     const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
     const float falloff = t->walk[axis].falloff, centre = (float)f->scale;
     const struct shadow_lanes *q = &taps->lanes;
+    const int32_t node_sums = (int32_t)stride, slot_sums = (int32_t)(shadow_nodes(f) * stride);
     for (size_t i = 0; i < count; i++) {
         float squared;
         const int32_t same = compatible(&asker, q, i, &squared);
@@ -60,64 +67,73 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_
         const float counted = kept ? weight : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
         taps->kept[i] = counted > 0.0f;
-        taps->node[i] = (int32_t)whole;
+        taps->at[i] =
+            walk_whole(q->number[SHADOW_SLOT][i]) * slot_sums + (int32_t)whole * node_sums;
         taps->below[0][i] = counted * (1.0f - rest);
         taps->below[1][i] = counted * rest;
     }
 }
 
 /* The taps that count, as indices. Returns how many. */
-static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, size_t pixel,
-                               struct walk_taps *taps)
+static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                               size_t pixel, struct walk_taps *taps)
 {
     const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
-    lanes_fetch(&f->sources[pixel], count, SHADOW_REFUSAL + 1, &taps->lanes);
-    walk_weigh(f, axis, pixel, count, taps);
+    lanes_fetch(&f->sources[pixel], count, SHADOW_PHASE + 1, &taps->lanes);
+    walk_weigh(f, axis, stride, pixel, count, taps);
     return lanes_kept(taps->kept, count, taps->counts);
 }
 
-static inline size_t walk_slot(const struct walk_taps *taps, size_t i)
+/* To the sums of each phase what the taps' two neighbouring nodes give. */
+static inline void walk_add(const struct shadow_field *f, uint32_t lanes, size_t count,
+                            const struct walk_taps *taps, float *sums)
 {
-    int32_t slot;
-    memcpy(&slot, &taps->lanes.number[SHADOW_SLOT][i], sizeof slot);
-    return (size_t)slot;
+    for (size_t j = 0; j < count; j++) {
+        const size_t i = (size_t)taps->counts[j];
+        const float *c = f->columns + taps->at[i], w0 = taps->below[0][i], w1 = taps->below[1][i];
+        float *to = sums + walk_whole(taps->lanes.number[SHADOW_PHASE][i]) * (int32_t)lanes;
+        for (uint32_t b = 0; b < lanes; b += 4)
+            *(shadow_four *)(to + b) +=
+                w0 * *(const shadow_four *)(c + b) + w1 * *(const shadow_four *)(c + lanes + b);
+    }
 }
 
-/* Adds what l rows of two neighbouring nodes give to (numerator, denominator) of their cells. */
-static inline void walk_add(uint32_t l, uint32_t lanes, const float *c, float w0, float w1,
-                            const uint8_t *cell, float *cells)
+/* From sums a phase to (numerator, denominator) a cell. */
+static inline void walk_cells(uint32_t l, uint32_t lanes, uint32_t phases, uint32_t cells,
+                              const float *sums, float *out)
 {
-    float row[SHADOW_STRATA_MAX + 4];
-    uint8_t place[SHADOW_STRATA_MAX];
-    memcpy(place, cell, sizeof place);
-    for (uint32_t b = 0; b < lanes; b += 4) {
-        for (uint32_t i = 0; i < 4; i++) row[b + i] = w0 * c[b + i] + w1 * c[lanes + b + i];
-    }
-    for (uint32_t b = 0; b < l; b++) {
-        float *to = cells + 2 * (size_t)place[b];
-        const float numerator = to[0] + row[b], denominator = to[1] + row[l];
-        to[0] = numerator;
-        to[1] = denominator;
+    const uint32_t each = l * phases / cells;
+    uint32_t phase = 0, row = 0;
+    for (uint32_t c = 0; c < cells; c++) {
+        float numerator = 0.0f, denominator = 0.0f;
+        for (uint32_t k = 0; k < each; k++) {
+            numerator += sums[phase * lanes + row];
+            denominator += sums[phase * lanes + l];
+            if (++phase == phases) {
+                phase = 0;
+                row++;
+            }
+        }
+        out[2 * c] = numerator;
+        out[2 * c + 1] = denominator;
     }
 }
 
 static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, float *out)
 {
-    const uint32_t l = f->strata, lanes = f->lanes, size = shadow_nodes(f) * lanes;
+    const uint32_t l = f->strata, lanes = f->lanes, cells = 2 * f->scale;
+    _Alignas(64) float sums[SHADOW_SUMS_MAX];
     struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k++) {
-        float *cells = out + (size_t)k * 4 * f->scale;
-        const size_t n = walk_take(f, 0, pixels[k], &taps);
-        memset(cells, 0, 4 * f->scale * sizeof *cells);
-        for (size_t j = 0; j < n; j++) {
-            const size_t i = (size_t)taps.counts[j], slot = walk_slot(&taps, i);
-            const float *c = f->columns + slot * size + (size_t)taps.node[i] * lanes;
-            const uint8_t *cell = f->cells + slot * SHADOW_STRATA_MAX;
-            if (l == 3) /* the loops in there come apart */
-                walk_add(3, 4, c, taps.below[0][i], taps.below[1][i], cell, cells);
-            else
-                walk_add(l, lanes, c, taps.below[0][i], taps.below[1][i], cell, cells);
+    for (uint32_t k = 0; k < count; k++, out += 2 * cells) {
+        const size_t n = walk_take(f, 0, lanes, pixels[k], &taps);
+        memset(sums, 0, f->phases * lanes * sizeof *sums);
+        if (l == 3) { /* the loops in there come apart */
+            walk_add(f, 4, n, &taps, sums);
+            walk_cells(3, 4, 16, 16, sums, out);
+        } else {
+            walk_add(f, lanes, n, &taps, sums);
+            walk_cells(l, lanes, f->phases, cells, sums, out);
         }
     }
 }
@@ -125,19 +141,18 @@ static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pi
 static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                              float *out)
 {
-    const uint32_t size = shadow_nodes(f) * 2;
     struct walk_taps taps;
     for (uint32_t k = 0; k < count; k++) {
-        const size_t n = walk_take(f, 1, pixels[k], &taps);
-        float numerator = 0.0f, denominator = 0.0f;
+        const size_t n = walk_take(f, 1, 2, pixels[k], &taps);
+        shadow_four sums = {0};
         for (size_t j = 0; j < n; j++) {
             const size_t i = (size_t)taps.counts[j];
             const float w0 = taps.below[0][i], w1 = taps.below[1][i];
-            const float *r = f->rows + walk_slot(&taps, i) * size + (size_t)taps.node[i] * 2;
-            numerator += w0 * r[0] + w1 * r[2];
-            denominator += w0 * r[1] + w1 * r[3];
+            shadow_four both; /* nodes start on 8 bytes */
+            memcpy(&both, f->rows + taps.at[i], sizeof both);
+            sums += both * (shadow_four){w0, w0, w1, w1};
         }
-        out[2 * k] = numerator;
-        out[2 * k + 1] = denominator;
+        out[2 * k] = sums[0] + sums[2];
+        out[2 * k + 1] = sums[1] + sums[3];
     }
 }
