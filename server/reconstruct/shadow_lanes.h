@@ -36,57 +36,75 @@ struct shadow_lanes {
     _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
 };
 
+#define LANES_QUADS 4 /* of four numbers, in a cache line */
+
+static inline const float *lanes_line(const struct shadow_source *from, int32_t to)
+{
+    return (const float *)(const void *)(from + to);
+}
+
+/* Reads the first `quads` quads of numbers of as many neighbours as go at once, from the i-th on:
+ * each line is looked up once. */
 #ifdef __AVX512F__
-/* Numbers first .. first + 3 of sixteen neighbours. */
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
-                              struct shadow_lanes *out)
-{
-    const float *base = (const float *)(const void *)from + first;
-    const int32_t *to = out->to + i;
-    __m512 a[4];
-    for (int k = 0; k < 4; k++) {
-        a[k] = _mm512_castps128_ps512(_mm_load_ps(base + 16 * (ptrdiff_t)to[k]));
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 4]), 1);
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 8]), 2);
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 12]), 3);
-    }
-    const __m512 low01 = _mm512_unpacklo_ps(a[0], a[1]), high01 = _mm512_unpackhi_ps(a[0], a[1]);
-    const __m512 low23 = _mm512_unpacklo_ps(a[2], a[3]), high23 = _mm512_unpackhi_ps(a[2], a[3]);
-    _mm512_store_ps(out->number[first] + i, _mm512_shuffle_ps(low01, low23, 0x44));
-    _mm512_store_ps(out->number[first + 1] + i, _mm512_shuffle_ps(low01, low23, 0xee));
-    _mm512_store_ps(out->number[first + 2] + i, _mm512_shuffle_ps(high01, high23, 0x44));
-    _mm512_store_ps(out->number[first + 3] + i, _mm512_shuffle_ps(high01, high23, 0xee));
-}
 #define LANES_AT_ONCE 16
+static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
+                              struct shadow_lanes *out)
+{
+    const int32_t *to = out->to + i;
+    __m512 a[LANES_QUADS][4];
+    for (int k = 0; k < 4; k++) {
+        const float *const line[4] = {lanes_line(from, to[k]), lanes_line(from, to[k + 4]),
+                                      lanes_line(from, to[k + 8]), lanes_line(from, to[k + 12])};
+        for (uint32_t q = 0; q < quads; q++) {
+            const __m512 first = _mm512_castps128_ps512(_mm_load_ps(line[0] + 4 * q));
+            const __m512 two = _mm512_insertf32x4(first, _mm_load_ps(line[1] + 4 * q), 1);
+            const __m512 three = _mm512_insertf32x4(two, _mm_load_ps(line[2] + 4 * q), 2);
+            a[q][k] = _mm512_insertf32x4(three, _mm_load_ps(line[3] + 4 * q), 3);
+        }
+    }
+    for (uint32_t q = 0; q < quads; q++) {
+        const __m512 low01 = _mm512_unpacklo_ps(a[q][0], a[q][1]);
+        const __m512 high01 = _mm512_unpackhi_ps(a[q][0], a[q][1]);
+        const __m512 low23 = _mm512_unpacklo_ps(a[q][2], a[q][3]);
+        const __m512 high23 = _mm512_unpackhi_ps(a[q][2], a[q][3]);
+        _mm512_store_ps(out->number[4 * q] + i, _mm512_shuffle_ps(low01, low23, 0x44));
+        _mm512_store_ps(out->number[4 * q + 1] + i, _mm512_shuffle_ps(low01, low23, 0xee));
+        _mm512_store_ps(out->number[4 * q + 2] + i, _mm512_shuffle_ps(high01, high23, 0x44));
+        _mm512_store_ps(out->number[4 * q + 3] + i, _mm512_shuffle_ps(high01, high23, 0xee));
+    }
+}
 #elif defined __AVX2__
-/* Numbers first .. first + 3 of eight neighbours. */
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
-                              struct shadow_lanes *out)
-{
-    const float *at[8];
-    __m256 a[4];
-    for (int k = 0; k < 8; k++)
-        at[k] = (const float *)(const void *)(from + out->to[i + (size_t)k]) + first;
-    for (int k = 0; k < 4; k++)
-        a[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(at[k])),
-                                    _mm_load_ps(at[k + 4]), 1);
-    const __m256 low01 = _mm256_unpacklo_ps(a[0], a[1]), high01 = _mm256_unpackhi_ps(a[0], a[1]);
-    const __m256 low23 = _mm256_unpacklo_ps(a[2], a[3]), high23 = _mm256_unpackhi_ps(a[2], a[3]);
-    _mm256_store_ps(out->number[first] + i, _mm256_shuffle_ps(low01, low23, 0x44));
-    _mm256_store_ps(out->number[first + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
-    _mm256_store_ps(out->number[first + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
-    _mm256_store_ps(out->number[first + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
-}
 #define LANES_AT_ONCE 8
-#else
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
+static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
                               struct shadow_lanes *out)
 {
-    float four[4];
-    memcpy(four, (const float *)(const void *)(from + out->to[i]) + first, sizeof four);
-    for (int k = 0; k < 4; k++) out->number[first + (uint32_t)k][i] = four[k];
+    const int32_t *to = out->to + i;
+    __m256 a[LANES_QUADS][4];
+    for (int k = 0; k < 4; k++) {
+        const float *low = lanes_line(from, to[k]), *high = lanes_line(from, to[k + 4]);
+        for (uint32_t q = 0; q < quads; q++)
+            a[q][k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low + 4 * q)),
+                                           _mm_load_ps(high + 4 * q), 1);
+    }
+    for (uint32_t q = 0; q < quads; q++) {
+        const __m256 low01 = _mm256_unpacklo_ps(a[q][0], a[q][1]);
+        const __m256 high01 = _mm256_unpackhi_ps(a[q][0], a[q][1]);
+        const __m256 low23 = _mm256_unpacklo_ps(a[q][2], a[q][3]);
+        const __m256 high23 = _mm256_unpackhi_ps(a[q][2], a[q][3]);
+        _mm256_store_ps(out->number[4 * q] + i, _mm256_shuffle_ps(low01, low23, 0x44));
+        _mm256_store_ps(out->number[4 * q + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
+        _mm256_store_ps(out->number[4 * q + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
+        _mm256_store_ps(out->number[4 * q + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
+    }
 }
+#else
 #define LANES_AT_ONCE 1
+static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
+                              struct shadow_lanes *out)
+{
+    const float *line = lanes_line(from, out->to[i]);
+    for (uint32_t k = 0; k < 4 * quads; k++) out->number[k][i] = line[k];
+}
 #endif
 
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
@@ -124,10 +142,8 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
 }
 
 /* Numbers 0 .. most - 1, `most` a multiple of 4, of the neighbours out->to of `from`. */
-static inline void lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most,
-                               struct shadow_lanes *out)
+static inline __attribute__((always_inline)) void
+lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most, struct shadow_lanes *out)
 {
-    for (size_t i = 0; i < count; i += LANES_AT_ONCE) {
-        for (uint32_t first = 0; first < most; first += 4) lanes_take(from, first, i, out);
-    }
+    for (size_t i = 0; i < count; i += LANES_AT_ONCE) lanes_take(from, most / 4, i, out);
 }
