@@ -45,35 +45,7 @@ static inline const float *lanes_line(const struct shadow_source *from, int32_t 
 
 /* Reads the first `quads` quads of numbers of as many neighbours as go at once, from the i-th on:
  * each line is looked up once. */
-#ifdef __AVX512F__
-#define LANES_AT_ONCE 16
-static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
-                              struct shadow_lanes *out)
-{
-    const int32_t *to = out->to + i;
-    __m512 a[LANES_QUADS][4];
-    for (int k = 0; k < 4; k++) {
-        const float *const line[4] = {lanes_line(from, to[k]), lanes_line(from, to[k + 4]),
-                                      lanes_line(from, to[k + 8]), lanes_line(from, to[k + 12])};
-        for (uint32_t q = 0; q < quads; q++) {
-            const __m512 first = _mm512_castps128_ps512(_mm_load_ps(line[0] + 4 * q));
-            const __m512 two = _mm512_insertf32x4(first, _mm_load_ps(line[1] + 4 * q), 1);
-            const __m512 three = _mm512_insertf32x4(two, _mm_load_ps(line[2] + 4 * q), 2);
-            a[q][k] = _mm512_insertf32x4(three, _mm_load_ps(line[3] + 4 * q), 3);
-        }
-    }
-    for (uint32_t q = 0; q < quads; q++) {
-        const __m512 low01 = _mm512_unpacklo_ps(a[q][0], a[q][1]);
-        const __m512 high01 = _mm512_unpackhi_ps(a[q][0], a[q][1]);
-        const __m512 low23 = _mm512_unpacklo_ps(a[q][2], a[q][3]);
-        const __m512 high23 = _mm512_unpackhi_ps(a[q][2], a[q][3]);
-        _mm512_store_ps(out->number[4 * q] + i, _mm512_shuffle_ps(low01, low23, 0x44));
-        _mm512_store_ps(out->number[4 * q + 1] + i, _mm512_shuffle_ps(low01, low23, 0xee));
-        _mm512_store_ps(out->number[4 * q + 2] + i, _mm512_shuffle_ps(high01, high23, 0x44));
-        _mm512_store_ps(out->number[4 * q + 3] + i, _mm512_shuffle_ps(high01, high23, 0xee));
-    }
-}
-#elif defined __AVX2__
+#ifdef __AVX2__
 #define LANES_AT_ONCE 8
 static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
                               struct shadow_lanes *out)
