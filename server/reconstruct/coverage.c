@@ -8,7 +8,6 @@
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/shadow_kernels.h"
 
-#define DELTA_MOST    2.0f
 #define RHO_LEAST     1e-3f /* below, every sample stays on the light */
 #define COVER_LEAST   0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
 #define LEAST_SCALE   8
@@ -69,17 +68,11 @@ static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
     }
 }
 
-int32_t coverage_row(struct coverage *c, float rho, float delta)
+void coverage_need(struct coverage *c, int32_t row)
 {
-    const float steps = COVERAGE_STEPS - 1;
-    const float r = rho < c->rho_most ? rho / c->rho_most : 1.0f;
-    const float d = delta < DELTA_MOST ? sqrtf(delta / DELTA_MOST) : 1.0f;
-    const uint32_t i = (uint32_t)(r * steps + 0.5f), j = (uint32_t)(d * steps + 0.5f);
-    const uint32_t row = i * COVERAGE_STEPS + j;
-    if (!c->ready[row]) {
-        const float root = (float)j / steps;
-        fill_row(c, row, c->rho_most * (float)i / steps, DELTA_MOST * root * root);
-        c->ready[row] = true;
-    }
-    return (int32_t)row;
+    if (c->ready[row]) return;
+    const float steps = COVERAGE_STEPS - 1, rho = (float)(row / COVERAGE_STEPS) / steps;
+    const float root = (float)(row % COVERAGE_STEPS) / steps;
+    fill_row(c, (uint32_t)row, c->rho_most * rho, COVERAGE_DELTA_MOST * root * root);
+    c->ready[row] = true;
 }

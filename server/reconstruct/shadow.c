@@ -117,10 +117,9 @@ static int run_sheared(const struct shadow *s, struct receivers *r, const struct
     float *seen = malloc(count * sizeof *seen);
     int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
     if (!seen) error = ERR_MEMORY;
-    if (!error) {
-        wedges_shear(&s->light, wedges, &coverage, r);
+    if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
+    if (!error)
         error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
-    }
     for (uint32_t k = 0; !error && k < count; k++)
         store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
     coverage_fini(&coverage);
@@ -146,7 +145,7 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     struct receivers receivers;
     struct wedges wedges = {0};
     uint32_t *pixels = malloc((size_t)rect_area(shaded) * sizeof *pixels + 1), count = 0;
-    int error = receivers_create(&s->light, s->patch,
+    int error = receivers_create(&s->light, s->patch, s->kernels,
                                  rect_grow(shaded, reach_px(filter) + WEDGE_FILL_PX), &receivers);
     if (!pixels) error = ERR_MEMORY;
     if (!error) error = wedges_create(&s->light, s->patch, &receivers, s->kernels, &wedges);

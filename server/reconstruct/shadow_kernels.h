@@ -109,11 +109,25 @@ struct shadow_rectangle {
     uint32_t profile; /* enum light_profile */
 };
 
+struct receiver_light; /* receiver.h */
+struct wedge_shear;    /* wedge.h */
+
 struct shadow_kernels {
     /* E of plan.h without occlusion, to `count` receivers (points from the eye, unit or zero
      * normals: zero gives 0). */
     void (*unoccluded)(const struct shadow_rectangle *light, uint32_t count,
                        const float *const point[3], const float *const normal[3], float *out);
+
+    /* Writes the sources and targets of `count` receivers; those that are not lit show nothing. */
+    void (*place_receivers)(const struct receiver_light *light, uint32_t count, const float *depth,
+                            const float *const point[3], const float *const normal[3],
+                            struct shadow_source *sources, struct shadow_target *targets);
+
+    /* Sets eta, spread, walks and numbers of weight rows of `count` pixels, whose 1/slope goes from
+     * least[pixel] to most[pixel]. */
+    void (*shear_receivers)(const struct wedge_shear *shear, const uint32_t *pixels, uint32_t count,
+                            const float *most, const float *least, struct shadow_source *sources,
+                            struct shadow_target *targets);
 
     /* Pass 1a: writes the columns of the slots of `count` pixels. Of pixel k: jitter[k] along axis
      * 0, and seen[k * l + a]: bit b: stratum (a, b) is seen; bit l: set.
