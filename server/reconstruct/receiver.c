@@ -66,8 +66,11 @@ void receiver_row(const struct receiver_light *light, const struct patch *patch,
 void receiver_steps(const struct receiver_light *light, const struct shadow_source *s,
                     float steps[2][2])
 {
-    for (int i = 0; i < 2; i++)
-        receiver_step(light, i, s->point, s->normal, &steps[i][0], &steps[i][1]);
+    const float *p = s->point, *n = s->normal;
+    for (int i = 0; i < 2; i++) {
+        const struct receiver_stepper stepper = receiver_stepper_of(light, i);
+        receiver_step(&stepper, p[0], p[1], p[2], n[0], n[1], n[2], &steps[i][0], &steps[i][1]);
+    }
 }
 
 static void place_run(const struct receiver_light *light, const struct patch *patch,

@@ -106,35 +106,56 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
     }
 }
 
-/* How many pixels, along k (x or y), what is at `at` of the screen's axes and `along` the view
- * moves on the screen when it moves so far there. */
-static inline float receiver_screen(const struct surface_view *view, int k, float at, float moved,
-                                    float inverse_along, float moved_along)
+/* Constants of receiver_step, side by side so that a loop can keep them. */
+struct receiver_stepper {
+    float centre[3], axis[3];
+    float right[3], up[3], forward[3];
+    float perspective; /* 0 if orthographic, else 1 */
+    float per_step[2]; /* 1 / (plane coordinates a pixel) */
+};
+
+static inline struct receiver_stepper receiver_stepper_of(const struct receiver_light *light,
+                                                          int axis)
 {
-    const float perspective = (moved - at * inverse_along * moved_along) * inverse_along;
-    const float e =
-        (view->orthographic ? moved : perspective) / (k == 0 ? view->a_step : view->b_step);
+    const struct surface_view *view = &light->view;
+    struct receiver_stepper s = {.perspective = view->orthographic ? 0.0f : 1.0f,
+                                 .per_step = {1.0f / view->a_step, 1.0f / view->b_step}};
+    for (int k = 0; k < 3; k++) {
+        s.centre[k] = light->rectangle.centre[k];
+        s.axis[k] = light->rectangle.axis[axis][k];
+        s.right[k] = view->camera->right[k];
+        s.up[k] = view->camera->up[k];
+        s.forward[k] = view->camera->forward[k];
+    }
+    return s;
+}
+
+/* Pixels that what is at `at` of a screen axis moves there when it moves by `moved`; away from the
+ * eye at 1 / inverse_along, by moved_along. */
+static inline float receiver_screen(float perspective, float at, float moved, float inverse_along,
+                                    float moved_along, float per_step)
+{
+    const float near = (moved - at * inverse_along * moved_along) * inverse_along;
+    const float e = (perspective > 0.0f ? near : moved) * per_step;
     return fabsf(e) < RECEIVER_STEP_MOST ? e : 0.0f;
 }
 
-/* Steps along light axis i of a lit receiver at p with the normal n: receiver_steps. */
-static inline void receiver_step(const struct receiver_light *light, int i, const float p[3],
-                                 const float n[3], float *step_x, float *step_y)
+/* Steps along a light axis of a lit receiver at (px, py, pz) with the normal n: receiver_steps. */
+static inline void receiver_step(const struct receiver_stepper *s, float px, float py, float pz,
+                                 float nx, float ny, float nz, float *step_x, float *step_y)
 {
-    const struct shadow_rectangle *r = &light->rectangle;
-    const struct plan_camera *c = light->view.camera;
-    const float *a = r->axis[i];
-    const float x = r->centre[0] - p[0], y = r->centre[1] - p[1], z = r->centre[2] - p[2];
-    const float up = x * n[0] + y * n[1] + z * n[2];
+    const float x = s->centre[0] - px, y = s->centre[1] - py, z = s->centre[2] - pz;
+    const float up = x * nx + y * ny + z * nz;
     const float least = RECEIVER_GRAZING * sqrtf(x * x + y * y + z * z);
     const float guarded = fabsf(up) >= least ? up : up < 0.0f ? -least : least;
-    const float lambda = receiver_along(n[0], n[1], n[2], a) / guarded; /* lit: not 0 */
-    const float tx = a[0] - lambda * x, ty = a[1] - lambda * y, tz = a[2] - lambda * z;
+    const float lambda = receiver_along(nx, ny, nz, s->axis) / guarded; /* lit: not 0 */
+    const float tx = s->axis[0] - lambda * x, ty = s->axis[1] - lambda * y;
+    const float tz = s->axis[2] - lambda * z;
     /* the point is in front of the eye: it has a depth */
-    const float inverse = 1.0f / receiver_along(p[0], p[1], p[2], c->forward);
-    const float along = receiver_along(tx, ty, tz, c->forward);
-    *step_x = receiver_screen(&light->view, 0, receiver_along(p[0], p[1], p[2], c->right),
-                              receiver_along(tx, ty, tz, c->right), inverse, along);
-    *step_y = receiver_screen(&light->view, 1, receiver_along(p[0], p[1], p[2], c->up),
-                              receiver_along(tx, ty, tz, c->up), inverse, along);
+    const float inverse = 1.0f / receiver_along(px, py, pz, s->forward);
+    const float along = receiver_along(tx, ty, tz, s->forward), perspective = s->perspective;
+    *step_x = receiver_screen(perspective, receiver_along(px, py, pz, s->right),
+                              receiver_along(tx, ty, tz, s->right), inverse, along, s->per_step[0]);
+    *step_y = receiver_screen(perspective, receiver_along(px, py, pz, s->up),
+                              receiver_along(tx, ty, tz, s->up), inverse, along, s->per_step[1]);
 }

@@ -129,6 +129,10 @@ struct shadow_kernels {
                             const float *most, const float *least, struct shadow_source *sources,
                             struct shadow_target *targets);
 
+    /* Sets marks[q] to 1 for all pixels q that the walks of `count` pixels along an axis reach. */
+    void (*mark_walks)(const struct shadow_field *field, uint32_t axis, const uint32_t *pixels,
+                       uint32_t count, uint8_t *marks);
+
     /* Pass 1a: writes the columns of the slots of `count` pixels. Of pixel k: jitter[k] along axis
      * 0, and seen[k * l + a]: bit b: stratum (a, b) is seen; bit l: set.
      *   g = i0 - (a + jitter) r/l,  i0 = ceil((a + jitter) r/l),  y_j = (1 - 2 (g + j)/r) of a half

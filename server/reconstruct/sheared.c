@@ -11,43 +11,26 @@
 #define BATCH       64u
 #define SUMS_BYTES  64
 
-enum need { NEED_COLUMNS = 1, NEED_ROWS = 2 };
-
 struct sheared {
     const struct receiver_light *light;
     const struct patch *patch;
     const struct shadow_kernels *kernels;
     struct receivers *receivers;
     struct shadow_field field;
-    uint8_t *needs;         /* of each pixel: bits of enum need */
+    uint8_t *needs[2];      /* of each pixel: does a walk along axis 0, 1 reach it? */
     uint32_t *order;        /* pixels by slot: those with rows first */
     uint32_t rows, columns; /* slots with rows; slots in all */
     float *cells;           /* 4 r a pixel of a batch */
 };
 
-/* Marks what a walk along `axis` can reach. */
-static void mark_walk(struct sheared *s, uint32_t axis, size_t pixel, enum need need)
-{
-    const struct shadow_walk *w = &s->field.targets[pixel].walk[axis];
-    const bool along_x = fabsf(w->step[0]) >= fabsf(w->step[1]);
-    const ptrdiff_t major = along_x ? 1 : s->field.width, minor = along_x ? s->field.width : 1;
-    const ptrdiff_t forward = w->step[along_x ? 0 : 1] < 0.0f ? -major : major;
-    const float slant = w->step[along_x ? 1 : 0];
-    uint8_t *at = s->needs + pixel;
-    for (int32_t k = -w->reach; k <= w->reach; k++) {
-        const ptrdiff_t to = k * forward + (ptrdiff_t)floorf((float)k * slant) * minor;
-        at[to] = (uint8_t)(at[to] | need);
-        at[to + minor] = (uint8_t)(at[to + minor] | need);
-    }
-}
-
-static uint32_t collect(struct sheared *s, uint32_t mask, uint32_t value, uint32_t first)
+/* Adds the lit pixels that walks along axis 1 reach, or those that only walks along axis 0 do. */
+static uint32_t collect(const struct sheared *s, uint32_t axis, uint32_t first)
 {
     const size_t area = (size_t)s->field.width * (size_t)s->field.height;
     uint32_t count = first;
     for (size_t i = 0; i < area; i++) {
-        if ((s->needs[i] & mask) != value || !receiver_is_lit(&s->field.sources[i])) continue;
-        s->order[count++] = (uint32_t)i;
+        if (!s->needs[axis][i] || (axis == 0 && s->needs[1][i])) continue;
+        if (receiver_is_lit(&s->field.sources[i])) s->order[count++] = (uint32_t)i;
     }
     return count;
 }
@@ -55,10 +38,10 @@ static uint32_t collect(struct sheared *s, uint32_t mask, uint32_t value, uint32
 /* Who takes part, and in which pass. */
 static void find_slots(struct sheared *s, const uint32_t *pixels, uint32_t count)
 {
-    for (uint32_t k = 0; k < count; k++) mark_walk(s, 1, pixels[k], NEED_ROWS);
-    s->rows = collect(s, NEED_ROWS, NEED_ROWS, 0);
-    for (uint32_t k = 0; k < s->rows; k++) mark_walk(s, 0, s->order[k], NEED_COLUMNS);
-    s->columns = collect(s, NEED_ROWS | NEED_COLUMNS, NEED_COLUMNS, s->rows);
+    s->kernels->mark_walks(&s->field, 1, pixels, count, s->needs[1]);
+    s->rows = collect(s, 1, 0);
+    s->kernels->mark_walks(&s->field, 0, s->order, s->rows, s->needs[0]);
+    s->columns = collect(s, 0, s->rows);
     for (uint32_t k = 0; k < s->columns; k++) s->receivers->sources[s->order[k]].slot = (int32_t)k;
 }
 
@@ -158,9 +141,11 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     struct sheared s = {.light = light, .patch = patch, .kernels = kernels, .receivers = receivers};
     int error = 0;
     describe(&s, coverage);
-    s.needs = calloc(area, 1);
+    uint8_t *needs = calloc(area, 2);
+    s.needs[0] = needs;
+    s.needs[1] = needs + area;
     s.order = malloc(area * sizeof *s.order);
-    if (!s.needs || !s.order) error = ERR_MEMORY;
+    if (!needs || !s.order) error = ERR_MEMORY;
     if (!error) find_slots(&s, pixels, count);
     if (!error) error = create_sums(&s);
     if (!error) run_passes(&s, pixels, count, seen);
@@ -168,6 +153,6 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     free(s.field.rows);
     free(s.field.columns);
     free(s.order);
-    free(s.needs);
+    free(needs);
     return error;
 }

@@ -36,6 +36,17 @@ static inline size_t walk_place(const struct shadow_walk *w, int32_t row, struct
     return (size_t)padded;
 }
 
+static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const uint32_t *pixels,
+                              uint32_t count, uint8_t *marks)
+{
+    struct walk_taps taps;
+    for (uint32_t k = 0; k < count; k++) {
+        const size_t n = walk_place(&f->targets[pixels[k]].walk[axis], f->width, &taps);
+        uint8_t *here = marks + pixels[k];
+        for (size_t i = 0; i < n; i++) here[taps.lanes.to[i]] = 1;
+    }
+}
+
 static inline int32_t walk_whole(float number)
 {
     int32_t whole;

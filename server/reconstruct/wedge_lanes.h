@@ -58,17 +58,18 @@ static inline void wedge_walk(const struct wedge_shear *shear, int axis, struct 
 {
     const struct receiver_light *light = shear->light;
     const float half = light->rectangle.half[axis], sigma_y = light->sigma_y[axis];
+    const float scale = shear->scale, most_px = shear->width_most_px, rho_most = shear->rho_most;
+    const struct receiver_stepper stepper = receiver_stepper_of(light, axis);
     for (int i = 0; i < WEDGE_LANES; i++) {
-        const float p[3] = {c->point[0][i], c->point[1][i], c->point[2][i]};
-        const float n[3] = {c->normal[0][i], c->normal[1][i], c->normal[2][i]};
         float step_x, step_y;
-        receiver_step(light, axis, p, n, &step_x, &step_y);
-        const float cap = shear->width_most_px * c->pixel[i];
-        const float own = shear->scale * sigma_y / c->wide[i], sigma = own < cap ? own : cap;
+        receiver_step(&stepper, c->point[0][i], c->point[1][i], c->point[2][i], c->normal[0][i],
+                      c->normal[1][i], c->normal[2][i], &step_x, &step_y);
+        const float cap = most_px * c->pixel[i];
+        const float own = scale * sigma_y / c->wide[i], sigma = own < cap ? own : cap;
         const float x = fabsf(step_x), y = fabsf(step_y), major = x > y ? x : y;
         const float delta = wedge_half_tap(major, c->eta[i], half);
         const float falloff = 0.5f / sigma / sigma, reach = ceilf(WEDGE_SIGMAS * sigma * major);
-        c->row[axis][i] = coverage_row(shear->rho_most, c->eta[i] * sigma / half, delta);
+        c->row[axis][i] = coverage_row(rho_most, c->eta[i] * sigma / half, delta);
         c->falloff[axis][i] = falloff < WEDGE_FALLOFF_MOST ? falloff : WEDGE_FALLOFF_MOST;
         c->reach[axis][i] = (int32_t)(reach < SHADOW_REACH_PX ? reach : SHADOW_REACH_PX);
         c->step[axis][0][i] = major > 0.0f ? step_x / major : 0.0f;

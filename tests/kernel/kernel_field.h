@@ -11,6 +11,7 @@
 
 enum kernel {
     KERNEL_UNOCCLUDED,
+    KERNEL_MARK_WALKS,
     KERNEL_PROJECT_COLUMNS,
     KERNEL_WALK_COLUMNS,
     KERNEL_PROJECT_ROWS,
@@ -22,8 +23,8 @@ enum kernel {
 };
 
 static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded", "project_columns", "walk_columns", "project_rows",
-    "walk_rows",  "blur x",          "blur y",       "sum_slopes"};
+    "unoccluded", "mark_walks", "project_columns", "walk_columns", "project_rows",
+    "walk_rows",  "blur x",     "blur y",          "sum_slopes"};
 
 #define FIELD_ROWS 7 /* of weights */
 
@@ -210,6 +211,8 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
 {
     const size_t nodes = shadow_nodes(&k->field);
     switch (kernel) {
+    case KERNEL_MARK_WALKS:
+        return (size_t)k->field.width * (size_t)k->field.height;
     case KERNEL_PROJECT_COLUMNS:
         return k->slots * nodes * k->field.lanes;
     case KERNEL_PROJECT_ROWS:
@@ -225,6 +228,18 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
     }
 }
 
+/* Marks of both axes, as numbers. */
+static inline void field_mark(const struct shadow_field *f, const struct shadow_kernels *kernels,
+                              const uint32_t *pixels, uint32_t count, float *out)
+{
+    const size_t area = (size_t)f->width * (size_t)f->height;
+    uint8_t *marks = field_memory(2 * area);
+    for (uint32_t axis = 0; axis < 2; axis++)
+        kernels->mark_walks(f, axis, pixels, count, marks + axis * area);
+    for (size_t i = 0; i < area; i++) out[i] = (float)(marks[i] + 2 * marks[area + i]);
+    free(marks);
+}
+
 /* The kernel over `count` pixels from number `first` on, into `out`. */
 static inline void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
                              enum kernel kernel, uint32_t first, uint32_t count, float *out)
@@ -236,6 +251,9 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
     switch (kernel) {
     case KERNEL_UNOCCLUDED:
         kernels->unoccluded(&k->light, count, point, normal, out);
+        break;
+    case KERNEL_MARK_WALKS:
+        field_mark(&f, kernels, pixels, count, out);
         break;
     case KERNEL_PROJECT_COLUMNS:
         f.columns = out;
