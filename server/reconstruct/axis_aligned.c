@@ -1,7 +1,6 @@
 #include "server/reconstruct/axis_aligned.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "server/reconstruct/strata.h"
 
@@ -76,8 +75,8 @@ int axis_aligned_filter(const struct receiver_light *light, const struct patch *
 {
     const size_t area = (size_t)rect_area(receivers->rect);
     struct rect tall = inner;
-    uint32_t *pixels = malloc(area * sizeof *pixels);
-    float *out = malloc(area * sizeof *out);
+    uint32_t *pixels = scratch_take(patch->scratch, area * sizeof *pixels);
+    float *out = scratch_take(patch->scratch, area * sizeof *out);
     if (pixels && out) {
         load(light, patch, wedges, receivers);
         tall.y0 -= AXIS_ALIGNED_REACH_PX;
@@ -86,8 +85,8 @@ int axis_aligned_filter(const struct receiver_light *light, const struct patch *
         blur(kernels, 1, inner, receivers, pixels, out);
     }
     const int error = pixels && out ? 0 : ERR_MEMORY;
-    free(out);
-    free(pixels);
+    scratch_give(patch->scratch, out);
+    scratch_give(patch->scratch, pixels);
     return error;
 }
 

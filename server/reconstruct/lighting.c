@@ -1,6 +1,5 @@
 #include "server/reconstruct/lighting.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define INVERSE_PI 0.318309886183790672f
@@ -97,7 +96,7 @@ static int add_filtered(const struct plan *plan, const struct patch *patch, stru
                         const struct lighting *out, struct shadow_statistics *shadow)
 {
     size_t area = (size_t)rect_area(patch->rect);
-    float *irradiance = malloc(area * 2 * sizeof *irradiance);
+    float *irradiance = scratch_take(patch->scratch, area * 2 * sizeof *irradiance);
     int error = irradiance ? 0 : ERR_MEMORY;
     for (uint32_t k = 0; !error && k < plan->light_count; k++) {
         float *width_px = irradiance + area;
@@ -109,7 +108,7 @@ static int add_filtered(const struct plan *plan, const struct patch *patch, stru
             widen(width_px, run, out->width_px);
         }
     }
-    free(irradiance);
+    scratch_give(patch->scratch, irradiance);
     return error;
 }
 
@@ -121,11 +120,12 @@ static void fill_total(const struct lighting *l, struct run run)
     }
 }
 
-static int allocate(struct lighting *out, size_t area)
+static int allocate(struct lighting *out, struct scratch *scratch, size_t area)
 {
-    float *memory = calloc(area * 10, sizeof *memory);
-    *out = (struct lighting){.memory = memory};
+    float *memory = scratch_take(scratch, area * 10 * sizeof *memory);
+    *out = (struct lighting){.scratch = scratch, .memory = memory};
     if (!memory) return ERR_MEMORY;
+    memset(memory, 0, area * 10 * sizeof *memory);
     for (size_t c = 0; c < 3; c++) {
         out->direct[c] = memory + c * area;
         out->indirect[c] = memory + (3 + c) * area;
@@ -138,7 +138,7 @@ static int allocate(struct lighting *out, size_t area)
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
                     struct lighting *out, struct shadow_statistics *shadow)
 {
-    int error = allocate(out, (size_t)rect_area(patch->rect));
+    int error = allocate(out, patch->scratch, (size_t)rect_area(patch->rect));
     if (error) return error;
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
     if (plan->shadow_filter != SHADOW_FILTER_NONE)
@@ -153,6 +153,6 @@ int lighting_create(const struct plan *plan, const struct patch *patch, struct r
 
 void lighting_fini(struct lighting *lighting)
 {
-    free(lighting->memory);
+    scratch_give(lighting->scratch, lighting->memory);
     *lighting = (struct lighting){0};
 }

@@ -10,11 +10,12 @@
 /* Arrays of the patch's size: radiance that a white Lambert surface would send out; 0 outside the
  * pixels that were asked for. One allocation. */
 struct lighting {
-    float *direct[3];   /* sum over lights of E_k color_k / pi */
-    float *indirect[3]; /* mean bounce radiance; zero without bounces */
-    float *total[3];    /* their sum */
-    float *width_px;    /* the shadow filter's, largest over the lights; 0: not filtered */
-    void *memory;       /* owned */
+    float *direct[3];        /* sum over lights of E_k color_k / pi */
+    float *indirect[3];      /* mean bounce radiance; zero without bounces */
+    float *total[3];         /* their sum */
+    float *width_px;         /* the shadow filter's, largest over the lights; 0: not filtered */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 /* Of the pixels of `lit`, which lies in patch->core: every light's and the bounce's Monte Carlo

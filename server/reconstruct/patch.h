@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/scratch.h"
 
 struct patch_light {
     float *irradiance;   /* E of plan.h */
@@ -47,7 +48,8 @@ struct patch {
     float *indirect_strata; /* l_i^2 * 4 planes */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
-    void *memory; /* owned */
+    struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */
+    void *memory;            /* owned */
 };
 
 /* Allocates all arrays that the plan has for `rect`, which is all core. */

@@ -1,7 +1,6 @@
 #include "server/reconstruct/receiver.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "server/reconstruct/receiver_lanes.h"
 
@@ -107,8 +106,8 @@ int receivers_create(const struct receiver_light *light, const struct patch *pat
                      const struct shadow_kernels *kernels, struct rect rect, struct receivers *out)
 {
     const size_t area = (size_t)rect_area(rect);
-    *out = (struct receivers){.rect = rect};
-    out->memory = aligned_alloc(64, area * (sizeof *out->sources + sizeof *out->targets));
+    *out = (struct receivers){.rect = rect, .scratch = patch->scratch};
+    out->memory = scratch_take(out->scratch, area * (sizeof *out->sources + sizeof *out->targets));
     if (!out->memory) return ERR_MEMORY;
     out->sources = out->memory;
     out->targets = (struct shadow_target *)(out->sources + area);
@@ -131,6 +130,6 @@ int receivers_create(const struct receiver_light *light, const struct patch *pat
 
 void receivers_fini(struct receivers *receivers)
 {
-    free(receivers->memory);
+    scratch_give(receivers->scratch, receivers->memory);
     *receivers = (struct receivers){0};
 }

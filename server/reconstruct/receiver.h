@@ -42,7 +42,8 @@ struct receivers {
     struct rect rect;
     struct shadow_source *sources; /* points, normals (0: not lit), u; no wedges, no slots */
     struct shadow_target *targets; /* distances, tolerances, gamma; no walks */
-    void *memory;                  /* owned */
+    struct scratch *scratch;       /* the patch's */
+    void *memory;                  /* owned; from there */
 };
 
 /* ERR_MEMORY. */

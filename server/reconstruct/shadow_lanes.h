@@ -47,8 +47,8 @@ static inline const float *lanes_line(const struct shadow_source *from, int32_t 
  * each line is looked up once. */
 #ifdef __AVX2__
 #define LANES_AT_ONCE 8
-static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
-                              struct shadow_lanes *out)
+static inline __attribute__((always_inline)) void
+lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
 {
     const int32_t *to = out->to + i;
     __m256 a[LANES_QUADS][4];
@@ -71,8 +71,8 @@ static inline __attribute__((always_inline)) void lanes_take(const struct shadow
 }
 #else
 #define LANES_AT_ONCE 1
-static inline __attribute__((always_inline)) void lanes_take(const struct shadow_source *from, uint32_t quads, size_t i,
-                              struct shadow_lanes *out)
+static inline __attribute__((always_inline)) void
+lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
 {
     const float *line = lanes_line(from, out->to[i]);
     for (uint32_t k = 0; k < 4 * quads; k++) out->number[k][i] = line[k];

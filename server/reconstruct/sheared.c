@@ -55,8 +55,8 @@ static int create_sums(struct sheared *s)
     const size_t nodes = shadow_nodes(&s->field);
     const size_t columns = align_up(s->columns * nodes * s->field.lanes * sizeof(float));
     const size_t rows = align_up(s->rows * nodes * 2 * sizeof(float));
-    s->field.columns = aligned_alloc(SUMS_BYTES, columns + SUMS_BYTES);
-    s->field.rows = aligned_alloc(SUMS_BYTES, rows + SUMS_BYTES);
+    s->field.columns = scratch_take(s->patch->scratch, columns + SUMS_BYTES);
+    s->field.rows = scratch_take(s->patch->scratch, rows + SUMS_BYTES);
     s->cells = aligned_alloc(SUMS_BYTES, sizeof(float) * BATCH * 4 * s->field.scale);
     return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
 }
@@ -141,18 +141,19 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     struct sheared s = {.light = light, .patch = patch, .kernels = kernels, .receivers = receivers};
     int error = 0;
     describe(&s, coverage);
-    uint8_t *needs = calloc(area, 2);
-    s.needs[0] = needs;
-    s.needs[1] = needs + area;
-    s.order = malloc(area * sizeof *s.order);
+    uint8_t *needs = scratch_take(patch->scratch, 2 * area);
+    s.order = scratch_take(patch->scratch, area * sizeof *s.order);
     if (!needs || !s.order) error = ERR_MEMORY;
+    s.needs[0] = needs;
+    s.needs[1] = error ? NULL : needs + area;
+    if (!error) memset(needs, 0, 2 * area);
     if (!error) find_slots(&s, pixels, count);
     if (!error) error = create_sums(&s);
     if (!error) run_passes(&s, pixels, count, seen);
     free(s.cells);
-    free(s.field.rows);
-    free(s.field.columns);
-    free(s.order);
-    free(needs);
+    scratch_give(patch->scratch, s.field.rows);
+    scratch_give(patch->scratch, s.field.columns);
+    scratch_give(patch->scratch, s.order);
+    scratch_give(patch->scratch, needs);
     return error;
 }

@@ -1,7 +1,6 @@
 #include "server/reconstruct/wedge.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define SLOPE_LEAST 6e-5f /* what a half float and the tracer's clamp leave */
@@ -113,13 +112,13 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
 {
     const size_t area = (size_t)rect_area(receivers->rect);
     struct fill fill = {.receivers = receivers, .kernels = kernels};
-    float *memory = malloc(area * (2 * sizeof(float)));
-    uint8_t *scratch = malloc(area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
-    *out = (struct wedges){.memory = memory};
+    struct scratch *from = patch->scratch;
+    float *memory = scratch_take(from, area * (2 * sizeof(float)));
+    uint8_t *scratch = scratch_take(from, area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
+    *out = (struct wedges){.scratch = from, .memory = memory};
     if (!memory || !scratch) {
-        free(memory);
-        free(scratch);
-        *out = (struct wedges){0};
+        scratch_give(from, scratch);
+        wedges_fini(out);
         return ERR_MEMORY;
     }
     out->most = memory;
@@ -136,13 +135,13 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
     fill_pass(&fill, out->least, out->most);
     invert(area, out);
     for (int pass = 1; pass < FILL_PASSES; pass++) fill_pass(&fill, out->least, out->most);
-    free(scratch);
+    scratch_give(from, scratch);
     return 0;
 }
 
 void wedges_fini(struct wedges *wedges)
 {
-    free(wedges->memory);
+    scratch_give(wedges->scratch, wedges->memory);
     *wedges = (struct wedges){0};
 }
 
@@ -176,7 +175,7 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
     const struct wedge_shear shear = {light, wedge_scale(light->plan, light->strata),
                                       width_most_px(light->plan, light->strata),
                                       coverage->rho_most};
-    uint32_t *pixels = malloc((area + 1) * sizeof *pixels);
+    uint32_t *pixels = scratch_take(receivers->scratch, (area + 1) * sizeof *pixels);
     if (!pixels) return ERR_MEMORY;
     const size_t count = list_wedges(wedges, area, pixels);
     kernels->shear_receivers(&shear, pixels, (uint32_t)count, wedges->most, wedges->least,
@@ -186,7 +185,7 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
         coverage_need(coverage, receivers->targets[pixels[k]].weights[0]);
         coverage_need(coverage, receivers->targets[pixels[k]].weights[1]);
     }
-    free(pixels);
+    scratch_give(receivers->scratch, pixels);
     return 0;
 }
 

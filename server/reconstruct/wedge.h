@@ -10,7 +10,8 @@
 /* Range of 1/slope of each pixel of the receivers' rect; -1 without wedge. One allocation. */
 struct wedges {
     float *most, *least;
-    void *memory; /* owned */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 /* Does pixel i of the patch have an occluded sample of its own? */
