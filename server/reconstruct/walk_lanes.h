@@ -14,6 +14,7 @@ struct walk_taps {
     _Alignas(64) int32_t at[SHADOW_PADDED];     /* the lower one: its place among all sums */
     _Alignas(64) int32_t kept[SHADOW_PADDED];   /* not 0: counts */
     _Alignas(64) int32_t counts[SHADOW_PADDED]; /* taps that are not refused */
+    size_t count;                               /* how many those are */
 };
 
 /* Where taps lie. Returns their number, filled up to whole lanes. */
@@ -85,21 +86,23 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, uint3
     }
 }
 
-/* The taps that count, as indices. Returns how many. */
-static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
-                               size_t pixel, struct walk_taps *taps)
+/* Finds the taps that count, and lets the CPU fetch their sums from `sums`: they are used a pixel
+ * later, since a walk's neighbours lie far apart in memory. */
+static inline void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                             const float *sums, size_t pixel, struct walk_taps *taps)
 {
     const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
     lanes_fetch(&f->sources[pixel], count, SHADOW_PHASE + 1, &taps->lanes);
     walk_weigh(f, axis, stride, pixel, count, taps);
-    return lanes_kept(taps->kept, count, taps->counts);
+    taps->count = lanes_kept(taps->kept, count, taps->counts);
+    for (size_t j = 0; j < taps->count; j++) __builtin_prefetch(sums + taps->at[taps->counts[j]]);
 }
 
 /* To the sums of each phase what the taps' two neighbouring nodes give. */
-static inline void walk_add(const struct shadow_field *f, uint32_t lanes, size_t count,
+static inline void walk_add(const struct shadow_field *f, uint32_t lanes,
                             const struct walk_taps *taps, float *sums)
 {
-    for (size_t j = 0; j < count; j++) {
+    for (size_t j = 0; j < taps->count; j++) {
         const size_t i = (size_t)taps->counts[j];
         const float *c = f->columns + taps->at[i], w0 = taps->below[0][i], w1 = taps->below[1][i];
         float *to = sums + walk_whole(taps->lanes.number[SHADOW_PHASE][i]) * (int32_t)lanes;
@@ -130,22 +133,28 @@ static inline void walk_cells(uint32_t l, uint32_t lanes, uint32_t phases, uint3
     }
 }
 
+static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
+                                    float *out)
+{
+    const uint32_t l = f->strata, lanes = f->lanes;
+    _Alignas(64) float sums[SHADOW_SUMS_MAX];
+    memset(sums, 0, f->phases * lanes * sizeof *sums);
+    if (l == 3) { /* the loops in there come apart */
+        walk_add(f, 4, taps, sums);
+        walk_cells(3, 4, 16, 16, sums, out);
+    } else {
+        walk_add(f, lanes, taps, sums);
+        walk_cells(l, lanes, f->phases, 2 * f->scale, sums, out);
+    }
+}
+
 static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, float *out)
 {
-    const uint32_t l = f->strata, lanes = f->lanes, cells = 2 * f->scale;
-    _Alignas(64) float sums[SHADOW_SUMS_MAX];
-    struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k++, out += 2 * cells) {
-        const size_t n = walk_take(f, 0, lanes, pixels[k], &taps);
-        memset(sums, 0, f->phases * lanes * sizeof *sums);
-        if (l == 3) { /* the loops in there come apart */
-            walk_add(f, 4, n, &taps, sums);
-            walk_cells(3, 4, 16, 16, sums, out);
-        } else {
-            walk_add(f, lanes, n, &taps, sums);
-            walk_cells(l, lanes, f->phases, cells, sums, out);
-        }
+    struct walk_taps taps[2];
+    for (uint32_t k = 0; k <= count; k++) {
+        if (k < count) walk_take(f, 0, f->lanes, f->columns, pixels[k], &taps[k & 1]);
+        if (k > 0) walk_sum_columns(f, &taps[~k & 1], out + (size_t)(k - 1) * 4 * f->scale);
     }
 }
 
@@ -159,21 +168,28 @@ static inline shadow_four walk_nodes(const struct shadow_field *f, const struct 
     return nodes * (shadow_four){w0, w0, w1, w1};
 }
 
+static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
+                                 float out[2])
+{
+    const int32_t *tap = taps->counts;
+    const size_t n = taps->count;
+    shadow_four even = {0}, odd = {0}; /* two sums: their additions overlap */
+    for (size_t j = 0; j + 1 < n; j += 2) {
+        even += walk_nodes(f, taps, tap[j]);
+        odd += walk_nodes(f, taps, tap[j + 1]);
+    }
+    if (n & 1) even += walk_nodes(f, taps, tap[n - 1]);
+    const shadow_four all = even + odd;
+    out[0] = all[0] + all[2];
+    out[1] = all[1] + all[3];
+}
+
 static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                              float *out)
 {
-    struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k++) {
-        const size_t n = walk_take(f, 1, 2, pixels[k], &taps);
-        const int32_t *tap = taps.counts;
-        shadow_four even = {0}, odd = {0}; /* two sums: their additions overlap */
-        for (size_t j = 0; j + 1 < n; j += 2) {
-            even += walk_nodes(f, &taps, tap[j]);
-            odd += walk_nodes(f, &taps, tap[j + 1]);
-        }
-        if (n & 1) even += walk_nodes(f, &taps, tap[n - 1]);
-        const shadow_four all = even + odd;
-        out[2 * k] = all[0] + all[2];
-        out[2 * k + 1] = all[1] + all[3];
+    struct walk_taps taps[2];
+    for (uint32_t k = 0; k <= count; k++) {
+        if (k < count) walk_take(f, 1, 2, f->rows, pixels[k], &taps[k & 1]);
+        if (k > 0) walk_sum_rows(f, &taps[~k & 1], out + 2 * (size_t)(k - 1));
     }
 }
