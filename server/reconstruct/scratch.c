@@ -8,10 +8,9 @@
 
 #include "proto/error.h"
 
-#define LINE_BYTES  64u
-#define HUGE_BYTES  ((size_t)1 << 21)
-#define SLACK       4 /* a piece may be larger than what is asked for by 1/4 */
-#define PIECES_MOST 64
+#define LINE_BYTES 64u
+#define HUGE_BYTES ((size_t)1 << 21)
+#define SLACK      4 /* a piece may be larger than what is asked for by 1/4 */
 
 /* Before each piece; as long as a line, so that the piece starts on one. */
 struct piece {
@@ -22,8 +21,7 @@ _Static_assert(sizeof(struct piece) == LINE_BYTES, "one line");
 
 struct scratch {
     pthread_mutex_t mutex;
-    struct piece *free;
-    unsigned count;
+    struct piece *free; /* never more pieces than were taken at once */
 };
 
 int scratch_create(struct scratch **out)
@@ -63,42 +61,37 @@ static struct piece *allocate(size_t asked, bool kept)
     return piece;
 }
 
-/* The smallest that fits without wasting much; out of the list. */
-static struct piece *find(struct scratch *s, size_t bytes)
+/* The smallest piece that fits is best, else the largest. */
+static bool is_better(const struct piece *piece, const struct piece *best, size_t bytes)
 {
-    struct piece **best = NULL;
-    for (struct piece **at = &s->free; *at; at = &(*at)->next) {
-        if ((*at)->bytes < bytes || (*at)->bytes / 2 > bytes) continue;
-        if (!best || (*at)->bytes < (*best)->bytes) best = at;
-    }
-    if (!best) return NULL;
-    struct piece *piece = *best;
-    *best = piece->next;
-    s->count--;
-    return piece;
+    const bool fits = piece->bytes >= bytes, best_fits = best->bytes >= bytes;
+    if (fits != best_fits) return fits;
+    return fits ? piece->bytes < best->bytes : piece->bytes > best->bytes;
 }
 
-/* Some piece that nothing fitted in; out of the list. */
-static struct piece *drop(struct scratch *s)
+/* Takes the best piece out of the list; NULL when it is empty. */
+static struct piece *take_best(struct scratch *s, size_t bytes)
 {
-    struct piece *piece = s->free;
-    if (!piece || s->count < PIECES_MOST) return NULL;
-    s->free = piece->next;
-    s->count--;
+    struct piece **best = &s->free;
+    for (struct piece **at = best; *at; at = &(*at)->next)
+        if (is_better(*at, *best, bytes)) best = at;
+    struct piece *piece = *best;
+    if (piece) *best = piece->next;
     return piece;
 }
 
 void *scratch_take(struct scratch *s, size_t bytes)
 {
-    struct piece *piece = NULL, *dropped = NULL;
+    struct piece *piece = NULL;
     if (s) {
         pthread_mutex_lock(&s->mutex);
-        piece = find(s, bytes);
-        if (!piece) dropped = drop(s);
+        piece = take_best(s, bytes);
         pthread_mutex_unlock(&s->mutex);
     }
-    free(dropped);
-    if (!piece) piece = allocate(bytes, s != NULL);
+    if (!piece || piece->bytes < bytes) { /* a larger piece takes the place of the largest */
+        free(piece);
+        piece = allocate(bytes, s != NULL);
+    }
     return piece ? piece + 1 : NULL;
 }
 
@@ -113,6 +106,5 @@ void scratch_give(struct scratch *s, void *memory)
     pthread_mutex_lock(&s->mutex);
     piece->next = s->free;
     s->free = piece;
-    s->count++;
     pthread_mutex_unlock(&s->mutex);
 }

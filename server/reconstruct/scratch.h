@@ -2,7 +2,7 @@
 /* Large pieces of memory that work on one block after another takes and gives back. Kept from one
  * block to the next: fresh pages cost the system's time, and huge ones spare the CPU's look-ups.
  *
- * Any thread. At rest it holds as much as was ever taken at once, about. */
+ * Any thread. It holds no more pieces than were taken at once. */
 #include <stddef.h>
 
 struct scratch;
