@@ -42,8 +42,10 @@ static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const
 {
     struct walk_taps taps;
     for (uint32_t k = 0; k < count; k++) {
-        const size_t n = walk_place(&f->targets[pixels[k]].walk[axis], f->width, &taps);
+        const struct shadow_walk *walk = &f->targets[pixels[k]].walk[axis];
+        const size_t n = 2 * (2 * (size_t)walk->reach + 1);
         uint8_t *here = marks + pixels[k];
+        walk_place(walk, f->width, &taps);
         for (size_t i = 0; i < n; i++) here[taps.lanes.to[i]] = 1;
     }
 }
