@@ -10,7 +10,7 @@
 #define WEDGE_FLOOR_PX     0.25f /* slopes are at least this many pixels over L */
 #define WEDGE_RANGE_LEAST  1e-6f
 #define WEDGE_FALLOFF_MOST 1e30f
-#define WEDGE_SIGMAS       2.5f /* that a walk goes: 3 give the same errors to a thousandth */
+#define WEDGE_SIGMAS       2.5f /* that a walk goes: 3 give the same errors within 1 % */
 
 struct wedge_chunk {
     float point[3][WEDGE_LANES], normal[3][WEDGE_LANES];
