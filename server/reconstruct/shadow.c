@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "server/reconstruct/axis_aligned.h"
+#include "server/reconstruct/edge.h"
 #include "server/reconstruct/sheared.h"
 #include "server/reconstruct/strata.h"
 
@@ -121,6 +122,7 @@ static int run_sheared(const struct shadow *s, struct receivers *r, const struct
         wedges_shear(&s->light, wedges, &coverage, r);
         error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
     }
+    if (!error) error = edges_filter(&s->light, s->patch, r, pixels, count, seen);
     for (uint32_t k = 0; !error && k < count; k++)
         store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
     coverage_fini(&coverage);
