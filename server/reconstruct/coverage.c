@@ -26,9 +26,9 @@ static float cover(float y, float rho, float delta)
     return share > COVER_LEAST ? share : COVER_LEAST;
 }
 
-/* Nodes a light's side. Rows are rounded to 2 r cells: were a stratum a few whole cells, all rows of
- * a pixel would be off by the same part of one, and the jitter between pixels lost: at 64 spp that
- * is worth 20 % of the error, at 256 spp 17 %. */
+/* Nodes a light's side. Rows are rounded to 2 r cells: were a stratum a few whole cells, all rows
+ * of a pixel would be off by the same part of one, and the jitter between pixels lost: at 64 spp
+ * that is worth 20 % of the error, at 256 spp 17 %. */
 static uint32_t scale_of(uint32_t strata)
 {
     uint32_t scale = strata > LEAST_SCALE ? strata - 1 : LEAST_SCALE;

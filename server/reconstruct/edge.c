@@ -9,16 +9,17 @@
 
 /* Pixels at 9 samples; all shrink with m(N), as the noise that is averaged and the penumbra's own
  * width do. */
-#define NARROW_PX 1.2f  /* filters this wide and narrower are replaced */
-#define WIDE_PX   1.8f  /* from here on none is */
+#define NARROW_PX 1.0f  /* filters this wide and narrower are replaced */
+#define WIDE_PX   1.5f  /* from here on none is */
 #define ALONG_PX  2.0f  /* sigma along an edge without any bend */
 #define ACROSS_PX 0.35f /* least sigma across */
 #define TENSOR_PX 2.2f  /* sigma of the structure tensor's window */
 
-#define EXPONENT_MOST 4.5f /* three sigma */
+#define EXPONENT_MOST 3.0f /* 2.4 sigma */
 #define RHO_LEAST     1e-3f
 #define COVER_LEAST   0.05f
 #define DELTA_MOST    2.0f
+#define NODES         8 /* from the light's centre to its edge */
 #define SIDE          (2 * EDGE_REACH_PX + 1)
 
 struct edges {
@@ -38,10 +39,10 @@ struct view {
 
 /* Windows around a pixel: axes on the screen, and what follows on the light. */
 struct window {
-    float across[2];        /* unit, pixels */
-    float falloff[2];       /* 1 / (2 sigma^2) across, along */
-    float normal[2];        /* nu */
-    float rho[2], reach[2]; /* of filters.md's cov along each axis of the light, half-sides */
+    float across[2];          /* unit, pixels */
+    float falloff[2];         /* 1 / (2 sigma^2) across, along */
+    float normal[2];          /* nu */
+    float even[2][NODES + 1]; /* I / cov along each axis of the light, centre to edge */
 };
 
 static bool is_compatible(const struct shadow_source *p, const struct shadow_target *t,
@@ -125,6 +126,25 @@ static float find_edge(const struct view *v, float falloff, float across[2])
     return 2.0f * root / (xx + yy);
 }
 
+/* I / cov of filters.md section 2 at the nodes of one axis, on which neighbours are moved by
+ * `shear` half-sides a pixel across the edge. */
+static void weigh_nodes(const struct edges *e, float shear, float sigma_px, float even[NODES + 1])
+{
+    const bool gaussian = e->light->rectangle.profile == PROFILE_GAUSSIAN;
+    const float delta = 0.5f * shear, rho = shear * sigma_px;
+    const float a = 1.0f + (delta < DELTA_MOST ? delta : DELTA_MOST);
+    const float inverse = rho > RHO_LEAST ? 1.0f / rho : 0.0f;
+    const float all = 2.0f * gaussian_phi(a * inverse) - 1.0f; /* a >= 1: 0 only if inverse is */
+    for (int i = 0; i <= NODES; i++) {
+        const float y = (float)i / NODES;
+        const float stays =
+            gaussian_phi((a - y) * inverse) + gaussian_phi((a + y) * inverse) - 1.0f;
+        const float share = all > 1e-6f ? stays / all : 1.0f;
+        even[i] = (gaussian ? gaussian_exp_minus(2.0f * y * y) : 1.0f) /
+                  (share > COVER_LEAST ? share : COVER_LEAST);
+    }
+}
+
 /* False where the edge on the light cannot be told. */
 static bool make_window(const struct edges *e, size_t pixel, float sigma_px, float sure,
                         struct window *w)
@@ -143,9 +163,7 @@ static bool make_window(const struct edges *e, size_t pixel, float sigma_px, flo
         w->normal[i] /= length;
         /* shear along axis i by a pixel across, in half-sides */
         const float shear = s->eta * fabsf(w->normal[i]) / (length * e->light->rectangle.half[i]);
-        const float delta = 0.5f * shear;
-        w->rho[i] = shear * across;
-        w->reach[i] = 1.0f + (delta < DELTA_MOST ? delta : DELTA_MOST);
+        weigh_nodes(e, shear, across, w->even[i]);
     }
     w->falloff[0] = 0.5f / (across * across);
     w->falloff[1] = 0.5f / (along * along);
@@ -153,19 +171,13 @@ static bool make_window(const struct edges *e, size_t pixel, float sigma_px, flo
 }
 
 /* w_i of filters.md section 2 at y half-sides; 0 off the light. */
-static float point_weight(const struct edges *e, const struct shadow_target *t,
-                          const struct window *w, int axis, float y)
+static float point_weight(const struct shadow_target *t, const struct window *w, int axis, float y)
 {
-    if (!(fabsf(y) <= 1.0f)) return 0.0f;
-    const bool gaussian = e->light->rectangle.profile == PROFILE_GAUSSIAN;
-    const float profile = gaussian ? gaussian_exp_minus(2.0f * y * y) : 1.0f;
-    const float weight = profile * (1.0f + t->gamma[axis] * y), rho = w->rho[axis];
-    if (!(rho > RHO_LEAST)) return weight;
-    const float a = w->reach[axis], inverse = 1.0f / rho;
-    const float all = 2.0f * gaussian_phi(a * inverse) - 1.0f; /* a >= 1 */
-    const float stays = gaussian_phi((a - y) * inverse) + gaussian_phi((a + y) * inverse) - 1.0f;
-    const float share = stays / (all > 1e-6f ? all : 1e-6f);
-    return weight / (share > COVER_LEAST ? share : COVER_LEAST);
+    const float at = fabsf(y) * NODES;
+    if (!(at <= NODES)) return 0.0f;
+    const int node = (int)at < NODES ? (int)at : NODES - 1;
+    const float *even = &w->even[axis][node], rest = at - (float)node;
+    return (even[0] + (even[1] - even[0]) * rest) * (1.0f + t->gamma[axis] * y);
 }
 
 /* Adds a neighbour's strata, moved on to where pixel `to` has them. */
@@ -189,10 +201,10 @@ static void add_strata(const struct edges *e, size_t to, size_t from, const stru
     for (int i = 0; i < 2; i++)
         shift[i] = p->eta * apart * w->normal[i] / e->light->rectangle.half[i];
     for (uint32_t b = 0; b < l; b++)
-        rows[b] = point_weight(e, t, w, 1, 2.0f * pattern_axis(jitter[1], l, b) - 1.0f + shift[1]);
+        rows[b] = point_weight(t, w, 1, 2.0f * pattern_axis(jitter[1], l, b) - 1.0f + shift[1]);
     for (uint32_t a = 0; a < l; a++) {
         const float at = 2.0f * pattern_axis(jitter[0], l, a) - 1.0f + shift[0];
-        const float column = weight * point_weight(e, t, w, 0, at);
+        const float column = weight * point_weight(t, w, 0, at);
         for (uint32_t b = 0; b < l; b++) {
             const float whole = column * rows[b];
             sums[0] += columns[a] >> b & 1u ? whole : 0.0f;
