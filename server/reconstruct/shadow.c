@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "server/reconstruct/axis_aligned.h"
+#include "server/reconstruct/edge.h"
 #include "server/reconstruct/sheared.h"
 #include "server/reconstruct/strata.h"
 
@@ -119,6 +120,7 @@ static int run_sheared(const struct shadow *s, struct receivers *r, const struct
     if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
     if (!error)
         error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
+    if (!error) error = edges_filter(&s->light, s->patch, r, pixels, count, seen);
     for (uint32_t k = 0; !error && k < count; k++)
         store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
     coverage_fini(&coverage);

@@ -5,7 +5,7 @@
  * around whatever walks, so that no walk can leave it. Pixels that show nothing (outside of the
  * image or of the patch, no surface, not lit) have a zero normal, which no neighbour takes.
  *
- * Lengths along the light are counted in nodes: with r = max(8, l), a half-side is r/2 nodes, node
+ * Lengths along the light are counted in nodes: with r of coverage.h, a half-side is r/2 nodes, node
  * r is the light's centre, and of the 2r + 1 nodes over twice the light the last one holds nothing.
  * A kernel that keeps other sums with a sum (its denominator) treats them alike, operation by
  * operation: a constant field must come out constant to the last bit. */
@@ -61,7 +61,7 @@ struct shadow_field {
     const struct shadow_source *sources; /* width * height, row by row */
     const struct shadow_target *targets; /* likewise */
     uint32_t strata;                     /* l */
-    uint32_t scale;                      /* r = max(8, l): nodes 2 r + 1, cells 2 r */
+    uint32_t scale;                      /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
     uint32_t window;                     /* r rounded up to a multiple of 8 */
     uint32_t lanes;                      /* l + 1 rounded up to a multiple of 4 */
     uint32_t phases;                     /* of y2 in a row: shadow_phases(l, r) */

@@ -105,8 +105,10 @@ static void run_passes(struct sheared *s, const uint32_t *pixels, uint32_t count
         const uint32_t n = count - k < BATCH ? count - k : BATCH;
         s->kernels->walk_rows(&s->field, pixels + k, n, sums);
         for (uint32_t i = 0; i < n; i++) {
+            /* Weights of a walk may be negative. */
             const float whole = sums[2 * i + 1], share = sums[2 * i] / whole;
-            seen[k + i] = !(whole > WHOLE_LEAST) ? -1.0f : share < 1.0f ? share : 1.0f;
+            const float within = share < 1.0f ? share > 0.0f ? share : 0.0f : 1.0f;
+            seen[k + i] = whole > WHOLE_LEAST ? within : -1.0f;
         }
     }
 }

@@ -9,7 +9,8 @@
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
 {
-    pattern_jitters(&light->plan->pattern, x, y, count, PATTERN_LIGHT + light->index, out0, out1);
+    pattern_jitters(&light->plan->pattern, x, y, count,
+                    pattern_light_dimension(light->index, light->strata), out0, out1);
     for (uint32_t i = 0; i < count; i++) {
         out0[i] = out0[i] < PATTERN_JITTER_MAX ? out0[i] : PATTERN_JITTER_MAX;
         out1[i] = out1[i] < PATTERN_JITTER_MAX ? out1[i] : PATTERN_JITTER_MAX;

@@ -6,6 +6,8 @@
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
 
+#define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
+
 /* A walk's taps, from its negative end; the nearer pixel in rows or columns first. */
 struct walk_taps {
     struct shadow_lanes lanes;
@@ -88,6 +90,40 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, uint3
     }
 }
 
+/* The sum over lanes in a fixed order, in pairs. */
+static inline float walk_total(float parts[SHADOW_LANES])
+{
+    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
+        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
+    }
+    return parts[0];
+}
+
+/* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
+ * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
+ * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
+ * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+static inline void walk_balance(int32_t reach, size_t count, struct walk_taps *taps)
+{
+    float s1[SHADOW_LANES] = {0}, s2[SHADOW_LANES] = {0};
+    for (size_t first = 0; first < count; first += SHADOW_LANES) {
+        for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+            const size_t i = first + lane;
+            const float k = (float)((int32_t)(i >> 1) - reach);
+            const float moment = k * (taps->below[0][i] + taps->below[1][i]);
+            s1[lane] += moment;
+            s2[lane] += moment * k;
+        }
+    }
+    const float first = walk_total(s1), second = walk_total(s2);
+    const float slope = second > 0.0f ? WALK_LINEAR * first / second : 0.0f;
+    for (size_t i = 0; i < count; i++) {
+        const float factor = 1.0f - slope * (float)((int32_t)(i >> 1) - reach);
+        taps->below[0][i] *= factor;
+        taps->below[1][i] *= factor;
+    }
+}
+
 /* Finds the taps that count, and lets the CPU fetch their sums from `sums`: they are used a pixel
  * later, since a walk's neighbours lie far apart in memory. */
 static inline void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
@@ -96,6 +132,7 @@ static inline void walk_take(const struct shadow_field *f, uint32_t axis, uint32
     const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
     lanes_fetch(&f->sources[pixel], count, SHADOW_PHASE + 1, &taps->lanes);
     walk_weigh(f, axis, stride, pixel, count, taps);
+    walk_balance(f->targets[pixel].walk[axis].reach, count, taps);
     taps->count = lanes_kept(taps->kept, count, taps->counts);
     for (size_t j = 0; j < taps->count; j++) __builtin_prefetch(sums + taps->at[taps->counts[j]]);
 }

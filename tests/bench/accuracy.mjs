@@ -12,7 +12,7 @@ import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
-const FULL = { side: 512, spp: [4, 9, 16, 25, 49, 100, 256], more: [576, 1024], referenceSpp: 65536, beautySeeds: 16, repeat: 5, repeatSpp: [9], scenes };
+const FULL = { side: 512, spp: [4, 9, 16, 25, 36, 49, 64, 100, 144, 256], more: [576, 1024], referenceSpp: 65536, beautySeeds: 16, repeat: 5, repeatSpp: [9], scenes };
 const QUICK = { side: 256, spp: [4, 9, 25, 100], more: [400], referenceSpp: 4096, beautySeeds: 4, repeat: 3, repeatSpp: [9],
   scenes: scenes.filter((s) => ["contacts", "large_light", "curved"].includes(s.name)) };
 
