@@ -30,7 +30,7 @@ static const uint64_t lattices[2][2][2] = {
 #define SCRAMBLE_ROUNDS 8
 
 /* Purposes that must not share a hash. */
-enum pattern_purpose { PURPOSE_ORIGIN_0 = 1, PURPOSE_ORIGIN_1, PURPOSE_DECK };
+enum pattern_purpose { PURPOSE_ORIGIN_0 = 1, PURPOSE_ORIGIN_1, PURPOSE_DECK, PURPOSE_NET };
 
 /* A bijection of 64 bits in which every input bit moves every output bit (two rounds of
  * multiply and xor-shift; constants of Stafford's variant 13, also used by SplitMix64). */
@@ -77,11 +77,70 @@ static void lattice_phase(uint32_t dimension, int32_t x, int32_t y, uint64_t pha
     if (signs & 2) phase[1] = 0 - phase[1];
 }
 
+static uint32_t reverse_bits(uint32_t v)
+{
+    v = __builtin_bswap32(v);
+    v = (v >> 4 & 0x0f0f0f0fu) | (v & 0x0f0f0f0fu) << 4;
+    v = (v >> 2 & 0x33333333u) | (v & 0x33333333u) << 2;
+    return (v >> 1 & 0x55555555u) | (v & 0x55555555u) << 1;
+}
+
+/* Owen scrambling: each bit is flipped by a hash of the bits above it. On reversed bits that is any
+ * function whose carries run upwards only (Laine and Karras 2011; constants of Vegdahl 2021). */
+static uint32_t owen_scramble(uint32_t v, uint32_t key)
+{
+    v = reverse_bits(v);
+    v ^= v * 0x3d20adeau;
+    v += key;
+    v *= (key >> 16) | 1u;
+    v ^= v * 0x05526c56u;
+    v ^= v * 0x53a22864u;
+    return reverse_bits(v);
+}
+
+/* Bits of v apart, zeros between them. */
+static uint32_t spread_bits(uint32_t v)
+{
+    v &= 0xffffu;
+    v = (v | v << 8) & 0x00ff00ffu;
+    v = (v | v << 4) & 0x0f0f0f0fu;
+    v = (v | v << 2) & 0x33333333u;
+    return (v | v << 1) & 0x55555555u;
+}
+
+/* The second coordinate of Sobol's points; the first is reverse_bits. */
+static uint32_t sobol_second(uint32_t i)
+{
+    uint32_t v = 1u << 31, sum = 0;
+    for (; i > 0; i >>= 1, v ^= v >> 1) sum ^= i & 1 ? v : 0;
+    return sum;
+}
+
+/* Every aligned square of 2^k x 2^k pixels has a (0, 2)-net, in an order that differs from square
+ * to square. */
+static void net_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
+                        uint32_t dimension, float *out0, float *out1)
+{
+    const uint64_t key = frame_key(p, dimension, PURPOSE_NET), other = mix(key);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t morton = spread_bits((uint32_t)x[i]) | spread_bits((uint32_t)y[i]) << 1;
+        const uint32_t index = owen_scramble(morton, (uint32_t)key);
+        const uint32_t a = owen_scramble(reverse_bits(index), (uint32_t)(key >> 32));
+        const uint32_t b = owen_scramble(sobol_second(index), (uint32_t)other);
+        out0[i] = (float)(a >> 8) * 0x1p-24f;
+        out1[i] = (float)(b >> 8) * 0x1p-24f;
+    }
+}
+
 void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
                      uint32_t dimension, float *out0, float *out1)
 {
     const uint64_t origin_0 = frame_key(p, dimension, PURPOSE_ORIGIN_0);
     const uint64_t origin_1 = frame_key(p, dimension, PURPOSE_ORIGIN_1);
+    if (dimension >= PATTERN_LIGHT_NET) {
+        net_jitters(p, x, y, count, dimension, out0, out1);
+        return;
+    }
     for (uint32_t i = 0; i < count; i++) {
         uint64_t phase[2];
         lattice_phase(dimension, x[i], y[i], phase);

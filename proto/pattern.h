@@ -4,7 +4,8 @@
  *
  * Everything is a pure function of (seed, frame, pixel, sample, dimension). A pixel has one jitter
  * per dimension, shared by its l x l strata (uniform jitter, filters.md section 2); the jitter runs
- * over the pixel grid as an R2 sequence with a hashed origin (section 8). */
+ * over the pixel grid as an R2 sequence with a hashed origin, or as Sobol points in Morton order
+ * with hashed Owen scrambling (section 8). */
 #include <stdint.h>
 
 /* Uses of randomness; append-only. Each is two-dimensional and independent of the others. */
@@ -14,8 +15,20 @@ enum pattern_dimension {
     PATTERN_INDIRECT_CHOICE = 2, /* which light the bounce point samples (x) */
     PATTERN_INDIRECT_LIGHT = 3,  /* where on that light */
     PATTERN_LENS = 4,
-    PATTERN_LIGHT = 16, /* + light index: position on that light */
+    PATTERN_LIGHT = 16,      /* + light index: position on that light */
+    PATTERN_LIGHT_NET = 128, /* + light index: the same where strata are many */
 };
+
+/* The dimension that places l x l strata on a light. Pixels' jitters are a lattice, and what a
+ * filter's shear adds to them makes another one, which may be anything: where the shear of one
+ * pixel is near half a stratum, jitters of neighbours can come to lie on top of each other, over as
+ * much of the picture as has that slope. With strata so narrow that this happens in wide penumbrae
+ * jitters are a scrambled net, which no shear can fold. */
+#define PATTERN_NET_STRATA 6
+static inline uint32_t pattern_light_dimension(uint32_t light, uint32_t l)
+{
+    return (l < PATTERN_NET_STRATA ? PATTERN_LIGHT : PATTERN_LIGHT_NET) + light;
+}
 
 struct pattern {
     uint64_t seed;

@@ -22,6 +22,7 @@ static void destroy(struct frame *f)
 {
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
+    scratch_destroy(&f->scratch);
     image_destroy(&f->image);
     bytes_writer_fini(&f->plan_bytes);
     free(f);
@@ -55,6 +56,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
         error = tile_queue_create(&f->grid, side_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
     if (!error) error = film_create(&f->plan, side_px, block_halo_px(&f->plan), &f->film);
+    if (!error) error = scratch_create(&f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
     if (error) {

@@ -44,6 +44,7 @@ static int reconstruct(struct block_task *t)
     if (!t->pixels) return ERR_MEMORY;
     make_view(f->image, t->rect, t->pixels, &view);
     int error = film_gather(f->film, t->block, &patch);
+    if (!error) patch->scratch = f->scratch;
     if (!error) error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
     patch_destroy(&patch);
     return error;

@@ -10,8 +10,8 @@
 /* Nanoseconds of CPU, of this order on any machine of today; only their ratio matters. A ray with
  * its shading, and the sheared filter of a pixel and light: so much, and more for each sample. */
 #define RAY_NS     50.0
-#define SHEARED_NS 600.0
-#define STRATUM_NS 5.0
+#define SHEARED_NS 370.0
+#define STRATUM_NS 2.5
 
 /* Strata a light under this plan, or 0 without a rectangle. All rectangles have as many. */
 static uint32_t rectangle_samples(const struct plan *plan, uint32_t *rectangles)

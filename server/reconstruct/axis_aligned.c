@@ -1,16 +1,26 @@
 #include "server/reconstruct/axis_aligned.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "server/reconstruct/strata.h"
 
 #define WIDTHS          3.0f /* k */
 #define REFUSED_BY_NONE 3e38f
 #define WIDTH_MOST      1e30f
-/* Neighbouring pixels are at least this fraction of a pixel's size apart, out to 60 degrees off the
- * view's axis. */
-#define SPACING_LEAST 0.5f
+#define SPACING_LEAST   0.5f  /* of a pixel's size, between neighbours, whatever follows */
+#define SPACING_SHARE   0.95f /* of the first step's; a walk's last may be shorter */
+
+/* How far apart neighbouring pixels are at least, in pixel sizes: a point on the next pixel's ray
+ * is no nearer than that ray. Rays (a, b, 1) that are da apart, seen from the distance of 1, are da
+ * sqrt(1 + b^2) / (1 + a^2 + b^2) apart, which is da cos^2 or more. */
+static float spacing(const struct surface_view *view, const float point[3])
+{
+    const float *f = view->camera->forward;
+    const float along = point[0] * f[0] + point[1] * f[1] + point[2] * f[2];
+    const float squared = point[0] * point[0] + point[1] * point[1] + point[2] * point[2];
+    const float least = view->orthographic ? 1.0f : along * along / squared; /* it has a depth */
+    return least * SPACING_SHARE > SPACING_LEAST ? least * SPACING_SHARE : SPACING_LEAST;
+}
 
 static void set_width(const struct receiver_light *light, float scale, float kappa_most,
                       struct shadow_source *s, struct shadow_target *t)
@@ -20,7 +30,8 @@ static void set_width(const struct receiver_light *light, float scale, float kap
         light->sigma_y[0] < light->sigma_y[1] ? light->sigma_y[0] : light->sigma_y[1];
     const float penumbra = sigma_y / (kappa_most > 1e-6f ? kappa_most : 1e-6f);
     const float beta = scale / WIDTHS * (penumbra > pixel ? penumbra : pixel);
-    const float width = 0.5f / beta / beta, taps = ceilf(3.0f * beta / (SPACING_LEAST * pixel));
+    const float width = 0.5f / beta / beta,
+                taps = ceilf(3.0f * beta / (spacing(&light->view, s->point) * pixel));
     s->refusal = penumbra * penumbra;
     t->width = width < WIDTH_MOST ? width : WIDTH_MOST;
     for (int i = 0; i < 2; i++)
@@ -76,8 +87,8 @@ int axis_aligned_filter(const struct receiver_light *light, const struct patch *
 {
     const size_t area = (size_t)rect_area(receivers->rect);
     struct rect tall = inner;
-    uint32_t *pixels = malloc(area * sizeof *pixels);
-    float *out = malloc(area * sizeof *out);
+    uint32_t *pixels = scratch_take(patch->scratch, area * sizeof *pixels);
+    float *out = scratch_take(patch->scratch, area * sizeof *out);
     if (pixels && out) {
         load(light, patch, wedges, receivers);
         tall.y0 -= AXIS_ALIGNED_REACH_PX;
@@ -86,8 +97,8 @@ int axis_aligned_filter(const struct receiver_light *light, const struct patch *
         blur(kernels, 1, inner, receivers, pixels, out);
     }
     const int error = pixels && out ? 0 : ERR_MEMORY;
-    free(out);
-    free(pixels);
+    scratch_give(patch->scratch, out);
+    scratch_give(patch->scratch, pixels);
     return error;
 }
 

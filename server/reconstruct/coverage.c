@@ -8,10 +8,10 @@
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/shadow_kernels.h"
 
-#define DELTA_MOST    2.0f
 #define RHO_LEAST     1e-3f /* below, every sample stays on the light */
 #define COVER_LEAST   0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
 #define LEAST_SCALE   8
+#define FINE_CELLS    4 /* a stratum, from which on their rounding does not show */
 #define WINDOW_ALIGN  8
 #define WEIGHTS_BYTES 64
 
@@ -25,10 +25,20 @@ static float cover(float y, float rho, float delta)
     return share > COVER_LEAST ? share : COVER_LEAST;
 }
 
+/* Nodes a light's side. Rows are rounded to 2 r cells: were a stratum a few whole cells, all rows
+ * of a pixel would be off by the same part of one, and the jitter between pixels lost: at 64 spp
+ * that is worth 20 % of the error, at 256 spp 17 %. */
+static uint32_t scale_of(uint32_t strata)
+{
+    uint32_t scale = strata > LEAST_SCALE ? strata - 1 : LEAST_SCALE;
+    while (2 * scale < FINE_CELLS * strata && 2 * scale % strata == 0) scale++;
+    return scale;
+}
+
 int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out)
 {
     memset(out, 0, sizeof *out);
-    out->scale = strata > LEAST_SCALE ? strata : LEAST_SCALE;
+    out->scale = scale_of(strata);
     out->window = (out->scale + WINDOW_ALIGN - 1) / WINDOW_ALIGN * WINDOW_ALIGN;
     out->profile = profile;
     out->rho_most = rho_most;
@@ -69,17 +79,11 @@ static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
     }
 }
 
-int32_t coverage_row(struct coverage *c, float rho, float delta)
+void coverage_need(struct coverage *c, int32_t row)
 {
-    const float steps = COVERAGE_STEPS - 1;
-    const float r = rho < c->rho_most ? rho / c->rho_most : 1.0f;
-    const float d = delta < DELTA_MOST ? sqrtf(delta / DELTA_MOST) : 1.0f;
-    const uint32_t i = (uint32_t)(r * steps + 0.5f), j = (uint32_t)(d * steps + 0.5f);
-    const uint32_t row = i * COVERAGE_STEPS + j;
-    if (!c->ready[row]) {
-        const float root = (float)j / steps;
-        fill_row(c, row, c->rho_most * (float)i / steps, DELTA_MOST * root * root);
-        c->ready[row] = true;
-    }
-    return (int32_t)row;
+    if (c->ready[row]) return;
+    const float steps = COVERAGE_STEPS - 1, rho = (float)(row / COVERAGE_STEPS) / steps;
+    const float root = (float)(row % COVERAGE_STEPS) / steps;
+    fill_row(c, (uint32_t)row, c->rho_most * rho, COVERAGE_DELTA_MOST * root * root);
+    c->ready[row] = true;
 }

@@ -1,6 +1,5 @@
 #include "server/reconstruct/lighting.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -101,7 +100,7 @@ static int filter_lights(const struct plan *plan, const struct patch *patch, str
                          const struct lighting *out, struct shadow_statistics *shadow)
 {
     size_t area = (size_t)rect_area(patch->rect);
-    float *irradiance = malloc(area * 2 * sizeof *irradiance);
+    float *irradiance = scratch_take(patch->scratch, area * 2 * sizeof *irradiance);
     int error = irradiance ? 0 : ERR_MEMORY;
     for (uint32_t k = 0; !error && k < plan->light_count; k++) {
         float *width_px = irradiance + area;
@@ -113,12 +112,12 @@ static int filter_lights(const struct plan *plan, const struct patch *patch, str
             widen(width_px, run, out->width_px);
         }
     }
-    free(irradiance);
+    scratch_give(patch->scratch, irradiance);
     return error;
 }
 
 /* What bounce rays have measured, all over the patch: as it lies there, or as a mean of its parts
- * in `scratch`, three arrays. */
+ * in `means`, three arrays. */
 struct measured {
     const float *in[4];
     float *out[4];
@@ -132,14 +131,14 @@ static void add_channel(struct measured *m, const float *in, float *out)
 }
 
 static void measure(const struct plan *plan, const struct patch *patch, const struct lighting *out,
-                    float *scratch, struct measured *m)
+                    float *means, struct measured *m)
 {
     const struct run all = {0, (size_t)rect_area(patch->rect)};
-    float *const mean[3] = {scratch, scratch + all.count, scratch + 2 * all.count};
+    float *const mean[3] = {means, means + all.count, means + 2 * all.count};
     const bool in_parts = patch->indirect_even[0] || patch->indirect_strata;
     m->count = 0;
     if (!patch->indirect[0] && in_parts) {
-        memset(scratch, 0, 3 * all.count * sizeof *scratch);
+        memset(means, 0, 3 * all.count * sizeof *means);
         fill_indirect(plan, patch, all, mean);
     }
     for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
@@ -152,14 +151,14 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
 {
     struct measured m;
     size_t area = (size_t)rect_area(patch->rect);
-    float *scratch = malloc(area * 4 * sizeof *scratch);
-    if (!scratch) return ERR_MEMORY;
-    float *width_px = scratch + 3 * area;
-    measure(plan, patch, out, scratch, &m);
+    float *memory = scratch_take(patch->scratch, area * 4 * sizeof *memory);
+    if (!memory) return ERR_MEMORY;
+    float *width_px = memory + 3 * area;
+    measure(plan, patch, out, memory, &m);
     int error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px, statistics);
     for (int32_t y = lit.y0; !error && y < lit.y1; y++)
         widen(width_px, row_of(patch, lit, y), out->width_px);
-    free(scratch);
+    scratch_give(patch->scratch, memory);
     return error;
 }
 
@@ -196,11 +195,12 @@ static void fill_total(const struct lighting *l, struct run run)
     }
 }
 
-static int allocate(struct lighting *out, size_t area)
+static int allocate(struct lighting *out, struct scratch *scratch, size_t area)
 {
-    float *memory = calloc(area * 11, sizeof *memory);
-    *out = (struct lighting){.memory = memory};
+    float *memory = scratch_take(scratch, area * 11 * sizeof *memory);
+    *out = (struct lighting){.scratch = scratch, .memory = memory};
     if (!memory) return ERR_MEMORY;
+    memset(memory, 0, area * 11 * sizeof *memory);
     for (size_t c = 0; c < 3; c++) {
         out->direct[c] = memory + c * area;
         out->indirect[c] = memory + (3 + c) * area;
@@ -214,7 +214,7 @@ static int allocate(struct lighting *out, size_t area)
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
                     struct lighting *out, struct lighting_statistics *statistics)
 {
-    int error = allocate(out, (size_t)rect_area(patch->rect));
+    int error = allocate(out, patch->scratch, (size_t)rect_area(patch->rect));
     if (error) return error;
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
     error = filter(plan, patch, lit, out, statistics);
@@ -228,6 +228,6 @@ int lighting_create(const struct plan *plan, const struct patch *patch, struct r
 
 void lighting_fini(struct lighting *lighting)
 {
-    free(lighting->memory);
+    scratch_give(lighting->scratch, lighting->memory);
     *lighting = (struct lighting){0};
 }

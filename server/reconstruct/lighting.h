@@ -11,12 +11,13 @@
 /* Arrays of the patch's size: radiance that a white Lambert surface would send out; 0 outside the
  * pixels that were asked for. One allocation. */
 struct lighting {
-    float *direct[3];   /* sum over lights of E_k color_k / pi */
-    float *indirect[3]; /* mean bounce radiance; zero without bounces */
-    float *total[3];    /* their sum */
-    float *open;        /* share of the hemisphere that is open; zero where it is not traced */
-    float *width_px;    /* of all filters the largest; 0: not filtered */
-    void *memory;       /* owned */
+    float *direct[3];        /* sum over lights of E_k color_k / pi */
+    float *indirect[3];      /* mean bounce radiance; zero without bounces */
+    float *total[3];         /* their sum */
+    float *open;             /* share of the hemisphere that is open; zero where it is not traced */
+    float *width_px;         /* of all filters the largest; 0: not filtered */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 struct lighting_statistics {

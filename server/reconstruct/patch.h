@@ -10,6 +10,7 @@
 #include <stdbool.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/scratch.h"
 
 struct patch_light {
     float *irradiance;   /* E of plan.h */
@@ -50,7 +51,8 @@ struct patch {
     float *open;            /* share of the bounce rays that meet nothing near */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
-    void *memory; /* owned */
+    struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */
+    void *memory;            /* owned */
 };
 
 /* Allocates all arrays that the plan has for `rect`, which is all core. */

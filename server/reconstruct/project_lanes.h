@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/shadow_lanes.h"
 
 /* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases. */
 static inline void project_weights(const struct shadow_field *f, uint32_t axis,
@@ -23,15 +23,12 @@ static inline void project_weights(const struct shadow_field *f, uint32_t axis,
     }
 }
 
-/* Four sums side by side; nodes start on 16 bytes. */
-typedef float project_four __attribute__((vector_size(16), may_alias));
-
 /* To node j weights[j] share; nodes lie `stride` numbers apart. */
 static inline void project_add(uint32_t count, const float *weights, const float *share,
                                uint32_t stride, float *node)
 {
-    const project_four four = *(const project_four *)share;
-    for (uint32_t j = 0; j < count; j++, node += stride) *(project_four *)node += weights[j] * four;
+    const shadow_four four = *(const shadow_four *)share;
+    for (uint32_t j = 0; j < count; j++, node += stride) *(shadow_four *)node += weights[j] * four;
 }
 
 static void kernel_project_columns(const struct shadow_field *f, const uint32_t *pixels,

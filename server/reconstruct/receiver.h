@@ -5,6 +5,7 @@
  * its own sigma_y,i and widths; slopes, and therefore eta, are those of the pixel, whatever the
  * axis. Points are relative to the eye, along the world's axes, so that large coordinates cost no
  * precision. */
+#include "server/reconstruct/coverage.h"
 #include "server/reconstruct/patch.h"
 #include "server/reconstruct/shadow_kernels.h"
 #include "server/reconstruct/surface.h"
@@ -26,17 +27,28 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
 void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
                   int32_t y, uint32_t count, float *const point[3], float *const normal[3]);
 
+/* What shows nothing; also how any other pixel starts, without wedge, walk and slot. */
+#define RECEIVER_NO_SOURCE                                                                         \
+    {                                                                                              \
+        .spread = SHADOW_NO_SPREAD, .slot = -1                                                     \
+    }
+#define RECEIVER_NO_TARGET                                                                         \
+    {                                                                                              \
+        .weights = { COVERAGE_WIDEST, COVERAGE_WIDEST }                                            \
+    }
+
 /* All pixels of `rect`, which need not lie within the patch: beyond it they show nothing. */
 struct receivers {
     struct rect rect;
     struct shadow_source *sources; /* points, normals (0: not lit), u; no wedges, no slots */
     struct shadow_target *targets; /* distances, tolerances, gamma; no walks */
-    void *memory;                  /* owned */
+    struct scratch *scratch;       /* the patch's */
+    void *memory;                  /* owned; from there */
 };
 
 /* ERR_MEMORY. */
 int receivers_create(const struct receiver_light *light, const struct patch *patch,
-                     struct rect rect, struct receivers *out);
+                     const struct shadow_kernels *kernels, struct rect rect, struct receivers *out);
 void receivers_fini(struct receivers *receivers);
 
 /* e_i of filters.md: pixels along x and y that a lit receiver's pixel moves on the screen for each

@@ -1,9 +1,9 @@
 #include "server/reconstruct/shadow.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "server/reconstruct/axis_aligned.h"
+#include "server/reconstruct/edge.h"
 #include "server/reconstruct/sheared.h"
 #include "server/reconstruct/strata.h"
 
@@ -114,17 +114,17 @@ static int run_sheared(const struct shadow *s, struct receivers *r, const struct
     struct coverage coverage;
     const float rho_most =
         wedge_scale(s->plan, s->light.strata) * s->light.sigma_y[0] / s->light.rectangle.half[0];
-    float *seen = malloc(count * sizeof *seen);
+    float *seen = scratch_take(s->patch->scratch, count * sizeof *seen);
     int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
     if (!seen) error = ERR_MEMORY;
-    if (!error) {
-        wedges_shear(&s->light, wedges, &coverage, r);
+    if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
+    if (!error)
         error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
-    }
+    if (!error) error = edges_filter(&s->light, s->patch, r, pixels, count, seen);
     for (uint32_t k = 0; !error && k < count; k++)
         store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
     coverage_fini(&coverage);
-    free(seen);
+    scratch_give(s->patch->scratch, seen);
     return error;
 }
 
@@ -145,8 +145,10 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     const uint32_t filter = s->plan->shadow_filter;
     struct receivers receivers;
     struct wedges wedges = {0};
-    uint32_t *pixels = malloc((size_t)rect_area(shaded) * sizeof *pixels + 1), count = 0;
-    int error = receivers_create(&s->light, s->patch,
+    uint32_t *pixels =
+        scratch_take(s->patch->scratch, (size_t)rect_area(shaded) * sizeof *pixels + 1);
+    uint32_t count = 0;
+    int error = receivers_create(&s->light, s->patch, s->kernels,
                                  rect_grow(shaded, reach_px(filter) + WEDGE_FILL_PX), &receivers);
     if (!pixels) error = ERR_MEMORY;
     if (!error) error = wedges_create(&s->light, s->patch, &receivers, s->kernels, &wedges);
@@ -157,7 +159,7 @@ static int run_filter(const struct shadow *s, struct rect shaded)
                     : run_axis_aligned(s, &receivers, &wedges, shaded, pixels, count);
     wedges_fini(&wedges);
     receivers_fini(&receivers);
-    free(pixels);
+    scratch_give(s->patch->scratch, pixels);
     return error;
 }
 
@@ -200,7 +202,7 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     const size_t area = (size_t)rect_area(inner);
     struct shadow s = {
         .plan = plan, .patch = patch, .kernels = shadow_kernels_best(), .inner = inner};
-    float *memory = malloc(3 * area * sizeof *memory);
+    float *memory = scratch_take(patch->scratch, 3 * area * sizeof *memory);
     int error = 0;
     if (!memory) return ERR_MEMORY;
     s.seen = memory;
@@ -219,6 +221,6 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     else
         error = run_filter(&s, shaded);
     if (!error) compose(&s, irradiance, width_px, statistics);
-    free(memory);
+    scratch_give(patch->scratch, memory);
     return error;
 }

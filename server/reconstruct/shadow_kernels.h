@@ -5,7 +5,7 @@
  * around whatever walks, so that no walk can leave it. Pixels that show nothing (outside of the
  * image or of the patch, no surface, not lit) have a zero normal, which no neighbour takes.
  *
- * Lengths along the light are counted in nodes: with r = max(8, l), a half-side is r/2 nodes, node
+ * Lengths along the light are counted in nodes: with r of coverage.h, a half-side is r/2 nodes, node
  * r is the light's centre, and of the 2r + 1 nodes over twice the light the last one holds nothing.
  * A kernel that keeps other sums with a sum (its denominator) treats them alike, operation by
  * operation: a constant field must come out constant to the last bit. */
@@ -15,6 +15,7 @@
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */
 #define SHADOW_STRATA_MAX  16                              /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define SHADOW_PHASES      8                               /* weight rows between two nodes */
+#define SHADOW_SUMS_MAX    640 /* phases times lanes, at most: 2 r <= 32, l + 4 <= 20 */
 #define SHADOW_NO_SPREAD   (-1e30f)
 #define SHADOW_COS_NORMALS 0.939692621f /* 20 degrees */
 #define SHADOW_PLANE_SHARE 0.35f        /* of the distance a neighbour may be off the plane */
@@ -28,9 +29,10 @@ struct shadow_source {
     float eta;       /* centre of its range of 1/slope; 0 without wedge */
     float spread;    /* half of that range; SHADOW_NO_SPREAD without wedge: refused by nobody */
     int32_t slot;    /* of its node sums; -1: has none */
-    float refusal;   /* axis-aligned: farther neighbours (squared distance) refuse it */
+    int32_t phase;   /* of its jitter along axis 1: floor(jitter * field->phases) */
     float seen;      /* axis-aligned: the fraction to blur along x, then along y */
-    float unused[3];
+    float refusal;   /* axis-aligned: farther neighbours (squared distance) refuse it */
+    float unused[2];
 };
 _Static_assert(sizeof(struct shadow_source) == 64, "one cache line");
 
@@ -59,9 +61,10 @@ struct shadow_field {
     const struct shadow_source *sources; /* width * height, row by row */
     const struct shadow_target *targets; /* likewise */
     uint32_t strata;                     /* l */
-    uint32_t scale;                      /* r = max(8, l): nodes 2 r + 1, cells 2 r */
+    uint32_t scale;                      /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
     uint32_t window;                     /* r rounded up to a multiple of 8 */
     uint32_t lanes;                      /* l + 1 rounded up to a multiple of 4 */
+    uint32_t phases;                     /* of y2 in a row: shadow_phases(l, r) */
     float nodes_per_length[2];           /* r / (2 L_i) */
     float refusal[2];                    /* 1.5 sigma_y,i */
 
@@ -73,7 +76,6 @@ struct shadow_field {
     /* Of each slot, 64-byte aligned as a whole: (2 r + 2) nodes of `lanes` sums: numerators of the
      * l rows, then the denominator, then zeros. The last node is zero. */
     float *columns;
-    uint8_t *cells; /* of each slot SHADOW_STRATA_MAX: the cell of each row's y2 */
     /* Of each slot: (2 r + 2) nodes of (numerator, denominator); the last node is zero. */
     float *rows;
 };
@@ -81,6 +83,19 @@ struct shadow_field {
 static inline uint32_t shadow_nodes(const struct shadow_field *f)
 {
     return 2 * f->scale + 2;
+}
+
+/* Into how many phases a row's jitter falls, so that phases, row after row, make up cells of equal
+ * numbers of them: 2 r / gcd(2 r, l). */
+static inline uint32_t shadow_phases(uint32_t strata, uint32_t scale)
+{
+    uint32_t a = 2 * scale, b = strata;
+    while (b > 0) {
+        const uint32_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return 2 * scale / a;
 }
 
 /* Rectangle seen from receivers: eye-relative corners in the order of the outline (half_u to
@@ -94,11 +109,29 @@ struct shadow_rectangle {
     uint32_t profile; /* enum light_profile */
 };
 
+struct receiver_light; /* receiver.h */
+struct wedge_shear;    /* wedge.h */
+
 struct shadow_kernels {
     /* E of plan.h without occlusion, to `count` receivers (points from the eye, unit or zero
      * normals: zero gives 0). */
     void (*unoccluded)(const struct shadow_rectangle *light, uint32_t count,
                        const float *const point[3], const float *const normal[3], float *out);
+
+    /* Writes the sources and targets of `count` receivers; those that are not lit show nothing. */
+    void (*place_receivers)(const struct receiver_light *light, uint32_t count, const float *depth,
+                            const float *const point[3], const float *const normal[3],
+                            struct shadow_source *sources, struct shadow_target *targets);
+
+    /* Sets eta, spread, walks and numbers of weight rows of `count` pixels, whose 1/slope goes from
+     * least[pixel] to most[pixel]. */
+    void (*shear_receivers)(const struct wedge_shear *shear, const uint32_t *pixels, uint32_t count,
+                            const float *most, const float *least, struct shadow_source *sources,
+                            struct shadow_target *targets);
+
+    /* Sets marks[q] to 1 for all pixels q that the walks of `count` pixels along an axis reach. */
+    void (*mark_walks)(const struct shadow_field *field, uint32_t axis, const uint32_t *pixels,
+                       uint32_t count, uint8_t *marks);
 
     /* Pass 1a: writes the columns of the slots of `count` pixels. Of pixel k: jitter[k] along axis
      * 0, and seen[k * l + a]: bit b: stratum (a, b) is seen; bit l: set.
@@ -109,7 +142,7 @@ struct shadow_kernels {
 
     /* Pass 1b: out[k]: 2 r cells of (numerator, denominator) of pixel k. The walk along axis 0;
      * each accepted neighbour's columns, read at node r - eta Delta nodes_per_length, go to the
-     * cells of its rows. */
+     * cells of its rows: l phases / 2 r phases, counted row by row, make a cell. */
     void (*walk_columns)(const struct shadow_field *field, const uint32_t *pixels, uint32_t count,
                          float *out);
 

@@ -6,11 +6,16 @@
 
 #include "server/reconstruct/blur_lanes.h"
 #include "server/reconstruct/project_lanes.h"
+#include "server/reconstruct/receiver_lanes.h"
 #include "server/reconstruct/unoccluded_lanes.h"
 #include "server/reconstruct/walk_lanes.h"
+#include "server/reconstruct/wedge_lanes.h"
 
 const struct shadow_kernels SHADOW_KERNELS = {
     .unoccluded = kernel_unoccluded,
+    .place_receivers = kernel_place_receivers,
+    .shear_receivers = kernel_shear_receivers,
+    .mark_walks = kernel_mark_walks,
     .project_columns = kernel_project_columns,
     .walk_columns = kernel_walk_columns,
     .project_rows = kernel_project_rows,

@@ -22,67 +22,61 @@ enum shadow_number {
     SHADOW_ETA = 8,
     SHADOW_SPREAD = 9,
     SHADOW_SLOT = 10,
-    SHADOW_REFUSAL = 11,
+    SHADOW_PHASE = 11,
     SHADOW_SEEN = 12,
+    SHADOW_REFUSAL = 13,
     SHADOW_NUMBERS = 16,
 };
+
+/* Four sums side by side; they start on 16 bytes. */
+typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
 struct shadow_lanes {
     _Alignas(64) int32_t to[SHADOW_PADDED]; /* in: where, from the pixel */
     _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
 };
 
-#ifdef __AVX512F__
-/* Numbers first .. first + 3 of sixteen neighbours. */
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
-                              struct shadow_lanes *out)
+#define LANES_QUADS 4 /* of four numbers, in a cache line */
+
+static inline const float *lanes_line(const struct shadow_source *from, int32_t to)
 {
-    const float *base = (const float *)(const void *)from + first;
-    const int32_t *to = out->to + i;
-    __m512 a[4];
-    for (int k = 0; k < 4; k++) {
-        a[k] = _mm512_castps128_ps512(_mm_load_ps(base + 16 * (ptrdiff_t)to[k]));
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 4]), 1);
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 8]), 2);
-        a[k] = _mm512_insertf32x4(a[k], _mm_load_ps(base + 16 * (ptrdiff_t)to[k + 12]), 3);
-    }
-    const __m512 low01 = _mm512_unpacklo_ps(a[0], a[1]), high01 = _mm512_unpackhi_ps(a[0], a[1]);
-    const __m512 low23 = _mm512_unpacklo_ps(a[2], a[3]), high23 = _mm512_unpackhi_ps(a[2], a[3]);
-    _mm512_store_ps(out->number[first] + i, _mm512_shuffle_ps(low01, low23, 0x44));
-    _mm512_store_ps(out->number[first + 1] + i, _mm512_shuffle_ps(low01, low23, 0xee));
-    _mm512_store_ps(out->number[first + 2] + i, _mm512_shuffle_ps(high01, high23, 0x44));
-    _mm512_store_ps(out->number[first + 3] + i, _mm512_shuffle_ps(high01, high23, 0xee));
+    return (const float *)(const void *)(from + to);
 }
-#define LANES_AT_ONCE 16
-#elif defined __AVX2__
-/* Numbers first .. first + 3 of eight neighbours. */
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
-                              struct shadow_lanes *out)
-{
-    const float *at[8];
-    __m256 a[4];
-    for (int k = 0; k < 8; k++)
-        at[k] = (const float *)(const void *)(from + out->to[i + (size_t)k]) + first;
-    for (int k = 0; k < 4; k++)
-        a[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(at[k])),
-                                    _mm_load_ps(at[k + 4]), 1);
-    const __m256 low01 = _mm256_unpacklo_ps(a[0], a[1]), high01 = _mm256_unpackhi_ps(a[0], a[1]);
-    const __m256 low23 = _mm256_unpacklo_ps(a[2], a[3]), high23 = _mm256_unpackhi_ps(a[2], a[3]);
-    _mm256_store_ps(out->number[first] + i, _mm256_shuffle_ps(low01, low23, 0x44));
-    _mm256_store_ps(out->number[first + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
-    _mm256_store_ps(out->number[first + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
-    _mm256_store_ps(out->number[first + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
-}
+
+/* Reads the first `quads` quads of numbers of as many neighbours as go at once, from the i-th on:
+ * each line is looked up once. */
+#ifdef __AVX2__
 #define LANES_AT_ONCE 8
-#else
-static inline void lanes_take(const struct shadow_source *from, uint32_t first, size_t i,
-                              struct shadow_lanes *out)
+static inline __attribute__((always_inline)) void
+lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
 {
-    float four[4];
-    memcpy(four, (const float *)(const void *)(from + out->to[i]) + first, sizeof four);
-    for (int k = 0; k < 4; k++) out->number[first + (uint32_t)k][i] = four[k];
+    const int32_t *to = out->to + i;
+    __m256 a[LANES_QUADS][4];
+    for (int k = 0; k < 4; k++) {
+        const float *low = lanes_line(from, to[k]), *high = lanes_line(from, to[k + 4]);
+        for (uint32_t q = 0; q < quads; q++)
+            a[q][k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low + 4 * q)),
+                                           _mm_load_ps(high + 4 * q), 1);
+    }
+    for (uint32_t q = 0; q < quads; q++) {
+        const __m256 low01 = _mm256_unpacklo_ps(a[q][0], a[q][1]);
+        const __m256 high01 = _mm256_unpackhi_ps(a[q][0], a[q][1]);
+        const __m256 low23 = _mm256_unpacklo_ps(a[q][2], a[q][3]);
+        const __m256 high23 = _mm256_unpackhi_ps(a[q][2], a[q][3]);
+        _mm256_store_ps(out->number[4 * q] + i, _mm256_shuffle_ps(low01, low23, 0x44));
+        _mm256_store_ps(out->number[4 * q + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
+        _mm256_store_ps(out->number[4 * q + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
+        _mm256_store_ps(out->number[4 * q + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
+    }
 }
+#else
 #define LANES_AT_ONCE 1
+static inline __attribute__((always_inline)) void
+lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
+{
+    const float *line = lanes_line(from, out->to[i]);
+    for (uint32_t k = 0; k < 4 * quads; k++) out->number[k][i] = line[k];
+}
 #endif
 
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
@@ -98,6 +92,18 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
         _mm512_storeu_si512(out + kept, _mm512_maskz_compress_epi32(set, at));
         kept += (size_t)__builtin_popcount(set);
     }
+#elif defined __AVX2__ && defined __BMI2__
+    for (size_t i = 0; i < count; i += 8) {
+        const __m256i in = _mm256_load_si256((const __m256i *)(const void *)(lanes + i));
+        const __m256i none = _mm256_cmpeq_epi32(in, _mm256_setzero_si256());
+        const uint32_t set = ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(none)) & 0xffu;
+        const uint64_t bytes = _pdep_u64(set, 0x0101010101010101u) * 0xffu;
+        const uint64_t at = _pext_u64(0x0706050403020100u, bytes);
+        const __m256i wide = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((int64_t)at));
+        _mm256_storeu_si256((__m256i *)(void *)(out + kept),
+                            _mm256_add_epi32(wide, _mm256_set1_epi32((int32_t)i)));
+        kept += (size_t)__builtin_popcount(set);
+    }
 #else
     for (size_t i = 0; i < count; i++) {
         out[kept] = (int32_t)i;
@@ -108,10 +114,8 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
 }
 
 /* Numbers 0 .. most - 1, `most` a multiple of 4, of the neighbours out->to of `from`. */
-static inline void lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most,
-                               struct shadow_lanes *out)
+static inline __attribute__((always_inline)) void
+lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most, struct shadow_lanes *out)
 {
-    for (size_t i = 0; i < count; i += LANES_AT_ONCE) {
-        for (uint32_t first = 0; first < most; first += 4) lanes_take(from, first, i, out);
-    }
+    for (size_t i = 0; i < count; i += LANES_AT_ONCE) lanes_take(from, most / 4, i, out);
 }

@@ -11,43 +11,26 @@
 #define BATCH       64u
 #define SUMS_BYTES  64
 
-enum need { NEED_COLUMNS = 1, NEED_ROWS = 2 };
-
 struct sheared {
     const struct receiver_light *light;
     const struct patch *patch;
     const struct shadow_kernels *kernels;
     struct receivers *receivers;
     struct shadow_field field;
-    uint8_t *needs;         /* of each pixel: bits of enum need */
+    uint8_t *needs[2];      /* of each pixel: does a walk along axis 0, 1 reach it? */
     uint32_t *order;        /* pixels by slot: those with rows first */
     uint32_t rows, columns; /* slots with rows; slots in all */
     float *cells;           /* 4 r a pixel of a batch */
 };
 
-/* Marks what a walk along `axis` can reach. */
-static void mark_walk(struct sheared *s, uint32_t axis, size_t pixel, enum need need)
-{
-    const struct shadow_walk *w = &s->field.targets[pixel].walk[axis];
-    const bool along_x = fabsf(w->step[0]) >= fabsf(w->step[1]);
-    const ptrdiff_t major = along_x ? 1 : s->field.width, minor = along_x ? s->field.width : 1;
-    const ptrdiff_t forward = w->step[along_x ? 0 : 1] < 0.0f ? -major : major;
-    const float slant = w->step[along_x ? 1 : 0];
-    uint8_t *at = s->needs + pixel;
-    for (int32_t k = -w->reach; k <= w->reach; k++) {
-        const ptrdiff_t to = k * forward + (ptrdiff_t)floorf((float)k * slant) * minor;
-        at[to] = (uint8_t)(at[to] | need);
-        at[to + minor] = (uint8_t)(at[to + minor] | need);
-    }
-}
-
-static uint32_t collect(struct sheared *s, uint32_t mask, uint32_t value, uint32_t first)
+/* Adds the lit pixels that walks along axis 1 reach, or those that only walks along axis 0 do. */
+static uint32_t collect(const struct sheared *s, uint32_t axis, uint32_t first)
 {
     const size_t area = (size_t)s->field.width * (size_t)s->field.height;
     uint32_t count = first;
     for (size_t i = 0; i < area; i++) {
-        if ((s->needs[i] & mask) != value || !receiver_is_lit(&s->field.sources[i])) continue;
-        s->order[count++] = (uint32_t)i;
+        if (!s->needs[axis][i] || (axis == 0 && s->needs[1][i])) continue;
+        if (receiver_is_lit(&s->field.sources[i])) s->order[count++] = (uint32_t)i;
     }
     return count;
 }
@@ -55,10 +38,10 @@ static uint32_t collect(struct sheared *s, uint32_t mask, uint32_t value, uint32
 /* Who takes part, and in which pass. */
 static void find_slots(struct sheared *s, const uint32_t *pixels, uint32_t count)
 {
-    for (uint32_t k = 0; k < count; k++) mark_walk(s, 1, pixels[k], NEED_ROWS);
-    s->rows = collect(s, NEED_ROWS, NEED_ROWS, 0);
-    for (uint32_t k = 0; k < s->rows; k++) mark_walk(s, 0, s->order[k], NEED_COLUMNS);
-    s->columns = collect(s, NEED_ROWS | NEED_COLUMNS, NEED_COLUMNS, s->rows);
+    s->kernels->mark_walks(&s->field, 1, pixels, count, s->needs[1]);
+    s->rows = collect(s, 1, 0);
+    s->kernels->mark_walks(&s->field, 0, s->order, s->rows, s->needs[0]);
+    s->columns = collect(s, 0, s->rows);
     for (uint32_t k = 0; k < s->columns; k++) s->receivers->sources[s->order[k]].slot = (int32_t)k;
 }
 
@@ -72,11 +55,10 @@ static int create_sums(struct sheared *s)
     const size_t nodes = shadow_nodes(&s->field);
     const size_t columns = align_up(s->columns * nodes * s->field.lanes * sizeof(float));
     const size_t rows = align_up(s->rows * nodes * 2 * sizeof(float));
-    s->field.columns = aligned_alloc(SUMS_BYTES, columns + SUMS_BYTES);
-    s->field.rows = aligned_alloc(SUMS_BYTES, rows + SUMS_BYTES);
-    s->field.cells = malloc((size_t)s->columns * SHADOW_STRATA_MAX + 1);
+    s->field.columns = scratch_take(s->patch->scratch, columns + SUMS_BYTES);
+    s->field.rows = scratch_take(s->patch->scratch, rows + SUMS_BYTES);
     s->cells = aligned_alloc(SUMS_BYTES, sizeof(float) * BATCH * 4 * s->field.scale);
-    return s->field.columns && s->field.rows && s->field.cells && s->cells ? 0 : ERR_MEMORY;
+    return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
 }
 
 static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32_t count,
@@ -91,7 +73,8 @@ static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32
 /* Pass 1a of up to BATCH pixels, whose slots follow each other from `slot` on. */
 static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
 {
-    const uint32_t *pixels = s->order + slot, l = s->light->strata, cells = 2 * s->field.scale;
+    const uint32_t *pixels = s->order + slot, l = s->light->strata;
+    const float phases = (float)s->field.phases;
     const struct rect from = s->patch->rect;
     int32_t x[BATCH], y[BATCH];
     float jitter[2][BATCH];
@@ -103,9 +86,7 @@ static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
             (size_t)(y[k] - from.y0) * (size_t)rect_width(from) + (size_t)(x[k] - from.x0);
         strata_columns(s->light, s->patch, i, columns);
         for (uint32_t a = 0; a < l; a++) seen[k * l + a] = columns[a] | 1u << l;
-        uint8_t *cell = s->field.cells + (size_t)(slot + k) * SHADOW_STRATA_MAX;
-        for (uint32_t b = 0; b < l; b++)
-            cell[b] = (uint8_t)(pattern_axis(jitter[1][k], l, b) * (float)cells);
+        s->receivers->sources[pixels[k]].phase = (int32_t)(jitter[1][k] * phases); /* below 1 */
     }
     s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
 }
@@ -124,8 +105,10 @@ static void run_passes(struct sheared *s, const uint32_t *pixels, uint32_t count
         const uint32_t n = count - k < BATCH ? count - k : BATCH;
         s->kernels->walk_rows(&s->field, pixels + k, n, sums);
         for (uint32_t i = 0; i < n; i++) {
+            /* Weights of a walk may be negative. */
             const float whole = sums[2 * i + 1], share = sums[2 * i] / whole;
-            seen[k + i] = !(whole > WHOLE_LEAST) ? -1.0f : share < 1.0f ? share : 1.0f;
+            const float within = share < 1.0f ? share > 0.0f ? share : 0.0f : 1.0f;
+            seen[k + i] = whole > WHOLE_LEAST ? within : -1.0f;
         }
     }
 }
@@ -142,6 +125,7 @@ static void describe(struct sheared *s, const struct coverage *coverage)
         .scale = coverage->scale,
         .window = coverage->window,
         .lanes = (l + 4) / 4 * 4, /* l + 1, rounded up */
+        .phases = shadow_phases(l, coverage->scale),
         .weights = coverage->weights,
     };
     for (int i = 0; i < 2; i++) {
@@ -159,17 +143,19 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     struct sheared s = {.light = light, .patch = patch, .kernels = kernels, .receivers = receivers};
     int error = 0;
     describe(&s, coverage);
-    s.needs = calloc(area, 1);
-    s.order = malloc(area * sizeof *s.order);
-    if (!s.needs || !s.order) error = ERR_MEMORY;
+    uint8_t *needs = scratch_take(patch->scratch, 2 * area);
+    s.order = scratch_take(patch->scratch, area * sizeof *s.order);
+    if (!needs || !s.order) error = ERR_MEMORY;
+    s.needs[0] = needs;
+    s.needs[1] = error ? NULL : needs + area;
+    if (!error) memset(needs, 0, 2 * area);
     if (!error) find_slots(&s, pixels, count);
     if (!error) error = create_sums(&s);
     if (!error) run_passes(&s, pixels, count, seen);
     free(s.cells);
-    free(s.field.cells);
-    free(s.field.rows);
-    free(s.field.columns);
-    free(s.order);
-    free(s.needs);
+    scratch_give(patch->scratch, s.field.rows);
+    scratch_give(patch->scratch, s.field.columns);
+    scratch_give(patch->scratch, s.order);
+    scratch_give(patch->scratch, needs);
     return error;
 }

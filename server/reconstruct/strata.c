@@ -9,7 +9,8 @@
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
 {
-    pattern_jitters(&light->plan->pattern, x, y, count, PATTERN_LIGHT + light->index, out0, out1);
+    pattern_jitters(&light->plan->pattern, x, y, count,
+                    pattern_light_dimension(light->index, light->strata), out0, out1);
     for (uint32_t i = 0; i < count; i++) {
         out0[i] = out0[i] < PATTERN_JITTER_MAX ? out0[i] : PATTERN_JITTER_MAX;
         out1[i] = out1[i] < PATTERN_JITTER_MAX ? out1[i] : PATTERN_JITTER_MAX;
@@ -59,6 +60,13 @@ static float point_weight(const struct shadow_rectangle *r, const float to[3],
     return profile * up * (bounded * bounded);
 }
 
+static bool none_seen(const uint32_t columns[SHADOW_STRATA_MAX], uint32_t l)
+{
+    uint32_t any = 0;
+    for (uint32_t a = 0; a < l; a++) any |= columns[a];
+    return any == 0;
+}
+
 float strata_ratio(const struct receiver_light *light, const struct patch *patch, int32_t x,
                    int32_t y)
 {
@@ -70,10 +78,11 @@ float strata_ratio(const struct receiver_light *light, const struct patch *patch
     float *const normals[3] = {&normal[0], &normal[1], &normal[2]};
     uint32_t columns[SHADOW_STRATA_MAX];
     const uint32_t l = light->strata;
+    strata_columns(light, patch, i, columns);
+    if (none_seen(columns, l)) return 0.0f; /* what the sums below come to */
     receiver_row(light, patch, x, y, 1, points, normals);
     for (int k = 0; k < 3; k++) to[k] = light->rectangle.centre[k] - point[k];
     strata_jitters(light, &x, &y, 1, &jitter[0], &jitter[1]);
-    strata_columns(light, patch, i, columns);
     const float *half = light->rectangle.half, size2 = half[0] * half[0] + half[1] * half[1];
     float seen = 0.0f, all = 0.0f, seen_count = 0.0f;
     for (uint32_t b = 0; b < l; b++) {

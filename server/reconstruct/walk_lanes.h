@@ -6,15 +6,17 @@
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
 
+#define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
+
 /* A walk's taps, from its negative end; the nearer pixel in rows or columns first. */
 struct walk_taps {
     struct shadow_lanes lanes;
-    _Alignas(64) float share[SHADOW_PADDED]; /* of the step's two pixels; 0 past the end */
-    _Alignas(
-        64) float below[2][SHADOW_PADDED];    /* weights of two neighbouring nodes; 0, 0: refused */
-    _Alignas(64) int32_t node[SHADOW_PADDED]; /* the lower one */
-    _Alignas(64) int32_t kept[SHADOW_PADDED]; /* not 0: counts */
+    _Alignas(64) float share[SHADOW_PADDED];    /* of the step's two pixels; 0 past the end */
+    _Alignas(64) float below[2][SHADOW_PADDED]; /* weights of two neighbouring nodes */
+    _Alignas(64) int32_t at[SHADOW_PADDED];     /* the lower one: its place among all sums */
+    _Alignas(64) int32_t kept[SHADOW_PADDED];   /* not 0: counts */
     _Alignas(64) int32_t counts[SHADOW_PADDED]; /* taps that are not refused */
+    size_t count;                               /* how many those are */
 };
 
 /* Where taps lie. Returns their number, filled up to whole lanes. */
@@ -37,9 +39,29 @@ static inline size_t walk_place(const struct shadow_walk *w, int32_t row, struct
     return (size_t)padded;
 }
 
-/* What each tap weighs, and what nodes its sums are read at. */
-static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_t pixel,
-                              size_t count, struct walk_taps *taps)
+static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const uint32_t *pixels,
+                              uint32_t count, uint8_t *marks)
+{
+    struct walk_taps taps;
+    for (uint32_t k = 0; k < count; k++) {
+        const struct shadow_walk *walk = &f->targets[pixels[k]].walk[axis];
+        const size_t n = 2 * (2 * (size_t)walk->reach + 1);
+        uint8_t *here = marks + pixels[k];
+        walk_place(walk, f->width, &taps);
+        for (size_t i = 0; i < n; i++) here[taps.lanes.to[i]] = 1;
+    }
+}
+
+static inline int32_t walk_whole(float number)
+{
+    int32_t whole;
+    memcpy(&whole, &number, sizeof whole);
+    return whole;
+}
+
+/* What each tap weighs, and where its sums are read; a node has `stride` of them. */
+static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                              size_t pixel, size_t count, struct walk_taps *taps)
 {
     const struct shadow_source *p = &f->sources[pixel];
     const struct shadow_target *t = &f->targets[pixel];
@@ -48,6 +70,7 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_
     const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
     const float falloff = t->walk[axis].falloff, centre = (float)f->scale;
     const struct shadow_lanes *q = &taps->lanes;
+    const int32_t node_sums = (int32_t)stride, slot_sums = (int32_t)(shadow_nodes(f) * stride);
     for (size_t i = 0; i < count; i++) {
         float squared;
         const int32_t same = compatible(&asker, q, i, &squared);
@@ -60,84 +83,152 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, size_
         const float counted = kept ? weight : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
         taps->kept[i] = counted > 0.0f;
-        taps->node[i] = (int32_t)whole;
+        taps->at[i] =
+            walk_whole(q->number[SHADOW_SLOT][i]) * slot_sums + (int32_t)whole * node_sums;
         taps->below[0][i] = counted * (1.0f - rest);
         taps->below[1][i] = counted * rest;
     }
 }
 
-/* The taps that count, as indices. Returns how many. */
-static inline size_t walk_take(const struct shadow_field *f, uint32_t axis, size_t pixel,
-                               struct walk_taps *taps)
+/* The sum over lanes in a fixed order, in pairs. */
+static inline float walk_total(float parts[SHADOW_LANES])
+{
+    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
+        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
+    }
+    return parts[0];
+}
+
+/* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
+ * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
+ * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
+ * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+static inline void walk_balance(int32_t reach, size_t count, struct walk_taps *taps)
+{
+    float s1[SHADOW_LANES] = {0}, s2[SHADOW_LANES] = {0};
+    for (size_t first = 0; first < count; first += SHADOW_LANES) {
+        for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+            const size_t i = first + lane;
+            const float k = (float)((int32_t)(i >> 1) - reach);
+            const float moment = k * (taps->below[0][i] + taps->below[1][i]);
+            s1[lane] += moment;
+            s2[lane] += moment * k;
+        }
+    }
+    const float first = walk_total(s1), second = walk_total(s2);
+    const float slope = second > 0.0f ? WALK_LINEAR * first / second : 0.0f;
+    for (size_t i = 0; i < count; i++) {
+        const float factor = 1.0f - slope * (float)((int32_t)(i >> 1) - reach);
+        taps->below[0][i] *= factor;
+        taps->below[1][i] *= factor;
+    }
+}
+
+/* Finds the taps that count, and lets the CPU fetch their sums from `sums`: they are used a pixel
+ * later, since a walk's neighbours lie far apart in memory. */
+static inline void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                             const float *sums, size_t pixel, struct walk_taps *taps)
 {
     const size_t count = walk_place(&f->targets[pixel].walk[axis], f->width, taps);
-    lanes_fetch(&f->sources[pixel], count, SHADOW_REFUSAL + 1, &taps->lanes);
-    walk_weigh(f, axis, pixel, count, taps);
-    return lanes_kept(taps->kept, count, taps->counts);
+    lanes_fetch(&f->sources[pixel], count, SHADOW_PHASE + 1, &taps->lanes);
+    walk_weigh(f, axis, stride, pixel, count, taps);
+    walk_balance(f->targets[pixel].walk[axis].reach, count, taps);
+    taps->count = lanes_kept(taps->kept, count, taps->counts);
+    for (size_t j = 0; j < taps->count; j++) __builtin_prefetch(sums + taps->at[taps->counts[j]]);
 }
 
-static inline size_t walk_slot(const struct walk_taps *taps, size_t i)
+/* To the sums of each phase what the taps' two neighbouring nodes give. */
+static inline void walk_add(const struct shadow_field *f, uint32_t lanes,
+                            const struct walk_taps *taps, float *sums)
 {
-    int32_t slot;
-    memcpy(&slot, &taps->lanes.number[SHADOW_SLOT][i], sizeof slot);
-    return (size_t)slot;
-}
-
-/* Adds what l rows of two neighbouring nodes give to (numerator, denominator) of their cells. */
-static inline void walk_add(uint32_t l, uint32_t lanes, const float *c, float w0, float w1,
-                            const uint8_t *cell, float *cells)
-{
-    float row[SHADOW_STRATA_MAX + 4];
-    uint8_t place[SHADOW_STRATA_MAX];
-    memcpy(place, cell, sizeof place);
-    for (uint32_t b = 0; b < lanes; b += 4) {
-        for (uint32_t i = 0; i < 4; i++) row[b + i] = w0 * c[b + i] + w1 * c[lanes + b + i];
+    for (size_t j = 0; j < taps->count; j++) {
+        const size_t i = (size_t)taps->counts[j];
+        const float *c = f->columns + taps->at[i], w0 = taps->below[0][i], w1 = taps->below[1][i];
+        float *to = sums + walk_whole(taps->lanes.number[SHADOW_PHASE][i]) * (int32_t)lanes;
+        for (uint32_t b = 0; b < lanes; b += 4)
+            *(shadow_four *)(to + b) +=
+                w0 * *(const shadow_four *)(c + b) + w1 * *(const shadow_four *)(c + lanes + b);
     }
-    for (uint32_t b = 0; b < l; b++) {
-        float *to = cells + 2 * (size_t)place[b];
-        const float numerator = to[0] + row[b], denominator = to[1] + row[l];
-        to[0] = numerator;
-        to[1] = denominator;
+}
+
+/* From sums a phase to (numerator, denominator) a cell. */
+static inline void walk_cells(uint32_t l, uint32_t lanes, uint32_t phases, uint32_t cells,
+                              const float *sums, float *out)
+{
+    const uint32_t each = l * phases / cells;
+    uint32_t phase = 0, row = 0;
+    for (uint32_t c = 0; c < cells; c++) {
+        float numerator = 0.0f, denominator = 0.0f;
+        for (uint32_t k = 0; k < each; k++) {
+            numerator += sums[phase * lanes + row];
+            denominator += sums[phase * lanes + l];
+            if (++phase == phases) {
+                phase = 0;
+                row++;
+            }
+        }
+        out[2 * c] = numerator;
+        out[2 * c + 1] = denominator;
+    }
+}
+
+static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
+                                    float *out)
+{
+    const uint32_t l = f->strata, lanes = f->lanes;
+    _Alignas(64) float sums[SHADOW_SUMS_MAX];
+    memset(sums, 0, f->phases * lanes * sizeof *sums);
+    if (l == 3) { /* the loops in there come apart */
+        walk_add(f, 4, taps, sums);
+        walk_cells(3, 4, 16, 16, sums, out);
+    } else {
+        walk_add(f, lanes, taps, sums);
+        walk_cells(l, lanes, f->phases, 2 * f->scale, sums, out);
     }
 }
 
 static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, float *out)
 {
-    const uint32_t l = f->strata, lanes = f->lanes, size = shadow_nodes(f) * lanes;
-    struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k++) {
-        float *cells = out + (size_t)k * 4 * f->scale;
-        const size_t n = walk_take(f, 0, pixels[k], &taps);
-        memset(cells, 0, 4 * f->scale * sizeof *cells);
-        for (size_t j = 0; j < n; j++) {
-            const size_t i = (size_t)taps.counts[j], slot = walk_slot(&taps, i);
-            const float *c = f->columns + slot * size + (size_t)taps.node[i] * lanes;
-            const uint8_t *cell = f->cells + slot * SHADOW_STRATA_MAX;
-            if (l == 3) /* the loops in there come apart */
-                walk_add(3, 4, c, taps.below[0][i], taps.below[1][i], cell, cells);
-            else
-                walk_add(l, lanes, c, taps.below[0][i], taps.below[1][i], cell, cells);
-        }
+    struct walk_taps taps[2];
+    for (uint32_t k = 0; k <= count; k++) {
+        if (k < count) walk_take(f, 0, f->lanes, f->columns, pixels[k], &taps[k & 1]);
+        if (k > 0) walk_sum_columns(f, &taps[~k & 1], out + (size_t)(k - 1) * 4 * f->scale);
     }
+}
+
+/* What tap i gives: two nodes' (numerator, denominator), weighted. */
+static inline shadow_four walk_nodes(const struct shadow_field *f, const struct walk_taps *taps,
+                                     int32_t i)
+{
+    const float w0 = taps->below[0][i], w1 = taps->below[1][i];
+    shadow_four nodes; /* they start on 8 bytes */
+    memcpy(&nodes, f->rows + taps->at[i], sizeof nodes);
+    return nodes * (shadow_four){w0, w0, w1, w1};
+}
+
+static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
+                                 float out[2])
+{
+    const int32_t *tap = taps->counts;
+    const size_t n = taps->count;
+    shadow_four even = {0}, odd = {0}; /* two sums: their additions overlap */
+    for (size_t j = 0; j + 1 < n; j += 2) {
+        even += walk_nodes(f, taps, tap[j]);
+        odd += walk_nodes(f, taps, tap[j + 1]);
+    }
+    if (n & 1) even += walk_nodes(f, taps, tap[n - 1]);
+    const shadow_four all = even + odd;
+    out[0] = all[0] + all[2];
+    out[1] = all[1] + all[3];
 }
 
 static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                              float *out)
 {
-    const uint32_t size = shadow_nodes(f) * 2;
-    struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k++) {
-        const size_t n = walk_take(f, 1, pixels[k], &taps);
-        float numerator = 0.0f, denominator = 0.0f;
-        for (size_t j = 0; j < n; j++) {
-            const size_t i = (size_t)taps.counts[j];
-            const float w0 = taps.below[0][i], w1 = taps.below[1][i];
-            const float *r = f->rows + walk_slot(&taps, i) * size + (size_t)taps.node[i] * 2;
-            numerator += w0 * r[0] + w1 * r[2];
-            denominator += w0 * r[1] + w1 * r[3];
-        }
-        out[2 * k] = numerator;
-        out[2 * k + 1] = denominator;
+    struct walk_taps taps[2];
+    for (uint32_t k = 0; k <= count; k++) {
+        if (k < count) walk_take(f, 1, 2, f->rows, pixels[k], &taps[k & 1]);
+        if (k > 0) walk_sum_rows(f, &taps[~k & 1], out + 2 * (size_t)(k - 1));
     }
 }

@@ -1,21 +1,16 @@
 #include "server/reconstruct/wedge.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define SLOPE_LEAST 6e-5f /* what a half float and the tracer's clamp leave */
 #define SLOPE_MOST  65504.0f
-#define KAPPA_MOST  1e4f  /* of slopes that are handed on */
-#define FLOOR_PX    0.25f /* slopes are at least this many pixels over L */
+#define KAPPA_MOST  1e4f /* of slopes that are handed on */
 /* filters.md has 8, measured with random jitter. With the pattern's lattices a few pixels together
  * cover the light evenly: from 3 px on the noise hardly falls any more, and what the slopes change
  * over the window is all that wider filters add. It shrinks with the fourth root of m(N) only: the
  * lattice needs its few pixels at 256 spp too. */
 #define WIDTH_MOST_PX 3.5f
-#define RANGE_LEAST   1e-6f
-#define FALLOFF_MOST  1e30f
-#define SIGMAS        3.0f /* that a walk goes: beyond, weights are below 0.012 */
 #define FILL_PASSES   3
 #define FILL_REACH    (WEDGE_FILL_PX / FILL_PASSES)
 #define RUN           64
@@ -117,13 +112,13 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
 {
     const size_t area = (size_t)rect_area(receivers->rect);
     struct fill fill = {.receivers = receivers, .kernels = kernels};
-    float *memory = malloc(area * (2 * sizeof(float)));
-    uint8_t *scratch = malloc(area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
-    *out = (struct wedges){.memory = memory};
+    struct scratch *from = patch->scratch;
+    float *memory = scratch_take(from, area * (2 * sizeof(float)));
+    uint8_t *scratch = scratch_take(from, area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
+    *out = (struct wedges){.scratch = from, .memory = memory};
     if (!memory || !scratch) {
-        free(memory);
-        free(scratch);
-        *out = (struct wedges){0};
+        scratch_give(from, scratch);
+        wedges_fini(out);
         return ERR_MEMORY;
     }
     out->most = memory;
@@ -140,13 +135,13 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
     fill_pass(&fill, out->least, out->most);
     invert(area, out);
     for (int pass = 1; pass < FILL_PASSES; pass++) fill_pass(&fill, out->least, out->most);
-    free(scratch);
+    scratch_give(from, scratch);
     return 0;
 }
 
 void wedges_fini(struct wedges *wedges)
 {
-    free(wedges->memory);
+    scratch_give(wedges->scratch, wedges->memory);
     *wedges = (struct wedges){0};
 }
 
@@ -161,70 +156,37 @@ static float width_most_px(const struct plan *plan, uint32_t strata)
     return plan->mu * WIDTH_MOST_PX * sqrtf(sqrtf(cbrtf(9.0f / (float)(strata * strata))));
 }
 
-/* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
- * scene unit. */
-static void set_walk(const float step[2], float major, float sigma, struct shadow_walk *w)
+static size_t list_wedges(const struct wedges *wedges, size_t area, uint32_t *pixels)
 {
-    const float falloff = 0.5f / sigma / sigma, reach = ceilf(SIGMAS * sigma * major);
-    w->falloff = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
-    w->reach = reach < SHADOW_REACH_PX ? (int32_t)reach : SHADOW_REACH_PX;
-    for (int k = 0; k < 2; k++) w->step[k] = major > 0.0f ? step[k] / major : 0.0f;
-}
-
-/* Half a tap in half-sides of the light: how much farther than the light taps still reach. */
-static float half_tap(float major, float eta, float half)
-{
-    const float delta = 0.5f * eta / half / (major > 1e-30f ? major : 1e-30f);
-    return delta < 2.0f ? delta : 2.0f;
-}
-
-struct shear {
-    const struct receiver_light *light;
-    struct coverage *coverage;
-    float scale, width_most_px;
-    float longer_half;
-};
-
-static void shear_one(const struct shear *shear, float most, float least, struct shadow_source *s,
-                      struct shadow_target *t)
-{
-    const struct receiver_light *light = shear->light;
-    const float pixel = receiver_pixel(t);
-    const float top = shear->longer_half / (FLOOR_PX * pixel);
-    const float upper = most < top ? most : top, lower = least < upper ? least : upper;
-    const float range = upper - lower > RANGE_LEAST ? upper - lower : RANGE_LEAST;
-    s->eta = 0.5f * (upper + lower);
-    s->spread = 0.5f * (upper - lower);
-    float steps[2][2];
-    receiver_steps(light, s, steps);
-    for (int i = 0; i < 2; i++) {
-        const float half = light->rectangle.half[i], sigma_y = light->sigma_y[i];
-        const float wide = range > s->eta ? range : s->eta, cap = shear->width_most_px * pixel;
-        const float own = shear->scale * sigma_y / wide, sigma = own < cap ? own : cap;
-        const float x = fabsf(steps[i][0]), y = fabsf(steps[i][1]), major = x > y ? x : y;
-        const float delta = half_tap(major, s->eta, half);
-        t->weights[i] = coverage_row(shear->coverage, s->eta * sigma / half, delta);
-        set_walk(steps[i], major, sigma, &t->walk[i]);
+    size_t count = 0;
+    pixels[0] = 0;
+    for (size_t i = 0; i < area; i++) {
+        pixels[count] = (uint32_t)i;
+        count += wedges->most[i] >= 0.0f;
     }
+    return count;
 }
 
-void wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
-                  struct coverage *coverage, struct receivers *receivers)
+int wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
+                 const struct shadow_kernels *kernels, struct coverage *coverage,
+                 struct receivers *receivers)
 {
     const size_t area = (size_t)rect_area(receivers->rect);
-    const float *half = light->rectangle.half;
-    const struct shear shear = {light, coverage, wedge_scale(light->plan, light->strata),
-                                width_most_px(light->plan, light->strata),
-                                half[0] > half[1] ? half[0] : half[1]};
-    const int32_t widest = coverage_row(coverage, coverage->rho_most, 0.0f);
-    for (size_t i = 0; i < area; i++) {
-        struct shadow_source *s = &receivers->sources[i];
-        struct shadow_target *t = &receivers->targets[i];
-        if (wedges->most[i] >= 0.0f)
-            shear_one(&shear, wedges->most[i], wedges->least[i], s, t);
-        else
-            t->weights[0] = t->weights[1] = widest;
+    const struct wedge_shear shear = {light, wedge_scale(light->plan, light->strata),
+                                      width_most_px(light->plan, light->strata),
+                                      coverage->rho_most};
+    uint32_t *pixels = scratch_take(receivers->scratch, (area + 1) * sizeof *pixels);
+    if (!pixels) return ERR_MEMORY;
+    const size_t count = list_wedges(wedges, area, pixels);
+    kernels->shear_receivers(&shear, pixels, (uint32_t)count, wedges->most, wedges->least,
+                             receivers->sources, receivers->targets);
+    coverage_need(coverage, COVERAGE_WIDEST);
+    for (size_t k = 0; k < count; k++) {
+        coverage_need(coverage, receivers->targets[pixels[k]].weights[0]);
+        coverage_need(coverage, receivers->targets[pixels[k]].weights[1]);
     }
+    scratch_give(receivers->scratch, pixels);
+    return 0;
 }
 
 float wedge_width_px(const struct shadow_target *target)

@@ -10,7 +10,8 @@
 /* Range of 1/slope of each pixel of the receivers' rect; -1 without wedge. One allocation. */
 struct wedges {
     float *most, *least;
-    void *memory; /* owned */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 /* Does pixel i of the patch have an occluded sample of its own? */
@@ -26,9 +27,18 @@ void wedges_fini(struct wedges *wedges);
 /* Filter widths at l strata an axis: m(N) mu. */
 float wedge_scale(const struct plan *plan, uint32_t strata);
 
-/* Sets eta, spread, walks and weight rows of all lit receivers. */
-void wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
-                  struct coverage *coverage, struct receivers *receivers);
+/* What shearing needs to know beside a receiver. */
+struct wedge_shear {
+    const struct receiver_light *light;
+    float scale;         /* wedge_scale */
+    float width_most_px; /* the widest filter */
+    float rho_most;      /* of the coverage table */
+};
+
+/* Sets eta, spread, walks and weight rows of all lit receivers with a wedge. ERR_MEMORY. */
+int wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
+                 const struct shadow_kernels *kernels, struct coverage *coverage,
+                 struct receivers *receivers);
 
 /* sigma_x of a receiver in its own pixels, mean of both axes; 0 without wedge. */
 float wedge_width_px(const struct shadow_target *target);

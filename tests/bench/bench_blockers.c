@@ -7,48 +7,11 @@
  * distance), occlusion with a filter function that notes the distance it was asked about, and
  * closest hits. Prints one JSON line: millions of rays per CPU second, medians. */
 #include "tests/bench/bench_plan.h"
+#include "tests/bench/noting.h"
 #include "tests/bench/recording.h"
 #include "worker/tile.h"
 
 enum { REPETITIONS = 7 };
-
-struct noting_context {
-    struct RTCIntersectContext base;
-    float distance[16];
-};
-
-/* Embree's N-wide rays and hits are arrays one after the other; tfar is the ninth of a ray's. */
-static void note(const struct RTCFilterFunctionNArguments *args)
-{
-    struct noting_context *context = (struct noting_context *)args->context;
-    const float *tfar = (const float *)args->ray + (size_t)8 * args->N;
-    for (unsigned int i = 0; i < args->N && i < 16; i++)
-        if (args->valid[i] == -1) context->distance[i] = tfar[i];
-}
-
-/* All placed meshes once more, in a scene that calls filters. */
-static RTCScene filtered_scene(const struct scene *blob, RTCDevice device)
-{
-    RTCScene scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    for (uint64_t i = 0; i < blob->count[SCENE_INSTANCES]; i++) {
-        const struct scene_instance *instance = &blob->instances[i];
-        const struct scene_mesh *mesh = &blob->meshes[instance->mesh];
-        if (!(instance->flags & INSTANCE_IDENTITY)) fail("the scene has instances");
-        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   blob->positions + (size_t)3 * mesh->first_vertex, 0,
-                                   3 * sizeof(float), mesh->vertex_count);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                   blob->triangles + (size_t)3 * mesh->first_triangle, 0,
-                                   3 * sizeof(uint32_t), mesh->triangle_count);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene, geometry);
-        rtcReleaseGeometry(geometry);
-    }
-    rtcCommitScene(scene);
-    return scene;
-}
 
 enum way { WAY_OCCLUDED, WAY_NOTED, WAY_CLOSEST, WAY_COUNT };
 
@@ -58,9 +21,7 @@ static volatile float sink;
 static void ask(RTCScene scene, struct chunk *c, enum way way)
 {
     struct noting_context context;
-    rtcInitIntersectContext(&context.base);
-    context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    if (way == WAY_NOTED) context.base.filter = note;
+    noting_init(&context, way == WAY_NOTED);
     for (int i = 0; i < CHUNK / 16; i++) {
         const int *valid = c->valid + (size_t)16 * (size_t)i;
         if (way == WAY_CLOSEST)
@@ -120,7 +81,8 @@ int main(int argc, char **argv)
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
     if (render_scene_create(&blob, 1, &render, &fault)) fail(fault.detail);
     record_frame(&blob, render, &recorder);
-    RTCScene scene = filtered_scene(&blob, render->device);
+    RTCScene scene = noting_scene(&blob, render->device);
+    if (!scene) fail("the scene has instances");
     struct chunk *chunk = aligned_alloc(64, sizeof *chunk);
     if (!chunk) fail("no memory");
     for (int k = 0; k < REPETITIONS; k++)

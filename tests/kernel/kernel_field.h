@@ -11,6 +11,7 @@
 
 enum kernel {
     KERNEL_UNOCCLUDED,
+    KERNEL_MARK_WALKS,
     KERNEL_PROJECT_COLUMNS,
     KERNEL_WALK_COLUMNS,
     KERNEL_PROJECT_ROWS,
@@ -22,8 +23,8 @@ enum kernel {
 };
 
 static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded", "project_columns", "walk_columns", "project_rows",
-    "walk_rows",  "blur x",          "blur y",       "sum_slopes"};
+    "unoccluded", "mark_walks", "project_columns", "walk_columns", "project_rows",
+    "walk_rows",  "blur x",     "blur y",          "sum_slopes"};
 
 #define FIELD_ROWS 7 /* of weights */
 
@@ -66,7 +67,7 @@ static inline float *field_numbers(struct random *r, size_t count, float least, 
 }
 
 /* `wild`: as odd as it gets; else a bent floor in penumbra, as pictures have. */
-static inline void field_source(struct random *r, bool wild, int32_t x, int32_t y,
+static inline void field_source(struct random *r, bool wild, uint32_t phases, int32_t x, int32_t y,
                                 struct shadow_source *s)
 {
     const float bend = wild ? 0.5f : 0.02f;
@@ -83,6 +84,7 @@ static inline void field_source(struct random *r, bool wild, int32_t x, int32_t 
     const bool wedge = !wild || !field_once_in(r, 5);
     s->eta = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
     s->spread = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
+    s->phase = (int32_t)(random_bits(r) % phases);
     s->refusal = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
     s->seen = random_unit(r);
 }
@@ -123,15 +125,12 @@ static inline void field_tables(struct random *r, struct kernel_field *out)
     f->weights = out->weights;
     f->columns = field_memory(out->slots * nodes * f->lanes * sizeof(float));
     f->rows = field_memory(out->slots * nodes * 2 * sizeof(float));
-    f->cells = field_memory((size_t)out->slots * SHADOW_STRATA_MAX);
     for (size_t i = 0; i < out->slots * nodes; i++) {
         const bool last = i % nodes == nodes - 1;
         for (uint32_t b = 0; b <= f->strata; b++)
             f->columns[i * f->lanes + b] = last ? 0.0f : random_unit(r);
         for (uint32_t b = 0; b < 2; b++) f->rows[2 * i + b] = last ? 0.0f : random_unit(r);
     }
-    for (size_t i = 0; i < (size_t)out->slots * SHADOW_STRATA_MAX; i++)
-        f->cells[i] = (uint8_t)(random_bits(r) % (2 * f->scale));
 }
 
 static inline void field_inputs(struct random *r, struct kernel_field *out)
@@ -165,6 +164,7 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
     f->scale = l > 8 ? l : 8;
     f->window = (f->scale + 7) / 8 * 8;
     f->lanes = (l + 4) / 4 * 4;
+    f->phases = shadow_phases(l, f->scale);
     for (int i = 0; i < 2; i++) {
         f->nodes_per_length[i] = 0.5f * (float)f->scale;
         f->refusal[i] = 0.5f;
@@ -180,7 +180,7 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
                           y < f->height - margin; /* nothing is shown beyond */
         s->slot = -1;
         if (!room) continue;
-        field_source(&r, wild, x, y, s);
+        field_source(&r, wild, f->phases, x, y, s);
         if (s->normal[2] > 0.0f) s->slot = (int32_t)out->slots++;
         field_target(&r, wild, &out->targets[i]);
         if (s->slot >= 0) out->pixels[1 + out->count++] = (uint32_t)i;
@@ -198,10 +198,11 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
 
 static inline void field_fini(struct kernel_field *k)
 {
-    void *const all[] = {k->sources,     k->targets,   k->weights,  k->field.columns, k->field.rows,
-                         k->field.cells, k->pixels,    k->jitter,   k->cells,         k->a,
-                         k->b,           k->seen,      k->point[0], k->point[1],      k->point[2],
-                         k->normal[0],   k->normal[1], k->normal[2]};
+    void *const all[] = {k->sources,    k->targets,  k->weights,   k->field.columns,
+                         k->field.rows, k->pixels,   k->jitter,    k->cells,
+                         k->a,          k->b,        k->seen,      k->point[0],
+                         k->point[1],   k->point[2], k->normal[0], k->normal[1],
+                         k->normal[2]};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
 }
 
@@ -210,6 +211,8 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
 {
     const size_t nodes = shadow_nodes(&k->field);
     switch (kernel) {
+    case KERNEL_MARK_WALKS:
+        return (size_t)k->field.width * (size_t)k->field.height;
     case KERNEL_PROJECT_COLUMNS:
         return k->slots * nodes * k->field.lanes;
     case KERNEL_PROJECT_ROWS:
@@ -225,6 +228,18 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
     }
 }
 
+/* Marks of both axes, as numbers. */
+static inline void field_mark(const struct shadow_field *f, const struct shadow_kernels *kernels,
+                              const uint32_t *pixels, uint32_t count, float *out)
+{
+    const size_t area = (size_t)f->width * (size_t)f->height;
+    uint8_t *marks = field_memory(2 * area);
+    for (uint32_t axis = 0; axis < 2; axis++)
+        kernels->mark_walks(f, axis, pixels, count, marks + axis * area);
+    for (size_t i = 0; i < area; i++) out[i] = (float)(marks[i] + 2 * marks[area + i]);
+    free(marks);
+}
+
 /* The kernel over `count` pixels from number `first` on, into `out`. */
 static inline void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
                              enum kernel kernel, uint32_t first, uint32_t count, float *out)
@@ -236,6 +251,9 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
     switch (kernel) {
     case KERNEL_UNOCCLUDED:
         kernels->unoccluded(&k->light, count, point, normal, out);
+        break;
+    case KERNEL_MARK_WALKS:
+        field_mark(&f, kernels, pixels, count, out);
         break;
     case KERNEL_PROJECT_COLUMNS:
         f.columns = out;

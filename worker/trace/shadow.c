@@ -101,7 +101,8 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         return;
     }
     sums_init(sums);
-    strata_init(&scratch->strata, &p->plan->pattern, p->block, PATTERN_LIGHT + index, l);
+    strata_init(&scratch->strata, &p->plan->pattern, p->block, pattern_light_dimension(index, l),
+                l);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
         uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
         for (uint32_t k = 0; k < n; k++)

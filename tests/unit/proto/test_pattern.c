@@ -15,8 +15,9 @@
 
 static const struct pattern some = {.seed = 1, .frame = 1};
 static const uint32_t dimensions[] = {
-    PATTERN_PIXEL, PATTERN_INDIRECT, PATTERN_INDIRECT_CHOICE, PATTERN_INDIRECT_LIGHT,
-    PATTERN_LENS,  PATTERN_LIGHT,    PATTERN_LIGHT + 1,       PATTERN_LIGHT + 63};
+    PATTERN_PIXEL,     PATTERN_INDIRECT,      PATTERN_INDIRECT_CHOICE, PATTERN_INDIRECT_LIGHT,
+    PATTERN_LENS,      PATTERN_LIGHT,         PATTERN_LIGHT + 1,       PATTERN_LIGHT + 63,
+    PATTERN_LIGHT_NET, PATTERN_LIGHT_NET + 63};
 #define DIMENSIONS (sizeof dimensions / sizeof dimensions[0])
 
 static void is_inside(const float v[2])
@@ -387,6 +388,38 @@ static void dimensions_are_not_tied(void **state)
     check_pair(PATTERN_INDIRECT_CHOICE, true, PATTERN_INDIRECT_LIGHT, true);
 }
 
+/* Where lights have many strata the jitters of an aligned square of 16 x 16 pixels put one into
+ * each of 256 boxes of any shape; two squares do so in different orders. */
+static void nets_are_even(void **state)
+{
+    (void)state;
+    size_t alike = 0;
+    for (int32_t square = 0; square < 16; square++) {
+        for (uint32_t across = 0; across <= 8; across++) {
+            uint8_t box[256] = {0};
+            for (int32_t i = 0; i < 256; i++) {
+                float v[2], first[2];
+                const int32_t x = i % 16, y = i / 16;
+                pattern_jitter(&some, 16 * square + x, 48 + y, PATTERN_LIGHT_NET + 1, v);
+                pattern_jitter(&some, x, 48 + y, PATTERN_LIGHT_NET + 1, first);
+                is_inside(v);
+                alike += square > 0 && floorf(16 * v[0]) == floorf(16 * first[0]) ? 1 : 0;
+                const uint32_t column = (uint32_t)(v[0] * (float)(1u << across));
+                box[column << (8 - across) | (uint32_t)(v[1] * (float)(256u >> across))]++;
+            }
+            for (size_t i = 0; i < 256; i++) assert_int_equal(box[i], 1);
+        }
+    }
+    assert_in_range(alike, 1, 15 * 9 * 256 / 8); /* a sixteenth by chance */
+}
+
+static void strata_choose_dimensions(void **state)
+{
+    (void)state;
+    assert_int_equal(pattern_light_dimension(3, PATTERN_NET_STRATA - 1), PATTERN_LIGHT + 3);
+    assert_int_equal(pattern_light_dimension(3, PATTERN_NET_STRATA), PATTERN_LIGHT_NET + 3);
+}
+
 /* Over all frames and seeds the jitter of one pixel is uniform too, so that averages converge. */
 static void seeds_and_frames_differ(void **state)
 {
@@ -419,6 +452,8 @@ int main(void)
         cmocka_unit_test(rays_surround_the_centre),
         cmocka_unit_test(neighbours_beat_chance),
         cmocka_unit_test(dimensions_are_not_tied),
+        cmocka_unit_test(nets_are_even),
+        cmocka_unit_test(strata_choose_dimensions),
         cmocka_unit_test(seeds_and_frames_differ),
     };
     return cmocka_run_group_tests_name("pattern", tests, NULL, NULL);

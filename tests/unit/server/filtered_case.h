@@ -74,7 +74,7 @@ static inline void filtered_put_light(struct samples *s, const struct plan *plan
     const struct plan_light *light = &plan->lights[k];
     uint32_t l = light->strata_per_axis;
     float jitter[2], least = 0, most = 0, irradiance = 0;
-    pattern_jitter(&plan->pattern, x, y, PATTERN_LIGHT + k, jitter);
+    pattern_jitter(&plan->pattern, x, y, pattern_light_dimension(k, l), jitter);
     for (uint32_t n = 0; n < l * l; n++) {
         bool area = light->type == LIGHT_RECTANGLE;
         float u = area ? 2 * pattern_axis(jitter[0], l, n % l) - 1 : 0;

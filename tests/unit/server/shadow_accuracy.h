@@ -255,7 +255,7 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
     float *e = malloc(inner * sizeof *e), *steps = malloc(2 * area * sizeof *steps);
     assert_true(e && steps);
     receiver_light_init(&light, &s->plan, 0);
-    assert_int_equal(receivers_create(&light, patch, rect, &receivers), 0);
+    assert_int_equal(receivers_create(&light, patch, &shadow_kernels_c, rect, &receivers), 0);
     assert_int_equal(wedges_create(&light, patch, &receivers, &shadow_kernels_c, &wedges), 0);
     assert_int_equal(coverage_create(light.strata, light.rectangle.profile,
                                      wedge_scale(&s->plan, light.strata), &coverage),
@@ -267,7 +267,7 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
         for (size_t k = 0; k < 2; k++)
             steps[2 * i + k] = fmaxf(fmaxf(fabsf(e_i[k][0]), fabsf(e_i[k][1])), 1e-30f);
     }
-    wedges_shear(&light, &wedges, &coverage, &receivers);
+    assert_int_equal(wedges_shear(&light, &wedges, &shadow_kernels_c, &coverage, &receivers), 0);
     for (size_t i = 0; i < inner; i++) {
         const size_t x = i % (size_t)rect_width(patch->rect);
         const size_t y = i / (size_t)rect_width(patch->rect);

@@ -287,7 +287,7 @@ static inline void scene_sample(const struct shadow_scene *s, uint32_t k, struct
     int candidates[SCENE_SOLIDS];
     const int count = scene_candidates(s, light, p, candidates);
     float jitter[2], o[3], sum = 0.0f, least = 1.0f, most = 0.0f;
-    pattern_jitter(&s->plan.pattern, x, y, PATTERN_LIGHT + k, jitter);
+    pattern_jitter(&s->plan.pattern, x, y, pattern_light_dimension(k, l), jitter);
     for (int a = 0; a < 3; a++) o[a] = p[a] + 1e-3f * n[a];
     for (uint32_t j = 0; j < l * l; j++) {
         float d[3];

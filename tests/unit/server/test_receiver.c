@@ -30,7 +30,8 @@ static void check_steps(uint32_t camera, float offset)
     struct receiver_light light;
     struct receivers receivers;
     receiver_light_init(&light, &scene.plan, 0);
-    assert_int_equal(receivers_create(&light, patch, rect_grow(all, 5), &receivers), 0);
+    assert_int_equal(
+        receivers_create(&light, patch, &shadow_kernels_c, rect_grow(all, 5), &receivers), 0);
     assert_false(receiver_is_lit(source_at(&receivers, -1, 3)));
     for (int32_t y = 1; y < 47; y++) {
         for (int32_t x = 1; x < 63; x++) {
@@ -72,7 +73,8 @@ static void gamma_is_a_slope(void **state)
     struct receivers receivers;
     const struct plan_light *l = &scene.plan.lights[0];
     receiver_light_init(&light, &scene.plan, 0);
-    assert_int_equal(receivers_create(&light, patch, patch->rect, &receivers), 0);
+    assert_int_equal(receivers_create(&light, patch, &shadow_kernels_c, patch->rect, &receivers),
+                     0);
     for (size_t i = 0; i < 64 * 48; i += 17) {
         float p[3], n[3], d[3];
         scene_primary(&scene, (int32_t)(i % 64), (int32_t)(i / 64), p, n);
@@ -111,7 +113,8 @@ static void who_is_lit(void **state)
         patch->depth[0] = cases[k].depth;
         for (int c = 0; c < 3; c++) patch->normal[c][0] = cases[k].normal[c];
         receiver_light_init(&light, &scene.plan, 0);
-        assert_int_equal(receivers_create(&light, patch, patch->rect, &receivers), 0);
+        assert_int_equal(
+            receivers_create(&light, patch, &shadow_kernels_c, patch->rect, &receivers), 0);
         assert_int_equal(receiver_is_lit(receivers.sources), cases[k].lit);
         receivers_fini(&receivers);
         patch_destroy(&patch);

@@ -30,7 +30,7 @@ static struct errors measure(const struct shadow_truth *truth, uint32_t l, bool 
     r.plain = truth_rmse(truth, patch->lights[0].irradiance, truth->irradiance);
     r.axis_aligned = truth_rmse(truth, axis_aligned, truth->irradiance);
     r.sheared = truth_rmse(truth, sheared, truth->irradiance);
-    print_message("%3u spp: plain %.4f, axis-aligned %.4f, sheared %.4f\n", l * l, r.plain,
+    print_message("%3u spp: plain %.5f, axis-aligned %.5f, sheared %.5f\n", l * l, r.plain,
                   r.axis_aligned, r.sheared);
     if (brute) {
         float *all = accuracy_brute(&scene, patch, sheared);
@@ -46,24 +46,41 @@ static struct errors measure(const struct shadow_truth *truth, uint32_t l, bool 
     return r;
 }
 
-/* At most 5 % worse than brute force; better than the others by the factors given. */
-static void check_nine(const struct shadow_truth *truth, double to_plain, double to_axis_aligned)
+/* How many times the sheared filter's error the others have at 9 samples, as measured on this
+ * scene. Design asks for 5 and 1.8 on the median of the accuracy bench's scenes; here, with one
+ * scene a light, the measured numbers are what a change must not lose a tenth of. */
+struct factors {
+    double plain, axis_aligned;
+};
+static const struct factors gaussian_measured = {7.22, 2.07};
+static const struct factors uniform_measured = {6.82, 1.74};
+static const struct factors long_measured = {4.85, 3.96}; /* penumbrae of a pixel across */
+static const struct factors orthographic_measured = {3.83, 1.94};
+
+static void check_factors(const struct errors *e, struct factors measured)
+{
+    assert_true(0.9 * measured.plain * e->sheared < e->plain);
+    assert_true(0.9 * measured.axis_aligned * e->sheared < e->axis_aligned);
+}
+
+/* At most 5 % worse than brute force, and no farther from it than that is from the truth: it is
+ * less accurate, as it fits no lines and does not look along edges. */
+static void check_nine(const struct shadow_truth *truth, struct factors measured)
 {
     const struct errors e = measure(truth, 3, true);
     assert_true(e.sheared < 1.05 * e.brute);
-    assert_true(e.difference < e.sheared);
-    assert_true(to_plain * e.sheared < e.plain);
-    assert_true(to_axis_aligned * e.sheared < e.axis_aligned);
+    assert_true(e.difference < e.brute);
+    check_factors(&e, measured);
 }
 
-static void check_profile(uint32_t profile, double to_plain, double to_axis_aligned)
+static void check_profile(uint32_t profile, struct factors measured)
 {
     static const uint32_t strata[] = {2, 3, 4, 5, 8, 16};
     struct shadow_truth truth;
     double last = 1.0;
     furnish(1.0f, profile, 1.0f);
     truth_init(&truth, &scene);
-    check_nine(&truth, to_plain, to_axis_aligned);
+    check_nine(&truth, measured);
     for (size_t i = 0; i < sizeof strata / sizeof *strata; i++) {
         const double e = measure(&truth, strata[i], false).sheared;
         assert_true(e < last);
@@ -75,13 +92,13 @@ static void check_profile(uint32_t profile, double to_plain, double to_axis_alig
 static void gaussian_light(void **state)
 {
     (void)state;
-    check_profile(PROFILE_GAUSSIAN, 6.0, 1.8);
+    check_profile(PROFILE_GAUSSIAN, gaussian_measured);
 }
 
 static void uniform_light(void **state)
 {
     (void)state;
-    check_profile(PROFILE_UNIFORM, 4.5, 1.3);
+    check_profile(PROFILE_UNIFORM, uniform_measured);
 }
 
 static void long_light(void **state)
@@ -90,7 +107,7 @@ static void long_light(void **state)
     struct shadow_truth truth;
     furnish(1.0f, PROFILE_UNIFORM, 0.25f);
     truth_init(&truth, &scene);
-    check_nine(&truth, 3.0, 2.0);
+    check_nine(&truth, long_measured);
     truth_fini(&truth);
 }
 
@@ -243,7 +260,7 @@ static void orthographic_camera(void **state)
     scene.plan.camera.half_width = scene.plan.camera.half_height = 5.0f;
     truth_init(&truth, &scene);
     const struct errors e = measure(&truth, 3, false);
-    assert_true(3.0 * e.sheared < e.plain);
+    check_factors(&e, orthographic_measured);
     truth_fini(&truth);
 }
 

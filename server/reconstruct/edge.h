@@ -1,0 +1,20 @@
+#pragma once
+/* Penumbrae of few pixels, as where things stand on what they shade: there the sheared filter's
+ * windows hold little more than the pixel itself. But along the shadow's edge the light field
+ * hardly changes, without any shear: a neighbour at Delta, of which nu (nu . Delta) lies across the
+ * edge, nu the unit normal of the edge on the light, shows the same blocker at
+ *
+ *     yhat = y' + eta nu (nu . Delta),
+ *
+ * so that windows can be long along the edge and no wider than the penumbra across. The edge's
+ * direction on the screen is that of the structure tensor of the pixels' own estimates; on the
+ * light nu_i is e_i (filters.md section 2) times its normal on the screen. */
+#include "server/reconstruct/wedge.h"
+
+/* How far around the pixels asked for it looks, beside WEDGE_FILL_PX for their slopes. */
+#define EDGE_REACH_PX 5
+
+/* Replaces seen[k] (see sheared_filter) of those of `count` pixels whose filter is narrow,
+ * gradually from some width down. All pixels have a wedge. Uses the sources' `seen`. ERR_MEMORY. */
+int edges_filter(const struct receiver_light *light, const struct patch *patch,
+                 struct receivers *receivers, const uint32_t *pixels, uint32_t count, float *seen);

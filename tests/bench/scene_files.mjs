@@ -1,0 +1,18 @@
+// scene_files.mjs SCENE SPP FOLDER: a scene of the accuracy bench as files for programs that trace
+// without a coordinator: SCENE.glb, and SCENE.json, a job with the sheared filter that takes the
+// scene as a blob.
+import { writeFileSync } from "node:fs";
+import { referenceJob } from "./accuracy/job.mjs";
+import { SEED } from "./accuracy/measure.mjs";
+import { scenes } from "./scenes/scenes.mjs";
+
+const SIDE = 512;
+const [name, spp, folder] = process.argv.slice(2);
+const scene = scenes.find((s) => s.name === name);
+if (!scene || !folder) {
+  console.error("usage: scene_files.mjs SCENE SPP FOLDER");
+  process.exit(2);
+}
+writeFileSync(`${folder}/${name}.glb`, scene.glb(process.env.SHEARWATER_SCENES ?? "../shared/scenes"));
+writeFileSync(`${folder}/${name}.json`, JSON.stringify({ ...referenceJob(scene, SIDE),
+  sampling: { spp: Number(spp), seed: SEED }, filter: { method: "sheared" }, layers: ["beauty", "diffuse_direct"] }));
