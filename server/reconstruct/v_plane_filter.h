@@ -8,9 +8,11 @@
  *     -> 1a, 1b: along the second tangent, strata at their exact shift -> cells of directions
  *     -> 2a: cells to nodes of shifts -> 2b: along the first tangent -> one division
  *
- * A pure function of its arguments; any thread. Memory is a few rows' of a block's width beside
- * that of slopes, whatever the picture and the samples. Arrays are those of a patch: width * height
- * of its rect, row by row. What the filter reads around a pixel lies within v_plane_halo_px. */
+ * 1a is worked out at the taps of 1b, so that nothing is stored a shift, and the second walk
+ * follows the first row by row: beside some 200 bytes a pixel of the block and its halo, samples
+ * and node sums of 33 rows. A pure function of its arguments; any thread. Arrays are those of a
+ * patch: width * height of its rect, row by row. What the filter reads around a pixel lies within
+ * v_plane_halo_px. */
 #include "server/reconstruct/indirect.h"
 
 /* Pixels around a block that the filter reads; 0 under other filters. */

@@ -8,7 +8,7 @@
  *
  *   gamma(v - s) / gamma(v) = 1 / (1 - 2 y z s + z^2 s^2)^2,
  *
- * which has no pole: for |s| <= 1 it is between 0.06 and 6.9.
+ * which has no pole: for |s| <= 1 it is between 0.14 and 6.9.
  *
  * Arrays of the field are width * height, row by row, with room around whatever walks, so that no
  * walk can leave it. Pixels that show nothing, or where nothing was measured, have a zero normal:
@@ -17,13 +17,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define V_PLANE_REACH_PX    16 /* farthest pixel of a walk */
-#define V_PLANE_STRATA_MAX  16 /* l; LIMIT_PLANE_STRATA_PER_AXIS */
-#define V_PLANE_NODES       31
-#define V_PLANE_NODE_FLOATS 128
+#define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
+#define V_PLANE_STRATA_MAX  16  /* l; LIMIT_PLANE_STRATA_PER_AXIS */
+#define V_PLANE_NODES       31  /* shifts along x, from -1 to 1, that sums are kept for */
+#define V_PLANE_NODE_FLOATS 128 /* of a pixel: four channels a node, and a node more, of zeros */
 #define V_PLANE_LANES       16
 #define V_PLANE_RECORD      6
-#define V_PLANE_CELLS       4
+#define V_PLANE_CELLS       4 /* directions along x that a column of strata is cut into */
 #define V_PLANE_COS_NORMALS 0.939692621f /* 20 degrees */
 #define V_PLANE_OFF_SHARE   0.2f         /* of the distance a neighbour may be off the plane */
 
@@ -56,8 +56,8 @@ struct v_plane_field {
     uint32_t lanes;                      /* v_plane_lanes(l) */
 
     /* Of each cell, V_PLANE_CELLS of a column, twice V_PLANE_NODE_FLOATS, each number four times:
-     * what a sample of cosine^2 c weighs at the node's shift is the first + c the second. 64-byte
-     * aligned. */
+     * at the node's shift a sample of cosine^2 c weighs the first + c times the second, as nearly
+     * as a straight line can. 64-byte aligned. */
     const float *ratios;
 };
 
