@@ -42,11 +42,9 @@ const struct json_choice job_indirect_words[] = {
     {"linear", INDIRECT_LINEAR, NULL},
     {"blend", INDIRECT_BLEND, NULL},
     {"adaptive", INDIRECT_ADAPTIVE,
-     "adaptive sampling of indirect light is not available yet: auto, average, constant, linear "
-     "and blend are"},
-    {"sheared", INDIRECT_SHEARED,
-     "sheared filtering of indirect light is not available yet: auto, average, constant, linear "
-     "and blend are"},
+     "adaptive sampling of indirect light is not available yet: auto, average, constant, linear, "
+     "blend and sheared are"},
+    {"sheared", INDIRECT_SHEARED, NULL},
     {NULL, 0, NULL},
 };
 

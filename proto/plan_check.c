@@ -287,12 +287,12 @@ static int check_shadow_filter(const struct place *at, const struct plan *plan)
 }
 
 /* What filters of indirect light read: surfaces, and how far away they are from what lights them;
- * the sheared one learns that from each stratum. */
+ * the sheared one single rays, too. */
 static int check_indirect_filter(const struct place *at, const struct plan *plan)
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
-    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) |
-                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : PLANE_BIT(REFLECTOR));
+    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0);
     if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
         return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
                       (double)plan->indirect_filter);

@@ -41,7 +41,7 @@ struct job_changes {
         JOB_CHANGE_TEXT("method", 'm', "NAME",                                                     \
                         "auto, sheared, axis_aligned, average; none: paths", &(c)->method),        \
         JOB_CHANGE_TEXT("indirect", 0, "NAME",                                                     \
-                        "of indirect light: auto, average, constant, linear, blend",               \
+                        "of indirect light: auto, average, constant, linear, blend, sheared",      \
                         &(c)->indirect)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,

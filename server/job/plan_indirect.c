@@ -121,8 +121,7 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
                   "%d a pixel: the filter is %s",
                   LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS,
                   plan_indirect_filter_name(plan->indirect_filter));
-    /* Occlusion is filtered along the axes whatever is done with the light. */
-    if (plan->indirect_filter != INDIRECT_FILTER_NONE && (axes || plan->planes & PLANE_BIT(OPEN)))
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE)
         plan->planes |= PLANE_BIT(REFLECTOR);
     else
         plan_skip(report, "plane reflector", "no filter of this plan reads it");

@@ -3,6 +3,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/compose.h"
 #include "server/reconstruct/paths.h"
+#include "server/reconstruct/v_plane_filter.h"
 
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
@@ -12,6 +13,7 @@
 #define SIDE_FILTERED_PX       128
 #define SIDE_FILTERED_LARGE_PX 256
 #define BLOCKS_ENOUGH          64
+#define STRATA_HEAVY           8 /* per axis: above, a patch of single rays is 1 kB a pixel and more */
 
 /* Bounce rays of pixel centres, which a light field beside paths consists of. */
 #define PLANES_INDIRECT                                                                            \
@@ -27,7 +29,9 @@ static bool is_filtered(const struct plan *plan)
 int32_t block_side_px(const struct plan *plan)
 {
     int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
-    if (!is_filtered(plan)) return SIDE_PX;
+    bool heavy = (plan->planes >> PLANE_INDIRECT_STRATA & 1u) &&
+                 plan->indirect_strata_per_axis > STRATA_HEAVY;
+    if (!is_filtered(plan) || heavy) return SIDE_PX;
     return (int64_t)plan->width_px * plan->height_px < BLOCKS_ENOUGH * large
                ? SIDE_FILTERED_PX
                : SIDE_FILTERED_LARGE_PX;
@@ -44,6 +48,8 @@ static int32_t ring_px(const struct plan *plan)
 int32_t block_halo_px(const struct plan *plan)
 {
     int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
+    int32_t sheared = v_plane_halo_px(plan);
+    if (indirect < sheared) indirect = sheared;
     return ring_px(plan) + (shadow > indirect ? shadow : indirect);
 }
 

@@ -7,6 +7,9 @@
  *   reflector distances -> widths (harmonic means over the object, bandlimit, cap)
  *     -> pass along x, pass along y: surfaces' weights, the same for all channels
  *
+ * Under the sheared filter, whose light v_plane_filter makes, this is rule A for what else the rays
+ * have measured.
+ *
  * A channel is anything that was measured per pixel by the same bounce rays: radiance, open shares,
  * means over half of the samples. A pure function of its arguments; any thread. All arrays are
  * those of a patch: width * height of its rect, row by row. What the filter reads around a pixel

@@ -54,6 +54,7 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return r;
     switch (plan->indirect_filter) {
     case INDIRECT_FILTER_CONSTANT:
+    case INDIRECT_FILTER_SHEARED: /* of what it does not shear: occlusion */
         base = 1.2f * root * root;
         cap = 7.5f / root;
         break;

@@ -3,6 +3,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "server/reconstruct/v_plane_filter.h"
+
 #define INVERSE_PI 0.318309886183790672f
 
 /* A run of pixels in the patch's arrays. */
@@ -96,6 +98,12 @@ static void widen(const float *width_px, struct run run, float *most_px)
         most_px[i] = width_px[i] > most_px[i] ? width_px[i] : most_px[i];
 }
 
+static void widen_rows(const struct patch *patch, struct rect lit, const float *width_px,
+                       float *most_px)
+{
+    for (int32_t y = lit.y0; y < lit.y1; y++) widen(width_px, row_of(patch, lit, y), most_px);
+}
+
 static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
                          const struct lighting *out, struct shadow_statistics *shadow)
 {
@@ -135,7 +143,8 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
 {
     const struct run all = {0, (size_t)rect_area(patch->rect)};
     float *const mean[3] = {means, means + all.count, means + 2 * all.count};
-    const bool in_parts = patch->indirect_even[0] || patch->indirect_strata;
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const bool in_parts = !sheared && (patch->indirect_even[0] || patch->indirect_strata);
     m->count = 0;
     if (!patch->indirect[0] && in_parts) {
         memset(means, 0, 3 * all.count * sizeof *means);
@@ -150,14 +159,22 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
                            const struct lighting *out, struct indirect_statistics *statistics)
 {
     struct measured m;
+    struct indirect_statistics again = {0}; /* of pixels that are counted already */
+    int error = 0;
     size_t area = (size_t)rect_area(patch->rect);
     float *memory = scratch_take(patch->scratch, area * 4 * sizeof *memory);
     if (!memory) return ERR_MEMORY;
     float *width_px = memory + 3 * area;
     measure(plan, patch, out, memory, &m);
-    int error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px, statistics);
-    for (int32_t y = lit.y0; !error && y < lit.y1; y++)
-        widen(width_px, row_of(patch, lit, y), out->width_px);
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED && patch->indirect_strata;
+    if (sheared) {
+        error = v_plane_filter(plan, patch, lit, out->indirect, width_px, statistics);
+        if (!error) widen_rows(patch, lit, width_px, out->width_px);
+    }
+    if (!error && m.count > 0)
+        error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px,
+                                sheared ? &again : statistics);
+    if (!error && m.count > 0) widen_rows(patch, lit, width_px, out->width_px);
     scratch_give(patch->scratch, memory);
     return error;
 }

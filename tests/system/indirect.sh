@@ -54,7 +54,7 @@ for job in alone beside; do
 done
 
 # Three passes, each filter; tiles, workers and threads do not show.
-for filter in constant linear blend; do
+for filter in constant linear blend sheared; do
     check "$filter: one worker" render beside a --indirect $filter --spp 36 --workers 1 --worker-threads 1 --tile 32
     check "$filter: three workers, other tiles" render beside b --indirect $filter --spp 36 --workers 3 --tile 16
     check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
@@ -63,7 +63,7 @@ check "alone, too" render alone a --workers 1 --tile 64
 check "... with other tiles and workers" render alone b --workers 3 --tile 16
 check "... the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
 refused() {
-    "$build/shearwater" render "$tmp/alone.json" --indirect sheared -o "$tmp/x.exr" >"$tmp/log" 2>&1 && return 1
+    "$build/shearwater" render "$tmp/alone.json" --indirect adaptive -o "$tmp/x.exr" >"$tmp/log" 2>&1 && return 1
     grep -q 'not available yet' "$tmp/log" || { cat "$tmp/log"; return 1; }
 }
 check "a filter that is not there yet is refused by name" refused

@@ -210,7 +210,8 @@ static void indirect_filters_are_checked(void **state)
            "planes");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
            "planes");
-    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_OK, "");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_RANGE,
+           "planes");
     EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_OK, ""); /* occlusion alone */
 }

@@ -298,7 +298,7 @@ static void shear_reads_single_rays(void **state)
         must_make(s);
         assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_SHEARED);
         assert_int_equal(s->plan.planes & ~(BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE)),
-                         PLANES_SURFACE | BIT(INDIRECT_STRATA));
+                         PLANES_SURFACE | BIT(INDIRECT_STRATA) | BIT(REFLECTOR));
         assert_int_equal(s->plan.paths.without_diffuse_indirect, (uint32_t)glossy);
         assert_true(s->plan.capabilities & CAPABILITY_STRATA);
         assert_string_equal(why(s, "plane indirect_mean"), "it is made of the strata");
