@@ -16,8 +16,8 @@ import { scenes } from "./scenes/scenes.mjs";
 // By effect: counts of samples, and more of them for the plain average; the most samples of one half
 // of a reference.
 const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, repeatSpp: [9, 16], scenes,
-  spp: { shadows: [4, 9, 16, 25, 36, 49, 64, 100, 144, 256], indirect: [4, 9, 16, 25, 36, 64, 144, 256] },
-  more: { shadows: [576, 1024], indirect: [576, 1024] }, referenceSpp: { shadows: 65536, indirect: 16384 } };
+  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256] },
+  more: { shadows: [576, 1024], indirect: [576] }, referenceSpp: { shadows: 65536, indirect: 4096 } };
 const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, repeatSpp: [9],
   scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box"].includes(s.name)),
   spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100] }, more: { shadows: [400], indirect: [400] },

@@ -9,9 +9,9 @@ import { beautyJob, indirectJob, pathsJob, referenceJob } from "./job.mjs";
 
 // Strata per axis of each half, one after the other until they suffice.
 const LEVELS = [64, 128, 256, 512];
-// Bounce rays of one seed, and how many seeds are in each half. A pixel's rays share one jitter, so
-// that two seeds may err in opposite directions: only halves of many seeds are independent.
-const BOUNCE_RAYS = 256, SEEDS = [4, 8, 16, 32, 64];
+// Bounce rays of one seed, and how many seeds are in each half. Rays of a pixel share one jitter, and so
+// does, but for a fixed step, the whole picture: only halves of many seeds are independent.
+const BOUNCE_RAYS = 64, SEEDS = [8, 16, 32, 64, 128];
 const PATHS = 256;
 
 function sourcesDigest() {
@@ -89,7 +89,7 @@ export class Reference {
     const one = (seed) => this.#render(`indirect-${BOUNCE_RAYS}-${seed}.exr`,
       indirectJob(this.#scene, this.#o, this.#file, seed, BOUNCE_RAYS));
     this.spp = 2 * count * BOUNCE_RAYS;
-    return [301, 401].map((first) => this.#mean(`half-${count * BOUNCE_RAYS}-${first}.exr`, seeds(first, count).map(one)));
+    return [301, 501].map((first) => this.#mean(`half-${count * BOUNCE_RAYS}-${first}.exr`, seeds(first, count).map(one)));
   }
 
   // The next better one; false when it would take more than `most` samples.
@@ -111,9 +111,9 @@ export class Reference {
   }
 
   // `smallest`: the least error that is judged by it. Where the reference's own variance is taken off,
-  // it may be as large as what is judged: over so many pixels it is known to a hundredth.
+  // that may be as large as a quarter of what is judged: it is known to a tenth.
   said(smallest) {
     return { spp: this.spp, halves_rmse: this.difference,
-      good: this.difference <= (this.#effect.relative ? 2 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
+      good: this.difference <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
   }
 }

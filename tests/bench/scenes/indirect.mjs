@@ -64,7 +64,7 @@ export const indirect = [
     camera: inside, lights: [bulb], crop: [60, 300, 128, 128] },
   { name: "box_4", about: "the same with four bounces", glb: cornell, bounces: 4,
     camera: inside, lights: [bulb], crop: [60, 300, 128, 128] },
-  { name: "living_room", about: "its own materials, a sky through its windows, six bounces", bounces: 6, sides: [1.25, 0.703125],
+  { name: "living_room", about: "its own materials, a sky through its windows, six bounces", bounces: 6, sides: [1, 0.5625],
     glb: (shared) => readFileSync(path(shared, "glb/living-room/living-room.glb")),
     environment: (shared) => ({ file: path(shared, "glb/living-room/living-room_env.hdr"), intensity: 1, rotation_deg: 0 }),
     lights: [], crop: [200, 150, 128, 128] },
