@@ -54,6 +54,9 @@ function indirect(rows) {
     ["constant, 16 spp, box: average's CPU time for equal error", of("box", "seconds"), ">=", 10, "times"],
     ["constant, 16 spp, living room: the same", of("living_room", "seconds"), ">=", 5, "times"],
     ["  the same over all scenes", factors.map((f) => f.seconds), ">=", null, "times"],
+    ["sheared, 16 spp, reflector: constant's RMSE over its", timesLower(pairs(rows, "sheared", "constant", 16).filter(([r]) => r.scene === "reflector")), ">=", null, "times"],
+    ["sheared, 16 spp: its CPU time over constant's", pairs(rows, "sheared", "constant", 16).map(([s, c]) =>
+      filterSeconds(s) / filterSeconds(c)), "<=", null, "times"],
     ["constant, 16 spp: filter's CPU time per megapixel", at(rows, "constant", 16).map(secondsPerMegapixel), "<=", 0.12, "s"],
     ["auto, every scene: picture's energy off the path tracer's", worst(auto.map((r) => Math.abs(r.beauty.energy - 1))), "<=", 0.005, "ratio"],
     ["auto, every scene: indirect light's bias", worst(auto.map((r) => Math.abs(r.judged.bias))), "<=", null, "ratio"],
