@@ -21,7 +21,7 @@ const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, 
 const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, repeatSpp: [9],
   scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box"].includes(s.name)),
   spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100] }, more: { shadows: [400], indirect: [400] },
-  referenceSpp: { shadows: 4096, indirect: 4096 } };
+  referenceSpp: { shadows: 4096, indirect: 2048 } };
 const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, repeatSpp: [], scenes: scenes.filter((s) => ["contacts", "box"].includes(s.name)),
   spp: { shadows: [4, 9], indirect: [4, 16] }, more: { shadows: [25], indirect: [100] },
   referenceSpp: { shadows: 4096, indirect: 1024 } };
