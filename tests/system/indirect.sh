@@ -59,6 +59,9 @@ for filter in constant linear blend sheared; do
     check "$filter: three workers, other tiles" render beside b --indirect $filter --spp 36 --workers 3 --tile 16
     check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
 done
+check "auto: 64 bounce rays" render alone a --spp 64
+check "... are fitted by lines" render alone b --spp 64 --indirect linear
+check "... and nothing else" cmp "$tmp/a.exr" "$tmp/b.exr"
 check "alone, too" render alone a --workers 1 --tile 64
 check "... with other tiles and workers" render alone b --workers 3 --tile 16
 check "... the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"

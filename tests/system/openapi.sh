@@ -187,7 +187,7 @@ check_plan "a lens asks for paths alone" "{$scene_member, \"lens\": {\"aperture_
 check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\": {\"indirect_bounces\": 0, \"ambient_occlusion\": {\"distance\": 1}},
     \"layers\": [\"occlusion\"], \"sampling\": {\"indirect_spp\": 64}}" \
     '.integrator == "light_field" and (.planes | index("open")) and (.planes | index("indirect_mean") | not) and
-     .indirect_filter == "blend" and .samples.indirect == 64'
+     .indirect_filter == "linear" and .samples.indirect == 64'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
 check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \

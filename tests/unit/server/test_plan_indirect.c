@@ -206,7 +206,7 @@ static void occlusion_stands_alone(void **state)
     assert_int_equal(s->plan.bounces, 0);
     assert_true(s->plan.occlusion_distance == 0.5f);
     assert_int_equal(s->report.effects & (EFFECT_OCCLUSION | EFFECT_INDIRECT), EFFECT_OCCLUSION);
-    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_BLEND);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);
     s->material.specular = 1;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
@@ -245,9 +245,8 @@ static void auto_filters_by_samples(void **state)
         {25, INDIRECT_FILTER_CONSTANT, "25 bounce rays: weighted means need the fewest"},
         {26, INDIRECT_FILTER_LINEAR, "36 bounce rays: linear fits blur less than means do"},
         {49, INDIRECT_FILTER_LINEAR, "49 bounce rays: linear fits blur less than means do"},
-        {64, INDIRECT_FILTER_BLEND, "64 bounce rays: blending widths by variance blurs the least"},
-        {65536, INDIRECT_FILTER_BLEND,
-         "65536 bounce rays: blending widths by variance blurs the least"},
+        {64, INDIRECT_FILTER_LINEAR, "64 bounce rays: linear fits blur less than means do"},
+        {65536, INDIRECT_FILTER_LINEAR, "65536 bounce rays: linear fits blur less than means do"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         s->job.spp = 9;
@@ -309,8 +308,8 @@ static void shear_reads_single_rays(void **state)
                     (BIT(OPEN) | BIT(REFLECTOR)));
         s->job.indirect_spp = 257;
         must_make(s);
-        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_BLEND);
-        assert_true(has_warning(s, "at most 256 a pixel: the filter is blend"));
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);
+        assert_true(has_warning(s, "at most 256 a pixel: the filter is linear"));
         assert_false(s->plan.planes & BIT(INDIRECT_STRATA));
     }
 }
