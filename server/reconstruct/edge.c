@@ -1,7 +1,6 @@
 #include "server/reconstruct/edge.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "server/reconstruct/gaussian.h"
@@ -241,34 +240,44 @@ static float kept_share(const struct edges *e, float sigma_px)
     return within * within * (3.0f - 2.0f * within);
 }
 
-static void filter_one(const struct edges *e, size_t pixel, float sigma_px, float *seen)
+/* The seen fraction of one pixel; -1 where no edge can be told. */
+static float filter_one(const struct edges *e, size_t pixel, float sigma_px)
 {
     struct view view;
     struct window window;
     const float tensor_px = TENSOR_PX * e->scale;
     look_around(e, pixel, &view);
     const float sure = find_edge(&view, 0.5f / (tensor_px * tensor_px), window.across);
-    if (!(sure > 0.0f) || !make_window(e, pixel, sigma_px, sure, &window)) return;
-    const float along = filter_along(e, pixel, &view, &window);
-    if (along < 0.0f) return;
-    const float kept = *seen < 0.0f ? 0.0f : kept_share(e, sigma_px);
-    *seen = along + kept * (*seen - along); /* exact where both agree */
+    if (!(sure > 0.0f) || !make_window(e, pixel, sigma_px, sure, &window)) return -1.0f;
+    return filter_along(e, pixel, &view, &window);
 }
 
 int edges_filter(const struct receiver_light *light, const struct patch *patch,
-                 struct receivers *receivers, const uint32_t *pixels, uint32_t count, float *seen)
+                 struct receivers *receivers, const uint32_t *pixels, uint32_t count,
+                 struct edge_answer *out)
 {
+    const size_t area = (size_t)rect_area(receivers->rect);
     struct edges e = {.light = light,
                       .patch = patch,
                       .receivers = receivers,
                       .width = (size_t)rect_width(receivers->rect),
                       .scale = wedge_scale(light->plan, light->strata)};
-    e.known = calloc((size_t)rect_area(receivers->rect), 1);
+    e.known = scratch_take(patch->scratch, area);
     if (!e.known) return ERR_MEMORY;
+    memset(e.known, 0, area);
     for (uint32_t k = 0; k < count; k++) {
         const float sigma_px = wedge_width_px(&receivers->targets[pixels[k]]);
-        if (sigma_px < WIDE_PX * e.scale) filter_one(&e, pixels[k], sigma_px, &seen[k]);
+        out[k] = (struct edge_answer){-1.0f, 1.0f};
+        if (sigma_px < WIDE_PX * e.scale) out[k].seen = filter_one(&e, pixels[k], sigma_px);
+        if (out[k].seen >= 0.0f) out[k].kept = kept_share(&e, sigma_px);
     }
-    free(e.known);
+    scratch_give(patch->scratch, e.known);
     return 0;
+}
+
+float edge_join(const struct edge_answer *edge, float sheared)
+{
+    if (edge->seen < 0.0f) return sheared;
+    if (sheared < 0.0f) return edge->seen;
+    return edge->seen + edge->kept * (sheared - edge->seen); /* exact where both agree */
 }

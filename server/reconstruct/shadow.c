@@ -108,23 +108,53 @@ static void store(const struct shadow *s, const struct receivers *r, uint32_t pi
     s->width[to] = width;
 }
 
+/* Pixels of which something is left for the sheared filter, into `rest`. */
+static uint32_t list_rest(const struct edge_answer *edges, const uint32_t *pixels, uint32_t count,
+                          uint32_t *rest)
+{
+    uint32_t left = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        rest[left] = pixels[k];
+        left += edges[k].kept > 0.0f;
+    }
+    return left;
+}
+
+/* What edges tell, then the rest sheared: rest and seen have room for `count` pixels. */
+static int run_both(const struct shadow *s, struct receivers *r, const struct coverage *coverage,
+                    const uint32_t *pixels, uint32_t count, struct edge_answer *edges,
+                    uint32_t *rest, float *seen)
+{
+    int error = edges_filter(&s->light, s->patch, r, pixels, count, edges);
+    if (error) return error;
+    const uint32_t left = list_rest(edges, pixels, count, rest);
+    error = sheared_filter(&s->light, s->patch, coverage, s->kernels, r, rest, left, seen);
+    for (uint32_t k = 0, at = 0; !error && k < count; k++) {
+        const float sheared = edges[k].kept > 0.0f ? seen[at++] : -1.0f;
+        store(s, r, pixels[k], edge_join(&edges[k], sheared),
+              wedge_width_px(&r->targets[pixels[k]]));
+    }
+    return error;
+}
+
 static int run_sheared(const struct shadow *s, struct receivers *r, const struct wedges *wedges,
                        const uint32_t *pixels, uint32_t count)
 {
     struct coverage coverage;
+    struct scratch *scratch = s->patch->scratch;
     const float rho_most =
         wedge_scale(s->plan, s->light.strata) * s->light.sigma_y[0] / s->light.rectangle.half[0];
-    float *seen = scratch_take(s->patch->scratch, count * sizeof *seen);
+    float *seen = scratch_take(scratch, count * sizeof *seen);
+    uint32_t *rest = scratch_take(scratch, count * sizeof *rest);
+    struct edge_answer *edges = scratch_take(scratch, count * sizeof *edges);
     int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
-    if (!seen) error = ERR_MEMORY;
+    if (!seen || !rest || !edges) error = ERR_MEMORY;
     if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
-    if (!error)
-        error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
-    if (!error) error = edges_filter(&s->light, s->patch, r, pixels, count, seen);
-    for (uint32_t k = 0; !error && k < count; k++)
-        store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
+    if (!error) error = run_both(s, r, &coverage, pixels, count, edges, rest, seen);
     coverage_fini(&coverage);
-    scratch_give(s->patch->scratch, seen);
+    scratch_give(scratch, edges);
+    scratch_give(scratch, rest);
+    scratch_give(scratch, seen);
     return error;
 }
 
