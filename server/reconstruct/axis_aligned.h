@@ -10,10 +10,9 @@
 #define AXIS_ALIGNED_REACH_PX SHADOW_REACH_PX
 
 /* Blurs own values over receivers, of which `inner` must lie AXIS_ALIGNED_REACH_PX within their
- * rect. The result is in the sources' `seen`, widths in the targets' `width`. ERR_MEMORY. */
+ * rect. Of `count` pixels of `inner` with a wedge: seen[k], and width[k]: beta in pixels.
+ * ERR_MEMORY. */
 int axis_aligned_filter(const struct receiver_light *light, const struct patch *patch,
                         const struct wedges *wedges, const struct shadow_kernels *kernels,
-                        struct receivers *receivers, struct rect inner);
-
-/* beta in pixels of a filtered receiver; 0 without wedge. */
-float axis_aligned_width_px(const struct shadow_target *target);
+                        const struct receivers *receivers, struct rect inner,
+                        const uint32_t *pixels, uint32_t count, float *seen, float *width);
