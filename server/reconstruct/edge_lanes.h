@@ -16,8 +16,9 @@
 #define EDGE_ACROSS_PX 0.35f /* least sigma across */
 #define EDGE_TENSOR_PX 2.2f  /* sigma of the structure tensor's window */
 
-#define EDGE_EXPONENT_MOST 3.0f                       /* 2.4 sigma */
-#define EDGE_NODES         8                          /* from the light's centre to its edge */
+#define EDGE_EXPONENT_MOST 3.0f /* 2.4 sigma */
+#define EDGE_NODES         8    /* from the light's centre to its edge */
+#define EDGE_LANES         32   /* neighbours at once: many windows have no more */
 #define EDGE_AROUND        (EDGE_SIDE * SHADOW_LANES) /* a view: each row filled up to whole lanes */
 
 /* The same for all pixels. */
@@ -48,11 +49,11 @@ struct edge_window {
 
 /* Neighbours that count, side by side. */
 struct edge_chunk {
-    int32_t at[SHADOW_LANES];
-    uint32_t bits[SHADOW_LANES];
-    float exponent[SHADOW_LANES], u[2][SHADOW_LANES], jitter[2][SHADOW_LANES];
-    float column[SHADOW_STRATA_MAX][SHADOW_LANES], row[SHADOW_LANES];
-    float shift[2][SHADOW_LANES];
+    int32_t at[EDGE_LANES];
+    uint32_t bits[EDGE_LANES];
+    float exponent[EDGE_LANES], u[2][EDGE_LANES], jitter[2][EDGE_LANES];
+    float column[SHADOW_STRATA_MAX][EDGE_LANES], row[EDGE_LANES];
+    float shift[2][EDGE_LANES];
 };
 
 static inline void edge_fix(const struct edge_field *f, struct edge_fixed *out)
@@ -208,7 +209,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
                              size_t pixel, const float *exponents, const int32_t *kept,
                              size_t count, struct edge_chunk *c)
 {
-    for (size_t i = 0; i < SHADOW_LANES; i++) {
+    for (size_t i = 0; i < EDGE_LANES; i++) {
         const size_t q = i < count ? (size_t)((ptrdiff_t)pixel + fixed->to[kept[i]]) : pixel;
         c->at[i] = (int32_t)q;
         c->exponent[i] = i < count ? exponents[kept[i]] : INFINITY;
@@ -221,11 +222,11 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
 
 /* `factor` times w_i of filters.md section 2 at the k-th of l strata; 0 off the light. */
 static inline void edge_weigh(const struct edge_window *w, int axis, float gamma, uint32_t l,
-                              uint32_t k, const struct edge_chunk *c, float out[SHADOW_LANES])
+                              uint32_t k, const struct edge_chunk *c, float out[EDGE_LANES])
 {
-    int32_t node[SHADOW_LANES], inside[SHADOW_LANES];
-    float y[SHADOW_LANES], rest[SHADOW_LANES], even[SHADOW_LANES], rise[SHADOW_LANES];
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    int32_t node[EDGE_LANES], inside[EDGE_LANES];
+    float y[EDGE_LANES], rest[EDGE_LANES], even[EDGE_LANES], rise[EDGE_LANES];
+    for (int i = 0; i < EDGE_LANES; i++) {
         y[i] = 2.0f * pattern_axis(c->jitter[axis][i], l, k) - 1.0f + c->shift[axis][i];
         const float at = fabsf(y[i]) * EDGE_NODES;
         inside[i] = at <= EDGE_NODES;
@@ -233,9 +234,9 @@ static inline void edge_weigh(const struct edge_window *w, int axis, float gamma
         node[i] = below < EDGE_NODES ? below : EDGE_NODES - 1;
         rest[i] = at - (float)node[i];
     }
-    lanes_look_up(w->even[axis], node, even);
-    lanes_look_up(w->rise[axis], node, rise);
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    lanes_look_up(w->even[axis], node, EDGE_LANES, even);
+    lanes_look_up(w->rise[axis], node, EDGE_LANES, rise);
+    for (int i = 0; i < EDGE_LANES; i++) {
         const float weight = (even[i] + rise[i] * rest[i]) * (1.0f + gamma * y[i]);
         out[i] = inside[i] ? weight : 0.0f;
     }
@@ -243,7 +244,7 @@ static inline void edge_weigh(const struct edge_window *w, int axis, float gamma
 
 /* Adds the strata of a chunk, moved on to where the pixel has them: seen ones, all. */
 static inline void edge_add(const struct edge_field *f, size_t pixel, const struct edge_window *w,
-                            struct edge_chunk *c, float seen[SHADOW_LANES], float all[SHADOW_LANES])
+                            struct edge_chunk *c, float seen[EDGE_LANES], float all[EDGE_LANES])
 {
     const struct shadow_source *p = &f->sources[pixel];
     const struct shadow_target *t = &f->targets[pixel];
@@ -252,8 +253,8 @@ static inline void edge_add(const struct edge_field *f, size_t pixel, const stru
     const float distance = t->distance, pu = p->u[0], pv = p->u[1];
     const float n0 = w->normal[0], n1 = w->normal[1];
     const float move0 = p->eta * n0 / half[0], move1 = p->eta * n1 / half[1];
-    float weight[SHADOW_LANES];
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    float weight[EDGE_LANES];
+    for (int i = 0; i < EDGE_LANES; i++) {
         const float apart = distance * ((c->u[0][i] - pu) * n0 + (c->u[1][i] - pv) * n1);
         c->shift[0][i] = move0 * apart;
         c->shift[1][i] = move1 * apart;
@@ -261,14 +262,14 @@ static inline void edge_add(const struct edge_field *f, size_t pixel, const stru
     }
     for (uint32_t a = 0; a < l; a++) {
         edge_weigh(w, 0, t->gamma[0], l, a, c, c->column[a]);
-        for (int i = 0; i < SHADOW_LANES; i++) c->column[a][i] *= weight[i];
+        for (int i = 0; i < EDGE_LANES; i++) c->column[a][i] *= weight[i];
     }
     for (uint32_t k = 0; k < l * l; k++) {
         const float *column = c->column[k % l];
         const uint32_t *word = f->bits + k / 32 * f->stride, bit = k % 32;
         if (k % l == 0) edge_weigh(w, 1, t->gamma[1], l, k / l, c, c->row);
-        for (int i = 0; bit == 0 && i < SHADOW_LANES; i++) c->bits[i] = word[c->at[i]];
-        for (int i = 0; i < SHADOW_LANES; i++) {
+        for (int i = 0; bit == 0 && i < EDGE_LANES; i++) c->bits[i] = word[c->at[i]];
+        for (int i = 0; i < EDGE_LANES; i++) {
             const float whole = column[i] * c->row[i];
             seen[i] += c->bits[i] >> bit & 1u ? whole : 0.0f;
             all[i] += whole;
@@ -281,16 +282,20 @@ static inline float edge_filter_one(const struct edge_field *f, const struct edg
 {
     struct edge_window window;
     struct edge_chunk chunk;
-    float exponents[EDGE_AROUND], seen[SHADOW_LANES] = {0}, all[SHADOW_LANES] = {0};
+    float exponents[EDGE_AROUND], seen[EDGE_LANES] = {0}, all[EDGE_LANES] = {0};
     int32_t kept[EDGE_AROUND];
     edge_look(f, fixed, pixel, view);
     const float sure = edge_find(fixed, view, window.across);
     if (!(sure > 0.0f) || !edge_make_window(f, fixed, pixel, sigma_px, sure, &window)) return -1.0f;
     const size_t count = edge_choose(fixed, view, &window, exponents, kept);
-    for (size_t first = 0; first < count; first += SHADOW_LANES) {
-        const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+    for (size_t first = 0; first < count; first += EDGE_LANES) {
+        const size_t left = count - first, n = left < EDGE_LANES ? left : EDGE_LANES;
         edge_load(f, fixed, pixel, exponents, kept + first, n, &chunk);
         edge_add(f, pixel, &window, &chunk, seen, all);
+    }
+    for (int i = 0; i < SHADOW_LANES; i++) { /* EDGE_LANES are twice as many */
+        seen[i] += seen[i + SHADOW_LANES];
+        all[i] += all[i + SHADOW_LANES];
     }
     const float whole = lanes_total(all), share = lanes_total(seen);
     return whole > 0.0f ? share / whole : -1.0f;

@@ -128,17 +128,16 @@ static inline float lanes_total(float parts[SHADOW_LANES])
     return parts[0];
 }
 
-/* out[i] = table[index[i]], indices 0 .. 7. */
-static inline void lanes_look_up(const float table[8], const int32_t index[SHADOW_LANES],
-                                 float out[SHADOW_LANES])
+/* out[i] = table[index[i]] of `count` lanes, a multiple of 8; indices 0 .. 7. */
+static inline void lanes_look_up(const float table[8], const int32_t *index, int count, float *out)
 {
 #ifdef __AVX2__
     const __m256 all = _mm256_loadu_ps(table);
-    for (int i = 0; i < SHADOW_LANES; i += 8) {
+    for (int i = 0; i < count; i += 8) {
         const __m256i at = _mm256_loadu_si256((const __m256i *)(const void *)(index + i));
         _mm256_storeu_ps(out + i, _mm256_permutevar8x32_ps(all, at));
     }
 #else
-    for (int i = 0; i < SHADOW_LANES; i++) out[i] = table[index[i]];
+    for (int i = 0; i < count; i++) out[i] = table[index[i]];
 #endif
 }
