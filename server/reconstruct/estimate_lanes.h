@@ -40,19 +40,24 @@ static inline void estimate_bits(const uint32_t *bits, size_t stride, size_t fir
     for (size_t i = 0; i < count; i++) c->bit[i] = (int32_t)(word[i] >> (k & 31u) & 1u);
 }
 
-/* Is each receiver's light all seen or not seen at all? How many strata are goes to c->count. */
+/* Is each receiver's light all seen or not seen at all? Then c->bit says which. */
 static inline bool estimate_is_plain(const uint32_t *bits, size_t stride, size_t first,
                                      size_t count, uint32_t strata, struct estimate_chunk *c)
 {
+    uint32_t some[SHADOW_LANES] = {0}, missing[SHADOW_LANES] = {0};
     int32_t mixed = 0;
-    for (size_t i = 0; i < SHADOW_LANES; i++) c->count[i] = 0.0f;
     for (uint32_t k = 0; k < strata; k += 32) {
         const uint32_t *word = bits + k / 32 * stride + first;
         const uint32_t left = strata - k, all = left < 32 ? (1u << left) - 1 : 0xffffffffu;
-        for (size_t i = 0; i < count; i++) c->count[i] += (float)__builtin_popcount(word[i] & all);
+        for (size_t i = 0; i < count; i++) {
+            some[i] |= word[i] & all;
+            missing[i] |= ~word[i] & all;
+        }
     }
-    for (size_t i = 0; i < count; i++)
-        mixed |= (c->count[i] > 0.0f) & (c->count[i] < (float)strata);
+    for (size_t i = 0; i < count; i++) {
+        mixed |= (some[i] != 0) & (missing[i] != 0);
+        c->bit[i] = some[i] != 0;
+    }
     return !mixed;
 }
 
@@ -78,6 +83,7 @@ static inline void estimate_add(const struct shadow_rectangle *r, const float u[
         const float weight = (up > 0.0f) & (squared > 0.0f) ? g : 0.0f;
         c->all[i] += weight;
         c->seen[i] += c->bit[i] ? weight : 0.0f;
+        c->count[i] += (float)c->bit[i];
     }
 }
 
@@ -91,14 +97,14 @@ static void kernel_estimate(const struct shadow_rectangle *light, uint32_t l, ui
     for (size_t first = 0; first < count; first += SHADOW_LANES) {
         const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
         const bool plain = estimate_is_plain(bits, stride, first, n, l * l, &c);
-        for (size_t i = 0; plain && i < n; i++) out[first + i] = c.count[i] > 0.0f ? 1.0f : 0.0f;
+        for (size_t i = 0; plain && i < n; i++) out[first + i] = (float)c.bit[i];
         if (plain) continue;
         estimate_load(light, first, n, point, normal, jitter, &c);
         for (uint32_t a = 0; a < l; a++) {
             for (size_t i = 0; i < SHADOW_LANES; i++)
                 c.u[a][i] = 2.0f * pattern_axis(c.jitter[0][i], l, a) - 1.0f;
         }
-        for (size_t i = 0; i < SHADOW_LANES; i++) c.seen[i] = c.all[i] = 0.0f;
+        for (size_t i = 0; i < SHADOW_LANES; i++) c.seen[i] = c.all[i] = c.count[i] = 0.0f;
         for (uint32_t k = 0; k < l * l; k++) {
             for (size_t i = 0; k % l == 0 && i < SHADOW_LANES; i++)
                 c.v[i] = 2.0f * pattern_axis(c.jitter[1][i], l, k / l) - 1.0f;
