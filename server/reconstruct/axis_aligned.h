@@ -1,10 +1,11 @@
 #pragma once
 /* The axis-aligned filter (Mehta et al. 2012, separable as in 2013), with a refusal of neighbours
- * whose own shadow is sharper: the fast mode, a tenth of the sheared filter's cost.
+ * whose own shadow is sharper: the fast mode, at a sixth to a third of the sheared filter's cost.
  *
- *   beta = m(N) mu / k max(sigma_y s_min, one pixel), k = 3; sigma_y of the light's shorter side
- *   along x, then along y, with the receiving pixel's beta: w = exp(-|d|^2 / 2 beta^2), |d| < 3
- * beta refused: neighbours q with |d| > sigma_y s_min(q) */
+ *   beta     m(N) mu / k max(sigma_y s_min, one pixel), k = 3; sigma_y of the light's shorter side
+ *   passes   along x, then along y, with the receiving pixel's beta: w = exp(-|d|^2 / 2 beta^2),
+ *            |d| < 3 beta
+ *   refused  neighbours q with |d| > sigma_y s_min(q) */
 #include "server/reconstruct/wedge.h"
 
 #define AXIS_ALIGNED_REACH_PX SHADOW_REACH_PX

@@ -83,7 +83,7 @@ static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixe
         const struct shadow_source *p = &f->sources[pixels[k]];
         const struct asker asker = asker_of(p, &f->targets[pixels[k]]);
         const float *here_a = a + pixels[k], *here_b = b + pixels[k];
-        int32_t same[SLOPES_LANES];
+        int32_t same[SLOPES_LANES] = {0};
         float sums[3] = {0};
         const size_t n = slopes_take(around, here_a, &q);
         const size_t padded = (n + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES;

@@ -69,8 +69,8 @@ static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
 void coverage_need(struct coverage *c, int32_t row)
 {
     if (c->ready[row]) return;
-    const float steps = COVERAGE_STEPS - 1, rho = (float)(row / COVERAGE_STEPS) / steps;
-    const float root = (float)(row % COVERAGE_STEPS) / steps;
+    const int32_t i = row / COVERAGE_STEPS, j = row % COVERAGE_STEPS;
+    const float steps = COVERAGE_STEPS - 1, rho = (float)i / steps, root = (float)j / steps;
     fill_row(c, (uint32_t)row, c->rho_most * rho, COVERAGE_DELTA_MOST * root * root);
     c->ready[row] = true;
 }

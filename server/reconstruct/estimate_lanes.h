@@ -80,7 +80,7 @@ static inline void estimate_add(const struct shadow_rectangle *r, const float u[
         const float near = size2 / (squared > 0.0f ? squared : 1.0f);
         const float bounded = near < ESTIMATE_NEAR_MOST ? near : ESTIMATE_NEAR_MOST;
         const float g = profile * up * (bounded * bounded);
-        const float weight = (up > 0.0f) & (squared > 0.0f) ? g : 0.0f;
+        const float weight = ((up > 0.0f) & (squared > 0.0f)) ? g : 0.0f;
         c->all[i] += weight;
         c->seen[i] += c->bit[i] ? weight : 0.0f;
         c->count[i] += (float)c->bit[i];
