@@ -1,12 +1,13 @@
 #include "server/reconstruct/axis_aligned.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "server/reconstruct/strata.h"
 
 #define WIDTHS          3.0f /* k */
 #define REFUSED_BY_NONE 3e38f
-#define WIDTH_MOST      1e30f
+#define FALLOFF_MOST    1e30f
 #define SPACING_LEAST   0.5f  /* of a pixel's size, between neighbours, whatever follows */
 #define SPACING_SHARE   0.95f /* of the first step's; a walk's last may be shorter */
 
@@ -22,87 +23,154 @@ static float spacing(const struct surface_view *view, const float point[3])
     return least * SPACING_SHARE > SPACING_LEAST ? least * SPACING_SHARE : SPACING_LEAST;
 }
 
-static void set_width(const struct receiver_light *light, float scale, float kappa_most,
-                      struct shadow_source *s, struct shadow_target *t)
+/* The planes of struct shadow_blur while they are filled, and those of the passes' results. */
+struct axis_aligned {
+    const struct receiver_light *light;
+    const struct patch *patch;
+    const struct shadow_kernels *kernels;
+    const struct receivers *receivers;
+    float scale; /* m(N) mu */
+    float *point[3], *normal[3], *plane_least, *distance_most2;
+    float *seen, *refusal, *falloff, *blurred;
+    int32_t *reach;
+    void *memory;
+};
+
+#define PLANES 13
+
+static int create_planes(struct axis_aligned *a)
 {
-    const float pixel = receiver_pixel(t);
+    const size_t area = (size_t)rect_area(a->receivers->rect), stride = area + SHADOW_PLANE_PAD;
+    float *memory = a->memory = scratch_take(a->patch->scratch, PLANES * stride * sizeof *memory);
+    if (!memory) return ERR_MEMORY;
+    float **const planes[PLANES - 1] = {&a->point[0],    &a->point[1],       &a->point[2],
+                                        &a->normal[0],   &a->normal[1],      &a->normal[2],
+                                        &a->plane_least, &a->distance_most2, &a->seen,
+                                        &a->refusal,     &a->falloff,        &a->blurred};
+    for (size_t k = 0; k < PLANES; k++, memory += stride) {
+        memset(memory + area, 0, SHADOW_PLANE_PAD * sizeof *memory);
+        if (k < PLANES - 1)
+            *planes[k] = memory;
+        else
+            a->reach = (int32_t *)(void *)memory;
+    }
+    return 0;
+}
+
+static void set_width(const struct axis_aligned *a, size_t i, float kappa_most)
+{
+    const struct receiver_light *light = a->light;
+    const struct receivers *r = a->receivers;
+    const float pixel = receiver_pixel(&r->targets[i]);
     const float sigma_y =
         light->sigma_y[0] < light->sigma_y[1] ? light->sigma_y[0] : light->sigma_y[1];
     const float penumbra = sigma_y / (kappa_most > 1e-6f ? kappa_most : 1e-6f);
-    const float beta = scale / WIDTHS * (penumbra > pixel ? penumbra : pixel);
-    const float width = 0.5f / beta / beta,
-                taps = ceilf(3.0f * beta / (spacing(&light->view, s->point) * pixel));
-    s->refusal = penumbra * penumbra;
-    t->width = width < WIDTH_MOST ? width : WIDTH_MOST;
-    for (int i = 0; i < 2; i++)
-        t->walk[i].reach = taps < AXIS_ALIGNED_REACH_PX ? (int32_t)taps : AXIS_ALIGNED_REACH_PX;
+    const float beta = a->scale / WIDTHS * (penumbra > pixel ? penumbra : pixel);
+    const float falloff = 0.5f / beta / beta;
+    const float taps = ceilf(3.0f * beta / (spacing(&light->view, r->sources[i].point) * pixel));
+    a->refusal[i] = penumbra * penumbra;
+    a->falloff[i] = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
+    a->reach[i] = taps < AXIS_ALIGNED_REACH_PX ? (int32_t)taps : AXIS_ALIGNED_REACH_PX;
 }
 
-/* Widths of all, and own values of those that lie in the patch. */
-static void load(const struct receiver_light *light, const struct patch *patch,
-                 const struct wedges *wedges, struct receivers *r)
+/* Receivers as they are, and what goes for those without wedge. */
+static void load(const struct axis_aligned *a)
 {
-    const struct rect seen = rect_intersect(r->rect, patch->rect);
-    const size_t width = (size_t)rect_width(r->rect), from_width = (size_t)rect_width(patch->rect);
-    const float scale = wedge_scale(light->plan, light->strata);
+    const struct receivers *r = a->receivers;
+    const size_t area = (size_t)rect_area(r->rect);
+    for (size_t i = 0; i < area; i++) {
+        const struct shadow_source *s = &r->sources[i];
+        for (int k = 0; k < 3; k++) {
+            a->point[k][i] = s->point[k];
+            a->normal[k][i] = s->normal[k];
+        }
+        a->plane_least[i] = r->targets[i].plane_least;
+        a->distance_most2[i] = r->targets[i].distance_most2;
+        a->seen[i] = 1.0f;
+        a->refusal[i] = REFUSED_BY_NONE;
+        a->falloff[i] = 0.0f;
+        a->reach[i] = 0;
+    }
+}
+
+/* Own values and widths of up to STRATA_RUN pixels of a row of the patch. */
+static void load_run(const struct axis_aligned *a, const struct wedges *wedges, int32_t x,
+                     int32_t y, uint32_t count)
+{
+    const struct rect rect = a->receivers->rect, from = a->patch->rect;
+    const size_t to = (size_t)(y - rect.y0) * (size_t)rect_width(rect) + (size_t)(x - rect.x0);
+    const size_t at = (size_t)(y - from.y0) * (size_t)rect_width(from) + (size_t)(x - from.x0);
+    float own[STRATA_RUN];
+    bool occluded = false;
+    for (uint32_t i = 0; i < count; i++) {
+        occluded = occluded || wedge_is_occluded(a->light, a->patch, at + i);
+        if (wedges->most[to + i] >= 0.0f) set_width(a, to + i, wedges->most[to + i]);
+    }
+    if (!occluded) return;
+    strata_estimate(a->light, a->patch, a->kernels, x, y, count, own);
+    for (uint32_t i = 0; i < count; i++)
+        if (wedge_is_occluded(a->light, a->patch, at + i)) a->seen[to + i] = own[i];
+}
+
+static void load_rows(const struct axis_aligned *a, const struct wedges *wedges)
+{
+    const struct rect seen = rect_intersect(a->receivers->rect, a->patch->rect);
     for (int32_t y = seen.y0; y < seen.y1; y++) {
-        for (int32_t x = seen.x0; x < seen.x1; x++) {
-            const size_t i = (size_t)(y - r->rect.y0) * width + (size_t)(x - r->rect.x0);
-            const size_t from =
-                (size_t)(y - patch->rect.y0) * from_width + (size_t)(x - patch->rect.x0);
-            struct shadow_source *s = &r->sources[i];
-            if (!receiver_is_lit(s)) continue;
-            s->refusal = REFUSED_BY_NONE;
-            s->seen =
-                wedge_is_occluded(light, patch, from) ? strata_ratio(light, patch, x, y) : 1.0f;
-            if (wedges->most[i] >= 0.0f)
-                set_width(light, scale, wedges->most[i], s, &r->targets[i]);
+        for (int32_t x = seen.x0; x < seen.x1; x += STRATA_RUN) {
+            const int32_t left = seen.x1 - x;
+            load_run(a, wedges, x, y, (uint32_t)(left < STRATA_RUN ? left : STRATA_RUN));
         }
     }
 }
 
-/* One pass over `rect`: all is read before anything is written. */
-static void blur(const struct shadow_kernels *kernels, uint32_t axis, struct rect rect,
-                 struct receivers *r, uint32_t *pixels, float *out)
+/* One pass over `rect`, from plane to plane. */
+static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, const float *from,
+                 float *to)
 {
-    const struct shadow_field field = {.width = rect_width(r->rect),
-                                       .height = rect_height(r->rect),
-                                       .sources = r->sources,
-                                       .targets = r->targets};
-    uint32_t count = 0;
+    const struct rect all = a->receivers->rect;
+    const struct shadow_blur planes = {.point = {a->point[0], a->point[1], a->point[2]},
+                                       .normal = {a->normal[0], a->normal[1], a->normal[2]},
+                                       .plane_least = a->plane_least,
+                                       .distance_most2 = a->distance_most2,
+                                       .seen = from,
+                                       .refusal = a->refusal,
+                                       .falloff = a->falloff,
+                                       .reach = a->reach};
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t row = (size_t)(y - r->rect.y0) * (size_t)field.width;
-        for (int32_t x = rect.x0; x < rect.x1; x++) {
-            const size_t i = row + (size_t)(x - r->rect.x0);
-            if (r->targets[i].width > 0.0f) pixels[count++] = (uint32_t)i;
-        }
+        const size_t first =
+            (size_t)(y - all.y0) * (size_t)rect_width(all) + (size_t)(rect.x0 - all.x0);
+        a->kernels->blur(&planes, step, first, (uint32_t)rect_width(rect), to + first);
     }
-    kernels->blur(&field, axis, pixels, count, out);
-    for (uint32_t k = 0; k < count; k++) r->sources[pixels[k]].seen = out[k];
+}
+
+/* beta in pixels of a receiver with a wedge. */
+static float width_px(const struct axis_aligned *a, size_t i)
+{
+    return sqrtf(0.5f / a->falloff[i]) / receiver_pixel(&a->receivers->targets[i]);
 }
 
 int axis_aligned_filter(const struct receiver_light *light, const struct patch *patch,
                         const struct wedges *wedges, const struct shadow_kernels *kernels,
-                        struct receivers *receivers, struct rect inner)
+                        const struct receivers *receivers, struct rect inner,
+                        const uint32_t *pixels, uint32_t count, float *seen, float *width)
 {
-    const size_t area = (size_t)rect_area(receivers->rect);
+    struct axis_aligned a = {.light = light,
+                             .patch = patch,
+                             .kernels = kernels,
+                             .receivers = receivers,
+                             .scale = wedge_scale(light->plan, light->strata)};
     struct rect tall = inner;
-    uint32_t *pixels = scratch_take(patch->scratch, area * sizeof *pixels);
-    float *out = scratch_take(patch->scratch, area * sizeof *out);
-    if (pixels && out) {
-        load(light, patch, wedges, receivers);
-        tall.y0 -= AXIS_ALIGNED_REACH_PX;
-        tall.y1 += AXIS_ALIGNED_REACH_PX;
-        blur(kernels, 0, tall, receivers, pixels, out);
-        blur(kernels, 1, inner, receivers, pixels, out);
+    if (create_planes(&a)) return ERR_MEMORY;
+    load(&a);
+    load_rows(&a, wedges);
+    tall.y0 -= AXIS_ALIGNED_REACH_PX;
+    tall.y1 += AXIS_ALIGNED_REACH_PX;
+    blur(&a, 1, tall, a.seen, a.blurred);
+    blur(&a, rect_width(receivers->rect), inner, a.blurred, a.seen);
+    for (uint32_t k = 0; k < count; k++) {
+        seen[k] = a.seen[pixels[k]];
+        width[k] = width_px(&a, pixels[k]);
     }
-    const int error = pixels && out ? 0 : ERR_MEMORY;
-    scratch_give(patch->scratch, out);
-    scratch_give(patch->scratch, pixels);
-    return error;
-}
-
-float axis_aligned_width_px(const struct shadow_target *target)
-{
-    return target->width > 0.0f ? sqrtf(0.5f / target->width) / receiver_pixel(target) : 0.0f;
+    scratch_give(patch->scratch, a.memory);
+    return 0;
 }

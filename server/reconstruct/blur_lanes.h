@@ -6,50 +6,52 @@
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
 
-/* Sums are kept in as many parts as there are lanes, added up in pairs at the end. */
-static inline float blur_total(float parts[SHADOW_LANES])
+/* SHADOW_LANES pixels side by side from `at` on, `most` taps to both sides. */
+static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
+                              float out[SHADOW_LANES])
 {
-    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
-        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
-    }
-    return parts[0];
-}
-
-static inline float blur_one(const struct shadow_source *p, const struct shadow_target *t,
-                             int32_t reach, int32_t step, struct shadow_lanes *q)
-{
-    const struct asker asker = asker_of(p, t);
-    const float width = t->width;
-    const int32_t count = 2 * reach + 1;
-    const int32_t padded = (count + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES;
+    const float *px = f->point[0], *py = f->point[1], *pz = f->point[2];
+    const float *nx = f->normal[0], *ny = f->normal[1], *nz = f->normal[2];
+    const float *plane_least = f->plane_least, *distance_most2 = f->distance_most2;
+    const float *falloff = f->falloff, *refusal = f->refusal, *seen = f->seen;
+    const int32_t *reach = f->reach;
     float sum[SHADOW_LANES] = {0}, weights[SHADOW_LANES] = {0};
-    for (int32_t i = 0; i < padded; i++) q->to[i] = i < count ? (i - reach) * step : 0;
-    lanes_fetch(p, (size_t)padded, SHADOW_SEEN + 4, q);
-    for (int32_t first = 0; first < padded; first += SHADOW_LANES) {
-        for (int32_t lane = 0; lane < SHADOW_LANES; lane++) {
-            const int32_t i = first + lane;
+    for (int32_t k = -most; k <= most; k++) {
+        const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
+        const int32_t away = k < 0 ? -k : k;
+        for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+            const size_t p = at + lane, q = to + lane;
+            const struct asker asker = {
+                {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
             float squared;
-            const int32_t same = compatible(&asker, q, (size_t)i, &squared);
-            const float exponent = squared * width;
-            const int32_t kept = same & (i < count) & (exponent <= SHADOW_AXIS_CUT) &
-                                 ((i == reach) | (squared <= q->number[SHADOW_REFUSAL][i]));
+            const int32_t same =
+                compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
+            const float exponent = squared * falloff[p], value = seen[q];
+            const int32_t kept = same & (away <= reach[p]) & (exponent <= SHADOW_AXIS_CUT) &
+                                 ((away == 0) | (squared <= refusal[q]));
             const float all = gaussian_exp_minus(exponent), w = kept ? all : 0.0f;
-            sum[lane] += w * q->number[SHADOW_SEEN][i];
+            sum[lane] += w * value;
             weights[lane] += w;
         }
     }
-    const float total = blur_total(weights);
-    return total > 0.0f ? blur_total(sum) / total : p->seen;
+    for (size_t lane = 0; lane < SHADOW_LANES; lane++)
+        out[lane] = weights[lane] > 0.0f ? sum[lane] / weights[lane] : seen[at + lane];
 }
 
-static void kernel_blur(const struct shadow_field *f, uint32_t axis, const uint32_t *pixels,
-                        uint32_t count, float *out)
+static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first, uint32_t count,
+                        float *out)
 {
-    struct shadow_lanes lanes;
-    for (uint32_t k = 0; k < count; k++) {
-        const struct shadow_target *t = &f->targets[pixels[k]];
-        out[k] = blur_one(&f->sources[pixels[k]], t, t->walk[axis].reach, axis == 0 ? 1 : f->width,
-                          &lanes);
+    for (uint32_t i = 0; i < count; i += SHADOW_LANES) {
+        const uint32_t left = count - i, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+        int32_t most = 0;
+        float group[SHADOW_LANES];
+        for (uint32_t k = 0; k < n; k++)
+            most = most > f->reach[first + i + k] ? most : f->reach[first + i + k];
+        if (most > 0)
+            blur_group(f, step, first + i, most, group);
+        else
+            memcpy(group, f->seen + first + i, n * sizeof *group);
+        memcpy(out + i, group, n * sizeof *group);
     }
 }
 
@@ -81,7 +83,7 @@ static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixe
         const struct shadow_source *p = &f->sources[pixels[k]];
         const struct asker asker = asker_of(p, &f->targets[pixels[k]]);
         const float *here_a = a + pixels[k], *here_b = b + pixels[k];
-        int32_t same[SLOPES_LANES];
+        int32_t same[SLOPES_LANES] = {0};
         float sums[3] = {0};
         const size_t n = slopes_take(around, here_a, &q);
         const size_t padded = (n + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES;

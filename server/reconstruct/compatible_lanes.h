@@ -18,17 +18,27 @@ static inline struct asker asker_of(const struct shadow_source *p, const struct 
                           t->distance_most2};
 }
 
-/* 1 if neighbour i is compatible, else 0; *squared becomes their distance's square. */
-static inline int32_t compatible(const struct asker *p, const struct shadow_lanes *q, size_t i,
-                                 float *squared)
+/* 1 if what lies at (x, y, z) with the normal (nx, ny, nz) is compatible, else 0; *squared becomes
+ * the distance's square. */
+static inline __attribute__((always_inline)) int32_t compatible_point(const struct asker *p,
+                                                                      float x, float y, float z,
+                                                                      float nx, float ny, float nz,
+                                                                      float *squared)
 {
-    const float(*v)[SHADOW_PADDED] = q->number;
     const float *n = p->normal;
-    const float x = v[0][i] - p->point[0], y = v[1][i] - p->point[1], z = v[2][i] - p->point[2];
-    const float off = fabsf(x * n[0] + y * n[1] + z * n[2]), d2 = x * x + y * y + z * z;
-    const float alike = n[0] * v[3][i] + n[1] * v[4][i] + n[2] * v[5][i];
+    const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];
+    const float off = fabsf(dx * n[0] + dy * n[1] + dz * n[2]), d2 = dx * dx + dy * dy + dz * dz;
+    const float alike = n[0] * nx + n[1] * ny + n[2] * nz;
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     *squared = d2;
     return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
            ((off <= p->plane_least) | (off * off <= share * d2));
+}
+
+/* The same of neighbour i. */
+static inline __attribute__((always_inline)) int32_t
+compatible(const struct asker *p, const struct shadow_lanes *q, size_t i, float *squared)
+{
+    const float(*v)[SHADOW_PADDED] = q->number;
+    return compatible_point(p, v[0][i], v[1][i], v[2][i], v[3][i], v[4][i], v[5][i], squared);
 }

@@ -1,29 +1,15 @@
 #include "server/reconstruct/coverage.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/plan.h"
-#include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/shadow_kernels.h"
 
-#define RHO_LEAST     1e-3f /* below, every sample stays on the light */
-#define COVER_LEAST   0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
 #define LEAST_SCALE   8
 #define FINE_CELLS    4 /* a stratum, from which on their rounding does not show */
 #define WINDOW_ALIGN  8
 #define WEIGHTS_BYTES 64
-
-static float cover(float y, float rho, float delta)
-{
-    if (rho < RHO_LEAST) return 1.0f;
-    const float inverse = 1.0f / rho, a = 1.0f + delta;
-    const float all = 2.0f * gaussian_phi(a * inverse) - 1.0f; /* a >= 1, rho finite: above 0 */
-    const float stays = gaussian_phi((a - y) * inverse) + gaussian_phi((a + y) * inverse) - 1.0f;
-    const float share = stays / (all > 1e-6f ? all : 1e-6f);
-    return share > COVER_LEAST ? share : COVER_LEAST;
-}
 
 /* Nodes a light's side. Rows are rounded to 2 r cells: were a stratum a few whole cells, all rows
  * of a pixel would be off by the same part of one, and the jitter between pixels lost: at 64 spp
@@ -58,12 +44,13 @@ void coverage_fini(struct coverage *coverage)
 static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
 {
     float from_centre[SHADOW_PHASES * SHADOW_STRATA_MAX / 2 + 1] = {0};
+    const struct coverage_shear shear = coverage_shear_of(rho, delta);
     const uint32_t eighths = c->scale * SHADOW_PHASES / 2;
     for (uint32_t i = 0; i <= eighths; i++) {
         const float y = (float)i / (float)eighths;
         const float profile =
             c->profile == PROFILE_GAUSSIAN ? gaussian_exp_minus(2.0f * y * y) : 1.0f;
-        from_centre[i] = profile / cover(y, rho, delta);
+        from_centre[i] = profile / coverage_at(&shear, y);
     }
     /* Of mean 1 over the light: sources whose rho differ must count alike. */
     float mean = 0.0f;
@@ -82,8 +69,8 @@ static void fill_row(struct coverage *c, uint32_t row, float rho, float delta)
 void coverage_need(struct coverage *c, int32_t row)
 {
     if (c->ready[row]) return;
-    const float steps = COVERAGE_STEPS - 1, rho = (float)(row / COVERAGE_STEPS) / steps;
-    const float root = (float)(row % COVERAGE_STEPS) / steps;
+    const int32_t i = row / COVERAGE_STEPS, j = row % COVERAGE_STEPS;
+    const float steps = COVERAGE_STEPS - 1, rho = (float)i / steps, root = (float)j / steps;
     fill_row(c, (uint32_t)row, c->rho_most * rho, COVERAGE_DELTA_MOST * root * root);
     c->ready[row] = true;
 }

@@ -7,6 +7,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "server/reconstruct/gaussian.h"
+
+#define COVERAGE_RHO_LEAST 1e-3f /* below, every sample stays on the light */
+#define COVERAGE_ALL_LEAST 1e-6f /* with rho beyond any use, as near to 1 everywhere */
+#define COVERAGE_LEAST     0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
+
 #define COVERAGE_STEPS 17 /* of rho = |eta| sigma_x, and of the root of delta */
 #define COVERAGE_ROWS  (COVERAGE_STEPS * COVERAGE_STEPS)
 
@@ -34,6 +40,31 @@ static inline int32_t coverage_row(float rho_most, float rho, float delta)
     const float d = delta < COVERAGE_DELTA_MOST ? sqrtf(delta / COVERAGE_DELTA_MOST) : 1.0f;
     const int32_t i = (int32_t)(r * steps + 0.5f), j = (int32_t)(d * steps + 0.5f);
     return i * COVERAGE_STEPS + j;
+}
+
+/* What cov needs to know of all places on the light. Written so that loops over places vectorise:
+ * where every sample stays, share is 0 + rest 1 over all 1. */
+struct coverage_shear {
+    float reach, inverse; /* 1 + delta; 1 / rho or 0 */
+    float all, rest;
+};
+
+static inline struct coverage_shear coverage_shear_of(float rho, float delta)
+{
+    struct coverage_shear s = {.reach = 1.0f + delta};
+    s.inverse = rho < COVERAGE_RHO_LEAST ? 0.0f : 1.0f / rho;
+    s.all = 2.0f * gaussian_phi(s.reach * s.inverse) - 1.0f;
+    if (s.all > COVERAGE_ALL_LEAST) return s;
+    return (struct coverage_shear){.reach = s.reach, .all = 1.0f, .rest = 1.0f};
+}
+
+/* cov at y half-sides. */
+static inline float coverage_at(const struct coverage_shear *s, float y)
+{
+    const float stays = gaussian_phi((s->reach - y) * s->inverse) +
+                        gaussian_phi((s->reach + y) * s->inverse) - 1.0f;
+    const float share = (stays + s->rest) / s->all;
+    return share > COVERAGE_LEAST ? share : COVERAGE_LEAST;
 }
 
 /* Computes the weights of a row, unless they are there. */

@@ -14,7 +14,34 @@
 /* How far around the pixels asked for it looks, beside WEDGE_FILL_PX for their slopes. */
 #define EDGE_REACH_PX 5
 
-/* Replaces seen[k] (see sheared_filter) of those of `count` pixels whose filter is narrow,
- * gradually from some width down. All pixels have a wedge. Uses the sources' `seen`. ERR_MEMORY. */
+#define EDGE_SIDE (2 * EDGE_REACH_PX + 1)
+
+/* What windows along edges read. Arrays are of the receivers' pixels, SHADOW_PLANE_PAD more of each
+ * may be read; they hold anything where no pixel asks. */
+struct edge_field {
+    const struct receiver_light *light;
+    int32_t width;
+    float scale;                         /* m(N) mu */
+    const struct shadow_source *sources; /* u, eta */
+    const struct shadow_target *targets;
+    const float *point[3], *normal[3]; /* as in struct shadow_source */
+    const float *seen;                 /* own estimates of what is lit */
+    const float *jitter[2];            /* of the strata, below 1 */
+    const uint32_t *bits;              /* strata_bits */
+    size_t stride;
+};
+
+/* What an edge tells of a pixel. */
+struct edge_answer {
+    float seen; /* -1: nothing */
+    float kept; /* how much of the sheared filter's answer stays; 1 where this one says nothing */
+};
+
+/* Looks along edges around those of `count` pixels whose filter is narrow: at some width and below
+ * nothing of the sheared filter's answer is kept. All pixels have a wedge. ERR_MEMORY. */
 int edges_filter(const struct receiver_light *light, const struct patch *patch,
-                 struct receivers *receivers, const uint32_t *pixels, uint32_t count, float *seen);
+                 const struct shadow_kernels *kernels, const struct receivers *receivers,
+                 const uint32_t *pixels, uint32_t count, struct edge_answer *out);
+
+/* Both filters' answers as one; the sheared filter's may be -1, too. */
+float edge_join(const struct edge_answer *edge, float sheared);

@@ -108,34 +108,67 @@ static void store(const struct shadow *s, const struct receivers *r, uint32_t pi
     s->width[to] = width;
 }
 
+/* Pixels of which something is left for the sheared filter, into `rest`. */
+static uint32_t list_rest(const struct edge_answer *edges, const uint32_t *pixels, uint32_t count,
+                          uint32_t *rest)
+{
+    uint32_t left = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        rest[left] = pixels[k];
+        left += edges[k].kept > 0.0f;
+    }
+    return left;
+}
+
+/* What edges tell, then the rest sheared: rest and seen have room for `count` pixels. */
+static int run_both(const struct shadow *s, struct receivers *r, const struct coverage *coverage,
+                    const uint32_t *pixels, uint32_t count, struct edge_answer *edges,
+                    uint32_t *rest, float *seen)
+{
+    int error = edges_filter(&s->light, s->patch, s->kernels, r, pixels, count, edges);
+    if (error) return error;
+    const uint32_t left = list_rest(edges, pixels, count, rest);
+    error = sheared_filter(&s->light, s->patch, coverage, s->kernels, r, rest, left, seen);
+    for (uint32_t k = 0, at = 0; !error && k < count; k++) {
+        const float sheared = edges[k].kept > 0.0f ? seen[at++] : -1.0f;
+        store(s, r, pixels[k], edge_join(&edges[k], sheared),
+              wedge_width_px(&r->targets[pixels[k]]));
+    }
+    return error;
+}
+
 static int run_sheared(const struct shadow *s, struct receivers *r, const struct wedges *wedges,
                        const uint32_t *pixels, uint32_t count)
 {
     struct coverage coverage;
+    struct scratch *scratch = s->patch->scratch;
     const float rho_most =
         wedge_scale(s->plan, s->light.strata) * s->light.sigma_y[0] / s->light.rectangle.half[0];
-    float *seen = scratch_take(s->patch->scratch, count * sizeof *seen);
+    float *seen = scratch_take(scratch, count * sizeof *seen);
+    uint32_t *rest = scratch_take(scratch, count * sizeof *rest);
+    struct edge_answer *edges = scratch_take(scratch, count * sizeof *edges);
     int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
-    if (!seen) error = ERR_MEMORY;
+    if (!seen || !rest || !edges) error = ERR_MEMORY;
     if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
-    if (!error)
-        error = sheared_filter(&s->light, s->patch, &coverage, s->kernels, r, pixels, count, seen);
-    if (!error) error = edges_filter(&s->light, s->patch, r, pixels, count, seen);
-    for (uint32_t k = 0; !error && k < count; k++)
-        store(s, r, pixels[k], seen[k], wedge_width_px(&r->targets[pixels[k]]));
+    if (!error) error = run_both(s, r, &coverage, pixels, count, edges, rest, seen);
     coverage_fini(&coverage);
-    scratch_give(s->patch->scratch, seen);
+    scratch_give(scratch, edges);
+    scratch_give(scratch, rest);
+    scratch_give(scratch, seen);
     return error;
 }
 
-static int run_axis_aligned(const struct shadow *s, struct receivers *r,
+static int run_axis_aligned(const struct shadow *s, const struct receivers *r,
                             const struct wedges *wedges, struct rect shaded, const uint32_t *pixels,
                             uint32_t count)
 {
-    int error = axis_aligned_filter(&s->light, s->patch, wedges, s->kernels, r, shaded);
-    for (uint32_t k = 0; !error && k < count; k++)
-        store(s, r, pixels[k], r->sources[pixels[k]].seen,
-              axis_aligned_width_px(&r->targets[pixels[k]]));
+    float *seen = scratch_take(s->patch->scratch, 2 * count * sizeof *seen);
+    if (!seen) return ERR_MEMORY;
+    float *width = seen + count;
+    const int error = axis_aligned_filter(&s->light, s->patch, wedges, s->kernels, r, shaded,
+                                          pixels, count, seen, width);
+    for (uint32_t k = 0; !error && k < count; k++) store(s, r, pixels[k], seen[k], width[k]);
+    scratch_give(s->patch->scratch, seen);
     return error;
 }
 
@@ -163,21 +196,50 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     return error;
 }
 
+/* Pixels that no filter answered for get their own estimates. */
+static void fill_alone(const struct shadow *s, int32_t x, int32_t y, uint32_t count)
+{
+    const size_t from = inner_index(s, x, y);
+    float own[STRATA_RUN];
+    bool any = false;
+    for (size_t i = from; i < from + count; i++)
+        any = any || (s->unoccluded[i] > 0.0f && s->seen[i] < 0.0f);
+    if (!any) return;
+    strata_estimate(&s->light, s->patch, s->kernels, x, y, count, own);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!(s->seen[from + i] < 0.0f)) continue;
+        s->seen[from + i] = own[i];
+        s->width[from + i] = 0.0f;
+    }
+}
+
+static void compose_run(const struct shadow *s, int32_t x, int32_t y, uint32_t count,
+                        float *irradiance, float *width_px, struct shadow_statistics *statistics)
+{
+    const size_t from = inner_index(s, x, y), to = patch_index(s->patch, x, y);
+    for (uint32_t i = 0; i < count; i++) {
+        const bool lit = s->unoccluded[from + i] > 0.0f;
+        const bool filtered = lit && s->seen[from + i] >= 0.0f;
+        statistics->pixels_unlit += lit ? 0 : 1;
+        statistics->pixels_filtered += filtered ? 1 : 0;
+        statistics->pixels_alone += lit && !filtered ? 1 : 0;
+    }
+    fill_alone(s, x, y, count);
+    for (uint32_t i = 0; i < count; i++) {
+        const float e = s->unoccluded[from + i];
+        irradiance[to + i] = e > 0.0f ? e * s->seen[from + i] : 0.0f;
+        if (width_px) width_px[to + i] = e > 0.0f ? s->width[from + i] : 0.0f;
+    }
+}
+
 static void compose(const struct shadow *s, float *irradiance, float *width_px,
                     struct shadow_statistics *statistics)
 {
     for (int32_t y = s->inner.y0; y < s->inner.y1; y++) {
-        for (int32_t x = s->inner.x0; x < s->inner.x1; x++) {
-            const size_t from = inner_index(s, x, y), to = patch_index(s->patch, x, y);
-            const float e = s->unoccluded[from];
-            const bool filtered = e > 0.0f && s->seen[from] >= 0.0f;
-            float seen = s->seen[from];
-            if (e > 0.0f && !filtered) seen = strata_ratio(&s->light, s->patch, x, y);
-            irradiance[to] = e > 0.0f ? e * seen : 0.0f;
-            if (width_px) width_px[to] = filtered ? s->width[from] : 0.0f;
-            statistics->pixels_unlit += e > 0.0f ? 0 : 1;
-            statistics->pixels_filtered += filtered ? 1 : 0;
-            statistics->pixels_alone += e > 0.0f && !filtered ? 1 : 0;
+        for (int32_t x = s->inner.x0; x < s->inner.x1; x += STRATA_RUN) {
+            const int32_t left = s->inner.x1 - x;
+            compose_run(s, x, y, (uint32_t)(left < STRATA_RUN ? left : STRATA_RUN), irradiance,
+                        width_px, statistics);
         }
     }
 }

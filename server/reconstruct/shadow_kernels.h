@@ -5,10 +5,11 @@
  * around whatever walks, so that no walk can leave it. Pixels that show nothing (outside of the
  * image or of the patch, no surface, not lit) have a zero normal, which no neighbour takes.
  *
- * Lengths along the light are counted in nodes: with r of coverage.h, a half-side is r/2 nodes, node
- * r is the light's centre, and of the 2r + 1 nodes over twice the light the last one holds nothing.
- * A kernel that keeps other sums with a sum (its denominator) treats them alike, operation by
- * operation: a constant field must come out constant to the last bit. */
+ * Lengths along the light are counted in nodes: with r of coverage.h, a half-side is r/2 nodes,
+ * node r is the light's centre, and of the 2r + 1 nodes over twice the light the last one holds
+ * nothing. A kernel that keeps other sums with a sum (its denominator) treats them alike, operation
+ * by operation: a constant field must come out constant to the last bit. */
+#include <stddef.h>
 #include <stdint.h>
 
 #define SHADOW_REACH_PX    16                              /* farthest pixel of a walk */
@@ -30,9 +31,7 @@ struct shadow_source {
     float spread;    /* half of that range; SHADOW_NO_SPREAD without wedge: refused by nobody */
     int32_t slot;    /* of its node sums; -1: has none */
     int32_t phase;   /* of its jitter along axis 1: floor(jitter * field->phases) */
-    float seen;      /* axis-aligned: the fraction to blur along x, then along y */
-    float refusal;   /* axis-aligned: farther neighbours (squared distance) refuse it */
-    float unused[2];
+    float unused[4];
 };
 _Static_assert(sizeof(struct shadow_source) == 64, "one cache line");
 
@@ -51,7 +50,7 @@ struct shadow_target {
     float distance_most2; /* squared world distance of the farthest neighbour */
     float gamma[2];       /* slope of G along axis i, a half-side */
     int32_t weights[2];   /* row of field->weights along axis i */
-    float width;          /* axis-aligned: 1 / (2 beta^2); 0: keeps its own value */
+    float unused;
     struct shadow_walk walk[2];
 };
 _Static_assert(sizeof(struct shadow_target) == 64, "one cache line");
@@ -98,6 +97,18 @@ static inline uint32_t shadow_phases(uint32_t strata, uint32_t scale)
     return 2 * scale / a;
 }
 
+/* What the axis-aligned filter reads of the field's pixels, an array a number, of which
+ * SHADOW_PLANE_PAD more than there are may be read. */
+#define SHADOW_PLANE_PAD 16
+struct shadow_blur {
+    const float *point[3], *normal[3];         /* as in struct shadow_source */
+    const float *plane_least, *distance_most2; /* as in struct shadow_target */
+    const float *seen;                         /* to blur */
+    const float *refusal;                      /* farther neighbours (squared) refuse it */
+    const float *falloff;                      /* 1 / (2 beta^2) */
+    const int32_t *reach;                      /* pixels; 0: keeps its own value */
+};
+
 /* Rectangle seen from receivers: eye-relative corners in the order of the outline (half_u to
  * half_v, seen from the front counter-clockwise), and what quadrature needs. */
 struct shadow_rectangle {
@@ -111,6 +122,7 @@ struct shadow_rectangle {
 
 struct receiver_light; /* receiver.h */
 struct wedge_shear;    /* wedge.h */
+struct edge_field;     /* edge.h */
 
 struct shadow_kernels {
     /* E of plan.h without occlusion, to `count` receivers (points from the eye, unit or zero
@@ -155,9 +167,21 @@ struct shadow_kernels {
     void (*walk_rows)(const struct shadow_field *field, const uint32_t *pixels, uint32_t count,
                       float *out);
 
-    /* Axis-aligned: out[k]: the mean of `seen` around pixel k along x (axis 0) or y (1). */
-    void (*blur)(const struct shadow_field *field, uint32_t axis, const uint32_t *pixels,
-                 uint32_t count, float *out);
+    /* Axis-aligned: out[i]: the mean of `seen` around pixel first + i, i < count, over pixels that
+     * lie `step` apart. */
+    void (*blur)(const struct shadow_blur *planes, int32_t step, size_t first, uint32_t count,
+                 float *out);
+
+    /* Own estimates of the seen fraction (strata.h) of `count` receivers at l x l strata. Of
+     * receiver i: jitter[axis][i]; bit k % 32 of bits[k / 32 * stride + i]: stratum k is seen. */
+    void (*estimate)(const struct shadow_rectangle *light, uint32_t l, uint32_t count,
+                     const float *const point[3], const float *const normal[3],
+                     const float *const jitter[2], const uint32_t *bits, size_t stride, float *out);
+
+    /* edge.h: the seen fraction by a window along the edge around each of `count` pixels whose
+     * filter is sigma_px wide; -1 where no edge can be told. */
+    void (*filter_edges)(const struct edge_field *field, const uint32_t *pixels,
+                         const float *sigma_px, uint32_t count, float *out);
 
     /* Sums over the 5 x 5 pixels around pixel k, of those compatible neighbours whose values are
      * not negative: out[k * 3]: how many, sum of a, sum of b. Row by row, from the top left. */

@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "server/reconstruct/blur_lanes.h"
+#include "server/reconstruct/edge_lanes.h"
+#include "server/reconstruct/estimate_lanes.h"
 #include "server/reconstruct/project_lanes.h"
 #include "server/reconstruct/receiver_lanes.h"
 #include "server/reconstruct/unoccluded_lanes.h"
@@ -21,5 +23,7 @@ const struct shadow_kernels SHADOW_KERNELS = {
     .project_rows = kernel_project_rows,
     .walk_rows = kernel_walk_rows,
     .blur = kernel_blur,
+    .estimate = kernel_estimate,
+    .filter_edges = kernel_filter_edges,
     .sum_slopes = kernel_sum_slopes,
 };

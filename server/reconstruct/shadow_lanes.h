@@ -23,9 +23,7 @@ enum shadow_number {
     SHADOW_SPREAD = 9,
     SHADOW_SLOT = 10,
     SHADOW_PHASE = 11,
-    SHADOW_SEEN = 12,
-    SHADOW_REFUSAL = 13,
-    SHADOW_NUMBERS = 16,
+    SHADOW_NUMBERS = 12,
 };
 
 /* Four sums side by side; they start on 16 bytes. */
@@ -36,7 +34,7 @@ struct shadow_lanes {
     _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
 };
 
-#define LANES_QUADS 4 /* of four numbers, in a cache line */
+#define LANES_QUADS 3 /* of four numbers, in a cache line */
 
 static inline const float *lanes_line(const struct shadow_source *from, int32_t to)
 {
@@ -118,4 +116,28 @@ static inline __attribute__((always_inline)) void
 lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most, struct shadow_lanes *out)
 {
     for (size_t i = 0; i < count; i += LANES_AT_ONCE) lanes_take(from, most / 4, i, out);
+}
+
+/* The sum over lanes in a fixed order, in pairs. Sums are kept in as many parts as there are lanes.
+ */
+static inline float lanes_total(float parts[SHADOW_LANES])
+{
+    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
+        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
+    }
+    return parts[0];
+}
+
+/* out[i] = table[index[i]] of `count` lanes, a multiple of 8; indices 0 .. 7. */
+static inline void lanes_look_up(const float table[8], const int32_t *index, int count, float *out)
+{
+#ifdef __AVX2__
+    const __m256 all = _mm256_loadu_ps(table);
+    for (int i = 0; i < count; i += 8) {
+        const __m256i at = _mm256_loadu_si256((const __m256i *)(const void *)(index + i));
+        _mm256_storeu_ps(out + i, _mm256_permutevar8x32_ps(all, at));
+    }
+#else
+    for (int i = 0; i < count; i++) out[i] = table[index[i]];
+#endif
 }

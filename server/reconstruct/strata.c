@@ -1,11 +1,5 @@
 #include "server/reconstruct/strata.h"
 
-#include <string.h>
-
-#include "server/reconstruct/gaussian.h"
-
-#define NEAR_MOST 1e9f /* (size / distance)^2 */
-
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
 {
@@ -30,70 +24,65 @@ void strata_columns(const struct receiver_light *light, const struct patch *patc
     }
 }
 
-bool strata_all_seen(const struct receiver_light *light, const struct patch *patch, size_t i)
+void strata_bits(const struct receiver_light *light, const struct patch *patch, size_t first,
+                 uint32_t count, uint32_t *bits, size_t stride)
 {
     const size_t area = (size_t)rect_area(patch->rect);
-    const uint8_t *bits = patch->lights[light->index].visibility + i;
-    const uint32_t count = light->strata * light->strata;
-    for (uint32_t first = 0; first < count; first += 8, bits += area) {
-        const uint32_t left = count - first, all = left < 8 ? (1u << left) - 1 : 0xffu;
-        if ((*bits & all) != all) return false;
-    }
-    return true;
-}
-
-/* I G of the light's point (u, v) in [-1, 1]^2, but for factors that all points share. */
-static float point_weight(const struct shadow_rectangle *r, const float to[3],
-                          const float normal[3], float size2, float u, float v)
-{
-    float w[3], up = 0.0f, squared = 0.0f;
-    for (int k = 0; k < 3; k++) {
-        w[k] = to[k] + u * r->half[0] * r->axis[0][k] + v * r->half[1] * r->axis[1][k];
-        up += w[k] * normal[k];
-        squared += w[k] * w[k];
-    }
-    if (!(up > 0.0f && squared > 0.0f)) return 0.0f;
-    const float profile =
-        r->profile == PROFILE_GAUSSIAN ? gaussian_exp_minus(2.0f * (u * u + v * v)) : 1.0f;
-    /* In units of the light's size and bounded, so that squares of squares stay finite. */
-    const float near = size2 / squared, bounded = near < NEAR_MOST ? near : NEAR_MOST;
-    return profile * up * (bounded * bounded);
-}
-
-static bool none_seen(const uint32_t columns[SHADOW_STRATA_MAX], uint32_t l)
-{
-    uint32_t any = 0;
-    for (uint32_t a = 0; a < l; a++) any |= columns[a];
-    return any == 0;
-}
-
-float strata_ratio(const struct receiver_light *light, const struct patch *patch, int32_t x,
-                   int32_t y)
-{
-    const size_t width = (size_t)rect_width(patch->rect);
-    const size_t i = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
-    if (strata_all_seen(light, patch, i)) return 1.0f;
-    float point[3], normal[3], to[3], jitter[2];
-    float *const points[3] = {&point[0], &point[1], &point[2]};
-    float *const normals[3] = {&normal[0], &normal[1], &normal[2]};
-    uint32_t columns[SHADOW_STRATA_MAX];
-    const uint32_t l = light->strata;
-    strata_columns(light, patch, i, columns);
-    if (none_seen(columns, l)) return 0.0f; /* what the sums below come to */
-    receiver_row(light, patch, x, y, 1, points, normals);
-    for (int k = 0; k < 3; k++) to[k] = light->rectangle.centre[k] - point[k];
-    strata_jitters(light, &x, &y, 1, &jitter[0], &jitter[1]);
-    const float *half = light->rectangle.half, size2 = half[0] * half[0] + half[1] * half[1];
-    float seen = 0.0f, all = 0.0f, seen_count = 0.0f;
-    for (uint32_t b = 0; b < l; b++) {
-        for (uint32_t a = 0; a < l; a++) {
-            const float u = 2.0f * pattern_axis(jitter[0], l, a) - 1.0f;
-            const float v = 2.0f * pattern_axis(jitter[1], l, b) - 1.0f;
-            const float weight = point_weight(&light->rectangle, to, normal, size2, u, v);
-            all += weight;
-            seen += columns[a] >> b & 1u ? weight : 0.0f;
-            seen_count += columns[a] >> b & 1u ? 1.0f : 0.0f;
+    const uint8_t *bytes = patch->lights[light->index].visibility + first;
+    const uint32_t strata = light->strata * light->strata;
+    for (uint32_t k = 0; k < strata; k += 8, bytes += area) {
+        const uint32_t left = strata - k, all = left < 8 ? (1u << left) - 1 : 0xffu;
+        uint32_t *word = bits + k / 32 * stride;
+        for (uint32_t i = 0; i < count; i++) {
+            const uint32_t before = k % 32 == 0 ? 0u : word[i];
+            word[i] = before | (bytes[i] & all) << k % 32;
         }
     }
-    return all > 0.0f ? seen / all : seen_count / (float)(l * l);
+}
+
+/* Of 1 to STRATA_RUN pixels of a row: are all strata seen? */
+static bool all_seen(const uint32_t *bits, size_t stride, uint32_t count, uint32_t strata)
+{
+    uint32_t missing = 0;
+    for (uint32_t k = 0; k < strata; k += 32) {
+        const uint32_t *word = bits + k / 32 * stride, left = strata - k;
+        const uint32_t all = left < 32 ? (1u << left) - 1 : 0xffffffffu;
+        for (uint32_t i = 0; i < count; i++) missing |= ~word[i] & all;
+    }
+    return missing == 0;
+}
+
+void strata_row_jitters(const struct receiver_light *light, int32_t x, int32_t y, uint32_t count,
+                        float *out0, float *out1)
+{
+    int32_t at_x[STRATA_RUN], at_y[STRATA_RUN];
+    for (int32_t i = 0; i < STRATA_RUN; i++) {
+        at_x[i] = x + i;
+        at_y[i] = y;
+    }
+    strata_jitters(light, at_x, at_y, count, out0, out1);
+}
+
+void strata_estimate(const struct receiver_light *light, const struct patch *patch,
+                     const struct shadow_kernels *kernels, int32_t x, int32_t y, uint32_t count,
+                     float *out)
+{
+    uint32_t bits[STRATA_WORDS * STRATA_RUN];
+    float point[3][STRATA_RUN], normal[3][STRATA_RUN], jitter[2][STRATA_RUN];
+    float *const points[3] = {point[0], point[1], point[2]};
+    float *const normals[3] = {normal[0], normal[1], normal[2]};
+    const float *const p[3] = {point[0], point[1], point[2]};
+    const float *const n[3] = {normal[0], normal[1], normal[2]};
+    const float *const j[2] = {jitter[0], jitter[1]};
+    const size_t width = (size_t)rect_width(patch->rect);
+    const size_t first = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
+    const uint32_t l = light->strata;
+    strata_bits(light, patch, first, count, bits, STRATA_RUN);
+    if (all_seen(bits, STRATA_RUN, count, l * l)) {
+        for (uint32_t i = 0; i < count; i++) out[i] = 1.0f;
+        return;
+    }
+    receiver_row(light, patch, x, y, count, points, normals);
+    strata_row_jitters(light, x, y, count, jitter[0], jitter[1]);
+    kernels->estimate(&light->rectangle, l, count, p, n, j, bits, STRATA_RUN, out);
 }

@@ -90,15 +90,6 @@ static inline void walk_weigh(const struct shadow_field *f, uint32_t axis, uint3
     }
 }
 
-/* The sum over lanes in a fixed order, in pairs. */
-static inline float walk_total(float parts[SHADOW_LANES])
-{
-    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
-        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
-    }
-    return parts[0];
-}
-
 /* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
  * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
  * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
@@ -115,7 +106,7 @@ static inline void walk_balance(int32_t reach, size_t count, struct walk_taps *t
             s2[lane] += moment * k;
         }
     }
-    const float first = walk_total(s1), second = walk_total(s2);
+    const float first = lanes_total(s1), second = lanes_total(s2);
     const float slope = second > 0.0f ? WALK_LINEAR * first / second : 0.0f;
     for (size_t i = 0; i < count; i++) {
         const float factor = 1.0f - slope * (float)((int32_t)(i >> 1) - reach);

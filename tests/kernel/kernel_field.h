@@ -6,11 +6,15 @@
 #include <string.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/edge.h"
 #include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/strata.h"
 #include "tests/random.h"
 
 enum kernel {
     KERNEL_UNOCCLUDED,
+    KERNEL_PLACE_RECEIVERS,
+    KERNEL_SHEAR_RECEIVERS,
     KERNEL_MARK_WALKS,
     KERNEL_PROJECT_COLUMNS,
     KERNEL_WALK_COLUMNS,
@@ -18,26 +22,34 @@ enum kernel {
     KERNEL_WALK_ROWS,
     KERNEL_BLUR_X,
     KERNEL_BLUR_Y,
+    KERNEL_ESTIMATE,
+    KERNEL_FILTER_EDGES,
     KERNEL_SUM_SLOPES,
     KERNEL_COUNT,
 };
 
 static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded", "mark_walks", "project_columns", "walk_columns", "project_rows",
-    "walk_rows",  "blur x",     "blur y",          "sum_slopes"};
+    "unoccluded",   "place_receivers", "shear_receivers", "mark_walks", "project_columns",
+    "walk_columns", "project_rows",    "walk_rows",       "blur x",     "blur y",
+    "estimate",     "filter_edges",    "sum_slopes"};
 
-#define FIELD_ROWS 7 /* of weights */
+#define FIELD_PLANES 11 /* of struct shadow_blur but its reach */
+#define FIELD_ROWS   7  /* of weights */
 
 struct kernel_field {
-    struct shadow_field field; /* everything in it owned */
-    struct shadow_source *sources;
-    struct shadow_target *targets;
+    struct shadow_field field;                        /* everything in it owned */
+    struct shadow_source *sources, *placed, *sheared; /* the latter are written */
+    struct shadow_target *targets, *placed_targets, *sheared_targets;
     float *weights;
-    struct shadow_rectangle light;
+    struct plan plan;
+    struct receiver_light light;
+    float *planes[FIELD_PLANES];
+    int32_t *reach;
+    uint32_t *bits;
     uint32_t *pixels, count; /* those that have room to walk and are lit */
     uint32_t slots;
     /* One number too long: input starts off any alignment. */
-    float *jitter, *cells, *a, *b, *point[3], *normal[3];
+    float *jitter[2], *cells, *a, *b, *most, *least, *sigma_px, *depth, *point[3], *normal[3];
     uint32_t *seen;
 };
 
@@ -85,8 +97,6 @@ static inline void field_source(struct random *r, bool wild, uint32_t phases, in
     s->eta = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
     s->spread = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
     s->phase = (int32_t)(random_bits(r) % phases);
-    s->refusal = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
-    s->seen = random_unit(r);
 }
 
 static inline void field_walk(struct random *r, bool wild, int axis, struct shadow_walk *w)
@@ -105,7 +115,6 @@ static inline void field_target(struct random *r, bool wild, struct shadow_targe
     t->distance = 5.0f;
     t->plane_least = 0.02f;
     t->distance_most2 = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
-    t->width = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
     for (int i = 0; i < 2; i++) {
         t->gamma[i] = field_between(r, -0.95f, 0.95f);
         t->weights[i] = (int32_t)(random_bits(r) % FIELD_ROWS);
@@ -133,14 +142,96 @@ static inline void field_tables(struct random *r, struct kernel_field *out)
     }
 }
 
-static inline void field_inputs(struct random *r, struct kernel_field *out)
+/* What the kernels that read planes do: the field's points and normals, other numbers at random.
+ * In the left half all pixels are seen alike. */
+static inline void field_planes(struct random *r, bool wild, struct kernel_field *out)
+{
+    const struct shadow_field *f = &out->field;
+    const size_t area = (size_t)f->width * (size_t)f->height, stride = area + SHADOW_PLANE_PAD;
+    for (int k = 0; k < FIELD_PLANES; k++)
+        out->planes[k] = field_memory(stride * sizeof *out->planes[k]);
+    out->reach = field_memory(stride * sizeof *out->reach);
+    for (size_t i = 0; i < area; i++) {
+        const bool left = i % (size_t)f->width < (size_t)f->width / 2;
+        for (int k = 0; k < 3; k++) {
+            out->planes[k][i] = out->sources[i].point[k];
+            out->planes[3 + k][i] = out->sources[i].normal[k];
+        }
+        out->planes[6][i] = out->targets[i].plane_least;
+        out->planes[7][i] = out->targets[i].distance_most2;
+        out->planes[8][i] = wild && left ? 1.0f : random_unit(r);
+        out->planes[9][i] = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
+        out->planes[10][i] = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
+        if (out->sources[i].slot < 0) continue; /* no room to walk */
+        out->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
+        if (wild && field_once_in(r, 3)) out->reach[i] = 0;
+    }
+}
+
+/* Strata of runs of pixels: all seen, none, or any. */
+static inline void field_bits(struct random *r, bool wild, struct kernel_field *out)
+{
+    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
+    out->bits = field_memory((area + 1) * STRATA_WORDS * sizeof *out->bits);
+    for (size_t i = 0; i < (area + 1) * STRATA_WORDS; i++) {
+        const uint64_t run = wild ? i / 50 * UINT64_C(0x9e3779b97f4a7c15) >> 62 : 2;
+        const uint32_t any = (uint32_t)random_bits(r);
+        out->bits[i] = run == 0 ? 0 : run == 1 ? 0xffffffffu : any;
+    }
+}
+
+/* Receivers on the light, in its plane, behind it, far off; slopes of nothing and of all. */
+static inline void field_degenerate(struct random *r, struct kernel_field *out)
+{
+    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
+    const float *centre = out->light.rectangle.centre;
+    for (size_t i = 0; i <= area; i++) {
+        const uint64_t kind = random_bits(r) % 24;
+        for (int k = 0; k < 3; k++) {
+            if (kind == 0) out->normal[k][i] = 0.0f;
+            if (kind == 1) out->point[k][i] = centre[k];
+            if (kind == 2) out->point[k][i] *= 1e16f;
+            if (kind == 3) out->point[k][i] *= 1e-20f;
+            if (kind == 4 && k == 2) out->point[k][i] = centre[k];
+            if (kind == 5) out->point[k][i] = centre[k] + 1e-6f * out->point[k][i];
+        }
+        if (kind == 6) out->depth[i] = 0.0f;
+        if (kind == 7) out->depth[i] = 1e16f;
+        if (kind == 8) out->a[i] = out->b[i] = 0.0f;
+        if (kind == 9) out->a[i] = out->b[i] = 1e4f;
+        if (kind == 10) out->a[i] = 1e37f;
+        if (kind == 11) out->sigma_px[i] = 0.0f;
+    }
+}
+
+/* What is written by kernels that write receivers, and 1/slope from 0 on. */
+static inline void field_copies(struct kernel_field *out)
+{
+    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
+    out->placed = field_memory(area * sizeof *out->placed);
+    out->sheared = field_memory(area * sizeof *out->sheared);
+    out->placed_targets = field_memory(area * sizeof *out->placed_targets);
+    out->sheared_targets = field_memory(area * sizeof *out->sheared_targets);
+    memcpy(out->sheared, out->sources, area * sizeof *out->sheared);
+    memcpy(out->sheared_targets, out->targets, area * sizeof *out->sheared_targets);
+    out->most = field_memory(area * sizeof *out->most);
+    out->least = field_memory(area * sizeof *out->least);
+    for (size_t i = 0; i < area; i++) {
+        out->least[i] = fminf(fabsf(out->a[i]), out->b[i]);
+        out->most[i] = fmaxf(fabsf(out->a[i]), out->b[i]);
+    }
+}
+
+static inline void field_inputs(struct random *r, bool wild, struct kernel_field *out)
 {
     const struct shadow_field *f = &out->field;
     const size_t area = (size_t)f->width * (size_t)f->height, l = f->strata;
-    out->jitter = field_numbers(r, area, 0.0f, 0.999f);
+    for (int k = 0; k < 2; k++) out->jitter[k] = field_numbers(r, area, 0.0f, 0.999f);
     out->cells = field_numbers(r, out->count * (size_t)f->scale * 4, 0.0f, 3.0f);
     out->a = field_numbers(r, area, -1.0f, 3.0f);
     out->b = field_numbers(r, area, 0.0f, 3.0f);
+    out->sigma_px = field_numbers(r, area, 0.2f, 1.5f);
+    out->depth = field_numbers(r, area, 0.5f, 9.0f);
     for (int k = 0; k < 3; k++) {
         out->point[k] = field_numbers(r, area, -3.0f, 3.0f);
         out->normal[k] = field_numbers(r, area, -0.57f, 0.57f);
@@ -148,6 +239,36 @@ static inline void field_inputs(struct random *r, struct kernel_field *out)
     out->seen = field_memory((area * l + 1) * sizeof *out->seen);
     for (size_t i = 0; i <= area * l; i++)
         out->seen[i] = ((uint32_t)random_bits(r) & ((1u << l) - 1)) | 1u << l;
+    field_planes(r, wild, out);
+    field_bits(r, wild, out);
+    if (wild) field_degenerate(r, out);
+    field_copies(out);
+}
+
+/* A light above the field and a camera that has all of it in front. */
+static inline void field_light(uint64_t seed, struct kernel_field *out)
+{
+    struct plan_camera *c = &out->plan.camera;
+    *c = (struct plan_camera){.type = seed & 2u ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE,
+                              .right = {0.8f, 0, -0.6f},
+                              .up = {0, 1, 0},
+                              .forward = {0.6f, 0, 0.8f},
+                              .half_width = 0.5f,
+                              .half_height = 0.4f};
+    out->plan.width_px = out->field.width;
+    out->plan.height_px = out->field.height;
+    out->plan.mu = 1.0f;
+    out->light = (struct receiver_light){
+        .plan = &out->plan,
+        .strata = out->field.strata,
+        .rectangle = {.centre = {0, 0, 3},
+                      .axis = {{1, 0, 0}, {0, 1, 0}},
+                      .half = {0.5f, 1.0f},
+                      .normal = {0, 0, -1},
+                      .area = 2,
+                      .profile = seed & 1u ? PROFILE_GAUSSIAN : PROFILE_UNIFORM},
+        .sigma_y = {0.3f, 0.6f}};
+    surface_view_init(&out->light.view, &out->plan);
 }
 
 /* A field of width x height pixels beyond the margin. */
@@ -185,26 +306,46 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
         field_target(&r, wild, &out->targets[i]);
         if (s->slot >= 0) out->pixels[1 + out->count++] = (uint32_t)i;
     }
-    out->light =
-        (struct shadow_rectangle){.centre = {0, 0, 3},
-                                  .axis = {{1, 0, 0}, {0, 1, 0}},
-                                  .half = {0.5f, 1.0f},
-                                  .normal = {0, 0, -1},
-                                  .area = 2,
-                                  .profile = seed & 1u ? PROFILE_GAUSSIAN : PROFILE_UNIFORM};
+    field_light(seed, out);
     field_tables(&r, out);
-    field_inputs(&r, out);
+    field_inputs(&r, wild, out);
 }
 
 static inline void field_fini(struct kernel_field *k)
 {
-    void *const all[] = {k->sources,    k->targets,  k->weights,   k->field.columns,
-                         k->field.rows, k->pixels,   k->jitter,    k->cells,
-                         k->a,          k->b,        k->seen,      k->point[0],
-                         k->point[1],   k->point[2], k->normal[0], k->normal[1],
+    void *const all[] = {k->sources,
+                         k->targets,
+                         k->weights,
+                         k->field.columns,
+                         k->field.rows,
+                         k->pixels,
+                         k->jitter[0],
+                         k->jitter[1],
+                         k->cells,
+                         k->a,
+                         k->b,
+                         k->sigma_px,
+                         k->depth,
+                         k->seen,
+                         k->bits,
+                         k->placed,
+                         k->sheared,
+                         k->placed_targets,
+                         k->sheared_targets,
+                         k->most,
+                         k->least,
+                         k->reach,
+                         k->point[0],
+                         k->point[1],
+                         k->point[2],
+                         k->normal[0],
+                         k->normal[1],
                          k->normal[2]};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
+    for (int i = 0; i < FIELD_PLANES; i++) free(k->planes[i]);
 }
+
+#define FIELD_RECEIVER 27 /* numbers of a source and its target */
 
 /* Numbers that `kernel` writes for `count` pixels, or for all slots. */
 static inline size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count)
@@ -223,6 +364,9 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
         return (size_t)count * 2;
     case KERNEL_SUM_SLOPES:
         return (size_t)count * 3;
+    case KERNEL_PLACE_RECEIVERS:
+    case KERNEL_SHEAR_RECEIVERS:
+        return (size_t)count * FIELD_RECEIVER;
     default:
         return count;
     }
@@ -240,6 +384,97 @@ static inline void field_mark(const struct shadow_field *f, const struct shadow_
     free(marks);
 }
 
+static inline float *field_print(const struct shadow_source *s, const struct shadow_target *t,
+                                 float *out)
+{
+    for (int k = 0; k < 3; k++) *out++ = s->point[k];
+    for (int k = 0; k < 3; k++) *out++ = s->normal[k];
+    for (int k = 0; k < 2; k++) *out++ = s->u[k];
+    *out++ = s->eta;
+    *out++ = s->spread;
+    *out++ = (float)s->slot;
+    *out++ = (float)s->phase;
+    *out++ = t->distance;
+    *out++ = t->plane_least;
+    *out++ = t->distance_most2;
+    for (int k = 0; k < 2; k++) {
+        *out++ = t->gamma[k];
+        *out++ = (float)t->weights[k];
+        *out++ = t->walk[k].step[0];
+        *out++ = t->walk[k].step[1];
+        *out++ = t->walk[k].falloff;
+        *out++ = (float)t->walk[k].reach;
+    }
+    return out;
+}
+
+/* Receivers of the inputs, from the second number on. */
+static inline void field_place(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                               uint32_t count, float *out)
+{
+    const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
+    const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
+    kernels->place_receivers(&k->light, count, k->depth + 1, point, normal, k->placed,
+                             k->placed_targets);
+    for (uint32_t i = 0; i < count; i++)
+        out = field_print(&k->placed[i], &k->placed_targets[i], out);
+}
+
+/* Those of the field, with 1/slope from 0 on. */
+static inline void field_shear(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                               const uint32_t *pixels, uint32_t count, float *out)
+{
+    const struct wedge_shear shear = {&k->light, 1.0f, 3.5f, 0.6f};
+    kernels->shear_receivers(&shear, pixels, count, k->most, k->least, k->sheared,
+                             k->sheared_targets);
+    for (uint32_t i = 0; i < count; i++)
+        out = field_print(&k->sheared[pixels[i]], &k->sheared_targets[pixels[i]], out);
+}
+
+/* Row by row, from number `first` of the listed pixels on: one run to the end of its row at most.
+ */
+static inline void field_blur(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                              int32_t step, const uint32_t *pixels, uint32_t count, float *out)
+{
+    float *const *p = k->planes;
+    const struct shadow_blur planes = {.point = {p[0], p[1], p[2]},
+                                       .normal = {p[3], p[4], p[5]},
+                                       .plane_least = p[6],
+                                       .distance_most2 = p[7],
+                                       .seen = p[8],
+                                       .refusal = p[9],
+                                       .falloff = p[10],
+                                       .reach = k->reach};
+    const uint32_t width = (uint32_t)k->field.width;
+    for (uint32_t i = 0, run; i < count; i += run) {
+        for (run = 1; i + run < count && pixels[i + run] / width == pixels[i] / width; run++) {
+        }
+        const uint32_t span = pixels[i + run - 1] - pixels[i] + 1;
+        float *row = field_memory((span + 1) * sizeof *row);
+        kernels->blur(&planes, step, pixels[i], span, row);
+        for (uint32_t j = 0; j < run; j++) out[i + j] = row[pixels[i + j] - pixels[i]];
+        free(row);
+    }
+}
+
+static inline void field_edges(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                               const uint32_t *pixels, uint32_t count, float *out)
+{
+    float *const *p = k->planes;
+    const struct edge_field edges = {.light = &k->light,
+                                     .width = k->field.width,
+                                     .scale = 1.0f,
+                                     .sources = k->sources,
+                                     .targets = k->targets,
+                                     .point = {p[0], p[1], p[2]},
+                                     .normal = {p[3], p[4], p[5]},
+                                     .seen = p[8],
+                                     .jitter = {k->jitter[0], k->jitter[1]},
+                                     .bits = k->bits,
+                                     .stride = (size_t)k->field.width * (size_t)k->field.height};
+    kernels->filter_edges(&edges, pixels, k->sigma_px + 1, count, out);
+}
+
 /* The kernel over `count` pixels from number `first` on, into `out`. */
 static inline void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
                              enum kernel kernel, uint32_t first, uint32_t count, float *out)
@@ -248,16 +483,23 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
     const uint32_t *pixels = k->pixels + 1 + first;
     const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
     const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
+    const float *const jitter[2] = {k->jitter[0] + 1, k->jitter[1] + 1};
     switch (kernel) {
     case KERNEL_UNOCCLUDED:
-        kernels->unoccluded(&k->light, count, point, normal, out);
+        kernels->unoccluded(&k->light.rectangle, count, point, normal, out);
+        break;
+    case KERNEL_PLACE_RECEIVERS:
+        field_place(k, kernels, count, out);
+        break;
+    case KERNEL_SHEAR_RECEIVERS:
+        field_shear(k, kernels, pixels, count, out);
         break;
     case KERNEL_MARK_WALKS:
         field_mark(&f, kernels, pixels, count, out);
         break;
     case KERNEL_PROJECT_COLUMNS:
         f.columns = out;
-        kernels->project_columns(&f, pixels, count, k->jitter + 1, k->seen + 1);
+        kernels->project_columns(&f, pixels, count, k->jitter[0] + 1, k->seen + 1);
         break;
     case KERNEL_WALK_COLUMNS:
         kernels->walk_columns(&f, pixels, count, out);
@@ -270,10 +512,17 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
         kernels->walk_rows(&f, pixels, count, out);
         break;
     case KERNEL_BLUR_X:
-        kernels->blur(&f, 0, pixels, count, out);
+        field_blur(k, kernels, 1, pixels, count, out);
         break;
     case KERNEL_BLUR_Y:
-        kernels->blur(&f, 1, pixels, count, out);
+        field_blur(k, kernels, f.width, pixels, count, out);
+        break;
+    case KERNEL_ESTIMATE:
+        kernels->estimate(&k->light.rectangle, f.strata, count, point, normal, jitter, k->bits + 1,
+                          (size_t)f.width * (size_t)f.height, out);
+        break;
+    case KERNEL_FILTER_EDGES:
+        field_edges(k, kernels, pixels, count, out);
         break;
     default:
         kernels->sum_slopes(&f, pixels, count, k->a, k->b, out);
