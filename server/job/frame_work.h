@@ -16,7 +16,7 @@ struct frame {
     struct tile_queue *tiles;
     struct film *film;
     struct scratch *scratch; /* of the team's work on blocks */
-    struct image *image; /* written and read on the loop's thread, until it is encoded */
+    struct image *image;     /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
     uint64_t samples_landed; /* a tile's pass counts as its samples a pixel */
