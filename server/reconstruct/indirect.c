@@ -34,9 +34,8 @@ static bool can_filter(const struct indirect *f)
     const struct rect common = rect_intersect(f->inner, p->rect);
     const uint32_t filter = f->plan->indirect_filter;
     const bool known = filter <= INDIRECT_FILTER_BLEND || filter == INDIRECT_FILTER_SHEARED;
-    return known && p->depth && p->normal[0] && p->id &&
-           p->reflector && !rect_is_empty(f->inner) && rect_area(common) == rect_area(f->inner) &&
-           f->count <= INDIRECT_CHANNELS_MAX;
+    return known && p->depth && p->normal[0] && p->id && p->reflector && !rect_is_empty(f->inner) &&
+           rect_area(common) == rect_area(f->inner) && f->count <= INDIRECT_CHANNELS_MAX;
 }
 
 /* Pixels of `inner` where something was measured. */
@@ -136,7 +135,7 @@ static int run(const struct indirect *f)
     if (error) return error;
     load(f, &place);
     if (blend)
-        indirect_blend(f->plan, &rule, kernels, &place, f->inner, f->count);
+        indirect_blend(&rule, kernels, &place, f->inner, f->count);
     else
         run_rule(f, &rule, kernels, &place);
     store(f, &place, indirect_place_spare(&place, f->count));
