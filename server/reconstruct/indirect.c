@@ -135,7 +135,7 @@ static int run(const struct indirect *f)
     if (error) return error;
     load(f, &place);
     if (blend)
-        indirect_blend(f->plan, &rule, kernels, &place, f->inner, f->count);
+        indirect_blend(&rule, kernels, &place, f->inner, f->count);
     else
         run_rule(f, &rule, kernels, &place);
     store(f, &place, indirect_place_spare(&place, f->count));

@@ -5,9 +5,16 @@
 #include "server/reconstruct/indirect.h"
 
 #define LEVELS         4
-#define NOISE_SAMPLES  64 /* below, noise counts twice */
 #define FOUR_PI        12.5663706f
 #define RELATIVE_LEAST 1e-30f /* darker channels have no say */
+
+/* The mean that tells noise: pixels it looks at to both sides, and the share of independent noise's
+ * variance in what it takes off a pixel: 1 - 2 a^2 + s^2, of weights w = exp(-d^2 / (2 * 1.25^2))
+ * for d = -3 .. 3 with a = 1 / sum w of the pixel itself and s = sum w^2 / (sum w)^2 along each
+ * axis. */
+#define NOISE_SIGMA_PX 1.25f
+#define NOISE_REACH_PX 4
+#define NOISE_TAKEN    0.846f
 
 struct blend {
     const struct indirect_rule *rule;
@@ -47,42 +54,67 @@ static void carve(struct blend *b)
     }
 }
 
-/* F_0 .. F_3 over `rect`. */
-static void filter_levels(const struct blend *b, struct rect rect)
+/* F_k over `rect`; beta is set around it. */
+static void filter_level(const struct blend *b, uint32_t k, float scale, struct rect rect)
 {
     const struct indirect_pass pass = {.kernels = b->kernels,
                                        .lines = true,
                                        .reach = indirect_reach_px(b->rule->most_px),
                                        .count = b->count};
     const struct rect tall = indirect_pass_tall(b->place, rect, pass.reach);
-    float scale = 1.0f;
-    indirect_widths(b->rule, b->kernels, b->place, tall, b->beta);
-    for (uint32_t k = 0; k < LEVELS; k++, scale *= 0.5f) {
-        indirect_set_widths(b->rule, b->place, tall, b->beta, scale);
-        indirect_pass_run(&pass, b->place, rect, (const float *const *)b->channels, b->between,
-                          b->level[k]);
-    }
+    indirect_set_widths(b->rule, b->place, tall, b->beta, scale);
+    indirect_pass_run(&pass, b->place, rect, (const float *const *)b->channels, b->between,
+                      b->level[k]);
 }
 
-/* Noise and the levels' differences, squared. */
-static void square_differences(const struct blend *b, struct rect rect)
+/* The narrow mean over `rect`. */
+static void filter_noise(const struct blend *b, struct rect rect, float *const out[])
+{
+    const struct indirect_pass pass = {
+        .kernels = b->kernels, .reach = NOISE_REACH_PX, .count = b->count};
+    const struct rect tall = indirect_pass_tall(b->place, rect, pass.reach);
+    for (int32_t y = tall.y0; y < tall.y1; y++) {
+        const size_t first = indirect_place_index(b->place, tall.x0, y);
+        for (size_t i = first; i < first + (size_t)rect_width(tall); i++)
+            b->width[i] = NOISE_SIGMA_PX * b->place->pixel[i];
+    }
+    indirect_set_widths(b->rule, b->place, tall, b->width, 1.0f);
+    indirect_pass_run(&pass, b->place, rect, (const float *const *)b->channels, b->between, out);
+}
+
+/* out = the squared difference of two levels over `rect`, relative to F_0. */
+static void square_difference(const struct blend *b, struct rect rect, float *const one[],
+                              float *const other[], float *out)
 {
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const size_t first = indirect_place_index(b->place, rect.x0, y);
         const size_t end = first + (size_t)rect_width(rect);
-        for (uint32_t k = 0; k < LEVELS; k++) {
-            for (size_t i = first; i < end; i++) b->square[k][i] = 0.0f;
-            for (uint32_t c = 0; c < b->count; c++) {
-                const float *fine = b->level[k > 0 ? k : LEVELS - 1][c];
-                const float *other = k > 0 ? b->level[k - 1][c] : b->channels[c];
-                const float *whole = b->level[0][c];
-                for (size_t i = first; i < end; i++) {
-                    const float by = whole[i] > RELATIVE_LEAST ? whole[i] : 0.0f;
-                    const float d = by > 0.0f ? (fine[i] - other[i]) / by : 0.0f;
-                    b->square[k][i] += d * d;
-                }
+        for (size_t i = first; i < end; i++) out[i] = 0.0f;
+        for (uint32_t c = 0; c < b->count; c++) {
+            const float *whole = b->level[0][c], *of = one[c], *from = other[c];
+            for (size_t i = first; i < end; i++) {
+                const float by = whole[i] > RELATIVE_LEAST ? whole[i] : 0.0f;
+                const float d = by > 0.0f ? (of[i] - from[i]) / by : 0.0f;
+                out[i] += d * d;
             }
         }
+    }
+}
+
+/* F_0 .. F_3 over `rect`, noise and the levels' differences. */
+static void filter_levels(const struct blend *b, struct rect rect)
+{
+    float scale = 1.0f;
+    const int32_t reach = indirect_reach_px(b->rule->most_px);
+    indirect_widths(b->rule, b->kernels, b->place, indirect_pass_tall(b->place, rect, reach),
+                    b->beta);
+    filter_level(b, 0, scale, rect);
+    filter_noise(b, rect, b->level[1]);
+    square_difference(b, rect, b->channels, b->level[1], b->square[0]);
+    for (uint32_t k = 1; k < LEVELS; k++) {
+        scale *= b->rule->ratio;
+        filter_level(b, k, scale, rect);
+        square_difference(b, rect, b->level[k], b->level[k - 1], b->square[k]);
     }
 }
 
@@ -107,48 +139,58 @@ static void smooth(const struct blend *b, struct rect rect)
                       b->square);
 }
 
-/* How much of what is wider than level k - 1 may stand. */
-static float share_of(const struct blend *b, uint32_t k, float factor, float beta, size_t i)
+/* What follows from the ratio of widths: r^2, w and c of the header. */
+struct steps {
+    float square, differs, counts;
+    float finest; /* sigma_3 over sigma_0 */
+};
+
+static struct steps steps_of(float ratio)
 {
-    const float sigma = beta / b->place->pixel[i]; /* not 0: measured */
-    const float pixels = fmaxf(FOUR_PI * sigma * sigma, 1.0f);
-    const float noise = factor * b->square[0][i] / pixels, difference = b->square[k][i];
-    return difference > noise ? 1.0f - noise / difference : 0.0f;
+    const float square = ratio * ratio, common = 2.0f * square / (1.0f + square);
+    return (struct steps){
+        .square = square,
+        .differs = 1.0f + square - 2.0f * common, /* (1 - r^2)^2 / (1 + r^2): not 0, r < 1 */
+        .counts = 1.0f - common,
+        .finest = ratio * ratio * ratio,
+    };
 }
 
-static void mix_pixel(const struct blend *b, float factor, size_t i)
+static void mix_pixel(const struct blend *b, const struct steps *steps, size_t i)
 {
-    float width = b->beta[i] * 0.125f;
+    float beta = b->beta[i] * steps->finest, width = beta;
+    float sigma = beta / b->place->pixel[i]; /* not 0: measured */
+    float noise = b->square[0][i] / (NOISE_TAKEN * fmaxf(FOUR_PI * sigma * sigma, 1.0f));
     float out[INDIRECT_CHANNELS_MAX];
     for (uint32_t c = 0; c < b->count; c++) out[c] = b->level[LEVELS - 1][c][i];
     for (uint32_t k = LEVELS - 1; k > 0; k--) {
-        const float beta = b->beta[i] / (float)(1u << k);
-        const float share = share_of(b, k, factor, beta, i);
+        const float difference = b->square[k][i], counts = steps->counts * noise;
+        const float share = difference > counts ? 1.0f - counts / difference : 0.0f;
         for (uint32_t c = 0; c < b->count; c++) {
             const float wide = b->level[k - 1][c][i];
             out[c] = wide + share * (out[c] - wide);
         }
-        width = 2.0f * beta + share * (width - 2.0f * beta);
+        beta /= b->rule->ratio;
+        width = beta + share * (width - beta);
+        noise = steps->square * fminf(noise, difference / steps->differs);
     }
     for (uint32_t c = 0; c < b->count; c++) b->channels[c][i] = out[c];
     b->width[i] = width;
 }
 
-void indirect_blend(const struct plan *plan, const struct indirect_rule *rule,
-                    const struct indirect_kernels *kernels, struct indirect_place *place,
-                    struct rect rect, uint32_t count)
+void indirect_blend(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
+                    struct indirect_place *place, struct rect rect, uint32_t count)
 {
-    const uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     struct blend b = {.rule = rule, .kernels = kernels, .place = place, .count = count};
     const int32_t reach = indirect_reach_px(rule->smooth_most_px);
     const struct rect wide = rect_intersect(rect_grow(rect, reach), place->rect);
+    const struct steps steps = steps_of(rule->ratio);
     carve(&b);
     filter_levels(&b, wide);
-    square_differences(&b, wide);
     smooth(&b, rect);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const size_t first = indirect_place_index(place, rect.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
-            if (place->pixel[i] > 0.0f) mix_pixel(&b, n < NOISE_SAMPLES ? 2.0f : 1.0f, i);
+            if (place->pixel[i] > 0.0f) mix_pixel(&b, &steps, i);
     }
 }

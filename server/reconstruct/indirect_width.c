@@ -11,6 +11,14 @@
 #define FALLOFF_MOST 1e30f
 #define FAR          1e30f
 
+/* The blend's widths over those of rule B, and what smooths its decisions: the latter at most a
+ * third of the reach, the widest what is left of it. */
+#define BLEND_WIDEST 2.0f
+#define BLEND_FINEST 0.5f
+#define BLEND_SPREAD 1.2f /* widest over finest, at least */
+#define SMOOTH_LEAST 6.0f /* pixels, counted at LINES */
+#define SMOOTH_MOST  12.0f
+
 /* ratio^(1/6) by Newton from above, without the C library's powers, whose bits hang on the CPU. */
 static float sixth_root(float ratio)
 {
@@ -32,16 +40,25 @@ int32_t indirect_reach_px(float most_px)
     return (int32_t)ceilf(2.5f * most_px);
 }
 
-/* Narrower where it would look beyond the most that it may. */
-static void fit_reach(struct indirect_rule *r)
+/* How wide what looks at pixels around may be, in pixels: all that runs one after the other. */
+static float most_in_reach(void)
 {
-    const float most = (float)(INDIRECT_REACH_MAX_PX - INDIRECT_NEAR_PX) - 2.0f;
-    const float reach = 2.5f * (r->most_px + r->smooth_most_px);
-    if (reach <= most) return;
-    r->most_px *= most / reach;
-    r->smooth_most_px *= most / reach;
-    r->least_px = fminf(r->least_px, r->most_px);
-    r->smooth_least_px = fminf(r->smooth_least_px, r->smooth_most_px);
+    return (float)(INDIRECT_REACH_MAX_PX - INDIRECT_NEAR_PX - 2) / 2.5f;
+}
+
+/* Rule B's widths times `widest` and, three steps on, times `finest`. Where lines are so many that
+ * the reach bounds the widest, all steps become smaller, and the finest stays. */
+static void spread_widths(struct indirect_rule *r, float lines)
+{
+    const float all = most_in_reach();
+    r->smooth_most_px = fminf(SMOOTH_MOST * lines, 0.25f * all);
+    r->smooth_least_px = fminf(SMOOTH_LEAST * lines, r->smooth_most_px);
+    const float widest = fminf(BLEND_WIDEST, (all - r->smooth_most_px) / r->most_px);
+    const float finest = fminf(BLEND_FINEST, widest / BLEND_SPREAD);
+    const float spread = widest / finest;
+    r->ratio = 1.0f / sixth_root(spread * spread);
+    r->bandwidth /= widest;
+    r->most_px *= widest;
 }
 
 struct indirect_rule indirect_rule_of(const struct plan *plan)
@@ -58,15 +75,9 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
         base = 1.2f * root * root;
         cap = 7.5f / root;
         break;
-    case INDIRECT_FILTER_LINEAR:
+    default: /* linear, and what the blend's widths are multiples of */
         base = 0.9f * root * root;
         cap = 7.0f / root;
-        break;
-    default:
-        base = 1.0f;
-        cap = 12.0f;
-        r.smooth_least_px = 3.0f * lines;
-        r.smooth_most_px = 6.0f * lines;
         break;
     }
     r.bandwidth = base / plan->mu;
@@ -74,7 +85,9 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     r.most_px = fmaxf(cap * lines, BETA_LEAST) * plan->mu;
     r.near_px = 8.0f * lines;
     r.off_px = 2.0f * lines;
-    fit_reach(&r);
+    r.most_px = fminf(r.most_px, most_in_reach());
+    if (plan->indirect_filter == INDIRECT_FILTER_BLEND) spread_widths(&r, lines);
+    r.least_px = fminf(r.least_px, r.most_px);
     return r;
 }
 

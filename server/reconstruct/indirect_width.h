@@ -16,7 +16,8 @@
 
 struct indirect_rule {
     float bandwidth;         /* mu(n) / mu */
-    float least_px, most_px; /* of beta */
+    float least_px, most_px; /* of beta; of the blend's widest */
+    float ratio;             /* of the blend's next narrower width to a width: below 1; else 0 */
     float near_px;           /* least z */
     float off_px;            /* how far neighbours may be off the tangent plane, and beta / 2 */
     float smooth_least_px, smooth_most_px; /* of what smooths the blend's decisions; else 0 */
