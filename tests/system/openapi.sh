@@ -129,7 +129,7 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"sampling\": {\"spp\": 0}}" "{$scene_member, \"sampling\": {\"spp\": 65537}}"
     "{$scene_member, \"sampling\": {\"seed\": -1}}" "{$scene_member, \"sampling\": {\"tile_px\": 7}}"
     "{$scene_member, \"sampling\": {\"target_error\": 0.1}}" "{$scene_member, \"filter\": {\"method\": \"shear\"}}"
-    "{$scene_member, \"filter\": {\"indirect\": \"none\"}}" "{$scene_member, \"filter\": {\"indirect\": \"sheared\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"none\"}}" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}"
     "{$scene_member, \"filter\": {\"mu\": 0}}" "{$scene_member, \"layers\": []}"
     "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_widths\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
