@@ -86,7 +86,7 @@ static void trace_field(const struct scene *blob, const struct render_scene *sce
 {
     const struct rect all = {0, 0, f->plan.width_px, f->plan.height_px};
     struct noter noter = {.base.record = note_packet, .scene = noting_scene(blob, scene->device)};
-    struct tile_tracer *tracer;
+    struct tile_tracer *tracer = NULL;
     if (!noter.scene) fail("the scene has instances");
     if (patch_create(&f->plan, all, &f->patch) || tile_tracer_create(&tracer)) fail("no memory");
     f->least = calloc((size_t)rect_area(all), sizeof(float));

@@ -62,7 +62,8 @@ static void comes_to_rest(void **state)
     size_t count = 0;
     assert_int_equal(scratch_create(&scratch), 0);
     for (size_t turn = 0; turn < 100; turn++) {
-        for (size_t i = 0; i < 5; i++) pieces[i] = scratch_take(scratch, 1000 << (i * turn % 7));
+        for (size_t i = 0; i < 5; i++)
+            pieces[i] = scratch_take(scratch, (size_t)1000 << (i * turn % 7));
         for (size_t i = 0; i < 5; i++) scratch_give(scratch, pieces[i]);
         if (turn < 50) continue;
         for (size_t i = 0; i < 5; i++) {
