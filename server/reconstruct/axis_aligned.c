@@ -97,9 +97,7 @@ static void load(const struct axis_aligned *a)
 static void load_run(const struct axis_aligned *a, const struct wedges *wedges, int32_t x,
                      int32_t y, uint32_t count)
 {
-    const struct rect rect = a->receivers->rect, from = a->patch->rect;
-    const size_t to = (size_t)(y - rect.y0) * (size_t)rect_width(rect) + (size_t)(x - rect.x0);
-    const size_t at = (size_t)(y - from.y0) * (size_t)rect_width(from) + (size_t)(x - from.x0);
+    const size_t at = patch_pixel(a->patch, x, y), to = receivers_pixel(a->receivers, x, y);
     float own[STRATA_RUN];
     bool occluded = false;
     for (uint32_t i = 0; i < count; i++) {
@@ -127,7 +125,6 @@ static void load_rows(const struct axis_aligned *a, const struct wedges *wedges)
 static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, const float *from,
                  float *to)
 {
-    const struct rect all = a->receivers->rect;
     const struct shadow_blur planes = {.point = {a->point[0], a->point[1], a->point[2]},
                                        .normal = {a->normal[0], a->normal[1], a->normal[2]},
                                        .plane_least = a->plane_least,
@@ -137,8 +134,7 @@ static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, c
                                        .falloff = a->falloff,
                                        .reach = a->reach};
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first =
-            (size_t)(y - all.y0) * (size_t)rect_width(all) + (size_t)(rect.x0 - all.x0);
+        const size_t first = receivers_pixel(a->receivers, rect.x0, y);
         a->kernels->blur(&planes, step, first, (uint32_t)rect_width(rect), to + first);
     }
 }

@@ -71,9 +71,7 @@ static int create_planes(struct edges *e)
 /* From (x, y) of the image on, a row's pixels, at most STRATA_RUN. */
 static void load_run(const struct edges *e, int32_t x, int32_t y, uint32_t count)
 {
-    const struct rect rect = e->receivers->rect, from = e->patch->rect;
-    const size_t to = (size_t)(y - rect.y0) * (size_t)rect_width(rect) + (size_t)(x - rect.x0);
-    const size_t at = (size_t)(y - from.y0) * (size_t)rect_width(from) + (size_t)(x - from.x0);
+    const size_t at = patch_pixel(e->patch, x, y), to = receivers_pixel(e->receivers, x, y);
     strata_bits(e->light, e->patch, at, count, e->bits + to, e->stride);
     strata_row_jitters(e->light, x, y, count, e->jitter[0] + to, e->jitter[1] + to);
     strata_estimate(e->light, e->patch, e->kernels, x, y, count, e->estimate + to);
@@ -82,10 +80,9 @@ static void load_run(const struct edges *e, int32_t x, int32_t y, uint32_t count
 /* A row's pixels x0 .. x1 - 1, all in the receivers' rect; what lies off the patch is not lit. */
 static void load_row(const struct edges *e, int32_t x0, int32_t x1, int32_t y)
 {
-    const struct rect rect = e->receivers->rect;
     const struct rect seen = rect_intersect((struct rect){x0, y, x1, y + 1}, e->patch->rect);
-    const size_t row = (size_t)(y - rect.y0) * (size_t)rect_width(rect);
-    for (size_t i = row + (size_t)(x0 - rect.x0); i < row + (size_t)(x1 - rect.x0); i++) {
+    const size_t first = receivers_pixel(e->receivers, x0, y);
+    for (size_t i = first; i < first + (size_t)(x1 - x0); i++) {
         const struct shadow_source *s = &e->receivers->sources[i];
         for (int k = 0; k < 3; k++) {
             e->point[k][i] = s->point[k];

@@ -1,7 +1,5 @@
 #include "server/reconstruct/indirect.h"
 
-#include <string.h>
-
 #include "server/reconstruct/indirect_blend.h"
 
 /* One call: `count` channels over `inner`. */
@@ -14,12 +12,6 @@ struct indirect {
     float *const *out;
     float *width_px; /* may be NULL */
 };
-
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
 
 int32_t indirect_halo_px(const struct plan *plan)
 {
@@ -38,25 +30,13 @@ static bool can_filter(const struct indirect *f)
            rect_area(common) == rect_area(f->inner) && f->count <= INDIRECT_CHANNELS_MAX;
 }
 
-/* Pixels of `inner` where something was measured. */
-static uint64_t count_measured(const struct indirect *f)
-{
-    uint64_t count = 0;
-    for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
-        const size_t first = patch_index(f->patch, f->inner.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(f->inner); i++)
-            count += indirect_is_measured(f->patch, i) ? 1 : 0;
-    }
-    return count;
-}
-
 /* What was measured, as it is. */
 static void copy(const struct indirect *f)
 {
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
-        const size_t first = patch_index(f->patch, f->inner.x0, y);
+        const size_t first = patch_pixel(f->patch, f->inner.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(f->inner); i++) {
-            const bool measured = indirect_is_measured(f->patch, i);
+            const bool measured = patch_is_measured(f->patch, i);
             for (uint32_t c = 0; c < f->count; c++) f->out[c][i] = measured ? f->in[c][i] : 0.0f;
             if (f->width_px) f->width_px[i] = 0.0f;
         }
@@ -78,7 +58,7 @@ static void load(const struct indirect *f, const struct indirect_place *place)
     const struct rect r = place->rect;
     for (int32_t y = r.y0; y < r.y1; y++) {
         const size_t to = indirect_place_index(place, r.x0, y);
-        const size_t from = patch_index(f->patch, r.x0, y);
+        const size_t from = patch_pixel(f->patch, r.x0, y);
         for (uint32_t c = 0; c < f->count; c++)
             move_row(place->pixel + to, (size_t)rect_width(r), f->in[c] + from,
                      indirect_place_spare(place, c) + to);
@@ -90,7 +70,7 @@ static void store(const struct indirect *f, const struct indirect_place *place, 
     const size_t count = (size_t)rect_width(f->inner);
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
         const size_t from = indirect_place_index(place, f->inner.x0, y);
-        const size_t to = patch_index(f->patch, f->inner.x0, y);
+        const size_t to = patch_pixel(f->patch, f->inner.x0, y);
         const float *pixel = place->pixel + from;
         for (uint32_t c = 0; c < f->count; c++)
             move_row(pixel, count, indirect_place_spare(place, c) + from, f->out[c] + to);
@@ -149,7 +129,7 @@ int indirect_filter(const struct plan *plan, const struct patch *patch, struct r
 {
     const struct indirect f = {plan, patch, inner, count, in, out, width_px};
     if (!can_filter(&f)) return ERR_RANGE;
-    const uint64_t measured = count_measured(&f);
+    const uint64_t measured = patch_count_measured(patch, inner);
     const bool filtered = plan->indirect_filter != INDIRECT_FILTER_NONE && measured > 0;
     int error = 0;
     if (filtered)

@@ -42,8 +42,7 @@ static void load_row(const struct surface_view *view, float far, const struct pa
                      int32_t y, struct indirect_place *p)
 {
     const size_t to = indirect_place_index(p, p->rect.x0, y);
-    const size_t from = (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-                        (size_t)(p->rect.x0 - patch->rect.x0);
+    const size_t from = patch_pixel(patch, p->rect.x0, y);
     const size_t count = (size_t)rect_width(p->rect);
     surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->point[0] + to,
                    p->point[1] + to, p->point[2] + to);
@@ -61,7 +60,7 @@ static void load_row(const struct surface_view *view, float far, const struct pa
         }
     }
     for (size_t i = 0; i < count; i++) {
-        const bool measured = indirect_is_measured(patch, from + i);
+        const bool measured = patch_is_measured(patch, from + i);
         const float size = surface_pixel_size(view, depth[i]), z = reflector[i];
         p->pixel[to + i] = !measured ? 0.0f : size > TINY ? size : TINY;
         p->nearness[to + i] = (measured & (z < far)) ? 1.0f / (z > TINY ? z : TINY) : 0.0f;

@@ -24,12 +24,6 @@ int indirect_place_create(const struct plan *plan, const struct patch *patch, st
                           int32_t reach, uint32_t spares, struct indirect_place *out);
 void indirect_place_fini(struct indirect_place *place);
 
-/* Was anything measured at pixel i of the patch? */
-static inline bool indirect_is_measured(const struct patch *patch, size_t i)
-{
-    return patch->depth[i] > 0.0f && patch->reflector[i] > 0.0f;
-}
-
 static inline float *indirect_place_spare(const struct indirect_place *place, uint32_t k)
 {
     return place->spare + (size_t)k * place->area;

@@ -61,3 +61,19 @@ void patch_destroy(struct patch **patch);
 
 /* True when pixel i's centre shows a surface, as far as the patch can tell. */
 bool patch_has_surface(const struct patch *patch, size_t i);
+
+/* Where the arrays have image pixel (x, y), which lies in the rect. */
+static inline size_t patch_pixel(const struct patch *patch, int32_t x, int32_t y)
+{
+    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
+           (size_t)(x - patch->rect.x0);
+}
+
+/* Did bounce rays leave pixel i? The patch needs depth and reflector. */
+static inline bool patch_is_measured(const struct patch *patch, size_t i)
+{
+    return patch->depth[i] > 0.0f && patch->reflector[i] > 0.0f;
+}
+
+/* Of how many pixels of `rect`, which lies in the patch's. */
+uint64_t patch_count_measured(const struct patch *patch, struct rect rect);

@@ -33,8 +33,7 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
 void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
                   int32_t y, uint32_t count, float *const point[3], float *const normal[3])
 {
-    const size_t width = (size_t)rect_width(patch->rect);
-    const size_t first = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
+    const size_t first = patch_pixel(patch, x, y);
     const float *depth = patch->depth + first;
     surface_points(&light->view, x, y, count, depth, point[0], point[1], point[2]);
     for (int k = 0; k < 3; k++) {
@@ -62,10 +61,7 @@ static void place_run(const struct receiver_light *light, const struct patch *pa
     float *const normals[3] = {normal[0], normal[1], normal[2]};
     const float *const p[3] = {point[0], point[1], point[2]};
     const float *const n[3] = {normal[0], normal[1], normal[2]};
-    const size_t width = (size_t)rect_width(patch->rect);
-    const size_t at = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
-    const size_t to =
-        (size_t)(y - out->rect.y0) * (size_t)rect_width(out->rect) + (size_t)(x - out->rect.x0);
+    const size_t at = patch_pixel(patch, x, y), to = receivers_pixel(out, x, y);
     receiver_row(light, patch, x, y, count, points, normals);
     kernels->place_receivers(light, count, patch->depth + at, p, n, out->sources + to,
                              out->targets + to);

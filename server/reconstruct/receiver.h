@@ -51,6 +51,12 @@ int receivers_create(const struct receiver_light *light, const struct patch *pat
                      const struct shadow_kernels *kernels, struct rect rect, struct receivers *out);
 void receivers_fini(struct receivers *receivers);
 
+/* Where the arrays have image pixel (x, y), which lies in the rect. */
+static inline size_t receivers_pixel(const struct receivers *r, int32_t x, int32_t y)
+{
+    return (size_t)(y - r->rect.y0) * (size_t)rect_width(r->rect) + (size_t)(x - r->rect.x0);
+}
+
 /* e_i of filters.md: pixels along x and y that a lit receiver's pixel moves on the screen for each
  * scene unit of Delta_i. Finite. */
 void receiver_steps(const struct receiver_light *light, const struct shadow_source *source,

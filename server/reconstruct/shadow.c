@@ -29,12 +29,6 @@ int32_t shadow_halo_px(enum shadow_filter filter)
     return filter == SHADOW_FILTER_NONE ? 0 : reach_px(filter) + WEDGE_FILL_PX;
 }
 
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
-
 static size_t inner_index(const struct shadow *s, int32_t x, int32_t y)
 {
     return (size_t)(y - s->inner.y0) * (size_t)rect_width(s->inner) + (size_t)(x - s->inner.x0);
@@ -71,7 +65,7 @@ static struct rect shaded_rect(const struct shadow *s)
     const struct rect look = rect_intersect(rect_grow(s->inner, WEDGE_FILL_PX), s->patch->rect);
     struct rect found = {INT32_MAX, INT32_MAX, INT32_MIN, INT32_MIN};
     for (int32_t y = look.y0; y < look.y1; y++) {
-        const size_t row = patch_index(s->patch, look.x0, y);
+        const size_t row = patch_pixel(s->patch, look.x0, y);
         for (int32_t x = look.x0; x < look.x1; x++) {
             if (!wedge_is_occluded(&s->light, s->patch, row + (size_t)(x - look.x0))) continue;
             if (x < found.x0) found.x0 = x;
@@ -216,7 +210,7 @@ static void fill_alone(const struct shadow *s, int32_t x, int32_t y, uint32_t co
 static void compose_run(const struct shadow *s, int32_t x, int32_t y, uint32_t count,
                         float *irradiance, float *width_px, struct shadow_statistics *statistics)
 {
-    const size_t from = inner_index(s, x, y), to = patch_index(s->patch, x, y);
+    const size_t from = inner_index(s, x, y), to = patch_pixel(s->patch, x, y);
     for (uint32_t i = 0; i < count; i++) {
         const bool lit = s->unoccluded[from + i] > 0.0f;
         const bool filtered = lit && s->seen[from + i] >= 0.0f;

@@ -75,16 +75,13 @@ static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
 {
     const uint32_t *pixels = s->order + slot, l = s->light->strata;
     const float phases = (float)s->field.phases;
-    const struct rect from = s->patch->rect;
     int32_t x[BATCH], y[BATCH];
     float jitter[2][BATCH];
     uint32_t seen[BATCH * SHADOW_STRATA_MAX], columns[SHADOW_STRATA_MAX];
     place_pixels(s, pixels, count, x, y);
     strata_jitters(s->light, x, y, count, jitter[0], jitter[1]);
     for (uint32_t k = 0; k < count; k++) {
-        const size_t i =
-            (size_t)(y[k] - from.y0) * (size_t)rect_width(from) + (size_t)(x[k] - from.x0);
-        strata_columns(s->light, s->patch, i, columns);
+        strata_columns(s->light, s->patch, patch_pixel(s->patch, x[k], y[k]), columns);
         for (uint32_t a = 0; a < l; a++) seen[k * l + a] = columns[a] | 1u << l;
         s->receivers->sources[pixels[k]].phase = (int32_t)(jitter[1][k] * phases); /* below 1 */
     }

@@ -74,8 +74,7 @@ void strata_estimate(const struct receiver_light *light, const struct patch *pat
     const float *const p[3] = {point[0], point[1], point[2]};
     const float *const n[3] = {normal[0], normal[1], normal[2]};
     const float *const j[2] = {jitter[0], jitter[1]};
-    const size_t width = (size_t)rect_width(patch->rect);
-    const size_t first = (size_t)(y - patch->rect.y0) * width + (size_t)(x - patch->rect.x0);
+    const size_t first = patch_pixel(patch, x, y);
     const uint32_t l = light->strata;
     strata_bits(light, patch, first, count, bits, STRATA_RUN);
     if (all_seen(bits, STRATA_RUN, count, l * l)) {

@@ -28,12 +28,6 @@ int32_t v_plane_halo_px(const struct plan *plan)
     return plan->indirect_filter == INDIRECT_FILTER_SHEARED ? V_PLANE_HALO_PX : 0;
 }
 
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
-
 static bool can_filter(const struct plan *plan, const struct patch *p, struct rect inner)
 {
     const struct rect common = rect_intersect(inner, p->rect);
@@ -43,22 +37,11 @@ static bool can_filter(const struct plan *plan, const struct patch *p, struct re
            !rect_is_empty(inner) && rect_area(common) == rect_area(inner);
 }
 
-static uint64_t count_measured(const struct patch *patch, struct rect inner)
-{
-    uint64_t count = 0;
-    for (int32_t y = inner.y0; y < inner.y1; y++) {
-        const size_t first = patch_index(patch, inner.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(inner); i++)
-            count += v_plane_is_measured(patch, i) ? 1 : 0;
-    }
-    return count;
-}
-
 static void clear(const struct patch *patch, struct rect inner, float *const out[3],
                   float *width_px)
 {
     for (int32_t y = inner.y0; y < inner.y1; y++) {
-        const size_t to = patch_index(patch, inner.x0, y);
+        const size_t to = patch_pixel(patch, inner.x0, y);
         const size_t bytes = (size_t)rect_width(inner) * sizeof(float);
         for (int c = 0; c < 3; c++) memset(out[c] + to, 0, bytes);
         if (width_px) memset(width_px + to, 0, bytes);
@@ -246,7 +229,7 @@ static void run_rows(struct v_plane *v, int32_t y, float *const out[3], float *w
 {
     const struct v_plane_place *p = &v->place;
     const float inverse_scale = 1.0f / p->plan->radiance_scale; /* a power of two */
-    const size_t to = patch_index(p->patch, p->rect.x0, p->rect.y0 + y);
+    const size_t to = patch_pixel(p->patch, p->rect.x0, p->rect.y0 + y);
     const float *rows[RING];
     const uint32_t count = list_row(v, p->inner, y, 0);
     ring_rows(v->nodes, v->node_row, y, rows);
@@ -279,7 +262,7 @@ int v_plane_filter(const struct plan *plan, const struct patch *patch, struct re
 {
     struct v_plane v;
     if (!can_filter(plan, patch, inner)) return ERR_RANGE;
-    const uint64_t measured = count_measured(patch, inner);
+    const uint64_t measured = patch_count_measured(patch, inner);
     int error = 0;
     clear(patch, inner, out, width_px);
     if (measured > 0) {

@@ -35,17 +35,11 @@ static int carve(struct v_plane_place *p)
     return 0;
 }
 
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
-
 static void load_source(const struct surface_view *view, const struct patch *patch, size_t i,
                         struct v_plane_source *out)
 {
     struct surface s;
-    if (!v_plane_is_measured(patch, i) || !surface_of_pixel(view, patch, i, &s)) return;
+    if (!patch_is_measured(patch, i) || !surface_of_pixel(view, patch, i, &s)) return;
     const float pixel = surface_pixel_size(view, s.distance);
     out->pixel = pixel > TINY ? pixel : TINY;
     for (int k = 0; k < 3; k++) {
@@ -61,7 +55,7 @@ void v_plane_place_row(struct v_plane_place *p, int32_t x, int32_t y, uint32_t c
     enum { RUN = 64 };
     int32_t at_x[RUN], at_y[RUN];
     planes->stride = (size_t)rect_area(p->patch->rect);
-    planes->first = p->patch->indirect_strata + patch_index(p->patch, x, y);
+    planes->first = p->patch->indirect_strata + patch_pixel(p->patch, x, y);
     for (uint32_t k = 0; k < count; k += RUN) {
         const uint32_t n = count - k < RUN ? count - k : RUN;
         for (uint32_t i = 0; i < n; i++) {
@@ -77,7 +71,7 @@ void v_plane_place_row(struct v_plane_place *p, int32_t x, int32_t y, uint32_t c
 
 static void load_row(struct v_plane_place *p, struct rect seen, int32_t y)
 {
-    const size_t to = v_plane_index(p, seen.x0, y), from = patch_index(p->patch, seen.x0, y);
+    const size_t to = v_plane_index(p, seen.x0, y), from = patch_pixel(p->patch, seen.x0, y);
     struct v_plane_planes planes;
     v_plane_place_row(p, seen.x0, y, (uint32_t)rect_width(seen), &planes);
     for (size_t i = 0; i < (size_t)rect_width(seen); i++) {

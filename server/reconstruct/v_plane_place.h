@@ -23,12 +23,6 @@ struct v_plane_place {
     void *memory;                  /* owned */
 };
 
-/* Was anything measured at pixel i of the patch? */
-static inline bool v_plane_is_measured(const struct patch *patch, size_t i)
-{
-    return patch->depth[i] > 0.0f && patch->reflector[i] > 0.0f;
-}
-
 static inline size_t v_plane_index(const struct v_plane_place *p, int32_t x, int32_t y)
 {
     return (size_t)(y - p->rect.y0) * (size_t)p->field.width + (size_t)(x - p->rect.x0);

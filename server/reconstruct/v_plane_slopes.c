@@ -61,8 +61,7 @@ static void measure(struct v_plane_place *place, const struct slopes *s)
     const float least_px = HEIGHT_LEAST_PX * (float)place->plan->height_px / LINES;
     for (int32_t y = seen.y0; y < seen.y1; y++) {
         const size_t to = v_plane_index(place, seen.x0, y);
-        const size_t from = (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-                            (size_t)(seen.x0 - patch->rect.x0);
+        const size_t from = patch_pixel(patch, seen.x0, y);
         const uint32_t count = (uint32_t)rect_width(seen);
         struct v_plane_planes planes;
         v_plane_place_row(place, seen.x0, y, count, &planes);

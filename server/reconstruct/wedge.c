@@ -31,11 +31,8 @@ static void load_own(const struct receiver_light *light, const struct patch *pat
 {
     const struct patch_light *p = &patch->lights[light->index];
     const struct rect seen = rect_intersect(r->rect, patch->rect);
-    const size_t width = (size_t)rect_width(r->rect), from_width = (size_t)rect_width(patch->rect);
     for (int32_t y = seen.y0; y < seen.y1; y++) {
-        const size_t to = (size_t)(y - r->rect.y0) * width + (size_t)(seen.x0 - r->rect.x0);
-        const size_t from =
-            (size_t)(y - patch->rect.y0) * from_width + (size_t)(seen.x0 - patch->rect.x0);
+        const size_t to = receivers_pixel(r, seen.x0, y), from = patch_pixel(patch, seen.x0, y);
         for (size_t i = 0; i < (size_t)rect_width(seen); i++) {
             if (!(p->slope_max[from + i] > 0.0f) || !receiver_is_lit(&r->sources[to + i])) continue;
             const float s = slope_within(p->slope_min[from + i]);
