@@ -8,6 +8,8 @@
  * with hashed Owen scrambling (section 8). */
 #include <stdint.h>
 
+#include "proto/limits.h"
+
 /* Uses of randomness; append-only. Each is two-dimensional and independent of the others. */
 enum pattern_dimension {
     PATTERN_PIXEL = 0,           /* sub-pixel position of anti-aliasing rays */
@@ -25,6 +27,7 @@ enum pattern_dimension {
  * much of the picture as has that slope. With strata so narrow that this happens in wide penumbrae
  * jitters are a scrambled net, which no shear can fold. */
 #define PATTERN_NET_STRATA 6
+_Static_assert(PATTERN_LIGHT + LIMIT_LIGHTS <= PATTERN_LIGHT_NET, "dimensions of their own");
 static inline uint32_t pattern_light_dimension(uint32_t light, uint32_t l)
 {
     return (l < PATTERN_NET_STRATA ? PATTERN_LIGHT : PATTERN_LIGHT_NET) + light;

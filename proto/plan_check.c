@@ -29,10 +29,6 @@
 #define PLANES_KNOWN     ((1u << PLANE_ID_COUNT) - 1)
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
-#define PLANES_INDIRECT                                                                            \
-    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
-/* What is made of bounce rays. */
-#define PLANES_BOUNCE       (PLANES_INDIRECT | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN))
 #define LIGHT_PLANES_KNOWN  ((1u << LIGHT_PLANE_COUNT) - 1)
 #define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)
 
@@ -297,7 +293,7 @@ static int check_indirect_filter(const struct place *at, const struct plan *plan
         return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
                       (double)plan->indirect_filter);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
-    if (!(plan->planes & PLANES_BOUNCE))
+    if (!(plan->planes & PLANES_BOUNCE_RAYS))
         return refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
                       (double)plan->indirect_filter);
     if ((plan->planes & needs) != needs)
@@ -349,7 +345,7 @@ static int check_path_planes(const struct place *at, const struct plan *plan)
     if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
         return refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
                       (double)planes);
-    if (plan->paths.without_diffuse_indirect && !(planes & PLANES_INDIRECT))
+    if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
         return refuse(at, ERR_RANGE, "planes", "has no place for indirect light that paths omit",
                       (double)planes);
     if (open != (plan->occlusion_distance > 0.0f))
@@ -373,7 +369,7 @@ static int check_planes(const struct place *at, const struct plan *plan)
                       (double)planes);
     if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
         return refuse(at, ERR_RANGE, "planes", "has sub_depth without depth", (double)planes);
-    if ((planes & PLANES_INDIRECT) && plan->bounces == 0)
+    if ((planes & PLANES_BOUNCE_LIGHT) && plan->bounces == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
                       (double)planes);
     return check_path_planes(at, plan);
@@ -383,7 +379,7 @@ static int check_counts(const struct place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
     /* Paths bounce without strata. */
-    const bool has_strata = plan->planes & PLANES_BOUNCE;
+    const bool has_strata = plan->planes & PLANES_BOUNCE_RAYS;
     const int64_t max = !has_strata   ? 0
                         : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
                                       : LIMIT_STRATA_PER_AXIS;

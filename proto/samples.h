@@ -63,6 +63,11 @@ enum plane_id {
 /* Planes of the path tracer: in every pass; the others in pass 0 only. */
 #define PLANES_PATH ((2u << PLANE_PATH_OCCLUSION) - (1u << PLANE_PATH_RADIANCE))
 
+/* Planes of bounce rays: of the light that they bring, and all. */
+#define PLANES_BOUNCE_LIGHT                                                                        \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
+#define PLANES_BOUNCE_RAYS (PLANES_BOUNCE_LIGHT | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
+
 #define REFLECTOR_NONE 65504.0f /* the largest half float */
 
 enum light_plane_id {

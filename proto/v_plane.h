@@ -20,6 +20,23 @@ void v_plane_column(float u, float *side, float *height);
 /* Sine and cosine of theta / 2. */
 void v_plane_row(float v, float *sine, float *cosine);
 
+/* Tangents of a unit normal n, all in the camera's axes (right, up, back): Frisvad 2012, "Building
+ * an orthonormal basis from a 3D unit vector without normalization". Its pole, n = (0, 0, -1), lies
+ * where no visible normal points; nearer to it than V_PLANE_POLE 1 / (1 + n_z) has lost its digits.
+ * Bounce rays of light fields are given around them, so that workers and filters must agree. */
+#define V_PLANE_POLE (-0.9999f)
+static inline void v_plane_tangents(float x, float y, float z, float first[3], float second[3])
+{
+    const int pole = z < V_PLANE_POLE;
+    const float a = 1.0f / (1.0f + (pole ? 0.0f : z)), b = -x * y * a;
+    first[0] = pole ? 0.0f : 1.0f - x * x * a;
+    first[1] = pole ? -1.0f : b;
+    first[2] = pole ? 0.0f : -x;
+    second[0] = pole ? -1.0f : b;
+    second[1] = pole ? 0.0f : 1.0f - y * y * a;
+    second[2] = pole ? 0.0f : -y;
+}
+
 /* The unit direction around +z of a column and a row. */
 static inline void v_plane_direction(float side, float height, float sine, float cosine,
                                      float direction[3])

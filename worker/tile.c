@@ -101,9 +101,6 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
     return true;
 }
 
-#define PLANES_BOUNCE                                                                              \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA |       \
-     1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
 #define PLANES_DEMODULATED (1u << PLANE_PATH_DIFFUSE_DIRECT | 1u << PLANE_PATH_DIFFUSE_INDIRECT)
 
 static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t pass,
@@ -111,7 +108,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t
 {
     *out = (struct stages){
         .centres = pass == 0 && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0),
-        .bounces = (plan->planes & PLANES_BOUNCE) != 0 && plan->indirect_strata_per_axis > 0};
+        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && plan->indirect_strata_per_axis > 0};
     if (plan->paths.spp > 0) plan_pass_range(plan, pass, &out->first, &out->count);
     out->paths = (struct path_context){
         .queries = &t->queries,

@@ -32,7 +32,9 @@ int32_t indirect_halo_px(const struct plan *plan);
 /* Filters `count` channels over `inner`, which lies in patch->rect; the patch needs depth, normal,
  * id and reflector. Writes out[c] for the pixels of `inner` (0 where nothing was measured) and the
  * filter's width, its standard deviation in pixels (0: not filtered; may be NULL), and adds to
- * *statistics. ERR_MEMORY. Constant channels come out constant; all is finite for finite input. */
+ * *statistics. ERR_MEMORY; ERR_RANGE of another filter, a plane that is not there, too many
+ * channels or an `inner` outside. Constant channels come out constant; all is finite for finite
+ * input. */
 int indirect_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                     uint32_t count, const float *const *in, float *const *out, float *width_px,
                     struct indirect_statistics *statistics);

@@ -12,10 +12,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define INDIRECT_LANES 16
-#define INDIRECT_TAPS  128 /* neighbours on a line, at most: INDIRECT_REACH_MAX_PX a side */
-#define INDIRECT_COS   0.984807753f /* 10 degrees */
-#define INDIRECT_CUT   3.125f       /* exponents beyond count nothing: |d| > 2.5 beta */
+#define INDIRECT_LANES   16
+#define INDIRECT_TAPS    128 /* neighbours on a line, at most: INDIRECT_REACH_MAX_PX a side */
+#define INDIRECT_NEAR_PX 2   /* around a pixel, that its nearness is the mean of */
+#define INDIRECT_COS     0.984807753f /* 10 degrees */
+#define INDIRECT_CUT     3.125f       /* exponents beyond count nothing: |d| > 2.5 beta */
 
 struct indirect_field {
     int32_t stride;         /* a multiple of INDIRECT_LANES */
@@ -49,7 +50,7 @@ struct indirect_kernels {
 
     /* The mean of `nearness` (1 / z; 0: does not count) over the 5 x 5 pixels of the same object
      * around; 0 where none counts. Row by row, from the top left; `step` is the stride, before and
-     * after (at most 2) the rows that there are. */
+     * after (at most INDIRECT_NEAR_PX) the rows that there are. */
     void (*nearness)(const struct indirect_field *field, const struct indirect_run *run,
                      const float *nearness, float *out);
 };

@@ -9,7 +9,6 @@
 #define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */
 #define LINE_SPREAD_LEAST 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
 #define LINE_FLOOR        0.25f /* of the mean */
-#define NEARNESS_PX       2
 
 /* What sixteen pixels take of their neighbours on one line. */
 struct indirect_taps {
@@ -215,7 +214,7 @@ static void kernel_nearness(const struct indirect_field *f, const struct indirec
         struct lanes sum = lanes_all(0.0f), counts = lanes_all(0.0f);
         const struct lanes_whole own = lanes_load_whole(f->object + p);
         for (int32_t y = -run->before; y <= run->after; y++) {
-            for (int32_t x = -NEARNESS_PX; x <= NEARNESS_PX; x++) {
+            for (int32_t x = -INDIRECT_NEAR_PX; x <= INDIRECT_NEAR_PX; x++) {
                 const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x);
                 const struct lanes_whole object = lanes_load_whole(f->object + q);
                 const struct lanes near = lanes_load(nearness + q);

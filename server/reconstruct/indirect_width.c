@@ -19,13 +19,13 @@
 #define SMOOTH_LEAST 6.0f /* pixels, counted at LINES */
 #define SMOOTH_MOST  12.0f
 
-/* ratio^(1/6) by Newton from above, without the C library's powers, whose bits hang on the CPU. */
-static float sixth_root(float ratio)
+float indirect_root(float ratio, int degree)
 {
     double root = fmax(1.0, (double)ratio);
     for (int i = 0; i < 64; i++) {
-        const double fifth = root * root * root * root * root;
-        root -= (root * fifth - (double)ratio) / (6.0 * fifth);
+        double below = root; /* root^(degree - 1): at least about the ratio, never 0 */
+        for (int k = 2; k < degree; k++) below *= root;
+        root -= (root * below - (double)ratio) / (degree * below);
     }
     return (float)root;
 }
@@ -56,7 +56,7 @@ static void spread_widths(struct indirect_rule *r, float lines)
     const float widest = fminf(BLEND_WIDEST, (all - r->smooth_most_px) / r->most_px);
     const float finest = fminf(BLEND_FINEST, widest / BLEND_SPREAD);
     const float spread = widest / finest;
-    r->ratio = 1.0f / sixth_root(spread * spread);
+    r->ratio = 1.0f / indirect_root(spread * spread, 6);
     r->bandwidth /= widest;
     r->most_px *= widest;
 }
@@ -65,7 +65,7 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
 {
     const float lines = (float)plan->height_px / LINES;
     const float n = (float)plan->indirect_strata_per_axis * (float)plan->indirect_strata_per_axis;
-    const float root = sixth_root(fmaxf(n, 1.0f) / SAMPLES); /* (n / 16)^(1/6) */
+    const float root = indirect_root(fmaxf(n, 1.0f) / SAMPLES, 6); /* (n / 16)^(1/6) */
     struct indirect_rule r = {0};
     float base = 0.0f, cap = 0.0f;
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return r;

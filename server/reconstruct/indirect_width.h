@@ -26,11 +26,12 @@ struct indirect_rule {
 /* The plan's rule; all 0 for INDIRECT_FILTER_NONE. */
 struct indirect_rule indirect_rule_of(const struct plan *plan);
 
+/* ratio^(1/degree) of a ratio above 0, degree 2 or more: how widths shrink as samples grow. By
+ * Newton from above, without the C library's powers, whose bits hang on the CPU. */
+float indirect_root(float ratio, int degree);
+
 /* How far a filter of at most that beta looks. */
 int32_t indirect_reach_px(float most_px);
-
-/* The field's pixels around a pixel that its z_s is taken from. */
-#define INDIRECT_NEAR_PX 2
 
 /* beta in scene units of the field's pixels in `rect`; 0: nothing was measured. */
 void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,

@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 #define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
+#define V_PLANE_SLOPES_PX   2   /* around a pixel, of the same object, that its slopes come from */
 #define V_PLANE_STRATA_MAX  16  /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define V_PLANE_NODES       31  /* shifts along x, from -1 to 1, that sums are kept for */
 #define V_PLANE_NODE_FLOATS 128 /* of a pixel: four channels a node, and a node more, of zeros */

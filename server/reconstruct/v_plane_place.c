@@ -7,6 +7,8 @@
 #define ALIGN_BYTES 64u
 #define TINY        1e-30f
 
+_Static_assert(V_PLANE_STRATA_MAX == LIMIT_PLANE_STRATA_PER_AXIS, "whatever a plan may ask for");
+
 static size_t rounded(size_t floats)
 {
     const size_t unit = ALIGN_BYTES / sizeof(float);

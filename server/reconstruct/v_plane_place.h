@@ -5,8 +5,7 @@
 #include "server/reconstruct/surface.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
-#define V_PLANE_SLOPES_PX 2 /* around a pixel, of the same object, that its slopes come from */
-#define V_PLANE_HALO_PX   (2 * V_PLANE_REACH_PX + V_PLANE_SLOPES_PX)
+#define V_PLANE_HALO_PX (2 * V_PLANE_REACH_PX + V_PLANE_SLOPES_PX)
 
 struct v_plane_place {
     const struct plan *plan;   /* borrowed */

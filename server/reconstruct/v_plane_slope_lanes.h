@@ -4,18 +4,18 @@
 #include <math.h>
 #include <string.h>
 
+#include "proto/pattern.h"
+#include "proto/v_plane.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
-#define V_PLANE_END_LEAST 0x1p-24f /* proto/v_plane.h: numbers nearer to an end count as these */
-#define V_PLANE_TURN      6.28318531f
-#define V_PLANE_AROUND_PX 2 /* of averages */
-#define V_PLANE_JITTER    (65535.0f / 65536.0f)
+#define V_PLANE_TURN 6.28318531f
 
 static inline float v_plane_stratum(float jitter, uint32_t l, uint32_t k)
 {
-    const float in = ((float)k + (jitter < V_PLANE_JITTER ? jitter : V_PLANE_JITTER)) / (float)l;
-    const float low = in > V_PLANE_END_LEAST ? in : V_PLANE_END_LEAST;
-    return low < 1.0f - V_PLANE_END_LEAST ? low : 1.0f - V_PLANE_END_LEAST;
+    const float in =
+        ((float)k + (jitter < PATTERN_JITTER_MAX ? jitter : PATTERN_JITTER_MAX)) / (float)l;
+    const float low = in > V_PLANE_END ? in : V_PLANE_END;
+    return low < 1.0f - V_PLANE_END ? low : 1.0f - V_PLANE_END;
 }
 
 /* The cube root of x > 0 by a third of its exponent and Newton's steps, to the float's digits. */
@@ -128,8 +128,8 @@ static void kernel_average(const struct v_plane_slopes_field *in, size_t first, 
         const uint32_t left = count - at, n = left < V_PLANE_LANES ? left : V_PLANE_LANES;
         const size_t p = first + at;
         float m[V_PLANE_LANES] = {0}, d[V_PLANE_LANES] = {0}, counts[V_PLANE_LANES] = {0};
-        for (int32_t v = -V_PLANE_AROUND_PX; v <= V_PLANE_AROUND_PX; v++) {
-            for (int32_t u = -V_PLANE_AROUND_PX; u <= V_PLANE_AROUND_PX; u++) {
+        for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
+            for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
                 const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
                 for (uint32_t k = 0; k < n; k++) {
                     const float alike =

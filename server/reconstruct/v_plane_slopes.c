@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/v_plane.h"
+#include "server/reconstruct/indirect_width.h"
+
 #define LINES           512.0f /* what pixels below are counted at */
 #define SAMPLES         16.0f
 #define HEIGHT_LEAST_PX 8.0f
@@ -12,7 +15,6 @@
 #define SIGMA_MOST_PX   8.0f /* half a walk */
 #define DEVIATION_LEAST 1e-6f
 #define FALLOFF_MOST    1e30f
-#define POLE            (-0.9999f) /* of worker/trace/indirect.c */
 
 /* Arrays of the field, in pixels' own sizes. */
 struct slopes {
@@ -22,19 +24,10 @@ struct slopes {
     float *eta, *spread; /* of the pixels around, too */
 };
 
-/* (n / 16)^(1/3) by Newton's steps, which are the same bits everywhere: from above they fall to the
- * root. */
-static float cube_root(float ratio)
-{
-    double root = fmax(1.0, (double)ratio);
-    for (int i = 0; i < 64; i++) root -= (root * root * root - (double)ratio) / (3.0 * root * root);
-    return (float)root;
-}
-
 static float sigma_per_deviation(const struct plan *plan)
 {
     const float l = (float)plan->indirect_strata_per_axis;
-    return plan->mu * SIGMA_V / (2.0f * BANDWIDTH * cube_root(l * l / SAMPLES));
+    return plan->mu * SIGMA_V / (2.0f * BANDWIDTH * indirect_root(l * l / SAMPLES, 3));
 }
 
 static int slopes_create(const struct v_plane_place *place, struct slopes *out)
@@ -71,18 +64,6 @@ static void measure(struct v_plane_place *place, const struct slopes *s)
         for (int k = 0; k < 3; k++)
             memcpy(s->normal[k] + to, patch->normal[k] + from, count * sizeof(float));
     }
-}
-
-static void tangents(const float n[3], float first[3], float second[3])
-{
-    const bool pole = n[2] < POLE;
-    const float a = 1.0f / (1.0f + (pole ? 0.0f : n[2])), b = -n[0] * n[1] * a;
-    first[0] = pole ? 0.0f : 1.0f - n[0] * n[0] * a;
-    first[1] = pole ? -1.0f : b;
-    first[2] = pole ? 0.0f : -n[0];
-    second[0] = pole ? -1.0f : b;
-    second[1] = pole ? 0.0f : 1.0f - n[1] * n[1] * a;
-    second[2] = pole ? 0.0f : -n[1];
 }
 
 /* Pixels that a point moves on the screen for each scene unit along t. */
@@ -124,7 +105,8 @@ static void set_walks(struct v_plane_place *place, const struct slopes *s, float
     const float eta = s->eta[i] / source->pixel;
     const float spread = s->spread[i] > DEVIATION_LEAST ? s->spread[i] : DEVIATION_LEAST;
     const float sigma_px = scale / spread;
-    tangents(source->normal, first->tangent, second->tangent);
+    const float *n = source->normal;
+    v_plane_tangents(n[0], n[1], n[2], first->tangent, second->tangent);
     set_walk(&place->view, source, eta, sigma_px * source->pixel, first);
     set_walk(&place->view, source, eta, sigma_px * source->pixel, second);
 }

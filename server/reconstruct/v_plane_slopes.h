@@ -10,8 +10,8 @@
  * 0.714 = 2 / 2.8 is the inverse of a clamped cosine's bandlimit. Misses that bring light count as
  * infinitely high.
  *
- * The frame is the worker's (tangents of the normal in camera axes, Frisvad's with the pole away
- * from the eye), so that samples' directions mean the same here. */
+ * The frame is the worker's, v_plane_tangents of the normal in camera axes, so that samples'
+ * directions mean the same here. */
 #include "server/reconstruct/v_plane_place.h"
 
 /* Sets the walks of all pixels within V_PLANE_REACH_PX of the place's inner rect. ERR_MEMORY. */

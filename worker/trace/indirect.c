@@ -11,17 +11,11 @@
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
 
-/* Beyond this the pole is near and 1/(1+z) loses its digits. */
-#define POLE (-0.9999f)
-
 /* The greatest distance that is none: below REFLECTOR_NONE, the half next to it. */
 #define REFLECTOR_MOST 65472.0f
 
 /* Half of what floats hold. */
 #define MOST 1e38f
-
-#define PLANES_LIGHT                                                                               \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
 
 /* What one block's rays share. */
 struct bounce {
@@ -45,10 +39,8 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
         float x = nx * right[0] + ny * right[1] + nz * right[2];
         float y = nx * up[0] + ny * up[1] + nz * up[2];
         float z = -(nx * forward[0] + ny * forward[1] + nz * forward[2]);
-        int pole = z < POLE;
-        float a = 1.0f / (1.0f + (pole ? 0.0f : z)), b = -x * y * a;
-        float t[3] = {pole ? 0.0f : 1.0f - x * x * a, pole ? -1.0f : b, pole ? 0.0f : -x};
-        float s[3] = {pole ? -1.0f : b, pole ? 0.0f : 1.0f - y * y * a, pole ? 0.0f : -y};
+        float t[3], s[3];
+        v_plane_tangents(x, y, z, t, s);
         tangent->x[i] = t[0] * right[0] + t[1] * up[0] - t[2] * forward[0];
         tangent->y[i] = t[0] * right[1] + t[1] * up[1] - t[2] * forward[1];
         tangent->z[i] = t[0] * right[2] + t[1] * up[2] - t[2] * forward[2];
@@ -315,7 +307,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
         b->key[i] =
             path_field_key(path_key(pattern->seed, pattern->frame, block->x_px[i], block->y_px[i]));
     }
-    b->light = (plan->planes & PLANES_LIGHT) != 0;
+    b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
     strata_init(&s->strata, pattern, block, PATTERN_INDIRECT, l);

@@ -5,10 +5,9 @@
  *
  * Sample i of a pixel has its direction from the dimension PATTERN_INDIRECT: stratum (u, v), mapped
  * by lambert_sample, or for the sheared filter by proto/v_plane.h, around the shading normal. The
- * tangents are those of Frisvad (2012, "Building an orthonormal basis from a 3D unit vector without
- * normalization") in the camera's axes (right, up, -forward), whose pole lies where no visible
- * normal points, so that they vary smoothly over a surface (filters.md section 3). Its later random
- * numbers are pattern_path.h's, by path_field_key.
+ * tangents are v_plane_tangents in the camera's axes (right, up, -forward), which vary smoothly
+ * over a surface (filters.md section 3). Its later random numbers are pattern_path.h's, by
+ * path_field_key.
  *
  * A sample's radiance is what a white surface's diffuse lobe would send to the camera of light that
  * was scattered before, at least once and at most plan.bounces times: their mean times albedo is
