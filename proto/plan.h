@@ -94,7 +94,7 @@ enum indirect_filter {
     INDIRECT_FILTER_CONSTANT = 1, /* axis-aligned, rule A: weighted means */
     INDIRECT_FILTER_LINEAR = 2,   /* axis-aligned, rule B: local linear fits */
     INDIRECT_FILTER_BLEND = 3,    /* axis-aligned, four widths, by variance */
-    INDIRECT_FILTER_RATE = 4,     /* axis-aligned, two sampling passes, by bandlimits */
+    INDIRECT_FILTER_RATE = 4,     /* two sampling passes, by bandlimits; plan_check refuses it */
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 

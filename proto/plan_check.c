@@ -289,7 +289,8 @@ static int check_indirect_filter(const struct place *at, const struct plan *plan
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
     const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
                            (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0);
-    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
+    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED ||
+        plan->indirect_filter == INDIRECT_FILTER_RATE) /* named, not made yet */
         return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
                       (double)plan->indirect_filter);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;

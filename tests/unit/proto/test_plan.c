@@ -206,6 +206,7 @@ static void indirect_filters_are_checked(void **state)
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_RATE, ERR_RANGE, "indirect_filter");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~reflector), ERR_RANGE,
            "planes");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
