@@ -3,7 +3,8 @@
  * axis-aligned one, and what both stand on (filters.md sections 1 and 2).
  *
  *   G-buffer, visibility bits, slopes -> receivers (where each pixel lies as the light sees it)
- *     -> wedges (slope range, shear, width) -> passes 1a, 1b, 2a, 2b  or  two passes along x, y
+ *     -> wedges (slope range, shear, width) -> passes 1a, 1b, 2a, 2b  or  two passes along x, y;
+ *        sheared and of few pixels: windows along edges (edge.h)
  *     -> h, the seen fraction of the unoccluded irradiance -> E = E_unoccluded * h
  *
  * A pure function of its arguments; any thread. All arrays are those of a patch: width * height of
