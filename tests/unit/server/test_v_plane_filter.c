@@ -42,8 +42,10 @@ static struct errors measure(struct rect rect, uint32_t l, int32_t stride)
     return e;
 }
 
-/* A near textured reflector is what shear is for; there is nothing to win far from it. Below 25
- * pixels' height the factored passes lose a little. */
+/* A near textured reflector is what shear is for; there is nothing to win far from it. Measured at
+ * these heights, times less error than without shear: 18.5, 7.8, 1.5, 1.03; times brute force's:
+ * 1.01, .99, 1.00, 1.01; 15 to 20 times less than plain. The bounds hold that with up to a third to
+ * spare; no figure of a paper stands behind them. */
 static void near_reflector(void **state)
 {
     (void)state;
@@ -61,7 +63,9 @@ static void near_reflector(void **state)
     }
 }
 
-/* Among things at all heights: the factored passes cost next to nothing in quality. */
+/* Among things at all heights: the factored passes cost next to nothing in quality. Measured at 9
+ * and 16 samples: sheared .0338 and .0274, brute force .0334 and .0276, plain .83 and .59; without
+ * shear .0297 and .0273: it wins nothing here. */
 static void room(void **state)
 {
     (void)state;
