@@ -277,16 +277,21 @@ static void trace_paths(struct tile_tracer *t, const struct stages *stages, stru
     path_sums_store(&t->sums, &t->block, samples);
 }
 
+static bool is_stopped(const _Atomic bool *stop)
+{
+    return stop && atomic_load_explicit(stop, memory_order_relaxed);
+}
+
 static int trace_rows(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
                       struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
                       struct samples *samples, struct counters *counters)
 {
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
-        if (stop && atomic_load_explicit(stop, memory_order_relaxed)) return ERR_STATE;
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
             if (stages->centres) trace_centres(t, stages, plan, samples, counters);
             if (stages->count > 0) trace_paths(t, stages, samples);
+            if (is_stopped(stop)) return ERR_STATE;
         }
         int32_t first = y > rect.y0 ? y : rect.y0;
         int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
@@ -332,6 +337,8 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
     light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
+    stages.field.progress = progress;
+    stages.field.stop = stop;
     rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;

@@ -95,13 +95,13 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-/* Paths alone: no filter runs. */
-static void choose_paths(const struct job *job, const char *filter_why, const char *why,
-                         struct plan_report *report)
+/* Paths alone: no filter runs. `indirect_why` is said of indirect light, `why` of light fields. */
+static void choose_paths(const struct job *job, const char *filter_why, const char *indirect_why,
+                         const char *why, struct plan_report *report)
 {
     report->integrator = INTEGRATOR_PATHS;
     plan_filter_none(job, filter_why, report);
-    plan_indirect_none(job, filter_why, report);
+    plan_indirect_none(job, indirect_why, report);
     plan_skip(report, "light fields", "%s", why);
 }
 
@@ -128,11 +128,11 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
     if (!indirect && !occlusion) {
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, as light fields cannot: %s", why);
-        choose_paths(job, filter_why, why, report);
+        choose_paths(job, filter_why, plan_nothing_to_filter, why, report);
         return;
     }
     if (is_plenty(job, plenty)) {
-        choose_paths(job, plenty, plenty, report);
+        choose_paths(job, plenty, plenty, plenty, report);
         return;
     }
     report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
@@ -145,14 +145,14 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
 static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
                    struct plan_report *report)
 {
+    static const char none[] = "filter.method is none: samples are averaged";
     char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
     if (job->method == FILTER_NONE) {
-        choose_paths(job, "filter.method is none: samples are averaged",
-                     "filter.method is none: every sample is a path", report);
+        choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
     } else if (!plan_light_field_possible(job, scene, plan, why)) {
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, as light fields cannot: %s", why);
-        choose_paths(job, filter_why, why, report);
+        choose_paths(job, filter_why, filter_why, why, report);
     } else if (!plan_light_field_covers(scene, plan, &report->emitters, why)) {
         choose_beside(job, plan, why, report);
     } else {

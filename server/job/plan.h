@@ -153,7 +153,9 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
 const char *plan_indirect_filter_name(uint32_t filter);
 /* Planes of indirect light and of occlusion, with the surfaces that they need, and their filter. */
 void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report);
+/* No filter of indirect light runs, because of `why`. */
 void plan_indirect_none(const struct job *job, const char *why, struct plan_report *report);
+extern const char plan_nothing_to_filter[]; /* a why */
 
 /* What plan_indirect has planned stays. */
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);

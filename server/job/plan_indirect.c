@@ -14,6 +14,8 @@
  * room, and at most a tenth more in other scenes. Their error falls with every step of samples. */
 #define SAMPLES_LINEAR 36
 
+const char plan_nothing_to_filter[] = "there is neither indirect light nor occlusion to filter";
+
 bool plan_is_lit(const struct plan *plan, const struct plan_report *report)
 {
     return plan->light_count > 0 || plan->environment.kind != ENVIRONMENT_NONE ||
@@ -63,7 +65,7 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
     const size_t n = PLAN_FILTER_WHY_BYTES;
     const uint32_t l = plan->indirect_strata_per_axis;
     if (!(plan->planes & PLANES_BOUNCE)) {
-        snprintf(why, n, "there is neither indirect light nor occlusion to filter");
+        snprintf(why, n, "%s", plan_nothing_to_filter);
         return INDIRECT_FILTER_NONE;
     }
     if (job->indirect == INDIRECT_AVERAGE ||

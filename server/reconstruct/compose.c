@@ -139,6 +139,12 @@ static void compose_samples(const struct resolver *r, struct rect block, const s
     add_samples(r->patch, rays, block, out);
 }
 
+/* A share of the hemisphere. Linear fits go beyond what they were made of. */
+static float share_of(float open)
+{
+    return open < 1.0f ? open : 1.0f;
+}
+
 static void compose_occlusion(const struct resolver *r, struct rect block, const struct plane *out)
 {
     if (!out || !r->patch->open) return;
@@ -146,7 +152,7 @@ static void compose_occlusion(const struct resolver *r, struct rect block, const
         size_t i = patch_index(r->patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++)
-            to[x] = patch_has_surface(r->patch, i) ? r->lighting->open[i] : 1.0f;
+            to[x] = patch_has_surface(r->patch, i) ? share_of(r->lighting->open[i]) : 1.0f;
     }
 }
 

@@ -12,6 +12,8 @@
  * Rectangles of the plan shine on scattered rays whether or not geometry stands for them: they are
  * met analytically, and emission of geometry that stands for one is not counted again. The camera
  * sees geometry only. */
+#include <stdatomic.h>
+
 #include "worker/scene/light_table.h"
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit.h"
@@ -33,6 +35,8 @@ struct path_context {
     bool listed; /* lights of the plan are all that shines */
     bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
                             field brings the rest */
+    _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
+    const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
 };
 
 /* One surface of sixteen paths, or of sixteen pixels. */

@@ -305,6 +305,49 @@ static void occlusion_comes_alone(void **state)
     image_destroy(&without);
 }
 
+/* A wall that is the more open the farther right; nothing is in the way near its edge, where lines
+ * are fitted to one side. */
+static void fill_wall(struct patch *patch, float distance)
+{
+    const int32_t width = rect_width(patch->rect);
+    for (int32_t i = 0; i < rect_area(patch->rect); i++) {
+        patch->depth[i] = distance;
+        patch->id[i] = 1;
+        patch->normal[0][i] = patch->normal[1][i] = 0.0f;
+        patch->normal[2][i] = 1.0f;
+        patch->reflector[i] = distance;
+        patch->open[i] = fminf(1.0f, (float)(i % width) / 74.0f);
+    }
+}
+
+/* Also where linear fits go beyond what they are made of. */
+static void openness_is_a_share(void **state)
+{
+    const struct rect rect = {0, 0, 80, 40};
+    (void)state;
+    for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
+        struct plan plan;
+        struct patch *patch;
+        struct image *image;
+        struct block_statistics statistics;
+        synthetic_plan(&plan, 80, 40, 32);
+        plan.light_count = 0;
+        plan.planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
+                      1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+        plan.camera.type = CAMERA_ORTHOGRAPHIC;
+        plan.indirect_filter = f;
+        plan.mu = 10.0f;
+        assert_int_equal(patch_create(&plan, rect, &patch), 0);
+        assert_int_equal(image_create(LAYER_OCCLUSION, 80, 40, &image), 0);
+        fill_wall(patch, plan.length_unit);
+        assert_int_equal(block_reconstruct(&plan, patch, rect, image, &statistics), 0);
+        const float *open = channel(image, "occlusion.O");
+        for (size_t i = 0; i < area_of(image); i++) assert_true(open[i] >= 0.0f && open[i] <= 1.0f);
+        patch_destroy(&patch);
+        image_destroy(&image);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -314,6 +357,7 @@ int main(void)
         cmocka_unit_test(counters_add_up),
         cmocka_unit_test(parts_make_the_same_light),
         cmocka_unit_test(occlusion_comes_alone),
+        cmocka_unit_test(openness_is_a_share),
     };
     return cmocka_run_group_tests_name("beside_paths", tests, NULL, NULL);
 }

@@ -334,6 +334,22 @@ static void paths_alone_are_not_filtered(void **state)
     assert_true(has_warning(s, "filter.indirect is blend, but"));
 }
 
+/* Who asked for a filter is told that there is nothing to filter, not what light fields cannot do.
+ */
+static void nothing_is_filtered_where_nothing_bounces(void **state)
+{
+    static const char sentence[] = "there is neither indirect light nor occlusion to filter";
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect = INDIRECT_LINEAR;
+    s->job.indirect_bounces = 0;
+    expect_filter(s, INDIRECT_FILTER_NONE, sentence);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_true(has_warning(s, sentence));
+    assert_string_equal(s->report.filter_why, "paths make the picture, as light fields cannot: "
+                                              "material 0 \"main\" is not Lambert");
+}
+
 /* Halves of floats hold what is bounced of an environment, bright or dark. */
 static void scales_follow_the_environment(void **state)
 {
@@ -392,6 +408,7 @@ int main(void)
         TEST(filters_are_taken_as_asked),
         TEST(shear_reads_single_rays),
         TEST(paths_alone_are_not_filtered),
+        TEST(nothing_is_filtered_where_nothing_bounces),
         TEST(scales_follow_the_environment),
         TEST(reports_filters_as_json),
     };

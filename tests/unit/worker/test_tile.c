@@ -128,6 +128,27 @@ static void test_progress_and_stop(void **state)
     free(f);
 }
 
+/* A row of blocks can take minutes: what watches it sees that it goes on. */
+static void test_many_bounce_rays_show_progress(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 2.5f, 64);
+    struct traced t = trace_all(f, &p);
+    _Atomic uint64_t progress = 0;
+    struct samples *s = NULL;
+    struct rect block = {28, 28, 32, 32};
+    p.bounces = 1;
+    p.planes |= 1u << PLANE_INDIRECT_MEAN;
+    p.indirect_strata_per_axis = 16;
+    assert_int_equal(
+        tile_trace(t.tracer, t.scene, NULL, &p, 0, block, &progress, NULL, &s, &t.counters), 0);
+    assert_int_equal(progress, 4 + 256 / 16 - 1);
+    samples_destroy(&s);
+    traced_fini(&t);
+    free(f);
+}
+
 static void test_rectangles_outside_are_refused(void **state)
 {
     (void)state;
@@ -221,6 +242,7 @@ int main(void)
         cmocka_unit_test(test_tiles_do_not_matter),
         cmocka_unit_test(test_samples_pass_validation),
         cmocka_unit_test(test_progress_and_stop),
+        cmocka_unit_test(test_many_bounce_rays_show_progress),
         cmocka_unit_test(test_rectangles_outside_are_refused),
         cmocka_unit_test(test_background_is_counted),
         cmocka_unit_test(test_light_skips_are_counted),
