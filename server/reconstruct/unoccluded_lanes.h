@@ -23,6 +23,13 @@
 #define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
 #define UNOCCLUDED_PROFILE2 9.0f  /* the same of Gaussian ones, anyway */
 #define UNOCCLUDED_TINY     1e-36f
+/* On a light, or beside it in its plane, rounding decides whether a receiver is before the light
+ * and the light above its horizon; the whole hemisphere could be made of that. Receivers nearer to
+ * the plane than what rounding leaves of the way from the eye get nothing, and those that face the
+ * way the light does nothing of a light that rises no more than UNOCCLUDED_RISE of its size. */
+#define UNOCCLUDED_ROUNDING 4e-6f
+#define UNOCCLUDED_RISE     5e-4f
+#define UNOCCLUDED_FACING   0.5f
 
 struct unoccluded_chunk {
     float half[2];                     /* half-sides; they add up to 1 */
@@ -32,6 +39,7 @@ struct unoccluded_chunk {
     float up[UNOCCLUDED_LANES], up_u[UNOCCLUDED_LANES], up_v[UNOCCLUDED_LANES]; /* n . points */
     float across_u[UNOCCLUDED_LANES], across_v[UNOCCLUDED_LANES]; /* 2 centre . half_u, _v */
     float squared[UNOCCLUDED_LANES];
+    float reach[UNOCCLUDED_LANES]; /* from the eye to the receiver and to the centre, together */
     float leave[3][UNOCCLUDED_LANES],
         enter[3][UNOCCLUDED_LANES]; /* where the outline sets, rises */
     float polygon[UNOCCLUDED_LANES], sum[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
@@ -73,6 +81,19 @@ static inline float unoccluded_arc(float cosine, float along, float sine)
     return share * (cosine < 0.0f ? 3.14159265f - acute : acute);
 }
 
+static void unoccluded_reach(const struct shadow_rectangle *light, size_t first, size_t count,
+                             const float *const point[3], struct unoccluded_chunk *c)
+{
+    const float unit = 1.0f / (light->half[0] + light->half[1]), *o = light->centre;
+    float centre = 0.0f;
+    for (int k = 0; k < 3; k++) centre += fabsf(o[k] * unit);
+    for (size_t i = count; i < UNOCCLUDED_LANES; i++) c->reach[i] = centre;
+    for (size_t i = 0; i < count; i++) {
+        const float x = fabsf(point[0][first + i] * unit), y = fabsf(point[1][first + i] * unit);
+        c->reach[i] = centre + x + y + fabsf(point[2][first + i] * unit);
+    }
+}
+
 /* In units of the light's size, which E does not depend on: squares of squares stay finite. */
 static void unoccluded_load(const struct shadow_rectangle *light, size_t first, size_t count,
                             const float *const point[3], const float *const normal[3],
@@ -89,6 +110,7 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
             c->normal[k][i] = normal[k][first + i];
         }
     }
+    unoccluded_reach(light, first, count, point, c);
     const float *a = light->axis[0], *b = light->axis[1], *n = light->normal;
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float x = c->centre[0][i], y = c->centre[1][i], z = c->centre[2][i];
@@ -100,6 +122,15 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
         c->across_u[i] = 2.0f * c->half[0] * (a[0] * x + a[1] * y + a[2] * z);
         c->across_v[i] = 2.0f * c->half[1] * (b[0] * x + b[1] * y + b[2] * z);
         c->squared[i] = x * x + y * y + z * z;
+        const float facing = n[0] * nx + n[1] * ny + n[2] * nz;
+        const float rise = c->up[i] + fabsf(c->up_u[i]) + fabsf(c->up_v[i]);
+        const int32_t in_plane = (c->front[i] <= UNOCCLUDED_ROUNDING * c->reach[i]) |
+                                 ((facing > UNOCCLUDED_FACING) & (rise <= UNOCCLUDED_RISE));
+        const float kept = in_plane ? 0.0f : 1.0f; /* without a normal E is 0 */
+        for (int k = 0; k < 3; k++) c->normal[k][i] *= kept;
+        c->up[i] *= kept;
+        c->up_u[i] *= kept;
+        c->up_v[i] *= kept;
     }
 }
 

@@ -131,6 +131,30 @@ static void limits(void **state)
 }
 
 /* Anything finite gives something finite in [0, pi]. */
+/* A lamp's own surface, and what lies beside it in its plane, gets nothing of its light, however
+ * depths and normals are rounded; what faces it from near gets nearly all there is. */
+static void lamps_do_not_light_themselves(void **state)
+{
+    (void)state;
+    for (uint32_t profile = PROFILE_UNIFORM; profile <= PROFILE_GAUSSIAN; profile++) {
+        const struct shadow_rectangle light = rectangle(0.5f, 0.25f, profile);
+        uint32_t seed = 5;
+        for (int i = 0; i < 2000; i++) {
+            const float p[3] = {next(&seed), next(&seed), 2e-5f * next(&seed)};
+            float n[3] = {3e-5f * next(&seed), 3e-5f * next(&seed), 1.0f};
+            unit(n);
+            assert_true(closed(&light, p, n) == 0.0f);
+            /* the same of the other side of a lamp with two */
+            const float behind[3] = {p[0], p[1], 1e-6f * next(&seed) * (fabsf(p[0]) + fabsf(p[1]))};
+            const float out[3] = {n[0], n[1], -n[2]};
+            assert_true(closed(&light, behind, out) == 0.0f);
+            const float near[3] = {0.3f * p[0], 0.15f * p[1], 1e-3f};
+            const float facing[3] = {n[0], n[1], -n[2]};
+            assert_true(closed(&light, near, facing) > (profile == PROFILE_UNIFORM ? 3.1f : 0.3f));
+        }
+    }
+}
+
 static void always_finite(void **state)
 {
     (void)state;
@@ -153,7 +177,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_is_exact), cmocka_unit_test(gaussian_is_near),
         cmocka_unit_test(no_seams),         cmocka_unit_test(limits),
-        cmocka_unit_test(always_finite),
+        cmocka_unit_test(always_finite),    cmocka_unit_test(lamps_do_not_light_themselves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
