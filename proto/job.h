@@ -11,12 +11,12 @@
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
- *   sampling  {spp, light_spp, indirect_spp, seed, tile_px}
+ *   sampling  {spp, light_spp, indirect_spp, target_error, max_spp, seed, tile_px}
  *   filter    {method, indirect, mu}
  *   layers    [names]      frames {first, last}      priority
  *
- * Known members of later versions (target_error, max_spp, lens_spp) are refused with
- * ERR_UNSUPPORTED and their pointer, never ignored. */
+ * Known members of later versions (lens_spp) are refused with ERR_UNSUPPORTED and their pointer,
+ * never ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -77,8 +77,8 @@ enum layer {
     LAYER_EMISSION = 1u << 10,
     LAYER_ID = 1u << 11,
     LAYER_FILTER_WIDTH = 1u << 12, /* sigma in pixels, largest over all filters; 0: not filtered */
-    LAYER_ERROR = 1u << 13, /* standard error of beauty, rgb, estimated from the paths' spread */
-    LAYER_OCCLUSION = 1u << 14,        /* share of the hemisphere that is open, by cosine */
+    LAYER_ERROR = 1u << 13,        /* estimated standard error of beauty, rgb */
+    LAYER_OCCLUSION = 1u << 14,    /* share of the hemisphere that is open, by cosine */
     LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
     LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT, or filtered light fields */
 };
@@ -97,6 +97,10 @@ struct job_environment {
     float intensity;            /* MAP: factor, 0 .. LIMIT_RADIANCE; default 1 */
     float rotation_deg;         /* MAP; default 0 */
 };
+
+#define JOB_MAX_SPP 1024
+/* With fewer samples in the first round their spread and halves tell too little. */
+#define JOB_TARGET_SPP_LEAST 4
 
 struct job {
     struct digest scene;    /* asset of the main file */
@@ -118,12 +122,16 @@ struct job {
     uint32_t indirect_bounces;        /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
     uint32_t spp;                     /* 1..LIMIT_SPP, rounded up to a square; default 9 */
     uint32_t light_spp, indirect_spp; /* 0: spp */
-    uint64_t seed;                    /* 0..2^53; default 1 */
-    enum filter_method method;        /* default auto */
-    enum indirect_method indirect;    /* default auto */
-    float mu;                         /* (0, 100]; default 1 */
-    uint32_t layers;                  /* default beauty */
-    int32_t first_frame, last_frame;  /* 0..2^30; default 1, and first */
+    float target_error; /* RMS over pixels and channels of the picture's estimated error, over its
+                           mean luminance, until which sampling goes on; 0: none */
+    uint32_t max_spp;   /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
+                           with one LIMIT_SPP at most, default JOB_MAX_SPP */
+    uint64_t seed;      /* 0..2^53; default 1 */
+    enum filter_method method;       /* default auto */
+    enum indirect_method indirect;   /* default auto */
+    float mu;                        /* (0, 100]; default 1 */
+    uint32_t layers;                 /* default beauty */
+    int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
     int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
 };

@@ -10,6 +10,8 @@
 
 #define SEED_MAX         9007199254740992.0 /* 2^53: exact in every JSON reader */
 #define FRAME_MAX        1073741824.0       /* 2^30 */
+#define TARGET_LEAST     1e-5f
+#define TARGET_MAX       1000.0
 #define LAST_FRAME_UNSET (-1)
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
@@ -229,8 +231,8 @@ static const struct json_member sampling_members[] = {
     NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
     NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
     LATER("lens_spp", "a number of its own for the lens is not in this version: spp samples it"),
-    LATER("target_error", "a stop at a target error is not in this version"),
-    LATER("max_spp", "a stop at a target error is not in this version"),
+    NUMBER("target_error", json_member_f32, target_error, 0, TARGET_MAX),
+    NUMBER("max_spp", json_member_u32, max_spp, 0, LIMIT_SPP),
     {.name = NULL}};
 
 static const struct json_member filter_members[] = {
@@ -293,6 +295,8 @@ static void finish_sampling(struct job *job)
     job->spp = round_up_to_square(job->spp);
     if (job->light_spp) job->light_spp = round_up_to_square(job->light_spp);
     if (job->indirect_spp) job->indirect_spp = round_up_to_square(job->indirect_spp);
+    if (job->target_error > 0.0f && job->max_spp == 0)
+        job->max_spp = job->spp > JOB_MAX_SPP ? job->spp : JOB_MAX_SPP;
     if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;
 }
 
@@ -321,6 +325,34 @@ static int check_layers(struct json_cursor *at, const struct job *job)
     return 0;
 }
 
+/* A stop at a target error. */
+static int check_target(struct json_cursor *at, const struct job *job)
+{
+    const uint32_t indirect = job->indirect_spp ? job->indirect_spp : job->spp;
+    const uint32_t most = job->spp > indirect ? job->spp : indirect;
+    if (job->target_error == 0.0f && job->max_spp == 0) return 0;
+    const size_t length = json_cursor_enter(at, "sampling");
+    if (job->target_error == 0.0f)
+        return json_cursor_refuse_member(at, "target_error", ERR_MISSING,
+                                         "max_spp is the most that a target_error may take");
+    if (!(job->target_error >= TARGET_LEAST))
+        return json_cursor_refuse_member(at, "target_error", ERR_RANGE, "%.9g is below %g",
+                                         (double)job->target_error, (double)TARGET_LEAST);
+    if (job->spp < JOB_TARGET_SPP_LEAST || indirect < JOB_TARGET_SPP_LEAST)
+        return json_cursor_refuse_member(
+            at, job->indirect_spp ? "indirect_spp" : "spp", ERR_RANGE,
+            "fewer than %d samples tell too little of their error to aim at one",
+            JOB_TARGET_SPP_LEAST);
+    if (job->max_spp < most)
+        return json_cursor_refuse_member(at, "max_spp", ERR_RANGE,
+                                         "%u is below the %u samples that sampling begins with",
+                                         job->max_spp, most);
+    json_cursor_leave(at, length);
+    if (job->layers & LAYER_BEAUTY) return 0;
+    return json_cursor_refuse_member(at, "layers", ERR_MISSING,
+                                     "sampling.target_error is of the layer beauty");
+}
+
 /* Names what the whole document must respect; the cursor stands at its root. */
 static int check_relations(struct json_cursor *at, const struct job *job)
 {
@@ -345,7 +377,8 @@ static int check_relations(struct json_cursor *at, const struct job *job)
         json_cursor_enter(at, "filter");
         return json_cursor_refuse_member(at, "mu", ERR_RANGE, "%g is not above 0", (double)job->mu);
     }
-    return check_layers(at, job);
+    const int error = check_target(at, job);
+    return error ? error : check_layers(at, job);
 }
 
 int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault)

@@ -87,6 +87,8 @@ static json_t *write_sampling(const struct job *job)
     int failures = set(object, "spp", json_integer(job->spp));
     failures += set(object, "light_spp", json_integer(job->light_spp));
     failures += set(object, "indirect_spp", json_integer(job->indirect_spp));
+    failures += set(object, "target_error", job_number_write(job->target_error));
+    failures += set(object, "max_spp", json_integer(job->max_spp));
     failures += set(object, "seed", json_integer((json_int_t)job->seed));
     failures += set(object, "tile_px", json_integer(job->tile_px));
     return checked(object, failures);

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "proto/count_map.h"
+
 /* Encoders write what decoders accept: texts are cleaned on the way out and refused unclean on the
  * way in. Decoders zero the struct first, read all fields, ask once whether the payload had exactly
  * the right size, then check the values. */
@@ -236,11 +238,22 @@ int message_decode_frame_plan(const void *payload, size_t size_bytes, struct mes
 void message_encode_tile(struct bytes_writer *w, const struct message_tile *m)
 {
     write_lease(w, m->frame_id, m->index, m->generation);
-    bytes_write_u32(w, m->pass);
+    bytes_write_u32(w, m->pass.number);
+    bytes_write_u32(w, m->pass.first);
+    bytes_write_u32(w, m->pass.count);
+    bytes_write_u32(w, m->pass.strata);
     write_i32(w, m->rect.x0);
     write_i32(w, m->rect.y0);
     write_i32(w, m->rect.x1);
     write_i32(w, m->rect.y1);
+    bytes_write_u32(w, m->counts_bytes);
+    bytes_write_raw(w, m->counts, m->counts_bytes);
+}
+
+static int check_pass(const struct plan_pass *pass)
+{
+    if (pass->number >= LIMIT_PASSES || pass->first > LIMIT_SPP) return ERR_LIMIT;
+    return pass->count > LIMIT_PASS_SPP || pass->strata > LIMIT_STRATA_PER_AXIS ? ERR_LIMIT : 0;
 }
 
 static int check_rect(struct rect rect)
@@ -258,14 +271,20 @@ int message_decode_tile(const void *payload, size_t size_bytes, struct message_t
     bytes_reader_init(&r, payload, size_bytes);
     memset(m, 0, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
-    m->pass = bytes_read_u32(&r);
+    m->pass.number = bytes_read_u32(&r);
+    m->pass.first = bytes_read_u32(&r);
+    m->pass.count = bytes_read_u32(&r);
+    m->pass.strata = bytes_read_u32(&r);
     m->rect.x0 = read_i32(&r);
     m->rect.y0 = read_i32(&r);
     m->rect.x1 = read_i32(&r);
     m->rect.y1 = read_i32(&r);
+    m->counts_bytes = bytes_read_u32(&r);
+    if (!r.failed && m->counts_bytes > COUNT_MAP_BYTES_MAX) return ERR_LIMIT;
+    m->counts = bytes_borrow(&r, m->counts_bytes);
     int code = bytes_finish(&r);
     if (code == ERR_OK) code = check_index(m->index);
-    if (code == ERR_OK && m->pass >= LIMIT_PASSES) code = ERR_LIMIT;
+    if (code == ERR_OK) code = check_pass(&m->pass);
     return code != ERR_OK ? code : check_rect(m->rect);
 }
 

@@ -7,6 +7,7 @@
 #include "proto/counter.h"
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/plan.h"
 #include "proto/tile.h"
 
 #define PROTOCOL_VERSION 4u
@@ -67,8 +68,10 @@ struct message_tile {
     uint64_t frame_id;
     uint32_t index;
     uint32_t generation;
-    uint32_t pass; /* of the tile's samples: plan_pass_range */
+    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h) */
     struct rect rect;
+    const uint8_t *counts; /* count_map.h: how many samples of each pixel; borrowed */
+    uint32_t counts_bytes; /* 0: of all pixels as many */
 };
 
 struct message_result {

@@ -112,6 +112,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     write_camera(w, &plan->camera);
     write_environment(w, &plan->environment);
     write_paths(w, &plan->paths);
+    bytes_write_f32(w, plan->target_error);
+    bytes_write_u32(w, plan->spp_most);
     bytes_write_f32(w, plan->occlusion_distance);
     bytes_write_u32(w, plan->shadow_filter);
     bytes_write_u32(w, plan->indirect_filter);
@@ -139,6 +141,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     read_camera(r, &plan->camera);
     read_environment(r, &plan->environment);
     read_paths(r, &plan->paths);
+    plan->target_error = bytes_read_f32(r);
+    plan->spp_most = bytes_read_u32(r);
     plan->occlusion_distance = bytes_read_f32(r);
     plan->shadow_filter = bytes_read_u32(r);
     plan->indirect_filter = bytes_read_u32(r);
@@ -246,4 +250,51 @@ void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, ui
 {
     *first = plan_pass_spp(plan, pass);
     *count = plan_pass_spp(plan, pass + 1) - *first;
+}
+
+struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
+{
+    struct plan_pass pass = {.number = number};
+    plan_pass_range(plan, number, &pass.first, &pass.count);
+    if (number == 0) pass.strata = plan->indirect_strata_per_axis;
+    return pass;
+}
+
+#define PLANES_BOUNCE_MORE (1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
+
+uint32_t plan_pass_planes(const struct plan *plan, uint32_t number)
+{
+    if (number == 0) return plan->planes;
+    if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;
+    return plan->planes & (PLANES_PATH | PLANES_BOUNCE_MORE);
+}
+
+int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
+{
+    if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
+    if (pass->number < plan_pass_count(plan)) {
+        const struct plan_pass own = plan_scheduled_pass(plan, pass->number);
+        const bool same =
+            own.first == pass->first && own.count == pass->count && own.strata == pass->strata;
+        return same ? 0 : ERR_RANGE;
+    }
+    if (!(plan->target_error > 0.0f)) return ERR_RANGE;
+    if (pass->count > LIMIT_PASS_SPP || pass->strata * pass->strata > LIMIT_PASS_SPP)
+        return ERR_LIMIT;
+    if (pass->first > LIMIT_SPP || pass->first + pass->count > LIMIT_SPP) return ERR_LIMIT;
+    if (pass->count + pass->strata == 0 || pass->strata % 2 != 0) return ERR_RANGE;
+    if (pass->count > 0 && plan->paths.spp == 0) return ERR_RANGE;
+    return pass->strata > 0 && plan->indirect_strata_per_axis == 0 ? ERR_RANGE : 0;
+}
+
+struct plan_split plan_pass_split(const struct plan_pass *pass)
+{
+    const uint64_t first = pass->first, end = first + pass->count;
+    for (uint64_t length = (uint64_t)1 << 31; length > 1; length /= 2) {
+        const uint64_t start = (first + length - 1) / length * length;
+        if (start + length > end) continue;
+        return (struct plan_split){(uint32_t)start, (uint32_t)length,
+                                   (uint32_t)((end - start) / length)};
+    }
+    return (struct plan_split){0};
 }

@@ -109,6 +109,10 @@ struct plan {
     struct plan_light lights[LIMIT_LIGHTS];
     struct plan_environment environment;
     struct plan_paths paths;
+    float target_error; /* of the picture's RMS error over its mean luminance: after the passes that
+                           plan_pass_count tells of, tiles get more samples until it is reached; 0:
+                           none */
+    uint32_t spp_most;  /* of paths, and of bounce rays, a pixel; 0 without a target */
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
@@ -151,6 +155,35 @@ void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3
  * forms early and leases stay short. All planes but those of paths belong to pass 0. */
 uint32_t plan_pass_count(const struct plan *plan);
 void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count);
+
+/* What a pass of a tile traces. */
+struct plan_pass {
+    uint32_t number;       /* of the tile's passes */
+    uint32_t first, count; /* samples of every pixel: first .. first + count - 1 */
+    uint32_t strata;       /* l of the bounce rays; 0: none */
+};
+
+/* The pass that the schedule has under a number below plan_pass_count. */
+struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
+
+/* The parts of a pass that PATH_SPLIT cuts into halves: `count` of them from sample `first` on,
+ * each `length` samples, a power of two at least 2 and the largest of which the pass has a whole
+ * multiple. Such parts of the path tracer's sequence are stratified in themselves, and so are their
+ * halves (pattern_path.h). All 0 for a pass too short. */
+struct plan_split {
+    uint32_t first, length, count;
+};
+struct plan_split plan_pass_split(const struct plan_pass *pass);
+
+/* 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have: within the schedule one that
+ * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
+ * l, or of what the plan has no planes of. Only plans with a target have passes after the schedule;
+ * their bounce rays are stratified anew. */
+int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
+
+/* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in
+ * other passes, and after the schedule what bounce rays measure, too. */
+uint32_t plan_pass_planes(const struct plan *plan, uint32_t number);
 
 /* Samples of a pixel that passes 0 .. passes - 1 hold; 0 without paths. */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);

@@ -260,6 +260,27 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
     return error;
 }
 
+/* Errors are known where halves of the samples, or their spread, tell of them. */
+static int check_target(const struct place *at, const struct plan *plan)
+{
+    const uint32_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
+    int error = check_number(at, "target_error", plan->target_error, 0.0f, 1e6f);
+    if (!error) error = check_count(at, "spp_most", plan->spp_most, 0, LIMIT_SPP);
+    if (error) return error;
+    if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
+        return refuse(at, ERR_RANGE, "spp_most", "belongs to a target, and every target has it",
+                      (double)plan->spp_most);
+    if (!(plan->target_error > 0.0f)) return 0;
+    if (plan->paths.spp > 0 && (plan->planes & paths) != paths)
+        return refuse(at, ERR_RANGE, "target_error", "is a target for paths of unknown error",
+                      (double)plan->target_error);
+    if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) ||
+        ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
+        return refuse(at, ERR_RANGE, "target_error", "is a target for bounces of unknown error",
+                      (double)plan->target_error);
+    return 0;
+}
+
 #define PLANES_GEOMETRY (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL))
 
 /* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
@@ -410,6 +431,7 @@ int plan_check(const struct plan *plan, struct fault *fault)
     if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
     if (!error) error = check_environment(&plan->environment, fault);
     if (!error) error = check_paths(&plan->paths, fault);
+    if (!error) error = check_target(&at, plan);
     if (!error)
         error = check_number(&at, "occlusion_distance", plan->occlusion_distance, 0.0f,
                              LIMIT_COORDINATE);

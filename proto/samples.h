@@ -13,8 +13,8 @@
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
- *   + paths: 12 for each plane of three components, 4 for coverage and for occlusion: 104 at most
- * 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
+ *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
+ * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
  * 18 + 36 + 14 + 10 = 78; with indirect strata instead of half-sums 138. */
 #include "proto/plan.h"
 
@@ -34,8 +34,9 @@ enum plane_id {
     PLANE_INDIRECT_MEAN = 9, /* 3 x f16: mean radiance * radiance_scale over the cosine-distributed
                                 bounce rays: irradiance / pi */
     PLANE_INDIRECT_HALVES =
-        10,               /* 6 x f16: mean over even samples, mean over odd ones, rgb each; for
-                          l = 1 both are the sample. The mean over all is
+        10,               /* 6 x f16: mean over even samples, mean over odd ones, rgb each, even
+                          where column and row of the stratum add up to an even number; for l = 1
+                          both are the sample. The mean over all is
                           (ceil(n/2) even + floor(n/2) odd) / n */
     PLANE_REFLECTOR = 11, /* f16: nearest bounce hit's distance / length_unit; REFLECTOR_NONE: the
                              rays met nothing; 0: none were traced (no surface, or a black one) */
@@ -55,13 +56,17 @@ enum plane_id {
     PLANE_PATH_COVERAGE = 21,         /* 1: samples that meet a surface */
     PLANE_PATH_OCCLUSION = 22,        /* 1: samples whose ambient occlusion ray is open, and those
                                          that meet no surface */
-    PLANE_OPEN = 23, /* f16: share of the bounce rays that meet nothing nearer than the plan's
-                        occlusion_distance; 0 where none were traced */
-    PLANE_ID_COUNT = 24
+    PLANE_OPEN = 23,       /* f16: share of the bounce rays that meet nothing nearer than the plan's
+                              occlusion_distance; 0 where none were traced */
+    PLANE_PATH_SPLIT = 24, /* f32: squared differences between the sums of PATH_RADIANCE over the
+                              first and over the second half of each of plan_pass_split's parts of
+                              the pass, added up over these and rgb */
+    PLANE_ID_COUNT = 25
 };
 
-/* Planes of the path tracer: in every pass; the others in pass 0 only. */
-#define PLANES_PATH ((2u << PLANE_PATH_OCCLUSION) - (1u << PLANE_PATH_RADIANCE))
+/* Planes of the path tracer. */
+#define PLANES_PATH                                                                                \
+    (((2u << PLANE_PATH_OCCLUSION) - (1u << PLANE_PATH_RADIANCE)) | 1u << PLANE_PATH_SPLIT)
 
 /* Planes of bounce rays: of the light that they bring, and all. */
 #define PLANES_BOUNCE_LIGHT                                                                        \
@@ -97,8 +102,8 @@ struct samples_layout {
     uint32_t total_bytes;
 };
 
-/* All planes that the plan asks for in this pass, for a tile of w x h: every plane in pass 0, those
- * of PLANES_PATH alone in later ones. ERR_LIMIT when it would not fit a frame. */
+/* All planes that the plan asks for in this pass (plan_pass_planes), for a tile of w x h. ERR_LIMIT
+ * when it would not fit a frame. */
 int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
                         int32_t width_px, int32_t height_px);
 

@@ -31,6 +31,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_PATH_COVERAGE] = {"path_coverage", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [PLANE_PATH_OCCLUSION] = {"path_occlusion", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [PLANE_OPEN] = {"open", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
+    [PLANE_PATH_SPLIT] = {"path_split", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
@@ -136,7 +137,7 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .light_count = plan->light_count,
         .sub_samples = plan->sub_samples,
         .indirect_strata = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis,
-        .planes = pass == 0 ? plan->planes : plan->planes & PLANES_PATH,
+        .planes = plan_pass_planes(plan, pass),
     };
     for (uint32_t k = 0; k < plan->light_count; k++) {
         const uint32_t l = plan->lights[k].strata_per_axis;

@@ -117,7 +117,7 @@ static void run_tile(struct crew_task *task, void *tracer)
     struct hand_tile *t = tile_of(task);
     struct hand *hand = t->hand;
     t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, t->environment,
-                                    &t->frame->plan, t->lease.pass, t->lease.rect, &hand->rows,
+                                    &t->frame->plan, &t->lease.pass, t->lease.rect, &hand->rows,
                                     &t->stop, &t->packed, &t->counters);
 }
 
@@ -251,6 +251,13 @@ int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
     return 0;
 }
 
+/* What the lease asks for, with what it leaves to the plan's schedule. */
+static struct plan_pass pass_of(const struct plan *plan, const struct message_tile *m)
+{
+    const bool scheduled = m->pass.first == 0 && m->pass.count == 0 && m->pass.strata == 0;
+    return scheduled ? plan_scheduled_pass(plan, m->pass.number) : m->pass;
+}
+
 static int check_tile(const struct hand *hand, const struct hand_frame *f,
                       const struct message_tile *m)
 {
@@ -260,7 +267,9 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
         r.y1 > f->plan.height_px || rect_width(r) > LIMIT_TILE_SIDE_PX ||
         rect_height(r) > LIMIT_TILE_SIDE_PX)
         return ERR_RANGE;
-    if (m->pass >= plan_pass_count(&f->plan)) return ERR_RANGE;
+    const struct plan_pass pass = pass_of(&f->plan, m);
+    const int e = m->counts_bytes > 0 ? ERR_UNSUPPORTED : plan_pass_check(&f->plan, &pass);
+    if (e) return e;
     return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
@@ -275,6 +284,8 @@ int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_t
     t->hand = hand;
     t->frame = f;
     t->lease = *m;
+    t->lease.pass = pass_of(&f->plan, m);
+    t->lease.counts = NULL; /* borrowed from the message */
     t->request_id = request_id;
     t->state = TILE_WAITING;
     bytes_writer_init(&t->packed);

@@ -63,9 +63,11 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer)
 
 /* What a pass of a plan runs. */
 struct stages {
-    bool centres;          /* pixel centres and their light fields */
+    bool centres;          /* pixel centres */
+    bool lights;           /* their light fields of lights */
     bool bounces;          /* bounce rays leave them */
     uint32_t first, count; /* samples of the path tracer */
+    struct plan_pass pass;
     struct path_context paths, field;
 };
 
@@ -103,13 +105,18 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
 
 #define PLANES_DEMODULATED (1u << PLANE_PATH_DIFFUSE_DIRECT | 1u << PLANE_PATH_DIFFUSE_INDIRECT)
 
-static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t pass,
-                        struct counters *counters, struct stages *out)
+static void stages_init(struct tile_tracer *t, const struct plan *plan,
+                        const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
+    const bool first = pass->number == 0;
     *out = (struct stages){
-        .centres = pass == 0 && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0),
-        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && plan->indirect_strata_per_axis > 0};
-    if (plan->paths.spp > 0) plan_pass_range(plan, pass, &out->first, &out->count);
+        .centres = first && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0),
+        .lights = first,
+        .pass = *pass,
+        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+        .first = pass->first,
+        .count = plan->paths.spp > 0 ? pass->count : 0};
+    out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,
         .lights = &t->lights,
@@ -124,6 +131,8 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan, uint32_t
     };
     out->field = out->paths;
     out->field.field = true;
+    out->field.strata = pass->strata;
+    out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = false;
 }
@@ -241,7 +250,7 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                           const struct plan *plan, struct samples *samples,
                           struct counters *counters)
 {
-    const uint64_t l = plan->indirect_strata_per_axis;
+    const uint64_t l = stages->field.strata;
     if (plan->planes >> PLANE_OPEN & 1) t->bouncing = t->centre.surface.hit;
     choose(t, l * l, &t->bouncing, counters);
     if (lanes_count(&t->bouncing) > 0)
@@ -259,14 +268,15 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     t->point.plan = plan;
     t->point.block = &t->block;
     t->point.surface = &t->centre.surface;
-    trace_lights(t, plan, samples, counters);
+    if (stages->lights) trace_lights(t, plan, samples, counters);
     if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
 }
 
 /* The pass's paths, batch by batch. */
 static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
 {
-    path_sums_init(&t->sums);
+    const bool splits = samples->layout.planes >> PLANE_PATH_SPLIT & 1;
+    path_sums_init(&t->sums, &stages->pass, splits);
     for (uint32_t done = 0; done < stages->count;) {
         uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
@@ -315,17 +325,18 @@ static bool rect_fits(const struct plan *plan, struct rect rect)
            rect_width(rect) <= LIMIT_TILE_SIDE_PX && rect_height(rect) <= LIMIT_TILE_SIDE_PX;
 }
 
-int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
-               const struct environment *environment, const struct plan *plan, uint32_t pass,
-               struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-               struct samples **out, struct counters *counters)
+int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene,
+                    const struct environment *environment, const struct plan *plan,
+                    const struct plan_pass *pass, struct rect rect, _Atomic uint64_t *progress,
+                    const _Atomic bool *stop, struct samples **out, struct counters *counters)
 {
     struct samples_layout layout;
     struct stages stages;
     struct samples *samples = NULL;
-    if (!rect_fits(plan, rect) || pass >= plan_pass_count(plan)) return ERR_RANGE;
+    int rc = rect_fits(plan, rect) ? plan_pass_check(plan, pass) : ERR_RANGE;
+    if (rc) return rc;
     if (plan->environment.kind == ENVIRONMENT_MAP && !environment) return ERR_MISSING;
-    int rc = samples_layout_init(&layout, plan, pass, rect_width(rect), rect_height(rect));
+    rc = samples_layout_init(&layout, plan, pass->number, rect_width(rect), rect_height(rect));
     if (rc == 0) rc = samples_create(&layout, &samples);
     if (rc) return rc;
     uint64_t started_us = thread_cpu_us();
@@ -346,4 +357,15 @@ int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
     if (rc) samples_destroy(&samples);
     *out = samples;
     return rc;
+}
+
+int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
+               const struct environment *environment, const struct plan *plan, uint32_t pass,
+               struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
+               struct samples **out, struct counters *counters)
+{
+    if (pass >= plan_pass_count(plan)) return ERR_RANGE;
+    const struct plan_pass scheduled = plan_scheduled_pass(plan, pass);
+    return tile_trace_pass(tracer, scene, environment, plan, &scheduled, rect, progress, stop, out,
+                           counters);
 }

@@ -143,7 +143,7 @@ static void tracer_destroy(void *ctx, void **tracer)
 }
 
 static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
                  _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
                  struct counters *counters)
 {
@@ -152,8 +152,8 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     struct samples *samples = NULL;
     if (s->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
         return ERR_MAGIC;
-    int e = tile_trace(tracer, s->scene.render, around ? around->environment.map : NULL, plan, pass,
-                       rect, progress, stop, &samples, counters);
+    int e = tile_trace_pass(tracer, s->scene.render, around ? around->environment.map : NULL, plan,
+                            pass, rect, progress, stop, &samples, counters);
     if (e) return e;
     uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
     e = samples_pack(samples, packed, &dropped);

@@ -30,7 +30,7 @@ struct tracing {
      * `environment` is the plan's map, NULL when it has none. *progress grows by the tile's rows;
      * *stop ends it with ERR_STATE. ERR_MAGIC for what was loaded as the other kind. */
     int (*trace)(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
                  _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
                  struct counters *counters);
 };

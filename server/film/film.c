@@ -9,15 +9,18 @@
 /* A pass that has landed while a block read its tile. */
 struct pending_pass {
     struct samples *samples; /* owned */
+    struct pass_counts counts;
     struct pending_pass *next;
 };
 
 struct film_tile {
     struct samples
-        *samples;     /* owned; NULL before it has landed and when nobody needs it any more */
-    uint32_t merged;  /* passes that `samples` holds */
-    uint32_t landed;  /* merged ones and those pending */
-    uint32_t readers; /* blocks that are out and read it */
+        *samples;    /* owned; NULL before it has landed and when nobody needs it any more */
+    uint32_t merged; /* passes that `samples` holds */
+    uint32_t landed; /* merged ones and those pending */
+    uint32_t goal;   /* passes that it will have, as far as is known */
+    struct pass_counts counts;           /* of `samples` */
+    uint32_t readers;                    /* blocks that are out and read it */
     uint32_t blocks_waiting;             /* blocks that read it and are not done */
     struct pending_pass *pending, *last; /* owned; in the order of the passes */
 };
@@ -28,8 +31,9 @@ enum block_state { BLOCK_IDLE, BLOCK_QUEUED, BLOCK_HELD, BLOCK_OUT, BLOCK_DONE }
 
 struct film_block {
     enum block_state state;
-    uint32_t round;         /* passes that all its tiles have */
-    uint32_t tiles_missing; /* tiles that have no more than these */
+    uint32_t round;         /* passes of the schedule that all its tiles have */
+    uint32_t tiles_missing; /* tiles that have no more than these; after the schedule: that are
+                               short of their goals */
 };
 
 struct film {
@@ -39,6 +43,8 @@ struct film {
     int32_t columns, rows; /* of blocks */
     uint32_t tile_count, block_count, pass_count;
     uint32_t blocks_done;
+    bool keeps;                       /* tiles may be asked for more */
+    bool more;                        /* they were */
     struct film_tile *tiles;          /* owned */
     struct film_block *blocks;        /* owned */
     uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */
@@ -112,6 +118,7 @@ static void each_tile(struct film *film, uint32_t block,
 static void count_needs(struct film *film)
 {
     for (uint32_t i = 0; i < film->tile_count; i++) {
+        film->tiles[i].goal = film->pass_count;
         film->tiles[i].blocks_waiting = (uint32_t)rect_area(blocks_of(film, i));
     }
     for (uint32_t i = 0; i < film->block_count; i++) {
@@ -136,6 +143,7 @@ int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, stru
     film->tile_count = tile_grid_count(&film->grid);
     film->block_count = (uint32_t)film->columns * (uint32_t)film->rows;
     film->pass_count = plan_pass_count(plan);
+    film->keeps = plan->target_error > 0.0f;
     film->tiles = calloc(film->tile_count, sizeof *film->tiles);
     film->blocks = calloc(film->block_count, sizeof *film->blocks);
     film->ready = calloc(film->block_count, sizeof *film->ready);
@@ -150,10 +158,12 @@ fail:
 }
 
 /* Takes the first of what waits for a tile; the samples are the caller's. */
-static struct samples *take_pending(struct film *film, struct film_tile *t)
+static struct samples *take_pending(struct film *film, struct film_tile *t,
+                                    struct pass_counts *counts)
 {
     struct pending_pass *first = t->pending;
     struct samples *samples = first->samples;
+    *counts = first->counts;
     t->pending = first->next;
     if (!t->pending) t->last = NULL;
     free(first);
@@ -168,7 +178,8 @@ void film_destroy(struct film **out)
     for (uint32_t i = 0; film->tiles && i < film->tile_count; i++) {
         struct film_tile *t = &film->tiles[i];
         while (t->pending) {
-            struct samples *samples = take_pending(film, t);
+            struct pass_counts counts;
+            struct samples *samples = take_pending(film, t, &counts);
             samples_destroy(&samples);
         }
         samples_destroy(&t->samples);
@@ -184,7 +195,7 @@ static bool fits(const struct film *film, uint32_t tile, uint32_t pass,
                  const struct samples *samples)
 {
     struct rect r = tile_grid_rect(&film->grid, tile);
-    const uint32_t planes = pass == 0 ? film->plan->planes : film->plan->planes & PLANES_PATH;
+    const uint32_t planes = plan_pass_planes(film->plan, pass);
     return samples->layout.width_px == rect_width(r) &&
            samples->layout.height_px == rect_height(r) && samples->layout.planes == planes;
 }
@@ -221,12 +232,15 @@ static void queue_block(struct film *film, uint32_t block)
 /* A tile has got more passes than `before`, and its blocks may have come a round further. */
 static void tell_blocks(struct film *film, uint32_t tile, uint32_t before)
 {
+    const bool reached = film->tiles[tile].merged == film->tiles[tile].goal;
     struct rect around = blocks_of(film, tile);
     for (int32_t row = around.y0; row < around.y1; row++) {
         for (int32_t column = around.x0; column < around.x1; column++) {
             const uint32_t block = block_at(film, column, row);
             struct film_block *b = &film->blocks[block];
-            if (before == b->round && --b->tiles_missing == 0) {
+            if (film->more) {
+                if (reached && --b->tiles_missing == 0) queue_block(film, block);
+            } else if (before == b->round && --b->tiles_missing == 0) {
                 begin_round(film, block);
                 queue_block(film, block);
             } else if (b->state == BLOCK_HELD) {
@@ -236,25 +250,30 @@ static void tell_blocks(struct film *film, uint32_t tile, uint32_t before)
     }
 }
 
-static void merge(struct film *film, struct film_tile *t, struct samples *samples)
+static void merge(struct film *film, struct film_tile *t, struct samples *samples,
+                  struct pass_counts counts)
 {
-    uint32_t first, count;
     if (t->merged == 0) {
         t->samples = samples;
     } else {
-        plan_pass_range(film->plan, t->merged, &first, &count);
-        passes_add(t->samples, first, samples, count);
+        passes_add(t->samples, t->counts, samples, counts);
         film->bytes -= samples->layout.total_bytes;
         samples_destroy(&samples);
     }
+    t->counts.paths += counts.paths;
+    t->counts.bounces += counts.bounces;
+    t->counts.split += counts.split;
+    t->counts.split_lengths += counts.split_lengths;
     t->merged++;
 }
 
-static int put_aside(struct film *film, struct film_tile *t, struct samples *samples)
+static int put_aside(struct film *film, struct film_tile *t, struct samples *samples,
+                     struct pass_counts counts)
 {
     struct pending_pass *p = calloc(1, sizeof *p);
     if (!p) return ERR_MEMORY;
     p->samples = samples;
+    p->counts = counts;
     if (t->last)
         t->last->next = p;
     else
@@ -264,21 +283,56 @@ static int put_aside(struct film *film, struct film_tile *t, struct samples *sam
     return 0;
 }
 
-int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples)
+int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pass,
+                   struct samples *samples)
 {
+    const struct pass_counts counts = pass_counts_of(pass);
     if (tile >= film->tile_count) return ERR_RANGE;
     struct film_tile *t = &film->tiles[tile];
-    if (pass < t->landed) return ERR_EXISTS;
-    if (pass > t->landed || pass >= film->pass_count) return ERR_RANGE;
-    if (!fits(film, tile, pass, samples)) return ERR_MISMATCH;
+    if (pass->number < t->landed) return ERR_EXISTS;
+    if (pass->number > t->landed || pass->number >= t->goal) return ERR_RANGE;
+    if (!fits(film, tile, pass->number, samples)) return ERR_MISMATCH;
     const bool must_wait = t->readers > 0;
-    if (must_wait && put_aside(film, t, samples) != 0) return ERR_MEMORY;
+    if (must_wait && put_aside(film, t, samples, counts) != 0) return ERR_MEMORY;
     t->landed++;
     film->bytes += samples->layout.total_bytes;
     if (must_wait) return 0;
-    merge(film, t, samples);
-    tell_blocks(film, tile, pass);
+    merge(film, t, samples, counts);
+    tell_blocks(film, tile, pass->number);
     return 0;
+}
+
+int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples)
+{
+    const struct plan_pass scheduled = plan_scheduled_pass(film->plan, pass);
+    return film_land_pass(film, tile, &scheduled, samples);
+}
+
+/* Tiles of a block that are short of their goals. */
+static uint32_t count_missing(const struct film *film, uint32_t block)
+{
+    uint32_t missing = 0;
+    struct rect t = tiles_of(film, block);
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const struct film_tile *tile = &film->tiles[tile_at(film, column, row)];
+            missing += tile->merged < tile->goal;
+        }
+    return missing;
+}
+
+void film_begin_round(struct film *film, const uint32_t *more_passes)
+{
+    assert(film->keeps && film_complete(film));
+    film->more = true;
+    for (uint32_t i = 0; i < film->tile_count; i++) film->tiles[i].goal += more_passes[i];
+    for (uint32_t i = 0; i < film->block_count; i++) {
+        struct film_block *b = &film->blocks[i];
+        b->tiles_missing = count_missing(film, i);
+        if (b->tiles_missing == 0) continue;
+        b->state = BLOCK_IDLE;
+        film->blocks_done--;
+    }
 }
 
 static bool has_pending(const struct film *film, uint32_t block)
@@ -318,16 +372,15 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     struct rect area = film_block_rect(film, block);
     int error = patch_create(film->plan, reach(film, area), &patch);
     if (error) return error;
-    if (film->plan->shadow_filter != SHADOW_FILTER_NONE ||
-        film->plan->indirect_filter != INDIRECT_FILTER_NONE)
+    if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan))
         patch->core = rect_intersect(rect_grow(area, PATCH_RING_PX), patch->rect);
     struct rect t = tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {
             uint32_t tile = tile_at(film, column, row);
             const struct film_tile *from = &film->tiles[tile];
-            gather_tile(film->plan, from->samples, plan_pass_spp(film->plan, from->merged),
-                        tile_grid_rect(&film->grid, tile), patch);
+            gather_tile(film->plan, from->samples, from->counts, tile_grid_rect(&film->grid, tile),
+                        patch);
         }
     }
     *out = patch;
@@ -339,7 +392,11 @@ static void end_reading(struct film *film, uint32_t tile)
     struct film_tile *t = &film->tiles[tile];
     if (--t->readers > 0 || !t->pending) return;
     const uint32_t before = t->merged;
-    while (t->pending) merge(film, t, take_pending(film, t));
+    while (t->pending) {
+        struct pass_counts counts;
+        struct samples *samples = take_pending(film, t, &counts);
+        merge(film, t, samples, counts);
+    }
     tell_blocks(film, tile, before);
 }
 
@@ -355,13 +412,20 @@ bool film_block_done(struct film *film, uint32_t block)
 {
     struct film_block *b = &film->blocks[block];
     assert(block < film->block_count && b->state == BLOCK_OUT);
-    const bool last = b->round == film->pass_count;
+    const bool last = film->more || b->round == film->pass_count;
     b->state = last ? BLOCK_DONE : BLOCK_IDLE;
     each_tile(film, block, end_reading);
     if (!last) return false;
     film->blocks_done++;
-    each_tile(film, block, release);
+    if (!film->keeps) each_tile(film, block, release);
     return true;
+}
+
+void film_release(struct film *film)
+{
+    assert(film_complete(film));
+    for (uint32_t i = 0; i < film->tile_count; i++) samples_destroy(&film->tiles[i].samples);
+    film->bytes = 0;
 }
 
 bool film_complete(const struct film *film)

@@ -13,12 +13,18 @@
  * pass of its tiles a block is reconstructed a last time, with all of their samples; then it lets
  * go of them, and a tile that no block needs any more is freed.
  *
+ * Under a plan with a target, what the schedule has is the first round of several: blocks keep
+ * their tiles, and when all of them are settled, tiles may be asked for further passes. A block is
+ * then reconstructed once a round, when all its tiles have what they were asked for, and blocks of
+ * which no tile was asked are settled as they are. A frame's tiles stay until film_release.
+ *
  * Book-keeping (land, the ready list, release) is for the loop's thread. film_gather reads tiles
  * that have landed and may run on any thread for blocks that were reported ready and are not yet
  * done. */
 #include <stdbool.h>
 
 #include "proto/samples.h"
+#include "server/film/passes.h"
 #include "server/reconstruct/patch.h"
 
 struct film;
@@ -32,7 +38,17 @@ void film_destroy(struct film **film);
  * when the pass has landed before, ERR_RANGE for a tile or a pass that is none or comes before its
  * turn, ERR_MISMATCH for samples of another size. Blocks that are now ready are queued;
  * film_next_ready takes them in order. */
+int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pass,
+                   struct samples *samples);
+
+/* The same of a pass of the plan's schedule. */
 int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples);
+
+/* Under a target, when the film is complete: tile t gets more_passes[t] passes more. */
+void film_begin_round(struct film *film, const uint32_t *more_passes);
+
+/* Lets go of all tiles of a film that is complete. */
+void film_release(struct film *film);
 
 /* The next block that can be reconstructed; false when there is none. It is out until
  * film_block_done. */
@@ -44,9 +60,9 @@ uint32_t film_block_count(const struct film *film);
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 
 /* The block is reconstructed: what waited for its tiles is added, which may make blocks ready, and
- * tiles that no block needs any more are freed. True when that was its last time. */
+ * tiles that no block needs any more are freed. True when that was its last time, in this round. */
 bool film_block_done(struct film *film, uint32_t block);
-bool film_complete(const struct film *film); /* the last time of all */
+bool film_complete(const struct film *film); /* the last time of all, in this round */
 
 uint64_t film_bytes(const struct film *film);   /* held in tiles now */
 uint64_t film_pending(const struct film *film); /* passes that wait to be added */

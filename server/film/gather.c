@@ -237,7 +237,16 @@ static void copy_rgb(const struct overlap *o, enum plane_id plane, float *const 
     }
 }
 
-static void gather_paths(const struct overlap *o, uint32_t spp)
+/* Counts are below 2^24: exact. */
+static void fill(const struct overlap *o, float count, float *out)
+{
+    for (size_t y = 0; y < o->height; y++) {
+        float *to = out + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] = count;
+    }
+}
+
+static void gather_paths(const struct overlap *o, struct pass_counts counts)
 {
     const struct patch_paths *p = &o->patch->paths;
     copy_rgb(o, PLANE_PATH_RADIANCE, p->radiance);
@@ -250,10 +259,11 @@ static void gather_paths(const struct overlap *o, uint32_t spp)
     copy_rgb(o, PLANE_PATH_ALBEDO, p->albedo);
     if (p->coverage) copy_words(o, samples_f32(o->samples, PLANE_PATH_COVERAGE, 0), p->coverage);
     if (p->open) copy_words(o, samples_f32(o->samples, PLANE_PATH_OCCLUSION, 0), p->open);
-    for (size_t y = 0; y < o->height; y++) {
-        float *to = p->spp + to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) to[x] = (float)spp; /* below 2^24: exact */
-    }
+    if (p->split) copy_words(o, samples_f32(o->samples, PLANE_PATH_SPLIT, 0), p->split);
+    fill(o, (float)counts.paths, p->spp);
+    fill(o, (float)counts.split, p->split_spp);
+    fill(o, counts.split > 0 ? (float)counts.split_lengths / (float)counts.split : 0.0f,
+         p->split_length);
 }
 
 /* The part of the tile that lies in `area`, which lies in the patch; false when there is none. */
@@ -277,19 +287,21 @@ static bool overlap_init(struct overlap *o, const struct plan *plan, const struc
     return true;
 }
 
-void gather_tile(const struct plan *plan, const struct samples *samples, uint32_t path_spp,
+void gather_tile(const struct plan *plan, const struct samples *samples, struct pass_counts counts,
                  struct rect tile, struct patch *patch)
 {
     struct overlap o;
     if (!overlap_init(&o, plan, samples, tile, patch->rect, patch)) return;
     gather_geometry(&o);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
-    if (plan->indirect_filter != INDIRECT_FILTER_NONE) gather_indirect(&o);
+    const bool far = patch_has_far_indirect(plan);
+    if (far) gather_indirect(&o);
+    if (patch->bounces) fill(&o, (float)counts.bounces, patch->bounces);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
-    if (plan->indirect_filter == INDIRECT_FILTER_NONE) gather_indirect(&o);
+    if (!far) gather_indirect(&o);
     gather_surface(&o);
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
     gather_rgb(&o, PLANE_EMISSION, 0, patch->emission);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_irradiance(&o, k);
-    if (plan->paths.spp > 0) gather_paths(&o, path_spp);
+    if (plan->paths.spp > 0) gather_paths(&o, counts);
 }

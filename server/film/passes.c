@@ -2,6 +2,8 @@
 
 #include <stddef.h>
 
+#include "proto/half.h"
+
 /* Once a pass and pixel, in double: the difference of two means that are nearly equal must not lose
  * the digits that a long render has earned. */
 static void merge_spread(float *spread, const float *more_spread, const float *sum,
@@ -27,7 +29,8 @@ static void merge_spreads(struct samples *sum, double sum_spp, const struct samp
 static void add_plane(struct samples *sum, const struct samples *more, enum plane_id plane,
                       size_t area)
 {
-    const bool scalar = plane == PLANE_PATH_COVERAGE || plane == PLANE_PATH_OCCLUSION;
+    const bool scalar =
+        plane == PLANE_PATH_COVERAGE || plane == PLANE_PATH_OCCLUSION || plane == PLANE_PATH_SPLIT;
     for (uint32_t c = 0; c < (scalar ? 1u : 3u); c++) {
         float *to = samples_f32(sum, plane, c);
         const float *from = samples_f32(more, plane, c);
@@ -35,12 +38,60 @@ static void add_plane(struct samples *sum, const struct samples *more, enum plan
     }
 }
 
-void passes_add(struct samples *sum, uint32_t sum_spp, const struct samples *more,
-                uint32_t more_spp)
+static void add_paths(struct samples *sum, uint32_t sum_spp, const struct samples *more,
+                      uint32_t more_spp)
 {
     const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
     const uint32_t planes = sum->layout.planes & PLANES_PATH & ~(1u << PLANE_PATH_SPREAD);
     merge_spreads(sum, sum_spp, more, more_spp, area); /* needs the radiance of before */
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
         if (planes >> p & 1u) add_plane(sum, more, p, area);
+}
+
+#define RUN 64 /* pixels whose halves are numbers at a time */
+
+/* to = the mean of to and from, weighted; finite halves stay finite. */
+static void merge_means(uint16_t *to, const uint16_t *from, size_t area, float to_weight,
+                        float from_weight)
+{
+    const float share = from_weight / (to_weight + from_weight);
+    float a[RUN], b[RUN];
+    for (size_t done = 0; done < area; done += RUN) {
+        const size_t n = area - done < RUN ? area - done : RUN;
+        half_to_floats(to + done, a, n);
+        half_to_floats(from + done, b, n);
+        for (size_t i = 0; i < n; i++) a[i] += share * (b[i] - a[i]);
+        half_from_floats(a, to + done, n);
+    }
+}
+
+/* Positive halves are ordered like their bits, and nearer ones count; 0 stands for no rays, where
+ * both have none. */
+static void take_nearer(uint16_t *to, const uint16_t *from, size_t area)
+{
+    for (size_t i = 0; i < area; i++) to[i] = from[i] < to[i] ? from[i] : to[i];
+}
+
+static void add_bounces(struct samples *sum, uint32_t count, const struct samples *more,
+                        uint32_t more_count)
+{
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    const float odd = (float)(count / 2), even = (float)count - odd,
+                half = 0.5f * (float)more_count;
+    for (uint32_t c = 0; c < 6 && samples_u16(sum, PLANE_INDIRECT_HALVES, c); c++)
+        merge_means(samples_u16(sum, PLANE_INDIRECT_HALVES, c),
+                    samples_u16(more, PLANE_INDIRECT_HALVES, c), area, c < 3 ? even : odd, half);
+    if (samples_u16(sum, PLANE_OPEN, 0))
+        merge_means(samples_u16(sum, PLANE_OPEN, 0), samples_u16(more, PLANE_OPEN, 0), area,
+                    (float)count, (float)more_count);
+    if (samples_u16(sum, PLANE_REFLECTOR, 0))
+        take_nearer(samples_u16(sum, PLANE_REFLECTOR, 0), samples_u16(more, PLANE_REFLECTOR, 0),
+                    area);
+}
+
+void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct samples *more,
+                struct pass_counts more_counts)
+{
+    if (more_counts.paths > 0) add_paths(sum, sum_counts.paths, more, more_counts.paths);
+    if (more_counts.bounces > 0) add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
 }

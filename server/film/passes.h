@@ -1,14 +1,30 @@
 #pragma once
-/* Adding up the passes of a tile's paths. */
+/* Adding up the passes of a tile. */
 #include "proto/samples.h"
 
-/* Adds the sums of `more`, which holds more_spp samples a pixel, to those of `sum`, which holds
- * sum_spp; both at least 1. Both have the plan's planes of paths; other planes of `sum` stay as
- * they are.
+/* Samples of every pixel. */
+struct pass_counts {
+    uint32_t paths, bounces;
+    /* Of the paths, those in parts that PATH_SPLIT is made of, and the parts' lengths, added up
+     * over these paths. */
+    uint64_t split, split_lengths;
+};
+
+static inline struct pass_counts pass_counts_of(const struct plan_pass *pass)
+{
+    const struct plan_split parts = plan_pass_split(pass);
+    const uint64_t split = (uint64_t)parts.length * parts.count;
+    return (struct pass_counts){pass->count, pass->strata * pass->strata, split,
+                                split * parts.length};
+}
+
+/* Adds `more` to `sum`: sums of paths, and means over bounce rays, weighted by their number. Both
+ * have the plan's planes of what they have samples of; other planes of `sum` stay as they are. Of
+ * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size.
  *
  * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and
  * LeVeque (Updating formulae and a pairwise algorithm for computing sample variances, 1979,
  * equation 2.1): S = S_a + S_b + d^2 n_a n_b / (n_a + n_b), with d the difference of the means of
  * PATH_RADIANCE. */
-void passes_add(struct samples *sum, uint32_t sum_spp, const struct samples *more,
-                uint32_t more_spp);
+void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct samples *more,
+                struct pass_counts more_counts);

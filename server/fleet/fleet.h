@@ -14,7 +14,8 @@ struct fleet;
 
 struct fleet_tile {
     uint64_t frame_id;
-    uint32_t index, generation, pass;
+    uint32_t index, generation;
+    struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
 };
 

@@ -20,6 +20,7 @@
 
 static void destroy(struct frame *f)
 {
+    frame_target_destroy(f);
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
     scratch_destroy(&f->scratch);
@@ -33,6 +34,7 @@ static uint32_t window_tiles(const struct plan *plan)
 {
     struct samples_layout layout;
     if (plan_pass_count(plan) == 1) return UINT32_MAX;
+    if (plan->target_error > 0.0f) return UINT32_MAX; /* all of them are kept */
     if (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) return 1;
     uint32_t tiles = SUMS_MOST_BYTES / (layout.total_bytes + 1);
     return tiles > 0 ? tiles : 1;
@@ -59,6 +61,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error) error = scratch_create(&f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
+    if (!error && f->plan.target_error > 0.0f) error = frame_target_create(f);
     if (error) {
         destroy(f);
         return error;
@@ -140,6 +143,11 @@ uint32_t frame_tiles_total(const struct frame *f)
     return tile_queue_count(f->tiles);
 }
 
+uint32_t frame_tiles_planned(const struct frame *f)
+{
+    return tile_grid_count(&f->grid) * plan_pass_count(&f->plan);
+}
+
 uint32_t frame_tiles_landed(const struct frame *f)
 {
     return tile_queue_landed(f->tiles);
@@ -150,17 +158,17 @@ uint32_t frame_tiles_waiting(const struct frame *f)
     return tile_queue_waiting(f->tiles);
 }
 
-uint32_t frame_pass_samples(const struct plan *plan, uint32_t pass)
+uint32_t frame_pass_samples(const struct plan_pass *pass)
 {
-    uint32_t first, count;
-    plan_pass_range(plan, pass, &first, &count);
-    if (pass == 0) count += plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    const uint32_t count = pass->count + pass->strata * pass->strata;
     return count > 0 ? count : 1;
 }
 
 double frame_traced_share(const struct frame *f)
 {
-    const uint32_t first = frame_pass_samples(&f->plan, 0);
+    if (frame_has_target(f)) return f->target.shown;
+    const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
+    const uint32_t first = frame_pass_samples(&pass);
     const uint32_t each = first + f->plan.paths.spp - plan_pass_spp(&f->plan, 1);
     return (double)f->samples_landed / ((double)each * tile_grid_count(&f->grid));
 }
@@ -192,12 +200,25 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
     }
     if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
     f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
+    const uint32_t number = tile_queue_pass(f->tiles, tile);
+    const bool scheduled = number < plan_pass_count(&f->plan);
     *out = (struct fleet_tile){.frame_id = f->options.id,
                                .index = tile,
                                .generation = generation,
-                               .pass = tile_queue_pass(f->tiles, tile),
                                .rect = tile_grid_rect(&f->grid, tile)};
+    out->pass = scheduled ? (struct plan_pass){.number = number} : frame_pass(f, tile, number);
     return true;
+}
+
+struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number)
+{
+    if (frame_has_target(f)) return rounds_pass(f->target.rounds, tile, number);
+    return plan_scheduled_pass(&f->plan, number);
+}
+
+const char *frame_warning(const struct frame *f)
+{
+    return f->target.warning;
 }
 
 bool frame_was_held(struct frame *f)

@@ -24,6 +24,8 @@ struct frame_events {
     void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
     /* Pixels of `rect` are in the image. */
     void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
+    /* Tiles wait again: of the next round of a frame with a target. */
+    void (*extended)(void *ctx, struct frame *frame);
     /* All tiles have landed with all their passes: workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
     /* The files are stored as objects. */
@@ -58,11 +60,15 @@ const struct statistics *frame_statistics(const struct frame *f); /* tiles and C
 uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that they were */
 /* Every pass of a tile (proto/plan.h) counts as a tile: a worker is given one at a time. */
 uint32_t frame_tiles_total(const struct frame *f);
+uint32_t frame_tiles_planned(const struct frame *f); /* of these, those that the plan tells of */
 uint32_t frame_tiles_landed(const struct frame *f);
 uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now */
 /* Samples that have landed, of all: passes differ in length. 1 only when all have. */
 double frame_traced_share(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
+
+/* What there is to warn of when the frame is encoded: a sentence, "" for nothing. */
+const char *frame_warning(const struct frame *f);
 
 /* Why the last result that did not fit the plan was refused. Borrowed. */
 const struct fault *frame_refusal(const struct frame *f);

@@ -13,7 +13,8 @@ struct block_task {
     struct frame *frame;
     uint32_t block;
     struct rect rect;
-    float *pixels; /* owned; channel by channel */
+    float *pixels;                /* owned; channel by channel, and what is measured of them */
+    struct block_measure measure; /* of a frame with a target */
     struct block_statistics statistics;
     int error;
 };
@@ -40,12 +41,21 @@ static int reconstruct(struct block_task *t)
     struct frame *f = t->frame;
     struct patch *patch = NULL;
     struct image view;
-    t->pixels = calloc((size_t)rect_area(t->rect) * f->image->channel_count, sizeof *t->pixels);
+    const bool measured = frame_has_target(f);
+    const size_t area = (size_t)rect_area(t->rect), channels = f->image->channel_count;
+    t->pixels = calloc(area * (channels + (measured ? SOURCE_COUNT + 1 : 0)), sizeof *t->pixels);
     if (!t->pixels) return ERR_MEMORY;
     make_view(f->image, t->rect, t->pixels, &view);
+    for (uint32_t k = 0; k < SOURCE_COUNT; k++)
+        t->measure.square[k] = t->pixels + area * (measured ? channels + k : 0);
+    t->measure.luminance = t->pixels + area * (measured ? channels + SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
     if (!error) patch->scratch = f->scratch;
-    if (!error) error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
+    if (!error && measured)
+        error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
+                                           &t->statistics);
+    else if (!error)
+        error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
     patch_destroy(&patch);
     return error;
 }
@@ -87,7 +97,7 @@ static void count_time(struct statistics *sum, const struct block_task *t)
     sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
 }
 
-static void count_pixels(struct statistics *sum, const struct block_statistics *block)
+void frame_count_pixels(struct statistics *sum, const struct block_statistics *block)
 {
     sum->sub_samples_unmatched += block->sub_samples_unmatched;
     sum->pixels_background += block->pixels_background;
@@ -110,15 +120,21 @@ static void block_over(struct frame *f, const struct block_task *t)
     }
     copy_pixels(t, f->image);
     f->blocks_drawn++;
-    if (film_block_done(f->film, t->block)) { /* pixels count once, as they are in the end */
-        count_pixels(&f->statistics, &t->statistics);
-    }
+    if (frame_has_target(f)) frame_target_keep(f, t->block, t->rect, &t->measure, &t->statistics);
+    /* Pixels count once, as they are in the end. */
+    if (film_block_done(f->film, t->block) && !frame_has_target(f))
+        frame_count_pixels(&f->statistics, &t->statistics);
     const int error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
         return;
     }
-    if (film_complete(f->film)) frame_encode(f);
+    if (film_complete(f->film)) {
+        if (frame_has_target(f))
+            frame_target_decide(f);
+        else
+            frame_encode(f);
+    }
     f->options.events.drawn(f->options.events.ctx, f, t->rect);
 }
 
@@ -147,7 +163,7 @@ struct decode_task {
     struct team_task task;
     struct frame *frame;
     uint64_t worker;
-    uint32_t pass;
+    struct plan_pass pass;
     struct message_result result; /* its samples lie in bytes */
     uint8_t *bytes;               /* owned */
     struct samples *samples;      /* owned until landed */
@@ -160,8 +176,9 @@ static void decode_run(struct team_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
     if (atomic_load(&t->frame->dropped)) return;
-    t->error = samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan, t->pass,
-                              rect_width(t->rect), rect_height(t->rect), &t->samples, &t->fault);
+    t->error =
+        samples_unpack(t->result.samples, t->result.samples_bytes, &t->frame->plan, t->pass.number,
+                       rect_width(t->rect), rect_height(t->rect), &t->samples, &t->fault);
 }
 
 static void judge(struct decode_task *t, uint32_t verdict)
@@ -190,7 +207,7 @@ static void reject(struct decode_task *t)
 static void land(struct decode_task *t)
 {
     struct frame *f = t->frame;
-    int error = film_land(f->film, t->result.index, t->pass, t->samples);
+    int error = film_land_pass(f->film, t->result.index, &t->pass, t->samples);
     if (error) {
         frame_fail(f, error, "", "a tile's samples could not be kept");
         return;
@@ -199,7 +216,9 @@ static void land(struct decode_task *t)
     tile_queue_land(f->tiles, t->result.index);
     counters_add(&f->statistics.counters, &t->result.counters);
     f->statistics.tiles_done++;
-    f->samples_landed += frame_pass_samples(&f->plan, t->pass);
+    f->samples_landed += (uint64_t)frame_pass_samples(&t->pass) *
+                         (frame_has_target(f) ? (uint64_t)rect_area(t->rect) : 1);
+    if (frame_has_target(f)) frame_target_note(f);
     error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
@@ -207,7 +226,7 @@ static void land(struct decode_task *t)
     }
     /* `traced` comes after the verdict, so that the worker knows its result is in before it is told
      * to forget the frame. */
-    bool complete = tile_queue_complete(f->tiles);
+    bool complete = tile_queue_complete(f->tiles) && !frame_has_target(f);
     f->tasks++; /* held: the owner may drop the frame */
     judge(t, VERDICT_ACCEPTED);
     if (frame_task_over(f) && complete) f->options.events.traced(f->options.events.ctx, f);
@@ -245,7 +264,7 @@ uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_res
     t->task = (struct team_task){.run = decode_run, .done = decode_done};
     t->frame = f;
     t->worker = worker;
-    t->pass = tile_queue_pass(f->tiles, result->index);
+    t->pass = frame_pass(f, result->index, tile_queue_pass(f->tiles, result->index));
     t->result = *result;
     t->rect = tile_grid_rect(&f->grid, result->index);
     t->bytes = *bytes;

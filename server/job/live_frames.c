@@ -23,7 +23,7 @@ static uint64_t waiting_floats(const struct plan *plan)
 {
     struct samples_layout layout;
     const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
-    if (plan_pass_count(plan) == 1) return 0;
+    if (plan_pass_count(plan) == 1 && !(plan->target_error > 0.0f)) return 0;
     if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
     return layout.total_bytes / (sizeof(float) * LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
 }
@@ -137,8 +137,9 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
     if (ack->verdict == VERDICT_ACCEPTED) {
         note_tile(job, work, ack, worker);
         jobs_progress_soon(jobs, job);
+        const struct plan *plan = &job->prepared->plan;
         /* A tile that has landed waits for its next pass. */
-        if (plan_pass_count(&job->prepared->plan) > 1) fleet_wake(jobs->fleet);
+        if (plan_pass_count(plan) > 1 || plan->target_error > 0.0f) fleet_wake(jobs->fleet);
         return;
     }
     if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, work, worker);
@@ -153,6 +154,15 @@ static void on_drawn(void *ctx, struct frame *work, struct rect rect)
     if (job->shown == frame) stream_pixels(jobs->options.streams, job->id, rect);
     jobs_progress_soon(jobs, job);
     if (frame_was_held(work)) fleet_wake(jobs->fleet);
+}
+
+static void on_extended(void *ctx, struct frame *work)
+{
+    struct jobs *jobs = ctx;
+    struct live_frame *frame;
+    struct live_job *job = job_of(jobs, work, &frame);
+    jobs_progress_soon(jobs, job);
+    fleet_wake(jobs->fleet);
 }
 
 static void on_traced(void *ctx, struct frame *work)
@@ -216,6 +226,16 @@ static void record_report(struct live_job *job)
     json_decref(report);
 }
 
+/* What a frame came to have beyond its plan, and what it warns of. */
+static void note_end(struct live_job *job, const struct frame *work)
+{
+    json_t *warnings = json_object_get(job->plan, "warnings");
+    job->tiles_beyond += frame_tiles_total(work) - frame_tiles_planned(work);
+    if (frame_warning(work)[0] == '\0') return;
+    if (json_array_size(warnings) < LIMIT_WARNINGS)
+        json_array_append_new(warnings, json_string(frame_warning(work)));
+}
+
 static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
                        const struct digest *png)
 {
@@ -233,6 +253,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     frame->exr = *exr;
     frame->png = *png;
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
+    note_end(job, work);
     close_work(job, frame);
     if (job->frame_count > 1) record_report(job);
     struct frame_row row = {.number = number_of(job, frame),
@@ -267,6 +288,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .events = {.ctx = jobs,
                    .judged = on_judged,
                    .drawn = on_drawn,
+                   .extended = on_extended,
                    .traced = on_traced,
                    .encoded = on_encoded,
                    .failed = on_failed},

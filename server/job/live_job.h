@@ -36,6 +36,7 @@ struct live_job {
     char fingerprint[FINGERPRINT_BYTES];
     struct live_frame *frames; /* frame_count, in order of their numbers */
     uint32_t frame_count, frames_opened, frames_finished;
+    uint64_t tiles_beyond;    /* passes of frames that are over which their plan did not tell of */
     struct live_frame *shown; /* whose image the pixel feed shows */
 
     struct statistics statistics; /* of frames that are no longer in work, and of earlier runs */

@@ -50,14 +50,15 @@ static uint64_t tiles_a_frame(const struct live_job *job)
 json_t *live_job_progress(const struct live_job *job)
 {
     if (job->last_progress) return json_incref(job->last_progress);
-    uint64_t each = tiles_a_frame(job), total = each * job->frame_count;
-    uint64_t done = each * job->frames_finished;
+    uint64_t each = tiles_a_frame(job), total = each * job->frame_count + job->tiles_beyond;
+    uint64_t done = each * job->frames_finished + job->tiles_beyond;
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct live_frame *frame = &job->frames[i];
-        if (frame->work)
+        if (frame->work) {
             done += frame_tiles_landed(frame->work);
-        else if (frame->state == FRAME_ENCODING)
-            done += each;
+            total += frame_tiles_total(frame->work) - frame_tiles_planned(frame->work);
+        }
+        if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
     double fraction = live_job_fraction(job);
     return json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",

@@ -153,7 +153,7 @@ static void choose(const struct job *job, const struct scene *scene, const struc
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, as light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
-    } else if (!plan_light_field_covers(scene, plan, &report->emitters, why)) {
+    } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
         choose_beside(job, plan, why, report);
     } else {
         report->integrator = INTEGRATOR_LIGHT_FIELD;
@@ -245,6 +245,8 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
                           .height_px = job->height_px,
                           .tile_px = job->tile_px,
                           .pattern = {.seed = job->seed, .frame = (uint32_t)frame},
+                          .target_error = job->target_error,
+                          .spp_most = job->max_spp,
                           .mu = job->mu};
     memset(report, 0, sizeof *report);
     report->layers = job->layers;

@@ -125,14 +125,18 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
 void plan_set_powers(const struct scene *scene, const struct plan_emitters *emitters,
                      const float environment_mean[3], struct plan *plan);
 
+/* Whether the picture's error is to be estimated. */
+bool plan_wants_error(const struct job *job);
+
 #define PLAN_WHY_BYTES sizeof(((struct plan_skip *)0)->why)
 
 /* Whether light fields may have a part in the picture; else why not, a sentence. */
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
                                const struct plan *plan, char why[PLAN_WHY_BYTES]);
 /* Where they may: whether they give all of it; else why not. */
-bool plan_light_field_covers(const struct scene *scene, const struct plan *plan,
-                             const struct plan_emitters *emitters, char why[PLAN_WHY_BYTES]);
+bool plan_light_field_covers(const struct job *job, const struct scene *scene,
+                             const struct plan *plan, const struct plan_emitters *emitters,
+                             char why[PLAN_WHY_BYTES]);
 /* Of a plan of light fields, enum shadow_filter, and a sentence that says why: none without a light
  * that has area, and where its strata are too many to travel; what the job asks for; and where it
  * asks for auto the sheared filter, which has the least error at all numbers of samples (filters.md

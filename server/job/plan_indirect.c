@@ -8,7 +8,9 @@
 
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 #define PLANES_CENTRE    (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
-#define PLANES_BOUNCE    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(OPEN))
+#define PLANES_BOUNCE                                                                              \
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) |          \
+     PLANE_BIT(OPEN))
 
 /* Samples from which on linear fits have less error than weighted means (filters.md section 3) in a
  * room, and at most a tenth more in other scenes. Their error falls with every step of samples. */
@@ -113,32 +115,48 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
     plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
     const bool axes = plan->indirect_filter != INDIRECT_FILTER_SHEARED;
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) tell_none(job, report);
-    if (job->indirect == INDIRECT_SHEARED && axes && plan->indirect_filter != INDIRECT_FILTER_NONE)
+    if (job->indirect == INDIRECT_SHEARED && plan_wants_error(job) &&
+        plan->indirect_filter != INDIRECT_FILTER_NONE)
+        plan_warn(report,
+                  "filter.indirect is sheared, which does not tell of errors: the filter is %s",
+                  plan_indirect_filter_name(plan->indirect_filter));
+    else if (job->indirect == INDIRECT_SHEARED && axes &&
+             plan->indirect_filter != INDIRECT_FILTER_NONE)
         plan_warn(report,
                   "filter.indirect is sheared, which takes single rays of indirect light, at most "
                   "%d a pixel: the filter is %s",
                   LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS,
                   plan_indirect_filter_name(plan->indirect_filter));
-    if (plan->indirect_filter != INDIRECT_FILTER_NONE)
+    /* Errors are smoothed over surfaces, too. */
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE ||
+        (plan->planes & PLANE_BIT(INDIRECT_HALVES)))
         plan->planes |= PLANE_BIT(REFLECTOR);
     else
         plan_skip(report, "plane reflector", "no filter of this plan reads it");
 }
 
-/* Single rays for the filter that reads them, else means. */
+/* Single rays for the filter that reads them, else means, or halves that tell of their error. */
 static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
                        struct plan_report *report)
 {
-    const bool parts = job->indirect == INDIRECT_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
+    const bool error = plan_wants_error(job);
+    const bool parts =
+        job->indirect == INDIRECT_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS && !error;
     if (plan->bounces == 0) {
         plan_skip(report, "plane indirect_mean", "there is no indirect light");
         return;
     }
     plan_surfaces(plan, report);
-    plan->planes |= parts ? PLANE_BIT(INDIRECT_STRATA) : PLANE_BIT(INDIRECT_MEAN);
+    plan->planes |= parts   ? PLANE_BIT(INDIRECT_STRATA)
+                    : error ? PLANE_BIT(INDIRECT_HALVES)
+                            : PLANE_BIT(INDIRECT_MEAN);
     if (parts) plan->capabilities |= CAPABILITY_STRATA;
-    plan_skip(report, parts ? "plane indirect_mean" : "plane indirect_strata", "%s",
-              parts ? "it is made of the strata" : "no filter of this plan reads it");
+    if (parts || error)
+        plan_skip(report, "plane indirect_mean", "it is made of the %s",
+                  parts ? "strata" : "halves");
+    if (!error) plan_skip(report, "plane indirect_halves", "nobody asks for errors");
+    if (!parts) plan_skip(report, "plane indirect_strata", "no filter of this plan reads it");
+    if (error && l < 2) plan_warn(report, "one bounce ray a pixel tells nothing of its error");
 }
 
 static void plan_occlusion(const struct job *job, struct plan *plan, struct plan_report *report)
@@ -157,7 +175,6 @@ void plan_indirect(const struct job *job, struct plan *plan, struct plan_report 
     const uint32_t l = job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
     plan_light(job, l, plan, report);
     plan_occlusion(job, plan, report);
-    plan_skip(report, "plane indirect_halves", "no layer of this plan reads it");
     if (plan->planes & PLANES_BOUNCE) {
         plan->indirect_strata_per_axis = l;
         plan->capabilities |= CAPABILITY_INDIRECT;

@@ -8,8 +8,6 @@
 
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 
-#define LAYERS_OF_PATHS LAYER_ERROR
-
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)
 {
@@ -39,11 +37,6 @@ static void say_material(const struct scene *scene, const struct scene_material 
              m->alpha_mode == ALPHA_BLEND ? "lets light through by its alpha" : "is not Lambert");
 }
 
-static uint32_t first_bit(uint32_t bits)
-{
-    return bits & (~bits + 1);
-}
-
 /* A surface that is seen through, by its alpha. */
 static const struct scene_material *first_blended(const struct scene *scene)
 {
@@ -58,15 +51,11 @@ static const struct scene_material *first_blended(const struct scene *scene)
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
                                const struct plan *plan, char why[PLAN_WHY_BYTES])
 {
-    uint32_t other_layers = job->layers & LAYERS_OF_PATHS;
     const struct scene_material *blended;
     if (plan->camera.aperture_radius > 0)
         snprintf(why, PLAN_WHY_BYTES, "there is a lens");
     else if (job->pixel_filter != PIXEL_FILTER_BOX)
         snprintf(why, PLAN_WHY_BYTES, "image.pixel_filter is not box");
-    else if (other_layers)
-        snprintf(why, PLAN_WHY_BYTES, "they do not give the layer %s",
-                 layer_name((enum layer)first_bit(other_layers)));
     else if ((blended = first_blended(scene)))
         say_material(scene, blended, why);
     else
@@ -74,8 +63,22 @@ bool plan_light_field_possible(const struct job *job, const struct scene *scene,
     return false;
 }
 
-bool plan_light_field_covers(const struct scene *scene, const struct plan *plan,
-                             const struct plan_emitters *emitters, char why[PLAN_WHY_BYTES])
+/* Somebody asks how far off the picture is: a layer, or whoever samples until it is near enough. */
+bool plan_wants_error(const struct job *job)
+{
+    return (job->layers & LAYER_ERROR) != 0 || job->target_error > 0.0f;
+}
+
+static bool has_rectangle(const struct plan *plan)
+{
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        if (plan->lights[k].type == LIGHT_RECTANGLE) return true;
+    return false;
+}
+
+bool plan_light_field_covers(const struct job *job, const struct scene *scene,
+                             const struct plan *plan, const struct plan_emitters *emitters,
+                             char why[PLAN_WHY_BYTES])
 {
     const struct scene_material *other;
     if (plan->environment.kind != ENVIRONMENT_NONE)
@@ -84,6 +87,10 @@ bool plan_light_field_covers(const struct scene *scene, const struct plan *plan,
         snprintf(why, PLAN_WHY_BYTES, "meshes shine that are no rectangular lights");
     else if ((other = first_other(scene)))
         say_material(scene, other, why);
+    else if (job->target_error > 0.0f)
+        snprintf(why, PLAN_WHY_BYTES, "sampling.target_error needs samples of whole pixels");
+    else if (plan_wants_error(job) && has_rectangle(plan))
+        snprintf(why, PLAN_WHY_BYTES, "only along paths has light from areas a known error");
     else
         return true;
     return false;

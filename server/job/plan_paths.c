@@ -20,6 +20,7 @@ static const struct {
     {"normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
     {"id", PLANE_BIT(ID), LAYER_ID},
     {"path_spread", PLANE_BIT(PATH_SPREAD), LAYER_ERROR},
+    {"path_split", PLANE_BIT(PATH_SPLIT), LAYER_ERROR},
     {"path_emission", PLANE_BIT(PATH_EMISSION), LAYER_EMISSION},
     {"path_direct", PLANE_BIT(PATH_DIRECT), LAYER_DIRECT},
     {"path_indirect", PLANE_BIT(PATH_INDIRECT), LAYER_INDIRECT},
@@ -42,7 +43,8 @@ static void plan_planes(struct plan *plan, struct plan_report *report)
     char what[64];
     plan->planes |= PLANE_BIT(PATH_RADIANCE);
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
-        const bool read = (report->layers & readers[i].layers) != 0;
+        const bool error = (readers[i].layers & LAYER_ERROR) && plan->target_error > 0.0f;
+        const bool read = (report->layers & readers[i].layers) != 0 || error;
         const bool brought = is_brought(plan, readers[i].plane);
         if (plan->planes & readers[i].plane) continue;
         if (read && !brought) {
@@ -73,7 +75,8 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     plan->paths.spp = l * l;
     plan->paths.pixel_filter = job->pixel_filter;
     plan->paths.without_diffuse_indirect =
-        (plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) != 0;
+        (plan->planes &
+         (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
     if (sources) report->effects |= EFFECT_SHADOWS;

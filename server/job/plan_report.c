@@ -30,7 +30,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "path_albedo",
                                                         "path_coverage",
                                                         "path_occlusion",
-                                                        "open"};
+                                                        "open",
+                                                        "path_split"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",

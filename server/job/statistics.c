@@ -35,6 +35,11 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->indirect_pixels_filtered += more->indirect_pixels_filtered;
     sum->indirect_pixels_skipped += more->indirect_pixels_skipped;
     sum->indirect_blocks_skipped += more->indirect_blocks_skipped;
+    sum->target_rounds += more->target_rounds;
+    sum->target_paths += more->target_paths;
+    sum->target_bounces += more->target_bounces;
+    sum->target_error = most(sum->target_error, more->target_error);
+    sum->target_threshold = most(sum->target_threshold, more->target_threshold);
     sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
     sum->worker_peak_rss_bytes = most(sum->worker_peak_rss_bytes, more->worker_peak_rss_bytes);
 }
@@ -43,7 +48,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
 struct line {
     const char *group, *key; /* group NULL: at the top */
     size_t offset;
-    bool seconds; /* microseconds here, seconds there */
+    bool seconds; /* microseconds here, seconds there; or millionths here, ones there */
 };
 #define COUNTED(name)                                                                              \
     offsetof(struct statistics, counters.value) + sizeof(uint64_t) * COUNTER_##name
@@ -74,6 +79,11 @@ static const struct line lines[] = {
     {"indirect", "pixels_filtered", FIELD(indirect_pixels_filtered), false},
     {"indirect", "pixels_skipped", FIELD(indirect_pixels_skipped), false},
     {"indirect", "blocks_skipped", FIELD(indirect_blocks_skipped), false},
+    {"target", "rounds", FIELD(target_rounds), false},
+    {"target", "paths", FIELD(target_paths), false},
+    {"target", "bounces", FIELD(target_bounces), false},
+    {"target", "error", FIELD(target_error), true},
+    {"target", "threshold", FIELD(target_threshold), true},
     {NULL, "bytes_received", FIELD(bytes_received), false},
     {"peak_rss_bytes", "server", FIELD(server_peak_rss_bytes), false},
     {"peak_rss_bytes", "worker", FIELD(worker_peak_rss_bytes), false},

@@ -25,6 +25,11 @@ struct statistics {
     uint64_t shadow_blocks_skipped;
     /* Of indirect_statistics. */
     uint64_t indirect_pixels_filtered, indirect_pixels_skipped, indirect_blocks_skipped;
+    /* Of frames with a target: rounds and samples of all of them; the largest estimated error that
+     * was reached, and root of what a sample had to gain, both over mean luminance, in millionths.
+     */
+    uint64_t target_rounds, target_paths, target_bounces;
+    uint64_t target_error, target_threshold;
     uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;
 };
 
@@ -34,7 +39,8 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
 /* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, encode, coordinate,
  * total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped, corrupt},
  * pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped}, indirect
- * {pixels_filtered, pixels_skipped, blocks_skipped}, bytes_received, peak_rss_bytes {server,
+ * {pixels_filtered, pixels_skipped, blocks_skipped}, target {rounds, paths, bounces, error,
+ * threshold}, bytes_received, peak_rss_bytes {server,
  * worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 

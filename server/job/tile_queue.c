@@ -14,6 +14,7 @@ struct tile_entry {
     uint32_t generation; /* of the last lease; 0: never leased */
     uint32_t settled;    /* the generation under which the last pass landed; 0: none has */
     uint32_t rank;       /* place along the curve */
+    uint16_t passes;     /* that it has in all */
     uint16_t pass;       /* that it is waiting for or at */
     uint16_t returns;    /* of this pass, as all below */
     uint8_t faults;
@@ -21,7 +22,8 @@ struct tile_entry {
 };
 
 struct tile_queue {
-    uint32_t count, passes, window, landed;
+    uint32_t count, window;
+    uint32_t passes, landed; /* of all tiles */
     uint64_t reissued;
     uint32_t fresh_count;    /* tiles that wait for a pass not leased before: a heap */
     uint32_t returned_count; /* tiles that came back and wait: a stack */
@@ -129,7 +131,7 @@ int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t pa
     struct tile_queue *q = calloc(1, sizeof *q);
     if (!q) return ERR_MEMORY;
     q->count = tile_grid_count(grid);
-    q->passes = passes;
+    q->passes = q->count * passes;
     q->window = window;
     q->fresh = calloc(q->count, sizeof *q->fresh);
     q->order = calloc(q->count, sizeof *q->order);
@@ -139,6 +141,7 @@ int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t pa
         tile_queue_destroy(&q);
         return ERR_MEMORY;
     }
+    for (uint32_t i = 0; i < q->count; i++) q->tiles[i].passes = (uint16_t)passes;
     for (uint32_t i = 0; i < q->count; i++) fresh_push(q, key_of(q, &q->tiles[q->order[i]]));
     *out = q;
     return 0;
@@ -223,8 +226,19 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     t->faults = 0;
     t->pass++;
     q->landed++;
-    t->state = t->pass < q->passes ? TILE_WAITING : TILE_LANDED;
+    t->state = t->pass < t->passes ? TILE_WAITING : TILE_LANDED;
     if (t->state == TILE_WAITING) fresh_push(q, key_of(q, t));
+}
+
+void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes)
+{
+    struct tile_entry *t = &q->tiles[tile];
+    assert(tile < q->count && t->state == TILE_LANDED && t->passes + passes <= LIMIT_PASSES);
+    if (passes == 0) return;
+    t->passes = (uint16_t)(t->passes + passes);
+    q->passes += passes;
+    t->state = TILE_WAITING;
+    fresh_push(q, key_of(q, t));
 }
 
 uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
@@ -268,7 +282,7 @@ bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint
 /* LIMIT_IMAGE_PIXELS in tiles of 64 px, by LIMIT_PASSES: half of what 32 bits hold. */
 uint32_t tile_queue_count(const struct tile_queue *q)
 {
-    return q->count * q->passes;
+    return q->passes;
 }
 
 uint32_t tile_queue_waiting(const struct tile_queue *q)
@@ -288,5 +302,5 @@ uint64_t tile_queue_reissued(const struct tile_queue *q)
 
 bool tile_queue_complete(const struct tile_queue *q)
 {
-    return q->landed == q->count * q->passes;
+    return q->landed == q->passes;
 }

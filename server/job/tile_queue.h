@@ -38,6 +38,9 @@ void tile_queue_destroy(struct tile_queue **queue);
  * all its passes. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
 
+/* A tile whose passes have all landed gets more of them, LIMIT_PASSES in all at most. */
+void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);
+
 /* The pass that a tile waits for, is leased or received for; the count of passes when the last has
  * landed. */
 uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile);

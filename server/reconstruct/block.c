@@ -1,7 +1,10 @@
 #include "server/reconstruct/block.h"
 
+#include <string.h>
+
 #include "proto/samples.h"
 #include "server/reconstruct/compose.h"
+#include "server/reconstruct/path_error.h"
 #include "server/reconstruct/paths.h"
 #include "server/reconstruct/v_plane_filter.h"
 
@@ -61,6 +64,7 @@ static bool contains(struct rect outer, struct rect inner)
 
 static int reconstruct_light_field(const struct plan *plan, const struct patch *patch,
                                    struct rect block, struct image *image,
+                                   struct block_squares *squares,
                                    struct block_statistics *statistics)
 {
     struct lighting lighting;
@@ -74,25 +78,80 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     statistics->shadow_cpu_us = cost.shadow_cpu_us;
     statistics->indirect_cpu_us = cost.indirect_cpu_us;
     resolver_init(&resolver, plan, patch, &lighting);
+    resolver.errors = squares->memory != NULL;
     if (plan->paths.spp > 0)
-        compose_beside_paths(&resolver, block, image, statistics);
+        compose_beside_paths(&resolver, block, image, squares, statistics);
     else
-        compose_light_field(&resolver, block, image, statistics);
+        compose_light_field(&resolver, block, image, squares, statistics);
     lighting_fini(&lighting);
     return 0;
+}
+
+static int reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
+                       struct image *image, struct block_squares *squares,
+                       struct block_statistics *statistics)
+{
+    const bool paths = plan->paths.spp > 0;
+    int error = 0;
+    if (paths) paths_compose(patch, block, image, statistics);
+    if (paths && squares->memory) path_error_find(patch, squares);
+    if (!paths || (plan->planes & PLANES_BESIDE))
+        error = reconstruct_light_field(plan, patch, block, image, squares, statistics);
+    if (error) return error;
+    compose_centre(plan, patch, block, image);
+    if (squares->memory) compose_error(squares, image);
+    return 0;
+}
+
+static void measure_pixels(const struct block_squares *squares, const struct image *image,
+                           const struct block_measure *out)
+{
+    static const char *const names[] = {"R", "G", "B"};
+    static const float weights[] = {0.2126f, 0.7152f, 0.0722f};
+    const struct rect r = squares->rect;
+    const size_t area = (size_t)rect_area(r);
+    memset(out->luminance, 0, area * sizeof *out->luminance);
+    for (int s = 0; s < SOURCE_COUNT; s++)
+        for (size_t i = 0; i < area; i++)
+            out->square[s][i] =
+                (squares->square[s][0][i] + squares->square[s][1][i] + squares->square[s][2][i]) /
+                3.0f;
+    for (int c = 0; c < 3; c++) {
+        const struct plane *plane = image_plane(image, names[c]);
+        size_t i = 0;
+        for (int32_t y = r.y0; y < r.y1; y++)
+            for (int32_t x = r.x0; x < r.x1; x++, i++)
+                out->luminance[i] += weights[c] * *plane_at(plane, x, y);
+    }
+}
+
+static int run(const struct plan *plan, const struct patch *patch, struct rect block,
+               struct image *image, const struct block_measure *measure,
+               struct block_statistics *statistics)
+{
+    struct rect whole = {0, 0, image->width_px, image->height_px};
+    struct block_squares squares = {.memory = NULL};
+    int error = 0;
+    *statistics = (struct block_statistics){0};
+    if (!contains(patch->core, block) || !contains(whole, block)) return ERR_RANGE;
+    if (measure && !image_plane(image, "R")) return ERR_RANGE;
+    if (measure || image_plane(image, "error.R")) error = block_squares_create(block, &squares);
+    if (!error) error = reconstruct(plan, patch, block, image, &squares, statistics);
+    if (!error && measure) measure_pixels(&squares, image, measure);
+    block_squares_fini(&squares);
+    return error;
 }
 
 int block_reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics)
 {
-    struct rect whole = {0, 0, image->width_px, image->height_px};
-    const bool paths = plan->paths.spp > 0;
-    int error = 0;
-    *statistics = (struct block_statistics){0};
-    if (!contains(patch->core, block) || !contains(whole, block)) return ERR_RANGE;
-    if (paths) paths_compose(patch, block, image, statistics);
-    if (!paths || (plan->planes & PLANES_BESIDE))
-        error = reconstruct_light_field(plan, patch, block, image, statistics);
-    if (!error) compose_centre(plan, patch, block, image);
-    return error;
+    return run(plan, patch, block, image, NULL, statistics);
+}
+
+int block_reconstruct_measured(const struct plan *plan, const struct patch *patch,
+                               struct rect block, struct image *image,
+                               const struct block_measure *measure,
+                               struct block_statistics *statistics)
+{
+    return run(plan, patch, block, image, measure, statistics);
 }

@@ -4,6 +4,7 @@
  * sum of the paths' picture and of the light field's indirect light. A pure function of its
  * arguments; any thread. */
 #include "server/image/image.h"
+#include "server/reconstruct/block_squares.h"
 #include "server/reconstruct/indirect.h"
 #include "server/reconstruct/shadow.h"
 
@@ -23,7 +24,20 @@ int32_t block_side_px(const struct plan *plan);
 /* Pixels around a block that its reconstruction reads under this plan. */
 int32_t block_halo_px(const struct plan *plan);
 
+/* Of every pixel of a block, row by row, for whoever decides on more samples: squared standard
+ * errors by what would lower them, the mean over R, G and B, and the luminance (Rec. 709). */
+struct block_measure {
+    float *square[SOURCE_COUNT];
+    float *luminance;
+};
+
 /* Writes `block` (inside patch->core; patch->rect is block grown by the halo and cut at the image)
  * of every channel that `image` has. `layers` as in proto/job.h. */
 int block_reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics);
+
+/* The same, and *measure; the image has the layer beauty. */
+int block_reconstruct_measured(const struct plan *plan, const struct patch *patch,
+                               struct rect block, struct image *image,
+                               const struct block_measure *measure,
+                               struct block_statistics *statistics);

@@ -1,5 +1,6 @@
 #include "server/reconstruct/compose.h"
 
+#include <math.h>
 #include <string.h>
 
 /* The image's planes by what goes into them; NULL where the image has none. */
@@ -52,8 +53,20 @@ static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
            (size_t)(x - patch->rect.x0);
 }
 
+/* What bounce rays and the few samples of a pixel's surfaces leave uncertain. */
+static void put_squares(const struct resolver *r, const struct resolved *pixel, int32_t x,
+                        int32_t y, struct block_squares *squares)
+{
+    if (!r->errors) return;
+    const size_t i = block_squares_index(squares, x, y);
+    for (int c = 0; c < 3; c++) {
+        squares->square[SOURCE_BOUNCES][c][i] = pixel->error[c] * pixel->error[c];
+        squares->square[SOURCE_CENTRES][c][i] = pixel->spread[c];
+    }
+}
+
 static void compose_light(const struct resolver *r, const struct targets *t, struct rect block,
-                          struct block_statistics *statistics)
+                          struct block_squares *squares, struct block_statistics *statistics)
 {
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(r->patch, block.x0, y);
@@ -64,9 +77,10 @@ static void compose_light(const struct resolver *r, const struct targets *t, str
                 emission[c] = r->patch->emission[c][i];
                 put(t->emission[c], x, y, emission[c]);
             }
-            if (!t->resolved) continue;
+            if (!t->resolved && !r->errors) continue;
             resolve_pixel(r, i, &pixel);
             put_resolved(t, x, y, &pixel, emission);
+            put_squares(r, &pixel, x, y, squares);
             statistics->sub_samples_unmatched += pixel.unmatched;
             statistics->pixels_background += pixel.coverage == 0.0f;
         }
@@ -115,28 +129,30 @@ static uint32_t bounce_rays(const struct plan *plan)
     return plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
 }
 
-/* Adds so many rays to the pixels that show a surface. */
-static void add_samples(const struct patch *patch, uint32_t rays, struct rect block,
-                        const struct plane *out)
+/* Adds so many rays, and the pixel's bounce rays, to the pixels that show a surface. */
+static void add_samples(const struct plan *plan, const struct patch *patch, uint32_t rays,
+                        struct rect block, const struct plane *out)
 {
+    const float bounces = (float)bounce_rays(plan);
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++)
-            to[x] += patch_has_surface(patch, i) ? (float)rays : 0.0f;
+            if (patch_has_surface(patch, i))
+                to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
     }
 }
 
 static void compose_samples(const struct resolver *r, struct rect block, const struct plane *out)
 {
     const struct plan *plan = r->plan;
-    uint32_t rays = bounce_rays(plan);
+    uint32_t rays = 0;
     if (!out) return;
     for (uint32_t k = 0; k < plan->light_count; k++) rays += light_strata(plan, k);
     for (int32_t y = block.y0; y < block.y1; y++)
         memset(plane_at(out, block.x0, y), 0, (size_t)rect_width(block) * sizeof(float));
-    add_samples(r->patch, rays, block, out);
+    add_samples(plan, r->patch, rays, block, out);
 }
 
 /* A share of the hemisphere. Linear fits go beyond what they were made of. */
@@ -236,11 +252,11 @@ static void compose_rest(const struct resolver *r, struct rect block, struct ima
 }
 
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
-                         struct block_statistics *statistics)
+                         struct block_squares *squares, struct block_statistics *statistics)
 {
     struct targets targets;
     find_targets(image, &targets);
-    compose_light(resolver, &targets, block, statistics);
+    compose_light(resolver, &targets, block, squares, statistics);
     compose_diffuse_direct(resolver, block, image);
     compose_diffuse_indirect(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
@@ -253,9 +269,9 @@ static void add(const struct plane *plane, int32_t x, int32_t y, float value)
 }
 
 static void add_indirect(const struct resolver *r, const struct targets *t, struct rect block,
-                         struct block_statistics *statistics)
+                         struct block_squares *squares, struct block_statistics *statistics)
 {
-    if (!t->beauty[0] && !t->indirect[0]) return;
+    if (!t->beauty[0] && !t->indirect[0] && !r->errors) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(r->patch, block.x0, y);
         for (int32_t x = block.x0; x < block.x1; x++, i++) {
@@ -265,21 +281,38 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
                 add(t->beauty[c], x, y, pixel.indirect[c]);
                 add(t->indirect[c], x, y, pixel.indirect[c]);
             }
+            put_squares(r, &pixel, x, y, squares);
             statistics->sub_samples_unmatched += pixel.unmatched;
         }
     }
 }
 
 void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
-                          struct block_statistics *statistics)
+                          struct block_squares *squares, struct block_statistics *statistics)
 {
     struct targets targets;
     if (resolver->plan->paths.without_diffuse_indirect) {
         find_targets(image, &targets);
-        add_indirect(resolver, &targets, block, statistics);
+        add_indirect(resolver, &targets, block, squares, statistics);
         compose_diffuse_indirect(resolver, block, image);
     }
-    add_samples(resolver->patch, bounce_rays(resolver->plan), block,
-                image_plane(image, "samples.N"));
+    add_samples(resolver->plan, resolver->patch, 0, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
+}
+
+void compose_error(const struct block_squares *squares, struct image *image)
+{
+    static const char *const names[] = {"error.R", "error.G", "error.B"};
+    const struct rect r = squares->rect;
+    for (int c = 0; c < 3; c++) {
+        const struct plane *out = image_plane(image, names[c]);
+        if (!out) continue;
+        for (int32_t y = r.y0; y < r.y1; y++) {
+            size_t i = block_squares_index(squares, r.x0, y);
+            for (int32_t x = r.x0; x < r.x1; x++, i++)
+                *plane_at(out, x, y) = sqrtf(squares->square[SOURCE_PATHS][c][i] +
+                                             squares->square[SOURCE_BOUNCES][c][i] +
+                                             squares->square[SOURCE_CENTRES][c][i]);
+        }
+    }
 }

@@ -1,6 +1,8 @@
 #include "server/reconstruct/indirect.h"
 
+#include "proto/samples.h"
 #include "server/reconstruct/indirect_blend.h"
+#include "server/reconstruct/indirect_squares.h"
 
 /* One call: `count` channels over `inner`. */
 struct indirect {
@@ -10,13 +12,25 @@ struct indirect {
     uint32_t count;
     const float *const *in;
     float *const *out;
-    float *width_px; /* may be NULL */
+    float *width_px;                    /* may be NULL */
+    const struct indirect_error *error; /* may be NULL */
 };
+
+/* Channels that are filtered: halves come after the others. */
+static uint32_t channels_of(const struct indirect *f)
+{
+    return f->error ? f->count + 3 : f->count;
+}
+
+static const float *channel_of(const struct indirect *f, uint32_t c)
+{
+    return c < f->count ? f->in[c] : f->error->half[c - f->count];
+}
 
 int32_t indirect_halo_px(const struct plan *plan)
 {
     const struct indirect_rule r = indirect_rule_of(plan);
-    if (!(r.most_px > 0.0f)) return 0;
+    if (!(r.most_px > 0.0f || r.smooth_most_px > 0.0f)) return 0;
     return indirect_reach_px(r.most_px) + indirect_reach_px(r.smooth_most_px) + INDIRECT_NEAR_PX;
 }
 
@@ -27,7 +41,7 @@ static bool can_filter(const struct indirect *f)
     const uint32_t filter = f->plan->indirect_filter;
     const bool known = filter <= INDIRECT_FILTER_BLEND || filter == INDIRECT_FILTER_SHEARED;
     return known && p->depth && p->normal[0] && p->id && p->reflector && !rect_is_empty(f->inner) &&
-           rect_area(common) == rect_area(f->inner) && f->count <= INDIRECT_CHANNELS_MAX;
+           rect_area(common) == rect_area(f->inner) && channels_of(f) <= INDIRECT_CHANNELS_MAX;
 }
 
 /* What was measured, as it is. */
@@ -39,6 +53,7 @@ static void copy(const struct indirect *f)
             const bool measured = patch_is_measured(f->patch, i);
             for (uint32_t c = 0; c < f->count; c++) f->out[c][i] = measured ? f->in[c][i] : 0.0f;
             if (f->width_px) f->width_px[i] = 0.0f;
+            for (uint32_t c = 0; c < 3 && f->error; c++) f->error->square[c][i] = 0.0f;
         }
     }
 }
@@ -52,17 +67,23 @@ static void move_row(const float *pixel, size_t count, const float *from, float 
     }
 }
 
-/* The channels into the place's first spares. */
-static void load(const struct indirect *f, const struct indirect_place *place)
+/* A plane of the patch into an array of the place. */
+static void load_plane(const struct indirect *f, const struct indirect_place *place,
+                       const float *plane, float *out)
 {
     const struct rect r = place->rect;
     for (int32_t y = r.y0; y < r.y1; y++) {
         const size_t to = indirect_place_index(place, r.x0, y);
-        const size_t from = patch_pixel(f->patch, r.x0, y);
-        for (uint32_t c = 0; c < f->count; c++)
-            move_row(place->pixel + to, (size_t)rect_width(r), f->in[c] + from,
-                     indirect_place_spare(place, c) + to);
+        move_row(place->pixel + to, (size_t)rect_width(r), plane + patch_pixel(f->patch, r.x0, y),
+                 out + to);
     }
+}
+
+/* Channel c into a spare of the place. */
+static void load(const struct indirect *f, const struct indirect_place *place, uint32_t c,
+                 uint32_t spare)
+{
+    load_plane(f, place, channel_of(f, c), indirect_place_spare(place, spare));
 }
 
 static void store(const struct indirect *f, const struct indirect_place *place, const float *beta)
@@ -81,45 +102,120 @@ static void store(const struct indirect *f, const struct indirect_place *place, 
 
 /* Rules A and B. Spares: the channels, beta, what is between the passes. */
 static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
-                     const struct indirect_kernels *kernels, struct indirect_place *place)
+                     const struct indirect_kernels *kernels, struct rect rect,
+                     struct indirect_place *place)
 {
+    const uint32_t count = channels_of(f);
     const struct indirect_pass pass = {
         .kernels = kernels,
         .lines = f->plan->indirect_filter == INDIRECT_FILTER_LINEAR,
         .reach = indirect_reach_px(rule->most_px),
-        .count = f->count,
+        .count = count,
     };
-    const struct rect tall = indirect_pass_tall(place, f->inner, pass.reach);
+    const struct rect tall = indirect_pass_tall(place, rect, pass.reach);
     float *channels[INDIRECT_CHANNELS_MAX], *between[INDIRECT_CHANNELS_MAX];
-    float *beta = indirect_place_spare(place, f->count);
-    for (uint32_t c = 0; c < f->count; c++) {
+    float *beta = indirect_place_spare(place, count);
+    for (uint32_t c = 0; c < count; c++) {
         channels[c] = indirect_place_spare(place, c);
-        between[c] = indirect_place_spare(place, f->count + 1 + c);
+        between[c] = indirect_place_spare(place, count + 1 + c);
     }
-    indirect_widths(rule, kernels, place, tall, beta);
+    if (f->patch->bounces) load_plane(f, place, f->patch->bounces, between[0]);
+    indirect_widths(rule, kernels, place, f->patch->bounces ? between[0] : NULL, tall, beta);
     indirect_set_widths(rule, place, tall, beta, 1.0f);
-    indirect_pass_run(&pass, place, f->inner, (const float *const *)channels, between, channels);
+    indirect_pass_run(&pass, place, rect, (const float *const *)channels, between, channels);
+}
+
+/* Where the filter's own spares end and those of errors begin. */
+static uint32_t filter_spares(const struct indirect *f)
+{
+    const uint32_t count = channels_of(f);
+    return f->plan->indirect_filter == INDIRECT_FILTER_BLEND ? indirect_blend_spares(count)
+                                                             : 2 * count + 1;
+}
+
+static void run_filter(const struct indirect *f, const struct indirect_rule *rule,
+                       const struct indirect_kernels *kernels, struct rect rect,
+                       struct indirect_place *place)
+{
+    float *counts;
+    switch (f->plan->indirect_filter) {
+    case INDIRECT_FILTER_NONE:
+        break;
+    case INDIRECT_FILTER_BLEND:
+        counts = f->patch->bounces ? indirect_place_spare(place, filter_spares(f) - 1) : NULL;
+        if (counts) load_plane(f, place, f->patch->bounces, counts);
+        indirect_blend(rule, kernels, place, counts, rect, channels_of(f), f->count);
+        break;
+    default:
+        run_rule(f, rule, kernels, rect, place);
+        break;
+    }
+}
+
+static void run_error(const struct indirect *f, const struct indirect_rule *rule,
+                      const struct indirect_kernels *kernels, struct rect wide,
+                      struct indirect_place *place)
+{
+    const uint32_t count = channels_of(f), more = filter_spares(f);
+    const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
+    struct indirect_squares s = {.plan = f->plan,
+                                 .rule = rule,
+                                 .kernels = kernels,
+                                 .place = place,
+                                 .mean = 0,
+                                 .half = f->count,
+                                 .width = count,
+                                 .ratio = blend ? rule->ratio : 0.5f,
+                                 .own = more + 6};
+    for (uint32_t k = 0; k < 6; k++) {
+        const uint32_t c = k < 3 ? k : f->count + k - 3;
+        s.narrower[k] = blend ? indirect_blend_narrower(count, c) : more + k;
+        if (!blend) load(f, place, c, s.narrower[k]);
+    }
+    indirect_squares_find(&s, wide, f->inner);
+    for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
+        const size_t from = indirect_place_index(place, f->inner.x0, y);
+        const size_t to = patch_pixel(f->patch, f->inner.x0, y);
+        for (uint32_t c = 0; c < 3; c++)
+            move_row(place->pixel + from, (size_t)rect_width(f->inner),
+                     indirect_squares_of(&s, c) + from, f->error->square[c] + to);
+    }
 }
 
 static int run(const struct indirect *f)
 {
     const struct indirect_rule rule = indirect_rule_of(f->plan);
     const struct indirect_kernels *kernels = indirect_kernels_best();
-    const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
     const int32_t halo = indirect_halo_px(f->plan);
+    const int32_t beyond = f->error ? indirect_squares_reach(&rule) : 0;
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
+    const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
     struct indirect_place place;
-    const int error =
-        indirect_place_create(f->plan, f->patch, seen, halo,
-                              blend ? indirect_blend_spares(f->count) : 2 * f->count + 1, &place);
+    const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_SQUARES_SPARES : 0);
+    const int error = indirect_place_create(f->plan, f->patch, seen, halo, spares, &place);
     if (error) return error;
-    load(f, &place);
-    if (blend)
-        indirect_blend(&rule, kernels, &place, f->inner, f->count);
-    else
-        run_rule(f, &rule, kernels, &place);
-    store(f, &place, indirect_place_spare(&place, f->count));
+    for (uint32_t c = 0; c < channels_of(f); c++) load(f, &place, c, c);
+    run_filter(f, &rule, kernels, wide, &place);
+    store(f, &place, indirect_place_spare(&place, channels_of(f)));
+    if (f->error) run_error(f, &rule, kernels, wide, &place);
     indirect_place_fini(&place);
+    return 0;
+}
+
+static int filter(const struct indirect *f, struct indirect_statistics *statistics)
+{
+    if (!can_filter(f)) return ERR_RANGE;
+    const uint64_t measured = patch_count_measured(f->patch, f->inner);
+    const bool filtered = f->plan->indirect_filter != INDIRECT_FILTER_NONE && measured > 0;
+    int error = 0;
+    if (filtered || (f->error && measured > 0))
+        error = run(f);
+    else
+        copy(f);
+    if (error) return error;
+    statistics->pixels_filtered += filtered ? measured : 0;
+    statistics->pixels_skipped += (uint64_t)rect_area(f->inner) - (filtered ? measured : 0);
+    statistics->blocks_skipped += measured == 0 ? 1 : 0;
     return 0;
 }
 
@@ -127,18 +223,17 @@ int indirect_filter(const struct plan *plan, const struct patch *patch, struct r
                     uint32_t count, const float *const *in, float *const *out, float *width_px,
                     struct indirect_statistics *statistics)
 {
-    const struct indirect f = {plan, patch, inner, count, in, out, width_px};
-    if (!can_filter(&f)) return ERR_RANGE;
-    const uint64_t measured = patch_count_measured(patch, inner);
-    const bool filtered = plan->indirect_filter != INDIRECT_FILTER_NONE && measured > 0;
-    int error = 0;
-    if (filtered)
-        error = run(&f);
-    else
-        copy(&f);
-    if (error) return error;
-    statistics->pixels_filtered += filtered ? measured : 0;
-    statistics->pixels_skipped += (uint64_t)rect_area(inner) - (filtered ? measured : 0);
-    statistics->blocks_skipped += measured == 0 ? 1 : 0;
-    return 0;
+    const struct indirect f = {plan, patch, inner, count, in, out, width_px, NULL};
+    return filter(&f, statistics);
+}
+
+int indirect_filter_with_error(const struct plan *plan, const struct patch *patch,
+                               struct rect inner, uint32_t count, const float *const *in,
+                               float *const *out, float *width_px,
+                               const struct indirect_error *error,
+                               struct indirect_statistics *statistics)
+{
+    const struct indirect f = {plan, patch, inner, count, in, out, width_px, error};
+    if (count < 3 || !patch_knows_errors(plan)) return ERR_RANGE;
+    return filter(&f, statistics);
 }

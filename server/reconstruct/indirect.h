@@ -29,6 +29,12 @@ struct indirect_statistics {
 #define INDIRECT_REACH_MAX_PX 64
 int32_t indirect_halo_px(const struct plan *plan);
 
+/* Squared standard errors of the first three channels (indirect_squares.h). */
+struct indirect_error {
+    const float *half[3]; /* in: any half of the samples, which may change from pixel to pixel */
+    float *square[3];     /* out */
+};
+
 /* Filters `count` channels over `inner`, which lies in patch->rect; the patch needs depth, normal,
  * id and reflector. Writes out[c] for the pixels of `inner` (0 where nothing was measured) and the
  * filter's width, its standard deviation in pixels (0: not filtered; may be NULL), and adds to
@@ -38,3 +44,10 @@ int32_t indirect_halo_px(const struct plan *plan);
 int indirect_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                     uint32_t count, const float *const *in, float *const *out, float *width_px,
                     struct indirect_statistics *statistics);
+
+/* The same, and *error, for a plan with halves; count <= INDIRECT_CHANNELS_MAX - 3. */
+int indirect_filter_with_error(const struct plan *plan, const struct patch *patch,
+                               struct rect inner, uint32_t count, const float *const *in,
+                               float *const *out, float *width_px,
+                               const struct indirect_error *error,
+                               struct indirect_statistics *statistics);

@@ -20,7 +20,8 @@ struct blend {
     const struct indirect_rule *rule;
     const struct indirect_kernels *kernels;
     struct indirect_place *place;
-    uint32_t count;
+    const float *counts; /* of samples; NULL: the plan's */
+    uint32_t count, voters;
     float *channels[INDIRECT_CHANNELS_MAX]; /* what was measured; the result */
     float *width, *beta;                    /* of F_0 */
     float *between[INDIRECT_CHANNELS_MAX];  /* two passes */
@@ -37,6 +38,11 @@ static uint32_t between_count(uint32_t count)
 uint32_t indirect_blend_spares(uint32_t count)
 {
     return count + 2 + between_count(count) + LEVELS * count + LEVELS;
+}
+
+uint32_t indirect_blend_narrower(uint32_t count, uint32_t c)
+{
+    return count + 2 + between_count(count) + c;
 }
 
 static void carve(struct blend *b)
@@ -90,7 +96,7 @@ static void square_difference(const struct blend *b, struct rect rect, float *co
         const size_t first = indirect_place_index(b->place, rect.x0, y);
         const size_t end = first + (size_t)rect_width(rect);
         for (size_t i = first; i < end; i++) out[i] = 0.0f;
-        for (uint32_t c = 0; c < b->count; c++) {
+        for (uint32_t c = 0; c < b->voters; c++) {
             const float *whole = b->level[0][c], *of = one[c], *from = other[c];
             for (size_t i = first; i < end; i++) {
                 const float by = whole[i] > RELATIVE_LEAST ? whole[i] : 0.0f;
@@ -106,8 +112,8 @@ static void filter_levels(const struct blend *b, struct rect rect)
 {
     float scale = 1.0f;
     const int32_t reach = indirect_reach_px(b->rule->most_px);
-    indirect_widths(b->rule, b->kernels, b->place, indirect_pass_tall(b->place, rect, reach),
-                    b->beta);
+    indirect_widths(b->rule, b->kernels, b->place, b->counts,
+                    indirect_pass_tall(b->place, rect, reach), b->beta);
     filter_level(b, 0, scale, rect);
     filter_noise(b, rect, b->level[1]);
     square_difference(b, rect, b->channels, b->level[1], b->square[0]);
@@ -156,32 +162,44 @@ static struct steps steps_of(float ratio)
     };
 }
 
+/* The result, and the same of the next narrower level each, which takes the place of F_0. */
 static void mix_pixel(const struct blend *b, const struct steps *steps, size_t i)
 {
     float beta = b->beta[i] * steps->finest, width = beta;
     float sigma = beta / b->place->pixel[i]; /* not 0: measured */
     float noise = b->square[0][i] / (NOISE_TAKEN * fmaxf(FOUR_PI * sigma * sigma, 1.0f));
-    float out[INDIRECT_CHANNELS_MAX];
-    for (uint32_t c = 0; c < b->count; c++) out[c] = b->level[LEVELS - 1][c][i];
+    float out[INDIRECT_CHANNELS_MAX], narrow[INDIRECT_CHANNELS_MAX];
+    for (uint32_t c = 0; c < b->count; c++) out[c] = narrow[c] = b->level[LEVELS - 1][c][i];
     for (uint32_t k = LEVELS - 1; k > 0; k--) {
         const float difference = b->square[k][i], counts = steps->counts * noise;
         const float share = difference > counts ? 1.0f - counts / difference : 0.0f;
         for (uint32_t c = 0; c < b->count; c++) {
             const float wide = b->level[k - 1][c][i];
+            const float step = b->level[k][c][i];
             out[c] = wide + share * (out[c] - wide);
+            narrow[c] = step + share * (narrow[c] - step);
         }
         beta /= b->rule->ratio;
         width = beta + share * (width - beta);
         noise = steps->square * fminf(noise, difference / steps->differs);
     }
-    for (uint32_t c = 0; c < b->count; c++) b->channels[c][i] = out[c];
+    for (uint32_t c = 0; c < b->count; c++) {
+        b->channels[c][i] = out[c];
+        b->level[0][c][i] = narrow[c];
+    }
     b->width[i] = width;
 }
 
 void indirect_blend(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                    struct indirect_place *place, struct rect rect, uint32_t count)
+                    struct indirect_place *place, const float *counts, struct rect rect,
+                    uint32_t count, uint32_t voters)
 {
-    struct blend b = {.rule = rule, .kernels = kernels, .place = place, .count = count};
+    struct blend b = {.rule = rule,
+                      .kernels = kernels,
+                      .place = place,
+                      .counts = counts,
+                      .count = count,
+                      .voters = voters};
     const int32_t reach = indirect_reach_px(rule->smooth_most_px);
     const struct rect wide = rect_intersect(rect_grow(rect, reach), place->rect);
     const struct steps steps = steps_of(rule->ratio);

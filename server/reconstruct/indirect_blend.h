@@ -38,6 +38,12 @@
  * result, the next one becomes its width in scene units. */
 uint32_t indirect_blend_spares(uint32_t count);
 
-/* Blends `count` channels over `rect`, of a place that reaches indirect_halo_px around it. */
+/* The spare that then holds channel c blended in the same way of the next narrower levels, with
+ * rule->ratio times the width. */
+uint32_t indirect_blend_narrower(uint32_t count, uint32_t c);
+
+/* Blends `count` channels, as the differences of the first `voters` of them say, over `rect`, of a
+ * place that reaches indirect_halo_px around it. `counts` as in indirect_widths. */
 void indirect_blend(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                    struct indirect_place *place, struct rect rect, uint32_t count);
+                    struct indirect_place *place, const float *counts, struct rect rect,
+                    uint32_t count, uint32_t voters);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "proto/samples.h"
 #include "server/reconstruct/indirect.h"
 
 #define LINES        512.0f /* what pixels below are counted at */
@@ -13,11 +14,12 @@
 
 /* The blend's widths over those of rule B, and what smooths its decisions: the latter at most a
  * third of the reach, the widest what is left of it. */
-#define BLEND_WIDEST 2.0f
-#define BLEND_FINEST 0.5f
-#define BLEND_SPREAD 1.2f /* widest over finest, at least */
-#define SMOOTH_LEAST 6.0f /* pixels, counted at LINES */
-#define SMOOTH_MOST  12.0f
+#define BLEND_WIDEST  2.0f
+#define BLEND_FINEST  0.5f
+#define BLEND_SPREAD  1.2f /* widest over finest, at least */
+#define SMOOTH_LEAST  6.0f /* pixels, counted at LINES */
+#define SMOOTH_MOST   12.0f
+#define SMOOTH_ERRORS 4.0f /* pixels: squares of single ones tell little */
 
 float indirect_root(float ratio, int degree)
 {
@@ -46,6 +48,16 @@ static float most_in_reach(void)
     return (float)(INDIRECT_REACH_MAX_PX - INDIRECT_NEAR_PX - 2) / 2.5f;
 }
 
+/* Squares of errors are smoothed as the blend's decisions are, without a filter, too; in what reach
+ * the filter leaves, so that they do not change the picture. */
+static void smooth_errors(const struct plan *plan, float lines, struct indirect_rule *r)
+{
+    const float left = fmaxf(most_in_reach() - r->most_px, 0.0f);
+    if (!patch_knows_errors(plan) || plan->indirect_filter == INDIRECT_FILTER_BLEND) return;
+    r->smooth_most_px = fminf(fmaxf(SMOOTH_MOST * lines, SMOOTH_ERRORS), left);
+    r->smooth_least_px = fminf(fmaxf(SMOOTH_LEAST * lines, SMOOTH_ERRORS), r->smooth_most_px);
+}
+
 /* Rule B's widths times `widest` and, three steps on, times `finest`. Where lines are so many that
  * the reach bounds the widest, all steps become smaller, and the finest stays. */
 static void spread_widths(struct indirect_rule *r, float lines)
@@ -68,7 +80,10 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     const float root = indirect_root(fmaxf(n, 1.0f) / SAMPLES, 6); /* (n / 16)^(1/6) */
     struct indirect_rule r = {0};
     float base = 0.0f, cap = 0.0f;
-    if (plan->indirect_filter == INDIRECT_FILTER_NONE) return r;
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) {
+        smooth_errors(plan, lines, &r);
+        return r;
+    }
     switch (plan->indirect_filter) {
     case INDIRECT_FILTER_CONSTANT:
     case INDIRECT_FILTER_SHEARED: /* of what it does not shear: occlusion */
@@ -80,6 +95,7 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
         cap = 7.0f / root;
         break;
     }
+    r.samples = fmaxf(n, 1.0f);
     r.bandwidth = base / plan->mu;
     r.least_px = BETA_LEAST * plan->mu;
     r.most_px = fmaxf(cap * lines, BETA_LEAST) * plan->mu;
@@ -88,12 +104,26 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     r.most_px = fminf(r.most_px, most_in_reach());
     if (plan->indirect_filter == INDIRECT_FILTER_BLEND) spread_widths(&r, lines);
     r.least_px = fminf(r.least_px, r.most_px);
+    smooth_errors(plan, lines, &r);
     return r;
 }
 
-void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                     const struct indirect_place *place, struct rect rect, float *beta)
+/* mu(n) and cap(n) of a pixel with another n than the plan's. */
+static void vary_rule(const struct indirect_rule *rule, float count, float *bandwidth,
+                      float *most_px)
 {
+    const float root = indirect_root(fmaxf(count, 1.0f) / rule->samples, 6); /* ratio^(1/6) */
+    *bandwidth = rule->bandwidth * root * root;
+    *most_px = fmaxf(rule->most_px / root, rule->least_px);
+}
+
+void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
+                     const struct indirect_place *place, const float *counts, struct rect rect,
+                     float *beta)
+{
+    const bool vary = counts && rule->samples > 0.0f;
+    float bandwidth = rule->bandwidth, most = rule->most_px,
+          of = rule->samples; /* of pixels before */
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const struct indirect_run run = indirect_place_run(place, rect, y, false, INDIRECT_NEAR_PX);
         const float *pixel = place->pixel + run.first;
@@ -102,8 +132,10 @@ void indirect_widths(const struct indirect_rule *rule, const struct indirect_ker
         for (uint32_t i = 0; i < run.count; i++) {
             const float met = out[i] > 0.0f ? BANDLIMIT / out[i] : FAR;
             const float least = BANDLIMIT * rule->near_px * pixel[i];
-            const float free = (met > least ? met : least) / rule->bandwidth;
-            out[i] = clamp(free, rule->least_px * pixel[i], rule->most_px * pixel[i]);
+            if (vary && counts[run.first + i] != of)
+                vary_rule(rule, of = counts[run.first + i], &bandwidth, &most);
+            const float free = (met > least ? met : least) / bandwidth;
+            out[i] = clamp(free, rule->least_px * pixel[i], most * pixel[i]);
         }
     }
 }

@@ -19,11 +19,13 @@ struct indirect_rule {
     float least_px, most_px; /* of beta; of the blend's widest */
     float ratio;             /* of the blend's next narrower width to a width: below 1; else 0 */
     float near_px;           /* least z */
+    float samples;           /* n, which mu and the cap go by; 0: they do not */
     float off_px;            /* how far neighbours may be off the tangent plane, and beta / 2 */
-    float smooth_least_px, smooth_most_px; /* of what smooths the blend's decisions; else 0 */
+    /* of what smooths the blend's decisions and the squares of errors; 0: neither is wanted */
+    float smooth_least_px, smooth_most_px;
 };
 
-/* The plan's rule; all 0 for INDIRECT_FILTER_NONE. */
+/* The plan's rule; of filters all 0 for INDIRECT_FILTER_NONE. */
 struct indirect_rule indirect_rule_of(const struct plan *plan);
 
 /* ratio^(1/degree) of a ratio above 0, degree 2 or more: how widths shrink as samples grow. By
@@ -33,9 +35,11 @@ float indirect_root(float ratio, int degree);
 /* How far a filter of at most that beta looks. */
 int32_t indirect_reach_px(float most_px);
 
-/* beta in scene units of the field's pixels in `rect`; 0: nothing was measured. */
+/* beta in scene units of the field's pixels in `rect`; 0: nothing was measured. `counts`, an array
+ * of the place, says how many samples each pixel has; NULL: as many as the plan says. */
 void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                     const struct indirect_place *place, struct rect rect, float *beta);
+                     const struct indirect_place *place, const float *counts, struct rect rect,
+                     float *beta);
 
 /* Sets the field's widths in `rect` to clamp(beta, least_px, most_px) * scale. */
 void indirect_set_widths(const struct indirect_rule *rule, struct indirect_place *place,

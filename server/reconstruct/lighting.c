@@ -1,5 +1,6 @@
 #include "server/reconstruct/lighting.h"
 
+#include <math.h>
 #include <string.h>
 #include <time.h>
 
@@ -42,8 +43,14 @@ static void add_halves(const struct plan *plan, const struct patch *patch, struc
     /* With bounces n is at least 1. */
     uint32_t odd_count = n / 2, even_count = n - odd_count;
     float even = (float)even_count / (float)n, odd = (float)odd_count / (float)n;
+    const float more =
+        (float)even_count - (float)odd_count; /* later samples fall into equal halves */
     for (int c = 0; c < 3; c++) {
         for (size_t i = run.first; i < run.first + run.count; i++) {
+            if (patch->bounces) {
+                even = 0.5f * (patch->bounces[i] + more) / patch->bounces[i]; /* at least 1 */
+                odd = 0.5f * (patch->bounces[i] - more) / patch->bounces[i];
+            }
             out[c][i] = patch->indirect_even[c][i] * even + patch->indirect_odd[c][i] * odd;
         }
     }
@@ -78,6 +85,14 @@ static void fill_indirect(const struct plan *plan, const struct patch *patch, st
     }
 }
 
+static void fill_unfiltered(const struct plan *plan, const struct patch *patch, struct run run,
+                            const struct lighting *out)
+{
+    fill_indirect(plan, patch, run, out->indirect);
+    if (patch->open)
+        memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
+}
+
 /* What needs no filter. */
 static void fill_plain(const struct plan *plan, const struct patch *patch, struct run run,
                        const struct lighting *out)
@@ -86,10 +101,7 @@ static void fill_plain(const struct plan *plan, const struct patch *patch, struc
         const float *irradiance = patch->lights[k].irradiance;
         if (irradiance) add_light(&plan->lights[k], irradiance, run, out->direct);
     }
-    if (plan->indirect_filter != INDIRECT_FILTER_NONE) return;
-    fill_indirect(plan, patch, run, out->indirect);
-    if (patch->open)
-        memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) fill_unfiltered(plan, patch, run, out);
 }
 
 static void widen(const float *width_px, struct run run, float *most_px)
@@ -155,6 +167,51 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
     if (patch->open) add_channel(m, patch->open, out->open);
 }
 
+/* Of every pixel one half of its samples, in turn like a chessboard's fields: what the cut between
+ * halves brings into them is the other way round at the next pixel and goes in the filter. */
+static void take_halves(const struct patch *patch, float *const half[3])
+{
+    const size_t width = (size_t)rect_width(patch->rect);
+    for (int32_t y = patch->rect.y0; y < patch->rect.y1; y++)
+        for (int c = 0; c < 3; c++) {
+            const size_t first = (size_t)(y - patch->rect.y0) * width;
+            const float *of[2] = {patch->indirect_even[c] + first, patch->indirect_odd[c] + first};
+            for (size_t x = 0; x < width; x++)
+                half[c][first + x] = of[(patch->rect.x0 + y + (int32_t)x) & 1][x];
+        }
+}
+
+static void find_errors(const struct patch *patch, struct rect lit, float *const square[3],
+                        const struct lighting *out)
+{
+    for (int32_t y = lit.y0; y < lit.y1; y++) {
+        const struct run run = row_of(patch, lit, y);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = run.first; i < run.first + run.count; i++)
+                out->error[c][i] = sqrtf(square[c][i]);
+    }
+}
+
+/* What was measured, with its error; `more` has room for six arrays. What no filter runs over stays
+ * as it came. */
+static int filter_halves(const struct plan *plan, const struct patch *patch, struct rect lit,
+                         const struct measured *m, float *more, float *width_px,
+                         const struct lighting *out, struct indirect_statistics *statistics)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    float *const half[3] = {more, more + area, more + 2 * area};
+    const struct indirect_error e = {.half = {half[0], half[1], half[2]},
+                                     .square = {more + 3 * area, more + 4 * area, more + 5 * area}};
+    take_halves(patch, half);
+    const int error = indirect_filter_with_error(plan, patch, lit, m->count, m->in, m->out,
+                                                 width_px, &e, statistics);
+    if (error) return error;
+    find_errors(patch, lit, e.square, out);
+    for (int32_t y = lit.y0; y < lit.y1 && plan->indirect_filter == INDIRECT_FILTER_NONE; y++)
+        fill_unfiltered(plan, patch, row_of(patch, lit, y), out);
+    return 0;
+}
+
 static int filter_indirect(const struct plan *plan, const struct patch *patch, struct rect lit,
                            const struct lighting *out, struct indirect_statistics *statistics)
 {
@@ -162,7 +219,8 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
     struct indirect_statistics again = {0}; /* of pixels that are counted already */
     int error = 0;
     size_t area = (size_t)rect_area(patch->rect);
-    float *memory = scratch_take(patch->scratch, area * 4 * sizeof *memory);
+    const bool halves = out->error[0] != NULL;
+    float *memory = scratch_take(patch->scratch, area * (halves ? 10 : 4) * sizeof *memory);
     if (!memory) return ERR_MEMORY;
     float *width_px = memory + 3 * area;
     measure(plan, patch, out, memory, &m);
@@ -171,7 +229,9 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
         error = v_plane_filter(plan, patch, lit, out->indirect, width_px, statistics);
         if (!error) widen_rows(patch, lit, width_px, out->width_px);
     }
-    if (!error && m.count > 0)
+    if (!error && halves)
+        error = filter_halves(plan, patch, lit, &m, memory + 4 * area, width_px, out, statistics);
+    else if (!error && m.count > 0)
         error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px,
                                 sheared ? &again : statistics);
     if (!error && m.count > 0) widen_rows(patch, lit, width_px, out->width_px);
@@ -197,7 +257,7 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
         statistics->shadow_cpu_us += now_us - start_us;
         start_us = now_us;
     }
-    if (!error && plan->indirect_filter != INDIRECT_FILTER_NONE) {
+    if (!error && patch_has_far_indirect(plan)) {
         error = filter_indirect(plan, patch, lit, out, &statistics->indirect);
         statistics->indirect_cpu_us += thread_cpu_us() - start_us;
     }
@@ -212,12 +272,15 @@ static void fill_total(const struct lighting *l, struct run run)
     }
 }
 
-static int allocate(struct lighting *out, struct scratch *scratch, size_t area)
+static int allocate(const struct plan *plan, const struct patch *patch, struct lighting *out)
 {
-    float *memory = scratch_take(scratch, area * 11 * sizeof *memory);
-    *out = (struct lighting){.scratch = scratch, .memory = memory};
+    const size_t area = (size_t)rect_area(patch->rect);
+    const bool halves = patch_knows_errors(plan);
+    const size_t bytes = area * (halves ? 14 : 11) * sizeof(float);
+    float *memory = scratch_take(patch->scratch, bytes);
+    *out = (struct lighting){.scratch = patch->scratch, .memory = memory};
     if (!memory) return ERR_MEMORY;
-    memset(memory, 0, area * 11 * sizeof *memory);
+    memset(memory, 0, bytes);
     for (size_t c = 0; c < 3; c++) {
         out->direct[c] = memory + c * area;
         out->indirect[c] = memory + (3 + c) * area;
@@ -225,13 +288,14 @@ static int allocate(struct lighting *out, struct scratch *scratch, size_t area)
     }
     out->open = memory + 9 * area;
     out->width_px = memory + 10 * area;
+    for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
     return 0;
 }
 
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
                     struct lighting *out, struct lighting_statistics *statistics)
 {
-    int error = allocate(out, patch->scratch, (size_t)rect_area(patch->rect));
+    int error = allocate(plan, patch, out);
     if (error) return error;
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
     error = filter(plan, patch, lit, out, statistics);

@@ -16,6 +16,7 @@ struct lighting {
     float *total[3];         /* their sum */
     float *open;             /* share of the hemisphere that is open; zero where it is not traced */
     float *width_px;         /* of all filters the largest; 0: not filtered */
+    float *error[3];         /* standard error of `indirect`; NULL without halves to tell of it */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };

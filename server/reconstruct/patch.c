@@ -45,6 +45,7 @@ static void carve_indirect(struct carver *c, const struct plan *plan, struct pat
         carve_rgb(c, p->indirect_even);
         carve_rgb(c, p->indirect_odd);
     }
+    if (plan->target_error > 0.0f && strata > 0) p->bounces = carve(c, sizeof(float));
     if (plan->planes >> PLANE_REFLECTOR & 1u) p->reflector = carve(c, sizeof(float));
     if (plan->planes >> PLANE_INDIRECT_STRATA & 1u)
         p->indirect_strata = carve(c, strata * 4 * sizeof(float));
@@ -73,6 +74,8 @@ static void carve_plane(struct carver *c, const struct plan *plan, enum plane_id
 static void carve_paths(struct carver *c, const struct plan *plan, struct patch_paths *p)
 {
     p->spp = carve(c, sizeof(float));
+    p->split_spp = carve(c, sizeof(float));
+    p->split_length = carve(c, sizeof(float));
     carve_plane(c, plan, PLANE_PATH_RADIANCE, p->radiance);
     carve_plane(c, plan, PLANE_PATH_SPREAD, p->spread);
     carve_plane(c, plan, PLANE_PATH_EMISSION, p->emission);
@@ -83,6 +86,7 @@ static void carve_paths(struct carver *c, const struct plan *plan, struct patch_
     carve_plane(c, plan, PLANE_PATH_ALBEDO, p->albedo);
     if (plan->planes >> PLANE_PATH_COVERAGE & 1u) p->coverage = carve(c, sizeof(float));
     if (plan->planes >> PLANE_PATH_OCCLUSION & 1u) p->open = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_PATH_SPLIT & 1u) p->split = carve(c, sizeof(float));
 }
 
 static void carve_all(struct carver *c, const struct plan *plan, struct patch *p)
@@ -127,6 +131,18 @@ void patch_destroy(struct patch **patch)
     free((*patch)->memory);
     free(*patch);
     *patch = NULL;
+}
+
+bool patch_knows_errors(const struct plan *plan)
+{
+    const uint32_t needs = 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_ID |
+                           1u << PLANE_DEPTH | 1u << PLANE_NORMAL;
+    return (plan->planes & needs) == needs;
+}
+
+bool patch_has_far_indirect(const struct plan *plan)
+{
+    return plan->indirect_filter != INDIRECT_FILTER_NONE || patch_knows_errors(plan);
 }
 
 bool patch_has_surface(const struct patch *patch, size_t i)

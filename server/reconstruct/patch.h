@@ -3,9 +3,9 @@
  *
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
- * Under a filter there are in the far halo, outside `core`, only depth, normal and what the plan's
- * filters read: of shadows the lights' visibility and slopes; of indirect light id, indirect light,
- * reflector and open shares. The other arrays are not set there.
+ * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
+ * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
+ * indirect light id, indirect light, reflector and open shares. The other arrays are not set there.
  * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
@@ -26,6 +26,9 @@ struct patch_paths {
     float *diffuse_direct[3], *diffuse_indirect[3];
     float *albedo[3];
     float *coverage, *open; /* samples that meet a surface; those whose occlusion ray is open */
+    float *split;           /* squared differences of halves, summed over rgb and parts */
+    float *split_spp;       /* samples in those parts */
+    float *split_length;    /* of such a part, in the mean over these samples */
 };
 
 /* Pixels around a block that belong to the core: whose lighting its sub-samples borrow. */
@@ -47,6 +50,8 @@ struct patch {
     float *indirect_even[3], *indirect_odd[3];
     float
         *reflector; /* scene units; from REFLECTOR_NONE * length_unit on: nothing met; 0: no rays */
+    float *bounces; /* bounce rays of the pixel so far, also in the far halo; NULL unless tiles
+                       may differ: under a plan with a target */
     float *indirect_strata; /* l_i^2 * 4 planes */
     float *open;            /* share of the bounce rays that meet nothing near */
     struct patch_light lights[LIMIT_LIGHTS];
@@ -58,6 +63,12 @@ struct patch {
 /* Allocates all arrays that the plan has for `rect`, which is all core. */
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
 void patch_destroy(struct patch **patch);
+
+/* Whether halves, and what it takes to smooth them, tell of errors of indirect light. */
+bool patch_knows_errors(const struct plan *plan);
+
+/* Whether the far halo has indirect light. */
+bool patch_has_far_indirect(const struct plan *plan);
 
 /* True when pixel i's centre shows a surface, as far as the patch can tell. */
 bool patch_has_surface(const struct patch *patch, size_t i);

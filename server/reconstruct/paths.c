@@ -1,7 +1,5 @@
 #include "server/reconstruct/paths.h"
 
-#include <math.h>
-
 #include "server/reconstruct/lighting.h"
 
 /* Channels that are means of a sum. */
@@ -32,19 +30,6 @@ static void put_mean(const struct patch *patch, const float *sum, struct rect bl
         const float *in = sum + first, *spp = patch->paths.spp + first;
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) to[x] = bounded(in[x] / spp[x]);
-    }
-}
-
-static void put_error(const struct patch *patch, const float *spread, struct rect block,
-                      const struct plane *out)
-{
-    if (!spread || !out) return;
-    for (int32_t y = block.y0; y < block.y1; y++) {
-        const size_t first = patch_index(patch, block.x0, y);
-        const float *in = spread + first, *spp = patch->paths.spp + first;
-        float *to = plane_at(out, block.x0, y);
-        for (int32_t x = 0; x < rect_width(block); x++)
-            to[x] = spp[x] > 1.0f ? bounded(sqrtf(in[x] / (spp[x] - 1.0f) / spp[x])) : 0.0f;
     }
 }
 
@@ -97,10 +82,8 @@ void paths_compose(const struct patch *patch, struct rect block, struct image *i
         {"diffuse_indirect.B", p->diffuse_indirect[2]},
         {"occlusion.O", p->open},
     };
-    static const char *const error[] = {"error.R", "error.G", "error.B"};
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++)
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));
-    for (int c = 0; c < 3; c++) put_error(patch, p->spread[c], block, image_plane(image, error[c]));
     put_samples(patch, block, image_plane(image, "samples.N"));
     statistics->pixels_background += count_background(patch, block);
 }

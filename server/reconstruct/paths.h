@@ -9,8 +9,6 @@
  *   R G B A         radiance; the share of samples that meet a surface
  *   direct, indirect, emission, albedo, diffuse_direct, diffuse_indirect   means over the samples
  *   occlusion       share of samples that are open
- *   error           standard error of R G B: sqrt(spread / (n (n - 1))); 0 for a single sample,
- *                   which tells nothing of its error
  *   samples         n, the samples so far
  *
  * Means are finite whatever the sums. pixels_background counts pixels of which no sample meets a

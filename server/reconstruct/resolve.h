@@ -9,7 +9,10 @@ struct resolved {
     float direct[3], indirect[3], total[3]; /* radiance: lighting times albedo */
     float albedo[3];                        /* mean; samples without surface count as black */
     float coverage;                         /* share of samples that hit a surface */
-    uint32_t unmatched;                     /* sub-samples whose surface no pixel around shows */
+    float error[3];  /* standard error of indirect; 0 unless the lighting tells */
+    float spread[3]; /* squared standard error of total, as a mean of so few samples of the pixel; 0
+                        unless wanted */
+    uint32_t unmatched; /* sub-samples whose surface no pixel around shows */
 };
 
 struct resolver {
@@ -19,6 +22,7 @@ struct resolver {
     struct surface_view view;
     uint32_t subs; /* sub-samples that take part: 0 when planes for the comparison are missing */
     float share;   /* 1 / (1 + subs) */
+    bool errors;   /* wanted: set by the caller */
 };
 
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,

@@ -154,7 +154,7 @@ static void pack(struct fake *f, const struct message_tile *tile, int32_t width,
     uint64_t dropped = 0;
     const struct plan *plan = plan_of(f, tile->frame_id);
     bytes_writer_init(out);
-    if (!plan || samples_layout_init(&layout, plan, tile->pass, width, height) != 0 ||
+    if (!plan || samples_layout_init(&layout, plan, tile->pass.number, width, height) != 0 ||
         samples_create(&layout, &s) != 0)
         return;
     if (nan) put_nan(s);
@@ -180,13 +180,14 @@ static void send_result(struct fake *f, uint64_t request_id, const struct messag
 static const struct bytes_writer *zero_samples(struct fake *f, const struct message_tile *tile)
 {
     int32_t width = rect_width(tile->rect), height = rect_height(tile->rect);
-    if (f->packed.data && f->packed_frame == tile->frame_id && f->packed_pass == tile->pass &&
-        f->packed_width == width && f->packed_height == height)
+    if (f->packed.data && f->packed_frame == tile->frame_id &&
+        f->packed_pass == tile->pass.number && f->packed_width == width &&
+        f->packed_height == height)
         return &f->packed;
     bytes_writer_fini(&f->packed);
     pack(f, tile, width, height, false, &f->packed);
     f->packed_frame = tile->frame_id;
-    f->packed_pass = tile->pass;
+    f->packed_pass = tile->pass.number;
     f->packed_width = width;
     f->packed_height = height;
     return &f->packed;

@@ -209,10 +209,12 @@ static void reject(const struct lanes_mask *counted, size_t first, struct path_r
     counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint32_t)rejected;
 }
 
-static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t sample,
-                       struct indirect_sums *sums)
+/* Halves alternate like a chessboard's fields over the strata: any other cut would put light from
+ * here into one half and light from there into the other. */
+static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t l,
+                       uint32_t sample, struct indirect_sums *sums)
 {
-    struct lanes3 *half = &sums->half[sample & 1];
+    struct lanes3 *half = &sums->half[(sample % l + sample / l) & 1];
     const struct path_rgb *radiance = &h->indirect;
     for (size_t i = 0; i < LANES; i++) {
         float met = h->distance[first + i];
@@ -291,13 +293,21 @@ static void strata_of_plane(struct indirect_scratch *s)
         }
 }
 
+/* Later passes' rays go elsewhere: as under another seed. */
+static struct pattern pass_pattern(const struct pattern *pattern, uint32_t pass)
+{
+    struct pattern out = *pattern;
+    if (pass > 0) out.seed ^= pass * 0x9e3779b97f4a7c15u;
+    return out;
+}
+
 static void bounce_init(const struct path_context *c, const struct block *block,
                         const struct path_vertex *from, const struct lanes_mask *lit,
                         struct indirect_scratch *s, struct bounce *b)
 {
     const struct plan *plan = c->plan;
-    const struct pattern *pattern = &plan->pattern;
-    const uint32_t l = plan->indirect_strata_per_axis;
+    const struct pattern pattern = pass_pattern(&plan->pattern, c->pass);
+    const uint32_t l = c->strata;
     b->context = c;
     b->block = block;
     b->from = from;
@@ -305,12 +315,12 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     for (int i = 0; i < LANES; i++) {
         b->counted.on[i] = lit->on[i] & block->kept.on[i];
         b->key[i] =
-            path_field_key(path_key(pattern->seed, pattern->frame, block->x_px[i], block->y_px[i]));
+            path_field_key(path_key(pattern.seed, pattern.frame, block->x_px[i], block->y_px[i]));
     }
     b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
-    strata_init(&s->strata, pattern, block, PATTERN_INDIRECT, l);
+    strata_init(&s->strata, &pattern, block, PATTERN_INDIRECT, l);
     b->sheared =
         plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
     if (b->sheared) strata_of_plane(s);
@@ -336,7 +346,7 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
         look_around(b, pool, h);
     for (uint32_t k = 0; k < count; k++) {
         reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
-        add_sample(h, k * LANES, plan->occlusion_distance, first + k, &s->sums);
+        add_sample(h, k * LANES, plan->occlusion_distance, s->strata.l, first + k, &s->sums);
         if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
     }
 }
@@ -352,7 +362,7 @@ void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
                     struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
 {
-    const uint32_t l = c->plan->indirect_strata_per_axis, count = l * l;
+    const uint32_t l = c->strata, count = l * l;
     struct bounce b;
     bounce_init(c, block, from, lit, s, &b);
     for (uint32_t done = 0; done < count;) {

@@ -9,6 +9,8 @@
  * over a surface (filters.md section 3). Its later random numbers are pattern_path.h's, by
  * path_field_key.
  *
+ * Rays of later passes are stratified by themselves, under a seed of their own.
+ *
  * A sample's radiance is what a white surface's diffuse lobe would send to the camera of light that
  * was scattered before, at least once and at most plan.bounces times: their mean times albedo is
  * the picture's. Rays below the facet bring nothing and count as blocked. */

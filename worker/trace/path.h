@@ -31,8 +31,10 @@ struct path_context {
     bool demodulate; /* the plan wants the diffuse planes */
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
-    bool field;  /* paths begin on surfaces, scattered once: the light field of indirect light */
-    bool listed; /* lights of the plan are all that shines */
+    bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
+    uint32_t strata;     /* l of the field's bounce rays */
+    uint32_t pass;       /* that they belong to: each has random numbers of its own */
+    bool listed;         /* lights of the plan are all that shines */
     bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
                             field brings the rest */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */

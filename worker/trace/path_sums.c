@@ -1,13 +1,16 @@
 #include "worker/trace/path_sums.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "worker/trace/block_store.h"
 
-void path_sums_init(struct path_sums *s)
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits)
 {
     memset(s, 0, sizeof *s);
+    s->first = pass->first;
+    if (splits) s->parts = plan_pass_split(pass);
 }
 
 static void clear(struct path_rgb *c, size_t slot)
@@ -70,6 +73,30 @@ static void add_radiance(const struct path_harvest *h, size_t first, struct path
     }
 }
 
+static void end_part(struct path_sums *s)
+{
+    for (int i = 0; i < LANES; i++)
+        s->split_squares[i] += s->split.x[i] * s->split.x[i] + s->split.y[i] * s->split.y[i] +
+                               s->split.z[i] * s->split.z[i];
+    memset(&s->split, 0, sizeof s->split);
+}
+
+static void add_split(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
+    const uint32_t sample = s->first + s->count - 1, length = s->parts.length;
+    if (sample < s->parts.first || sample >= s->parts.first + length * s->parts.count) return;
+    const uint32_t at = (sample - s->parts.first) % length;
+    const float sign = at < length / 2 ? 1.0f : -1.0f;
+    for (size_t i = 0; i < LANES; i++) {
+        size_t k = first + i;
+        s->split.x[i] += sign * (e->r[k] + d->r[k] + n->r[k]);
+        s->split.y[i] += sign * (e->g[k] + d->g[k] + n->g[k]);
+        s->split.z[i] += sign * (e->b[k] + d->b[k] + n->b[k]);
+    }
+    if (at == length - 1) end_part(s);
+}
+
 /* What came after the first scattering, its diffuse part with albedo taken out: direct light that
  * was found by scattering, and all indirect light. */
 static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
@@ -86,6 +113,7 @@ void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, 
         reject(h, first, counters);
         s->count++;
         add_radiance(h, first, s);
+        if (s->parts.length > 0) add_split(h, first, s);
         add(&h->emission, first, &s->emission);
         add(&h->direct, first, &s->direct);
         add(&h->indirect, first, &s->indirect);
@@ -106,10 +134,18 @@ static void store(const struct lanes3 *v, const struct block *b, struct samples 
     block_store_f32(b, v->z, samples_f32(samples, plane, 2));
 }
 
+static void store_split(const struct path_sums *s, const struct block *b, struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float squares[LANES];
+    for (int i = 0; i < LANES; i++) squares[i] = fminf(s->split_squares[i], FLT_MAX);
+    block_store_f32(b, squares, samples_f32(samples, PLANE_PATH_SPLIT, 0));
+}
+
 void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples)
 {
     store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
     store(&s->spread, b, samples, PLANE_PATH_SPREAD);
+    store_split(s, b, samples);
     store(&s->emission, b, samples, PLANE_PATH_EMISSION);
     store(&s->direct, b, samples, PLANE_PATH_DIRECT);
     store(&s->indirect, b, samples, PLANE_PATH_INDIRECT);

@@ -10,10 +10,14 @@ struct path_sums {
     struct lanes3 mean, spread; /* of radiance: running mean, squared deviations from it */
     _Alignas(LANES_ALIGN) float coverage[LANES];
     _Alignas(LANES_ALIGN) float occlusion[LANES];
+    uint32_t first;          /* sample of the pass */
+    struct plan_split parts; /* of which PATH_SPLIT is made; length 0: nobody wants it */
+    struct lanes3 split;     /* of this part: first half of radiance less the second */
+    _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
 };
 
-/* No samples. */
-void path_sums_init(struct path_sums *s);
+/* No samples yet of the pass; `splits`: PATH_SPLIT is wanted. */
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits);
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
  * are counted in `counters`; `demodulate` as in struct path_context. */

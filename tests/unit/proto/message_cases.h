@@ -55,8 +55,10 @@ static inline void case_tile(struct message_tile *m)
     m->frame_id = 77;
     m->index = 2097151;
     m->generation = 4;
-    m->pass = 259;
+    m->pass = (struct plan_pass){259, 70000 - 7000, 52, 6};
     m->rect = (struct rect){16320, 8128, 16384, 8192};
+    m->counts = case_bytes;
+    m->counts_bytes = sizeof case_bytes;
 }
 
 static inline void case_result(struct message_result *m)
@@ -159,6 +161,7 @@ static inline void no_range(void *m, const uint8_t **bytes, uint32_t *size_bytes
         message->pointer = NULL;                                                                   \
     }
 RANGE_OF(frame_plan, plan, plan_bytes)
+RANGE_OF(tile, counts, counts_bytes)
 RANGE_OF(result, samples, samples_bytes)
 RANGE_OF(blob_part, bytes, size_bytes)
 #undef RANGE_OF
@@ -197,7 +200,7 @@ struct message_case {
 #define RANGE_refused    no_range
 #define RANGE_want       no_range
 #define RANGE_frame_plan range_of_frame_plan
-#define RANGE_tile       no_range
+#define RANGE_tile       range_of_tile
 #define RANGE_result     range_of_result
 #define RANGE_ack        no_range
 #define RANGE_returned   no_range

@@ -55,7 +55,7 @@ static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct 
     *out = (struct fleet_tile){.frame_id = 7,
                                .index = w->next_index++,
                                .generation = w->generation,
-                               .pass = 41,
+                               .pass = {41, 1000, 20, 4},
                                .rect = {0, 0, 32, 32}};
     return true;
 }
@@ -381,7 +381,11 @@ static void a_tile_goes_out_and_its_result_in(void **state)
     peer_expect(&p, MESSAGE_FRAME, &f); /* once, before the first tile */
     peer_tile(&p, &tile);
     assert_int_equal(tile.index, 0);
-    assert_int_equal(tile.pass, 41);
+    assert_int_equal(tile.pass.number, 41);
+    assert_int_equal(tile.pass.first, 1000);
+    assert_int_equal(tile.pass.count, 20);
+    assert_int_equal(tile.pass.strata, 4);
+    assert_int_equal(tile.counts_bytes, 0);
     assert_int_equal(w->worker, id);
     peer_tile(&p, &tile);
     peer_expect_nothing(&p); /* it wanted two */

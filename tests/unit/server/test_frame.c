@@ -146,9 +146,10 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
 {
     struct bytes_writer w;
     static const struct filtered_world shelf = {.shelf_height = 1.5f, .shelf_half = 1.0f};
-    struct samples *samples = b->path_spp > 0 ? synthetic_pass(&b->plan, tile->index, tile->pass)
-                              : b->filter     ? filtered_tile(&b->plan, &shelf, tile->index)
-                                              : synthetic_tile(&b->plan, tile->index);
+    struct samples *samples = b->path_spp > 0
+                                  ? synthetic_pass(&b->plan, tile->index, tile->pass.number)
+                              : b->filter ? filtered_tile(&b->plan, &shelf, tile->index)
+                                          : synthetic_tile(&b->plan, tile->index);
     uint64_t dropped = 0;
     bytes_writer_init(&w);
     assert_int_equal(samples_pack(samples, &w, &dropped), 0);
@@ -312,7 +313,7 @@ static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
     const uint32_t passes = plan_pass_count(&b->plan), total = frame_tiles_total(b->frame);
     while (b->frame) {
         while (b->frame && holding < 24 && frame_lease(b->frame, 1, ~0u, &held[holding])) {
-            assert_true(held[holding].pass < passes);
+            assert_true(held[holding].pass.number < passes);
             holding++;
         }
         if (holding > 0) {
@@ -397,7 +398,7 @@ static void the_share_counts_samples(void **state)
     for (uint32_t pass = 0; pass < 2; pass++) {
         assert_true(frame_traced_share(b->frame) == 0.25 * pass);
         assert_true(frame_lease(b->frame, 1, ~0u, &tile));
-        assert_int_equal(tile.pass, pass);
+        assert_int_equal(tile.pass.number, pass);
         assert_int_equal(tile.generation, pass + 1);
         assert_int_equal(frame_tiles_waiting(b->frame), 0);
         assert_int_equal(send_tile(b, 1, &tile, 0), 0);
@@ -411,7 +412,7 @@ static void the_share_counts_samples(void **state)
     assert_int_equal(b->encoded, 0);
     /* A result of another pass does not fit: it has planes that this one has not. */
     assert_true(frame_lease(b->frame, 1, ~0u, &tile));
-    tile.pass = 0;
+    tile.pass.number = 0;
     assert_int_equal(send_tile(b, 1, &tile, 0), 0);
     run(b);
     assert_int_equal(b->corrupt, 1);

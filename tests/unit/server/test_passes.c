@@ -48,7 +48,8 @@ static void spreads_are_those_of_all_samples(void **state)
             uint32_t first, count;
             struct samples *more = synthetic_pass(&plan, 0, p);
             plan_pass_range(&plan, p, &first, &count);
-            passes_add(sum, first, more, count);
+            passes_add(sum, (struct pass_counts){.paths = first}, more,
+                       (struct pass_counts){.paths = count});
             samples_destroy(&more);
         }
         for (int32_t i = 0; i < 20; i++)
@@ -82,7 +83,8 @@ static void spreads_keep_their_digits(void **state)
         const double mean = (double)samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] / first;
         expected += (value - mean) * (value - mean) * first * count / (first + count);
         samples_f32(more, PLANE_PATH_RADIANCE, 0)[0] = (float)(value * count);
-        passes_add(sum, first, more, count);
+        passes_add(sum, (struct pass_counts){.paths = first}, more,
+                   (struct pass_counts){.paths = count});
     }
     assert_true(near(samples_f32(sum, PLANE_PATH_SPREAD, 0)[0], expected, 1e-6));
     assert_true(expected > 100 && samples_f32(sum, PLANE_PATH_SPREAD, 1)[0] == 0.0f);
@@ -314,8 +316,8 @@ static void hostile_sums_do_no_harm(void **state)
     samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] = 3e38f;
     samples_f32(more, PLANE_PATH_RADIANCE, 0)[0] = 3e38f;
     samples_f32(more, PLANE_PATH_RADIANCE, 0)[1] = 16.0f;
-    passes_add(sum, 16, more, 16);
-    passes_add(sum, 32, more, 32);
+    passes_add(sum, (struct pass_counts){.paths = 16}, more, (struct pass_counts){.paths = 16});
+    passes_add(sum, (struct pass_counts){.paths = 32}, more, (struct pass_counts){.paths = 32});
     assert_true(isinf(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0]));
     assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[1] == 32.0f);
     samples_destroy(&sum);

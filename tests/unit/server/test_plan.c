@@ -212,7 +212,7 @@ static void paths_bring_what_layers_read(void **state)
         {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
         {LAYER_EMISSION, BIT(PATH_EMISSION)},
         {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
-        {LAYER_ERROR, BIT(PATH_SPREAD)},
+        {LAYER_ERROR, BIT(PATH_SPREAD) | BIT(PATH_SPLIT)},
         {LAYER_OCCLUSION, BIT(PATH_OCCLUSION)},
         {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
         {LAYER_DIFFUSE_INDIRECT, BIT(PATH_DIFFUSE_INDIRECT)},
@@ -281,13 +281,14 @@ static void auto_tells_why_it_is_paths(void **state)
     } while (0)
     s->material.alpha_mode = ALPHA_BLEND;
     PATHS("material 0 \"main\" lets light through by its alpha");
-    s->job.layers |= LAYER_ERROR;
-    PATHS("they do not give the layer error");
     s->job.pixel_filter = PIXEL_FILTER_TENT;
     PATHS("image.pixel_filter is not box");
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
     PATHS("there is a lens");
+    s->job.layers |= LAYER_ERROR;
+    s->job.indirect_bounces = 0;
+    PATHS("only along paths has light from areas a known error");
     /* Paths bring all light that there is. */
     s->job.indirect_bounces = 0;
     s->material.metallic = 0.5f;

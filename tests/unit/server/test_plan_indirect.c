@@ -30,7 +30,7 @@ static void light_fields_bounce_often(void **state)
         assert_int_equal(s->plan.indirect_strata_per_axis, 3);
         assert_true(s->plan.occlusion_distance == 0);
         assert_true(s->plan.capabilities & CAPABILITY_INDIRECT);
-        assert_string_equal(why(s, "plane indirect_halves"), "no layer of this plan reads it");
+        assert_string_equal(why(s, "plane indirect_halves"), "nobody asks for errors");
         assert_string_equal(why(s, "plane indirect_strata"), "no filter of this plan reads it");
         assert_string_equal(why(s, "plane open"), "no layer of this plan reads it");
         assert_null(why(s, "filter of indirect light"));
@@ -184,12 +184,14 @@ static void layers_beside_paths_come_from_either(void **state)
     assert_string_equal(why(s, "plane path_diffuse_indirect"), "a light field brings it");
     assert_string_equal(why(s, "plane path_occlusion"), "a light field brings it");
     assert_null(why(s, "plane open"));
-    /* What is estimated of an error is that of paths. */
+    /* Halves of both tell of errors. */
     s->job.layers = LAYERS_AVAILABLE;
     must_make(s);
-    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
-    assert_true(s->plan.planes & BIT(PATH_OCCLUSION));
-    assert_false(s->plan.planes & BIT(OPEN));
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(REFLECTOR));
+    assert_true(s->plan.planes & BIT(PATH_SPREAD) && s->plan.planes & BIT(PATH_SPLIT));
+    assert_false(s->plan.planes & BIT(INDIRECT_MEAN));
+    assert_string_equal(why(s, "plane indirect_mean"), "it is made of the halves");
 }
 
 static void occlusion_stands_alone(void **state)

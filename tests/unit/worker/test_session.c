@@ -87,7 +87,7 @@ static void tracer_destroy(void *ctx, void **tracer)
 }
 
 static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, uint32_t pass, struct rect rect,
+                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
                  _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
                  struct counters *counters)
 {
@@ -96,7 +96,7 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     assert_int_equal(*(const enum tracing_kind *)scene, TRACING_SCENE);
     assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);
     if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
-    traced_pass = pass;
+    traced_pass = pass->number;
     traced_map = environment != NULL;
     tracing++;
     while (hold && !*stop) usleep(1000);
@@ -336,7 +336,11 @@ static void send_frame(struct world *w, uint64_t id)
 static void send_pass(struct world *w, uint64_t frame_id, uint32_t index, uint32_t pass)
 {
     const int32_t x = (int32_t)(index % 20) * 32;
-    const struct message_tile m = {frame_id, index, 1, pass, {x, 0, x + 32, 32}};
+    const struct message_tile m = {.frame_id = frame_id,
+                                   .index = index,
+                                   .generation = 1,
+                                   .pass = {.number = pass},
+                                   .rect = {x, 0, x + 32, 32}};
     message_encode_tile(&w->w, &m);
     put(w, MESSAGE_TILE, NULL, 0);
 }
@@ -552,7 +556,9 @@ static void illegal_messages_break_the_link(void **state)
             break;
         case 3: /* outside the frame */
             send_frame(w, 9);
-            message_encode_tile(&w->w, &(struct message_tile){9, 0, 1, 0, {704, 0, 736, 32}});
+            message_encode_tile(
+                &w->w,
+                &(struct message_tile){.frame_id = 9, .generation = 1, .rect = {704, 0, 736, 32}});
             put(w, MESSAGE_TILE, NULL, 0);
             break;
         case 4: /* a pass too many */

@@ -82,16 +82,17 @@ static struct plan empty_view(void)
     return p;
 }
 
-static int trace(const void *scene, const void *environment, const struct plan *plan, uint32_t pass,
-                 struct bytes_writer *packed)
+static int trace(const void *scene, const void *environment, const struct plan *plan,
+                 uint32_t number, struct bytes_writer *packed)
 {
+    const struct plan_pass pass = plan_scheduled_pass(plan, number);
     const struct rect all = {0, 0, plan->width_px, plan->height_px};
     _Atomic uint64_t progress = 0;
     _Atomic bool stop = false;
     struct counters counters = {0};
     void *tracer = NULL;
     assert_int_equal(t->tracer_create(t->ctx, &tracer), 0);
-    const int error = t->trace(t->ctx, tracer, scene, environment, plan, pass, all, &progress,
+    const int error = t->trace(t->ctx, tracer, scene, environment, plan, &pass, all, &progress,
                                &stop, packed, &counters);
     t->tracer_destroy(t->ctx, &tracer);
     assert_null(tracer);

@@ -1,0 +1,26 @@
+#pragma once
+/* Squared standard errors of means over paths.
+ *
+ * A pixel's paths are stratified against each other, so that their mean is better than their spread
+ * says. How much better is told by halves of parts of them (plan_pass_split). Of one pixel that is
+ * next to nothing; so the spread says how errors are distributed over the pixels of a cell of
+ * PATH_ERROR_CELL_PX squared, and the halves how large they are in all:
+ *
+ *   square = s I,  I = spread / (n (n - 1)), smoothed a little over the pixels around
+ *   H = sum over the cell of split / (n m), over that of I; m samples are in the parts split
+ *
+ * Where squared errors of c = 2^L samples fall as c^-a, halves of them make up for each other's
+ * errors (their correlation is 2^(1 - a) - 1), and with q = 2^(1 - a)
+ *
+ *   H = 2 q^(L - 1) - q^L,  and s = q^L for c samples.
+ *
+ * More samples, of several passes, go on with one sequence: n is the sum of powers of two 2^k, and
+ * s the mean of their q^k. */
+#include "server/reconstruct/block_squares.h"
+#include "server/reconstruct/patch.h"
+
+#define PATH_ERROR_CELL_PX 32
+
+/* Of the block's pixels into out->square[SOURCE_PATHS]; 0 where n is 1 and without the plane
+ * path_spread. Blocks begin at multiples of PATH_ERROR_CELL_PX. */
+void path_error_find(const struct patch *patch, struct block_squares *out);
