@@ -22,6 +22,9 @@
 #define LIMIT_COORDINATE            1e15f     /* |scene unit|; Embree aborts on 1e18 */
 #define LIMIT_RADIANCE              1e12f     /* radiance, intensity or irradiance of a light */
 
+/* Memory of a coordinator. */
+#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame keeps for more */
+
 /* Documents. */
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */
 #define LIMIT_JSON_DEPTH            64      /* nesting; jansson's own cap is 2048 */

@@ -73,9 +73,10 @@ void frame_target_note(struct frame *f)
 struct decide_task {
     struct team_task task;
     struct frame *frame;
+    bool more;
 };
 
-/* Nothing else touches what was measured meanwhile: no block is out, and no tile is. */
+/* Nothing else touches rounds or what was measured meanwhile: no block is out, and no tile is. */
 static void decide_run(struct team_task *task)
 {
     struct decide_task *t = (struct decide_task *)task;
@@ -87,6 +88,12 @@ static void decide_run(struct team_task *task)
             f->target.errors[i].square[k] = sum_over(f, k, rect);
         f->target.errors[i].luminance = sum_over(f, SOURCE_COUNT, rect);
     }
+    t->more = rounds_decide(f->target.rounds, f->target.errors, f->target.more_passes);
+}
+
+static uint64_t millionths(double v)
+{
+    return v < 1e9 ? (uint64_t)(1e6 * v + 0.5) : UINT64_C(1000000000000000);
 }
 
 static void count(struct frame *f, const struct rounds_report *report)
@@ -94,8 +101,8 @@ static void count(struct frame *f, const struct rounds_report *report)
     struct statistics *s = &f->statistics;
     for (uint32_t i = 0; i < film_block_count(f->film); i++)
         frame_count_pixels(s, &f->target.statistics[i]);
-    s->target_error = (uint64_t)(1e6 * report->reached + 0.5);
-    s->target_threshold = (uint64_t)(1e6 * report->threshold + 0.5);
+    s->target_error = millionths(report->reached);
+    s->target_threshold = millionths(report->threshold);
 }
 
 static void warn(struct frame *f, const struct rounds_report *report)
@@ -122,6 +129,7 @@ static void end(struct frame *f, const struct rounds_report *report)
     film_release(f->film);
     count(f, report);
     warn(f, report);
+    f->target.shown = 1.0;
     f->tasks++; /* held: the owner may drop the frame */
     f->options.events.traced(f->options.events.ctx, f);
     if (frame_task_over(f)) frame_encode(f);
@@ -140,14 +148,13 @@ static void decide_done(struct team_task *task)
     struct decide_task *t = (struct decide_task *)task;
     struct frame *f = t->frame;
     if (frame_task_over(f)) {
-        const bool more = rounds_decide(f->target.rounds, f->target.errors, f->target.more_passes);
         const struct rounds_report report = rounds_report(f->target.rounds);
         f->statistics.reconstruct_cpu_us += t->task.cpu_us;
         f->statistics.target_rounds = report.rounds;
         f->statistics.target_paths = report.paths;
         f->statistics.target_bounces = report.bounces;
         frame_target_note(f);
-        if (more)
+        if (t->more)
             go_on(f);
         else
             end(f, &report);

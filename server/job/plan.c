@@ -95,6 +95,22 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
+/* All samples of a frame with a target stay until it is reached. */
+static int fit_memory(const struct plan *plan, struct fault *fault)
+{
+    struct samples_layout layout;
+    const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
+    if (!(plan->target_error > 0.0f)) return 0;
+    if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
+    const uint64_t each = layout.total_bytes / (LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
+    const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    if (each * pixels <= LIMIT_TARGET_BYTES) return 0;
+    return fault_set(fault, ERR_LIMIT, "/sampling/target_error",
+                     "%" PRIu64 " pixels keep %" PRIu64
+                     " bytes each until the target is reached: above %llu in all",
+                     pixels, each, LIMIT_TARGET_BYTES);
+}
+
 /* Paths alone: no filter runs. `indirect_why` is said of indirect light, `why` of light fields. */
 static void choose_paths(const struct job *job, const char *filter_why, const char *indirect_why,
                          const char *why, struct plan_report *report)
@@ -258,6 +274,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
     tell_darkness(report);
     error = check_strata(job, plan, fault);
     if (!error) error = fit_tile(plan, report, fault);
+    if (!error) error = fit_memory(plan, fault);
     if (!error && plan_check(plan, &inner) != 0)
         error = fault_set(fault, inner.code, "", "%s: %s", inner.pointer, inner.detail);
     return error;

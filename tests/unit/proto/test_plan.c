@@ -436,6 +436,86 @@ static void passes_are_bounded(void **state)
     assert_true(first == 0 && count == 0);
 }
 
+static void passes_after_the_schedule_are_checked(void **state)
+{
+    static struct plan plan;
+    (void)state;
+    plan_case(&plan);
+    plan.paths.spp = 16;
+    for (uint32_t p = 0; p < 2; p++) {
+        const struct plan_pass pass = plan_scheduled_pass(&plan, p);
+        assert_int_equal(plan_pass_check(&plan, &pass), p == 0 ? 0 : ERR_RANGE);
+    }
+    struct plan_pass pass = {1, 16, 48, 4};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE); /* no target */
+    plan.target_error = 0.1f;
+#define PASS(change, code)                                                                         \
+    do {                                                                                           \
+        pass = (struct plan_pass){1, 16, 48, 4};                                                   \
+        change;                                                                                    \
+        assert_int_equal(plan_pass_check(&plan, &pass), code);                                     \
+    } while (0)
+    PASS((void)0, 0);
+    PASS(pass.number = LIMIT_PASSES - 1, 0);
+    PASS(pass.number = LIMIT_PASSES, ERR_LIMIT);
+    PASS(pass.number = 0, ERR_RANGE); /* that is the schedule's */
+    PASS(pass.strata = 0, 0);
+    PASS(pass.strata = 3, ERR_RANGE);
+    PASS(pass.strata = 8, 0);
+    PASS(pass.strata = 10, ERR_LIMIT);
+    PASS(pass.count = 0, 0);
+    PASS((pass.count = 0, pass.strata = 0), ERR_RANGE);
+    PASS(pass.count = LIMIT_PASS_SPP + 1, ERR_LIMIT);
+    PASS(pass.first = LIMIT_SPP - 48, 0);
+    PASS(pass.first = LIMIT_SPP - 47, ERR_LIMIT);
+    PASS(pass.first = UINT32_MAX, ERR_LIMIT);
+    plan.indirect_strata_per_axis = 0;
+    PASS((void)0, ERR_RANGE);
+    PASS(pass.strata = 0, 0);
+    plan.paths.spp = 0;
+    PASS(pass.strata = 0, ERR_RANGE);
+#undef PASS
+}
+
+static void passes_are_split_where_the_sequence_is(void **state)
+{
+    static const struct {
+        uint32_t first, count;
+        struct plan_split split;
+    } cases[] = {
+        {0, 0, {0, 0, 0}},     {0, 1, {0, 0, 0}},    {3, 2, {0, 0, 0}},
+        {0, 2, {0, 2, 1}},     {0, 9, {0, 8, 1}},    {16, 16, {16, 16, 1}},
+        {32, 32, {32, 32, 1}}, {9, 31, {16, 16, 1}}, {16, 48, {32, 32, 1}},
+        {8, 24, {16, 16, 1}},  {40, 16, {40, 8, 2}}, {65472, 64, {65472, 64, 1}},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0};
+        const struct plan_split split = plan_pass_split(&pass);
+        assert_memory_equal(&split, &cases[k].split, sizeof split);
+    }
+}
+
+static void targets_are_checked(void **state)
+{
+    const uint32_t other = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_STRATA;
+    (void)state;
+#define TARGET(change, code, place)                                                                \
+    EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other, change), code,  \
+           place)
+    TARGET(plan.spp_most = LIMIT_SPP, ERR_OK, "");
+    TARGET(plan.spp_most = LIMIT_SPP + 1, ERR_LIMIT, "spp_most");
+    TARGET(plan.spp_most = 0, ERR_RANGE, "spp_most");
+    TARGET(plan.target_error = 0, ERR_RANGE, "spp_most");
+    TARGET(plan.target_error = -1, ERR_RANGE, "target_error");
+    TARGET(plan.target_error = NAN, ERR_NOT_FINITE, "target_error");
+    TARGET(plan.planes &= ~(1u << PLANE_PATH_SPREAD), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~(1u << PLANE_PATH_SPLIT), ERR_RANGE, "target_error");
+    TARGET(plan.planes |= 1u << PLANE_INDIRECT_MEAN, ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~(1u << PLANE_REFLECTOR), ERR_RANGE, "target_error");
+#undef TARGET
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -451,6 +531,9 @@ int main(void)
         cmocka_unit_test(paths_stand_alone),
         cmocka_unit_test(passes_cover_all_samples_once),
         cmocka_unit_test(passes_are_bounded),
+        cmocka_unit_test(passes_after_the_schedule_are_checked),
+        cmocka_unit_test(passes_are_split_where_the_sequence_is),
+        cmocka_unit_test(targets_are_checked),
         cmocka_unit_test(lights_are_checked),
         cmocka_unit_test(planes_and_counts_are_checked),
         cmocka_unit_test(light_count_is_checked),

@@ -102,8 +102,9 @@ static inline void synthetic_put(struct samples *s, const struct plan *plan, siz
     samples_u32(s, PLANE_ID, 0)[i] = p->id;
     for (uint32_t c = 0; c < 3; c++) {
         samples_u16(s, PLANE_ALBEDO, c)[i] = (uint16_t)lrintf(p->albedo[c] * 65535.0f);
-        samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
-            half_from_float(p->indirect[c] * plan->radiance_scale);
+        if (plan->planes >> PLANE_INDIRECT_MEAN & 1u)
+            samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
+                half_from_float(p->indirect[c] * plan->radiance_scale);
     }
     synthetic_put_bounces(s, plan, i, p);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {

@@ -119,7 +119,7 @@ static inline void synthetic_put_paths(struct samples *s, const struct plan *pla
                 samples_f32(s, p, c)[i] = synthetic_path_sum(p, x, y, first, count, c);
     if (pass > 0) return;
     const struct synthetic_pixel pixel = synthetic_pixel(plan, x, y);
-    if (plan->planes >> PLANE_INDIRECT_MEAN & 1u) {
+    if (plan->planes >> PLANE_ALBEDO & 1u) {
         synthetic_put(s, plan, i, &pixel);
         return;
     }
@@ -127,6 +127,78 @@ static inline void synthetic_put_paths(struct samples *s, const struct plan *pla
     samples_f32(s, PLANE_DEPTH, 0)[i] = pixel.depth;
     samples_u32(s, PLANE_ID, 0)[i] = pixel.id;
     samples_u32(s, PLANE_NORMAL, 0)[i] = pixel.depth > 0.0f ? octahedron_pack16(pixel.normal) : 0;
+}
+
+/* Squared differences of halves, as plan_pass_split has them. */
+static inline float synthetic_split(const struct plan_pass *pass, int32_t x, int32_t y)
+{
+    const struct plan_split parts = plan_pass_split(pass);
+    float sum = 0.0f;
+    for (uint32_t k = 0; k < parts.count; k++)
+        for (uint32_t c = 0; c < 3; c++) {
+            const uint32_t first = parts.first + k * parts.length, half = parts.length / 2;
+            const float d = synthetic_path_sum(PLANE_PATH_RADIANCE, x, y, first, half, c) -
+                            synthetic_path_sum(PLANE_PATH_RADIANCE, x, y, first + half, half, c);
+            sum += d * d;
+        }
+    return sum;
+}
+
+static inline uint16_t synthetic_half(const struct plan *plan, uint32_t pass, int32_t x, int32_t y,
+                                      uint32_t c)
+{
+    const float noise = 0.5f * synthetic_random(x, y, pass, 900 + c);
+    return half_from_float((1.0f + noise) * plan->radiance_scale);
+}
+
+/* What a pass beyond the schedule brings, and halves of any. */
+static inline void synthetic_put_more(struct samples *s, const struct plan *plan,
+                                      const struct plan_pass *pass, size_t i, int32_t x, int32_t y)
+{
+    const struct synthetic_pixel pixel = synthetic_pixel(plan, x, y);
+    if (samples_f32(s, PLANE_PATH_SPLIT, 0))
+        samples_f32(s, PLANE_PATH_SPLIT, 0)[i] = synthetic_split(pass, x, y);
+    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_OCCLUSION && pass->count > 0; p++)
+        for (uint32_t c = 0; c < synthetic_path_components(p); c++)
+            if (samples_f32(s, p, c))
+                samples_f32(s, p, c)[i] = synthetic_path_sum(p, x, y, pass->first, pass->count, c);
+    if (pass->strata == 0) return;
+    for (uint32_t c = 0; c < 6 && samples_u16(s, PLANE_INDIRECT_HALVES, c); c++)
+        samples_u16(s, PLANE_INDIRECT_HALVES, c)[i] = synthetic_half(plan, pass->number, x, y, c);
+    synthetic_put_bounces(s, plan, i, &pixel);
+}
+
+/* Any pass, also of a plan with halves. Owned by the caller; NULL on failed allocation. */
+static inline struct samples *synthetic_pass_of(const struct plan *plan, uint32_t tile,
+                                                const struct plan_pass *pass)
+{
+    struct tile_grid grid;
+    struct samples_layout layout;
+    struct samples *s = NULL;
+    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px)) return NULL;
+    struct rect r = tile_grid_rect(&grid, tile);
+    if (samples_layout_init(&layout, plan, pass->number, rect_width(r), rect_height(r)))
+        return NULL;
+    if (samples_create(&layout, &s)) return NULL;
+    size_t i = 0;
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1; x++, i++) {
+            if (pass->number == 0) synthetic_put_paths(s, plan, 0, i, x, y);
+            synthetic_put_more(s, plan, pass, i, x, y);
+        }
+    return s;
+}
+
+/* Paths beside halves of bounce rays, until their error is known well enough. */
+static inline void synthetic_target_plan(struct plan *plan, int32_t width, int32_t height,
+                                         int32_t tile_px, float target)
+{
+    synthetic_beside_plan(plan, width, height, tile_px, 9);
+    plan->planes &= ~(1u << PLANE_INDIRECT_MEAN);
+    plan->planes |= 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_SPLIT;
+    plan->indirect_filter = INDIRECT_FILTER_CONSTANT;
+    plan->target_error = target;
+    plan->spp_most = 256;
 }
 
 /* Owned by the caller; NULL on failed allocation. */

@@ -22,8 +22,10 @@ struct bench {
     struct objects objects;
     char dir[64];
     struct plan plan;
-    uint32_t path_spp;            /* 0: the light field */
-    uint32_t beside;              /* filter of a light field beside the paths; 0: there is none */
+    uint32_t path_spp; /* 0: the light field */
+    uint32_t beside;   /* filter of a light field beside the paths; 0: there is none */
+    float target;      /* error; 0: none */
+    unsigned extended;
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
     struct statistics statistics; /* of the last frame that was encoded */
@@ -51,6 +53,14 @@ static void on_drawn(void *ctx, struct frame *frame, struct rect rect)
     b->drawn++;
     b->drawn_px += rect_area(rect);
     assert_true(frame_revision(frame) == b->drawn);
+}
+
+static void on_extended(void *ctx, struct frame *frame)
+{
+    struct bench *b = ctx;
+    assert_true(frame_tiles_landed(frame) < frame_tiles_total(frame));
+    assert_true(frame_tiles_waiting(frame) > 0 && frame_traced_share(frame) < 1.0);
+    b->extended++;
 }
 
 static void on_traced(void *ctx, struct frame *frame)
@@ -124,11 +134,14 @@ static void begin(struct bench *b, int32_t tile_px)
         .events = {.ctx = b,
                    .judged = on_judged,
                    .drawn = on_drawn,
+                   .extended = on_extended,
                    .traced = on_traced,
                    .encoded = on_encoded,
                    .failed = on_failed}};
     b->drawn = 0;
-    if (b->beside)
+    if (b->target > 0.0f)
+        synthetic_target_plan(&b->plan, 75, 70, tile_px, b->target);
+    else if (b->beside)
         synthetic_beside_plan(&b->plan, 75, 70, tile_px, b->path_spp);
     else if (b->path_spp > 0)
         synthetic_paths_plan(&b->plan, 75, 70, tile_px, b->path_spp);
@@ -136,7 +149,7 @@ static void begin(struct bench *b, int32_t tile_px)
         filtered_plan(&b->plan, 203, 131, tile_px, b->filter, b->lights);
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
-    b->plan.indirect_filter = b->beside;
+    if (!(b->target > 0.0f)) b->plan.indirect_filter = b->beside;
     assert_int_equal(frame_create(&options, &b->frame), 0);
 }
 
@@ -146,7 +159,11 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
 {
     struct bytes_writer w;
     static const struct filtered_world shelf = {.shelf_height = 1.5f, .shelf_half = 1.0f};
-    struct samples *samples = b->path_spp > 0
+    struct plan_pass pass = tile->pass;
+    if (pass.first + pass.count + pass.strata == 0)
+        pass = plan_scheduled_pass(&b->plan, tile->pass.number);
+    struct samples *samples = b->target > 0.0f ? synthetic_pass_of(&b->plan, tile->index, &pass)
+                              : b->path_spp > 0
                                   ? synthetic_pass(&b->plan, tile->index, tile->pass.number)
                               : b->filter ? filtered_tile(&b->plan, &shelf, tile->index)
                                           : synthetic_tile(&b->plan, tile->index);
@@ -419,6 +436,82 @@ static void the_share_counts_samples(void **state)
     frame_drop(&b->frame);
 }
 
+/* Workers that take turns, some of which fail, until the frame has its files. */
+static void render_target(struct bench *b, bool badly)
+{
+    struct fleet_tile held[16];
+    unsigned holding = 0;
+    uint32_t seed = 5;
+    double share = 0.0;
+    clear_counts(b);
+    b->extended = 0;
+    begin(b, 16);
+    while (b->frame) {
+        while (b->frame && holding < 16 && frame_lease(b->frame, 1, ~0u, &held[holding])) holding++;
+        if (holding > 0) {
+            seed = seed * 1664525u + 1013904223u;
+            const unsigned at = badly ? (seed >> 8) % holding : 0;
+            const struct fleet_tile tile = held[at];
+            held[at] = held[--holding];
+            if (badly && seed >> 29 == 1)
+                frame_returned(b->frame, 1, &tile);
+            else
+                assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+        }
+        uv_run(&b->loop, holding == 0 || !badly ? UV_RUN_DEFAULT : UV_RUN_NOWAIT);
+        if (!b->frame) break;
+        assert_true(frame_traced_share(b->frame) >= share && frame_traced_share(b->frame) < 1.0);
+        share = frame_traced_share(b->frame);
+    }
+    assert_int_equal(b->failed, 0);
+    assert_int_equal(b->encoded, 1);
+    assert_int_equal(b->traced, 1);
+}
+
+static void targets_take_rounds(void **state)
+{
+    struct bench *b = *state;
+    b->path_spp = 9;
+    b->target = 0.05f;
+    render_target(b, false);
+    const struct digest exr = b->exr;
+    const struct statistics first = b->statistics;
+    assert_true(b->extended > 0 && first.target_rounds == b->extended + 1);
+    assert_true(first.target_error <= 50000 && first.target_error > 30000);
+    assert_true(first.target_paths > 9 * 75 * 70 && first.target_threshold > 0);
+    assert_true(first.indirect_pixels_filtered > 0);
+    assert_true(first.indirect_pixels_filtered + first.indirect_pixels_skipped <= 4 * 75 * 70);
+    render_target(b, true);
+    assert_true(digest_equal(&exr, &b->exr));
+    assert_true(b->statistics.target_paths == first.target_paths);
+    assert_true(b->statistics.target_error == first.target_error);
+    b->target = 1000.0f; /* met at once */
+    render_target(b, false);
+    assert_int_equal(b->extended, 0);
+    assert_true(b->statistics.target_rounds == 1 && b->statistics.target_paths == 9 * 75 * 70);
+}
+
+/* Dropped while it decides, or in a later round. */
+static void a_target_may_be_dropped(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    b->path_spp = 9;
+    b->target = 0.05f;
+    for (unsigned rounds = 0; rounds < 2; rounds++) {
+        b->extended = 0;
+        begin(b, 32);
+        while (b->extended < rounds || frame_tiles_waiting(b->frame) > 0) {
+            while (frame_lease(b->frame, 1, ~0u, &tile)) send_tile(b, 1, &tile, 0);
+            uv_run(&b->loop, UV_RUN_ONCE);
+            if (b->extended == rounds && frame_tiles_waiting(b->frame) == 0) break;
+        }
+        frame_drop(&b->frame);
+        run(b);
+    }
+    assert_int_equal(b->failed, 0);
+}
+
 static void a_hopeless_tile_fails_the_frame(void **state)
 {
     struct bench *b = *state;
@@ -479,6 +572,8 @@ int main(void)
         TEST(the_share_counts_samples),
         TEST(light_fields_beside_paths_do_not_see_tiles),
         TEST(the_share_counts_bounce_rays),
+        TEST(targets_take_rounds),
+        TEST(a_target_may_be_dropped),
         TEST(a_hopeless_tile_fails_the_frame),
         TEST(a_dropped_frame_is_silent),
         TEST(capabilities_are_asked_for),

@@ -324,10 +324,120 @@ static void hostile_sums_do_no_harm(void **state)
     samples_destroy(&more);
 }
 
+/* Halves are means: each counts as often as it was sampled. */
+static void bounces_are_weighted_by_their_number(void **state)
+{
+    struct plan plan;
+    struct samples_layout layout;
+    struct samples *sum, *more;
+    (void)state;
+    synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
+    assert_int_equal(samples_create(&layout, &sum), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 3, 1), 0);
+    assert_int_equal(samples_create(&layout, &more), 0);
+    assert_int_equal(layout.planes & ~PLANES_PATH,
+                     1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN);
+    for (uint32_t c = 0; c < 6; c++) {
+        samples_u16(sum, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(1.0f);
+        samples_u16(more, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(4.0f);
+        samples_u16(sum, PLANE_INDIRECT_HALVES, c)[1] = half_from_float(65504.0f);
+        samples_u16(more, PLANE_INDIRECT_HALVES, c)[1] = half_from_float(65504.0f);
+    }
+    samples_u16(sum, PLANE_REFLECTOR, 0)[0] = half_from_float(REFLECTOR_NONE);
+    samples_u16(more, PLANE_REFLECTOR, 0)[0] = half_from_float(2.0f);
+    samples_u16(sum, PLANE_REFLECTOR, 0)[1] = half_from_float(0.5f);
+    samples_u16(more, PLANE_REFLECTOR, 0)[1] = half_from_float(3.0f);
+    samples_u16(more, PLANE_OPEN, 0)[0] = half_from_float(1.0f);
+    passes_add(sum, (struct pass_counts){.paths = 9, .bounces = 9}, more,
+               (struct pass_counts){.bounces = 16});
+    assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 0)[0]),
+                     (5 * 1.0 + 8 * 4.0) / 13, 1e-3));
+    assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 3)[0]),
+                     (4 * 1.0 + 8 * 4.0) / 12, 1e-3));
+    assert_true(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 5)[1]) == 65504.0f);
+    assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[0]) == 2.0f);
+    assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[1]) == 0.5f);
+    assert_true(near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[0]), 16.0 / 25, 1e-3));
+    assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] == 0.0f);
+    samples_destroy(&sum);
+    samples_destroy(&more);
+}
+
+static void land_pass(struct film *film, const struct plan *plan, uint32_t tile,
+                      const struct plan_pass *pass)
+{
+    assert_int_equal(film_land_pass(film, tile, pass, synthetic_pass_of(plan, tile, pass)), 0);
+}
+
+static unsigned settle(struct film *film)
+{
+    uint32_t block;
+    unsigned count = 0;
+    struct patch *patch;
+    for (; film_next_ready(film, &block); count++) {
+        assert_int_equal(film_gather(film, block, &patch), 0);
+        assert_true(patch->bounces[0] >= 9.0f && patch->paths.spp[0] >= 9.0f);
+        patch_destroy(&patch);
+        assert_true(film_block_done(film, block));
+    }
+    return count;
+}
+
+/* Under a target tiles stay, and only blocks that read one that got more are made again. */
+static void rounds_settle_blocks_again(void **state)
+{
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    uint32_t block, more[16] = {0};
+    (void)state;
+    synthetic_target_plan(&plan, 64, 64, 16, 0.1f);
+    assert_int_equal(film_create(&plan, 32, 1, &film), 0);
+    const struct plan_pass first = plan_scheduled_pass(&plan, 0);
+    for (uint32_t t = 0; t < 16; t++) land_pass(film, &plan, t, &first);
+    assert_int_equal(settle(film), 4);
+    assert_true(film_complete(film));
+    const uint64_t bytes = film_bytes(film);
+    assert_true(bytes > 0);
+    more[0] = 2; /* in the corner of the first block */
+    film_begin_round(film, more);
+    assert_false(film_complete(film));
+    const struct plan_pass a = {1, 9, 7, 4}, b = {2, 16, 16, 0}, c = {3, 32, 4, 0};
+    struct samples *s = synthetic_pass_of(&plan, 0, &b);
+    assert_int_equal(film_land_pass(film, 0, &b, s), ERR_RANGE); /* before its turn */
+    assert_int_equal(film_land_pass(film, 5, &a, s), ERR_RANGE); /* was not asked for more */
+    land_pass(film, &plan, 0, &a);
+    assert_false(film_next_ready(film, &block));
+    assert_int_equal(film_land_pass(film, 0, &b, s), 0);
+    assert_true(film_next_ready(film, &block) && block == 0);
+    assert_int_equal(film_gather(film, block, &patch), 0);
+    assert_true(patch->paths.spp[0] == 32.0f && patch->bounces[0] == 25.0f);
+    assert_true(patch->paths.spp[20] == 9.0f && patch->bounces[20] == 9.0f);
+    assert_true(patch->paths.split_spp[0] == 8 + 4 + 16 && patch->paths.split_length[0] > 8.0f);
+    patch_destroy(&patch);
+    assert_true(film_block_done(film, block));
+    assert_true(film_complete(film) && film_bytes(film) == bytes);
+    more[0] = 0;
+    more[5] = 1; /* all four read it */
+    film_begin_round(film, more);
+    const struct plan_pass d = {1, 9, 4, 2};
+    land_pass(film, &plan, 5, &d);
+    assert_int_equal(settle(film), 4);
+    s = synthetic_pass_of(&plan, 0, &c);
+    assert_int_equal(film_land_pass(film, 0, &c, s), ERR_RANGE);
+    samples_destroy(&s);
+    film_release(film);
+    assert_int_equal(film_bytes(film), 0);
+    film_destroy(&film);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spreads_are_those_of_all_samples),
+        cmocka_unit_test(bounces_are_weighted_by_their_number),
+        cmocka_unit_test(rounds_settle_blocks_again),
         cmocka_unit_test(spreads_keep_their_digits),
         cmocka_unit_test(any_order_gives_the_same_sums),
         cmocka_unit_test(passes_wait_while_a_block_reads),

@@ -504,9 +504,74 @@ static void a_hit_at_once_is_a_hit(void **state)
     free(s);
 }
 
+/* Passes after the schedule: paths go on where they were, bounce rays start anew, and each brings
+ * the same light on the average. */
+static void later_passes_go_on(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, LAMBERT, SHINES_RECT);
+    add_field(&p, 4);
+    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_SPREAD) |
+               BIT(PATH_SPLIT);
+    p.paths.spp = 16;
+    p.bounces = 2;
+    p.target_error = 0.1f;
+    p.spp_most = 1024;
+    struct plan longer = p;
+    longer.paths.spp = 32;
+    struct fault fault = {0};
+    struct render_scene *scene;
+    struct tile_tracer *tracer;
+    struct counters counters = {0};
+    const struct rect all = {0, 0, SIDE_PX, SIDE_PX}, part = {3, 1, SIDE_PX - 2, SIDE_PX};
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&tracer), 0);
+    const struct plan_pass start = {0, 0, 16, 4}, pass = {1, 16, 16, 8}, next = {1, 16, 16, 0};
+    struct samples *first, *more, *cut, *scheduled;
+#define TRACE(plan, pass, rect, out)                                                               \
+    assert_int_equal(                                                                              \
+        tile_trace_pass(tracer, scene, NULL, plan, pass, rect, NULL, NULL, out, &counters), 0)
+    TRACE(&p, &start, all, &first);
+    TRACE(&p, &pass, all, &more);
+    TRACE(&p, &pass, part, &cut);
+    TRACE(&longer, &next, all, &scheduled);
+#undef TRACE
+    assert_int_equal(more->layout.planes,
+                     BIT(INDIRECT_HALVES) | BIT(REFLECTOR) | (p.planes & PLANES_PATH));
+    for (uint32_t c = 0; c < 3; c++) {
+        double sums[2] = {0, 0};
+        uint32_t equal = 0;
+        assert_memory_equal(samples_f32(more, PLANE_PATH_RADIANCE, c),
+                            samples_f32(scheduled, PLANE_PATH_RADIANCE, c), AREA * sizeof(float));
+        for (int i = 0; i < AREA; i++) {
+            const uint16_t a = samples_u16(first, PLANE_INDIRECT_HALVES, c)[i];
+            const uint16_t b = samples_u16(more, PLANE_INDIRECT_HALVES, c)[i];
+            sums[0] += (double)half_to_float(a);
+            sums[1] += (double)half_to_float(b);
+            equal += a == b && a != 0;
+        }
+        assert_true(fabs(sums[0] - sums[1]) < 0.1 * sums[1] && equal < AREA / 10);
+    }
+    for (int32_t y = part.y0; y < part.y1; y++)
+        for (int32_t x = part.x0; x < part.x1; x++) {
+            const int32_t i = y * SIDE_PX + x, k = (y - part.y0) * rect_width(part) + x - part.x0;
+            assert_int_equal(samples_u16(more, PLANE_INDIRECT_HALVES, 4)[i],
+                             samples_u16(cut, PLANE_INDIRECT_HALVES, 4)[k]);
+            assert_true(samples_f32(more, PLANE_PATH_SPLIT, 0)[i] ==
+                        samples_f32(cut, PLANE_PATH_SPLIT, 0)[k]);
+        }
+    struct samples **const made[] = {&first, &more, &cut, &scheduled};
+    for (int k = 0; k < 4; k++) samples_destroy(made[k]);
+    tile_tracer_destroy(&tracer);
+    render_scene_destroy(&scene);
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(later_passes_go_on),
         cmocka_unit_test(field_and_paths_are_the_picture),
         cmocka_unit_test(whatever_shines),
         cmocka_unit_test(fields_need_no_paths),
