@@ -71,7 +71,8 @@ static void trace_block(struct tile_tracer *tracer, const struct render_scene *s
     memset(noter->most, 0, sizeof noter->most);
     if (tile_trace(tracer, scene, NULL, &f->plan, 0, rect, NULL, NULL, &samples, &counters))
         fail("a tile cannot be traced");
-    gather_tile(&f->plan, samples, 0, rect, f->patch);
+    const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
+    gather_tile(&f->plan, samples, pass_counts_of(&pass), rect, f->patch);
     samples_destroy(&samples);
     for (int i = 0; i < LANES; i++) {
         const int32_t x = x0 + i % 4, y = y0 + i / 4;
