@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <string.h>
 
 /* Few samples may all have missed what is rare: the pixels around, within AROUND_PX, count as so
  * many more of them. */
@@ -13,6 +14,11 @@
 
 /* How many doublings of the passes are believed to go on as they did. */
 #define BEYOND 2
+
+/* Of the cell's pixels, those have one share whose spread is of a level, each a factor of four. A
+ * level of few pixels tells little by itself: the mean over all counts like LEVEL_PRIOR more. */
+#define LEVELS      128
+#define LEVEL_PRIOR 8.0
 
 #define SQUARE_MAX 1e37f /* so that sums of sources stay finite */
 
@@ -73,12 +79,22 @@ static float stratified(float halves, uint32_t n, float length)
     return sum / (float)n;
 }
 
+/* Sums over the pixels of one level. */
+struct level {
+    double alone, halves;
+    uint32_t count;
+};
+
 /* A cell's pixels. */
 struct cell {
     struct rect rect;
     float n_least, length; /* samples of a pixel, and of its split parts */
-    float share;           /* s */
-    float alone[3][PATH_ERROR_CELL_PX * PATH_ERROR_CELL_PX]; /* as of independent samples */
+    struct level levels[LEVELS];
+    float share[LEVELS]; /* s; below 0: not asked for yet */
+    double mean;         /* of H over the pixels' levels */
+    /* As of independent samples: as the pixel's spread says, and smoothed. */
+    float alone[3][PATH_ERROR_CELL_PX * PATH_ERROR_CELL_PX];
+    float smooth[3][PATH_ERROR_CELL_PX * PATH_ERROR_CELL_PX];
 };
 
 static size_t cell_index(const struct cell *cell, int32_t x, int32_t y)
@@ -89,28 +105,17 @@ static size_t cell_index(const struct cell *cell, int32_t x, int32_t y)
 static void load(const struct patch *patch, struct cell *cell)
 {
     const struct patch_paths *p = &patch->paths;
-    double alone = 0.0, halves = 0.0;
     cell->n_least = 1e9f;
     for (int32_t y = cell->rect.y0; y < cell->rect.y1; y++) {
         size_t i = patch_index(patch, cell->rect.x0, y), k = cell_index(cell, cell->rect.x0, y);
         for (int32_t x = cell->rect.x0; x < cell->rect.x1; x++, i++, k++) {
-            const float n = p->spp[i];
-            if (n < cell->n_least) {
-                cell->n_least = n;
+            if (p->spp[i] < cell->n_least) {
+                cell->n_least = p->spp[i];
                 cell->length = p->split_length[i];
             }
-            for (int c = 0; c < 3; c++) {
-                cell->alone[c][k] = independent(p, c, i);
-                alone += (double)cell->alone[c][k];
-            }
-            if (p->split && p->split_spp[i] > 0.0f)
-                halves += (double)bounded(p->split[i] / p->split_spp[i] / n);
+            for (int c = 0; c < 3; c++) cell->alone[c][k] = independent(p, c, i);
         }
     }
-    const bool told = p->split && alone > 0.0;
-    cell->share =
-        told ? stratified((float)fmin(halves / alone, 2.0), (uint32_t)cell->n_least, cell->length)
-             : 1.0f;
 }
 
 /* The mean of values over the pixels of the cell around a pixel. */
@@ -124,19 +129,90 @@ static float mean_around(const struct cell *cell, const float *values, int32_t x
     return sum / (float)rect_area(r);
 }
 
-static void store(const struct patch *patch, const struct cell *cell, struct block_squares *out)
+static void smooth(const struct patch *patch, struct cell *cell)
+{
+    for (int32_t y = cell->rect.y0; y < cell->rect.y1; y++)
+        for (int32_t x = cell->rect.x0; x < cell->rect.x1; x++) {
+            const float own = patch->paths.spp[patch_index(patch, x, y)] - 1.0f;
+            const float weight = own / (own + AROUND_WEIGHT);
+            const size_t k = cell_index(cell, x, y);
+            for (int c = 0; c < 3; c++) {
+                const float around = mean_around(cell, cell->alone[c], x, y);
+                cell->smooth[c][k] = around + weight * (cell->alone[c][k] - around);
+            }
+        }
+}
+
+/* By the exponent of the smoothed squares. */
+static uint32_t level_of(const struct cell *cell, size_t k)
+{
+    const float sum = cell->smooth[0][k] + cell->smooth[1][k] + cell->smooth[2][k];
+    uint32_t bits;
+    memcpy(&bits, &sum, sizeof bits);
+    return bits >> 24 & (LEVELS - 1);
+}
+
+/* A few bright pixels (a lamp's edge) would speak for a whole cell if all were added up. */
+static void add_to_levels(const struct patch *patch, struct cell *cell)
+{
+    const struct patch_paths *p = &patch->paths;
+    memset(cell->levels, 0, sizeof cell->levels);
+    for (int32_t y = cell->rect.y0; y < cell->rect.y1; y++)
+        for (int32_t x = cell->rect.x0; x < cell->rect.x1; x++) {
+            const size_t i = patch_index(patch, x, y), k = cell_index(cell, x, y);
+            struct level *level = &cell->levels[level_of(cell, k)];
+            level->count++;
+            for (int c = 0; c < 3; c++) level->alone += (double)cell->alone[c][k];
+            if (p->split && p->split_spp[i] > 0.0f)
+                level->halves += (double)bounded(p->split[i] / p->split_spp[i] / p->spp[i]);
+        }
+}
+
+/* H of a level and its neighbours; `count` pixels said so. */
+static double level_halves(const struct cell *cell, uint32_t k, double *count)
+{
+    struct level sum = {0};
+    for (uint32_t j = k > 0 ? k - 1 : 0; j <= k + 1 && j < LEVELS; j++) {
+        sum.alone += cell->levels[j].alone;
+        sum.halves += cell->levels[j].halves;
+        sum.count += cell->levels[j].count;
+    }
+    *count = sum.alone > 0.0 ? sum.count : 0.0;
+    return sum.alone > 0.0 ? fmin(sum.halves / sum.alone, 2.0) : 0.0;
+}
+
+static void find_mean(struct cell *cell)
+{
+    double sum = 0.0, pixels = 0.0, told;
+    for (uint32_t k = 0; k < LEVELS; k++) {
+        cell->share[k] = -1.0f;
+        if (cell->levels[k].count == 0) continue;
+        const double halves = level_halves(cell, k, &told);
+        sum += told > 0.0 ? halves * cell->levels[k].count : 0.0;
+        pixels += told > 0.0 ? cell->levels[k].count : 0.0;
+    }
+    cell->mean = pixels > 0.0 ? sum / pixels : 1.0;
+}
+
+static float share_of(struct cell *cell, uint32_t k)
+{
+    double count;
+    if (cell->share[k] >= 0.0f) return cell->share[k];
+    const double halves = level_halves(cell, k, &count);
+    const double all = (count * halves + LEVEL_PRIOR * cell->mean) / (count + LEVEL_PRIOR);
+    cell->share[k] = stratified((float)all, (uint32_t)cell->n_least, cell->length);
+    return cell->share[k];
+}
+
+static void store(const struct patch *patch, struct cell *cell, struct block_squares *out)
 {
     for (int32_t y = cell->rect.y0; y < cell->rect.y1; y++) {
-        size_t i = patch_index(patch, cell->rect.x0, y);
         size_t to = block_squares_index(out, cell->rect.x0, y);
-        for (int32_t x = cell->rect.x0; x < cell->rect.x1; x++, i++, to++) {
-            const float own = patch->paths.spp[i] - 1.0f, weight = own / (own + AROUND_WEIGHT);
-            for (int c = 0; c < 3; c++) {
-                const float alone = cell->alone[c][cell_index(cell, x, y)];
-                const float around = mean_around(cell, cell->alone[c], x, y);
-                out->square[SOURCE_PATHS][c][to] =
-                    cell->share * (around + weight * (alone - around));
-            }
+        for (int32_t x = cell->rect.x0; x < cell->rect.x1; x++, to++) {
+            const size_t k = cell_index(cell, x, y);
+            const float share = patch->paths.split ? share_of(cell, level_of(cell, k)) : 1.0f;
+            for (int c = 0; c < 3; c++)
+                out->square[SOURCE_PATHS][c][to] = share * cell->smooth[c][k];
         }
     }
 }
@@ -150,6 +226,9 @@ void path_error_find(const struct patch *patch, struct block_squares *out)
         for (int32_t x = out->rect.x0; x < out->rect.x1; x += side) {
             cell.rect = rect_intersect((struct rect){x, y, x + side, y + side}, out->rect);
             load(patch, &cell);
+            smooth(patch, &cell);
+            add_to_levels(patch, &cell);
+            find_mean(&cell);
             store(patch, &cell, out);
         }
 }

@@ -4,10 +4,10 @@
  * A pixel's paths are stratified against each other, so that their mean is better than their spread
  * says. How much better is told by halves of parts of them (plan_pass_split). Of one pixel that is
  * next to nothing; so the spread says how errors are distributed over the pixels of a cell of
- * PATH_ERROR_CELL_PX squared, and the halves how large they are in all:
+ * PATH_ERROR_CELL_PX squared, and the halves how large they are in all that have about the same:
  *
  *   square = s I,  I = spread / (n (n - 1)), smoothed a little over the pixels around
- *   H = sum over the cell of split / (n m), over that of I; m samples are in the parts split
+ *   H = sum over such pixels of split / (n m), over that of I; m samples are in the parts split
  *
  * Where squared errors of c = 2^L samples fall as c^-a, halves of them make up for each other's
  * errors (their correlation is 2^(1 - a) - 1), and with q = 2^(1 - a)

@@ -39,7 +39,8 @@ static struct picture *picture_new(const struct plan *plan)
         bool one = id == PLANE_PATH_COVERAGE || id == PLANE_PATH_OCCLUSION || id == PLANE_OPEN;
         int components = one ? 1 : 3;
         if (!((PLANES_PATH | PLANES_FIELD) >> id & 1u)) continue;
-        if (!(plan->planes >> id & 1u) || id == PLANE_PATH_SPREAD) continue;
+        if (!(plan->planes >> id & 1u)) continue;
+        if (id == PLANE_PATH_SPREAD || id == PLANE_PATH_SPLIT) continue;
         for (int c = 0; c < components; c++)
             if (!(p->mean[id][c] = calloc(pixels, sizeof(double)))) abort();
     }
