@@ -17,7 +17,7 @@ const o = { side: Number(given.side ?? 256), shared: resolve(process.env.SHEARWA
 const REFERENCE = Number(given.reference ?? 1024), SEED = 7, FIRST = 9;
 // Errors that pictures of some dozens of samples have.
 const TARGETS = { box: 0.01, box_4: 0.01, living_room: 0.1, reflector: 0.015, glossy_floor: 0.015, helmet: 0.015 };
-const UNIFORM = [4, 9, 16, 25, 36, 64, 100, 144, 225];
+const UNIFORM = [4, 9, 16, 25, 36, 64, 100, 144, 225, 400, 784];
 
 const folder = resolve(build, "bench/target");
 mkdirSync(folder, { recursive: true });
