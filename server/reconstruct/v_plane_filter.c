@@ -48,48 +48,81 @@ static void clear(const struct patch *patch, struct rect inner, float *const out
     }
 }
 
-/* Shifted by s along x, a sample weighs by 1 / (1 - k c)^2 with k = (2 v1 s - s^2) / (1 + v1^2) of
- * its column and c = (1 + v1^2) / (1 + |v|^2), its cosine^2 within. Its sums over c being all that
- * is kept of a cell, it has to be a straight line: fit[0] + fit[1] c, the best one under the
- * column's own distribution. That is even over the unit disc: with c = 1 - u^2, sqrt(1 - u^2) du.
- * The line's mean is right, the marginal's ((1 + v1^2) / (1 + (v1 - s)^2))^(3/2). */
-static void fit_ratio(double k, double fit[2])
+/* One of the points that a polynomial in c is fitted to. */
+struct fit_point {
+    double c, weight, ratio;
+};
+
+static double polynomial(const double fit[V_PLANE_POWERS], double c)
 {
-    double s0 = 0.0, s1 = 0.0, s2 = 0.0, t0 = 0.0, t1 = 0.0;
-    for (int i = 0; i < FIT_POINTS; i++) {
-        const double u = ((double)i + 0.5) / FIT_POINTS, c = 1.0 - u * u, w = sqrt(c);
-        const double inverse = 1.0 / (1.0 - k * c), ratio = inverse * inverse; /* k < 0.62 */
-        s0 += w;
-        s1 += w * c;
-        s2 += w * c * c;
-        t0 += w * ratio;
-        t1 += w * c * ratio;
-    }
-    const double det = s0 * s2 - s1 * s1; /* of points that differ: above 0 */
-    fit[0] = (s2 * t0 - s1 * t1) / det;
-    fit[1] = (s0 * t1 - s1 * t0) / det;
-    if (fit[0] >= 0.0) return; /* weights must not be negative */
-    fit[0] = 0.0;
-    fit[1] = t0 / s1;
+    double sum = 0.0;
+    for (int k = V_PLANE_POWERS - 1; k >= 0; k--) sum = sum * c + fit[k];
+    return sum;
 }
 
-/* Of every cell of directions along x, v1 in its middle, and every node: the line, each number four
- * times. */
+/* The least squares fit of 1, c, ... c^(powers - 1), by elimination: the matrix is positive
+ * definite. Higher ones are 0. */
+static void fit_powers(const struct fit_point *points, int powers, double fit[V_PLANE_POWERS])
+{
+    double m[V_PLANE_POWERS][V_PLANE_POWERS + 1] = {{0.0}};
+    for (int i = 0; i < FIT_POINTS; i++) {
+        double row = points[i].weight;
+        for (int r = 0; r < powers; r++, row *= points[i].c) {
+            double product = row;
+            for (int k = 0; k < powers; k++, product *= points[i].c) m[r][k] += product;
+            m[r][powers] += row * points[i].ratio;
+        }
+    }
+    for (int p = 0; p < powers; p++)
+        for (int r = p + 1; r < powers; r++) {
+            const double by = m[r][p] / m[p][p];
+            for (int k = p; k <= powers; k++) m[r][k] -= by * m[p][k];
+        }
+    for (int r = V_PLANE_POWERS - 1; r >= 0; r--) {
+        fit[r] = r < powers ? m[r][powers] : 0.0;
+        for (int k = r + 1; k < powers; k++) fit[r] -= m[r][k] * fit[k];
+        if (r < powers) fit[r] /= m[r][r];
+    }
+}
+
+/* Shifted by s along x, a sample weighs by 1 / (1 - k c)^2 with k = (2 v1 s - s^2) / (1 + v1^2) of
+ * its column and c = (1 + v1^2) / (1 + |v|^2), its cosine^2 within. Its sums over 1, c and c^2
+ * being all that is kept of a cell, it has to be a parabola of c: the best one under the column's
+ * own distribution, which is even over the unit disc (with c = 1 - u^2, sqrt(1 - u^2) du), unless
+ * that gives negative weights. Its mean is right, the marginal's ((1 + v1^2) / (1 + (v1 -
+ * s)^2))^(3/2). */
+static void fit_ratio(double k, double fit[V_PLANE_POWERS])
+{
+    struct fit_point points[FIT_POINTS];
+    for (int i = 0; i < FIT_POINTS; i++) {
+        const double u = ((double)i + 0.5) / FIT_POINTS, c = 1.0 - u * u;
+        const double inverse = 1.0 / (1.0 - k * c); /* k < 0.62 */
+        points[i] = (struct fit_point){c, sqrt(c), inverse * inverse};
+    }
+    for (int powers = V_PLANE_POWERS; powers > 0; powers--) {
+        bool negative = false;
+        fit_powers(points, powers, fit);
+        for (int i = 0; i <= FIT_POINTS; i++)
+            negative |= polynomial(fit, (double)i / FIT_POINTS) < 0.0;
+        if (!negative) return;
+    }
+}
+
+/* Of every cell of directions along x, v1 in its middle, and every node: the parabola, each number
+ * four times. */
 static void fill_ratios(uint32_t cells, float *out)
 {
-    memset(out, 0, (size_t)cells * 2 * V_PLANE_NODE_FLOATS * sizeof *out);
+    memset(out, 0, (size_t)cells * V_PLANE_POWERS * V_PLANE_NODE_FLOATS * sizeof *out);
     for (uint32_t c = 0; c < cells; c++) {
         const double u = ((double)c + 0.5) / (double)cells, a = 2.0 * u - 1.0;
         const double height = 2.0 * sqrt(u * (1.0 - u)); /* 1 / sqrt(1 + v1^2) = a / v1 */
-        float *first = out + (size_t)c * 2 * V_PLANE_NODE_FLOATS;
+        float *first = out + (size_t)c * V_PLANE_POWERS * V_PLANE_NODE_FLOATS;
         for (int32_t i = 0; i < V_PLANE_NODES; i++) {
             const double s = 2.0 * (double)i / (V_PLANE_NODES - 1) - 1.0;
-            double fit[2];
+            double fit[V_PLANE_POWERS];
             fit_ratio(s * height * (2.0 * a - s * height), fit);
-            for (int k = 0; k < 4; k++) {
-                first[4 * i + k] = (float)fit[0];
-                first[V_PLANE_NODE_FLOATS + 4 * i + k] = (float)fit[1];
-            }
+            for (int k = 0; k < 4 * V_PLANE_POWERS; k++)
+                first[k / 4 * V_PLANE_NODE_FLOATS + 4 * i + k % 4] = (float)fit[k / 4];
         }
     }
 }
@@ -114,7 +147,7 @@ static int v_plane_create(const struct plan *plan, const struct patch *patch, st
     out->needs = calloc(width * (size_t)field->height, 1);
     out->records = floats(out->record_row * RING);
     out->nodes = floats(out->node_row * RING);
-    out->ratios = floats(cells * 2 * V_PLANE_NODE_FLOATS);
+    out->ratios = floats(cells * V_PLANE_POWERS * V_PLANE_NODE_FLOATS);
     out->x = malloc(width * sizeof *out->x);
     out->sums = malloc(4 * width * sizeof *out->sums);
     if (!out->needs || !out->records || !out->nodes || !out->ratios || !out->x || !out->sums)

@@ -24,7 +24,8 @@
 #define V_PLANE_NODE_FLOATS 128 /* of a pixel: four channels a node, and a node more, of zeros */
 #define V_PLANE_LANES       16
 #define V_PLANE_RECORD      6
-#define V_PLANE_CELLS       4 /* directions along x that a column of strata is cut into */
+#define V_PLANE_CELLS       8 /* directions along x that a column of strata is cut into */
+#define V_PLANE_POWERS      3 /* of a sample's cosine^2 within its column, 1 included: sums a cell */
 #define V_PLANE_COS_NORMALS 0.939692621f /* 20 degrees */
 #define V_PLANE_OFF_SHARE   0.2f         /* of the distance a neighbour may be off the plane */
 
@@ -56,9 +57,10 @@ struct v_plane_field {
     uint32_t strata;                     /* l */
     uint32_t lanes;                      /* v_plane_lanes(l) */
 
-    /* Of each cell, V_PLANE_CELLS of a column, twice V_PLANE_NODE_FLOATS, each number four times:
-     * at the node's shift a sample of cosine^2 c weighs the first + c times the second, as nearly
-     * as a straight line can. 64-byte aligned. */
+    /* Of each cell, V_PLANE_CELLS of a column, V_PLANE_POWERS times V_PLANE_NODE_FLOATS, each
+     * number four times: at the node's shift a sample of cosine^2 c weighs the first + c times the
+     * second
+     * + c^2 times the third, as nearly as a parabola can. 64-byte aligned. */
     const float *ratios;
 };
 

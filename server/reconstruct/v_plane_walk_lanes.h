@@ -118,13 +118,13 @@ static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
     }
 }
 
-/* Sums of a register's strata over a cell's taps: r, g, b and weight; then each times the cosine's
- * square within the column. */
+/* Sums of a register's strata over a cell's taps: r, g, b and weight; then each times the powers of
+ * the cosine's square within the column. */
 static inline void v_plane_gather(const struct v_plane_taps *taps, const float *const *records,
                                   const uint8_t *order, uint32_t count, size_t lanes, size_t at,
-                                  v_plane_many sums[2 * 4])
+                                  v_plane_many sums[V_PLANE_POWERS * 4])
 {
-    v_plane_many r = {0}, g = {0}, b = {0}, all = {0}, r2 = {0}, g2 = {0}, b2 = {0}, all2 = {0};
+    for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) sums[n] = (v_plane_many){0};
     for (uint32_t j = 0; j < count; j++) {
         const uint32_t i = order[j];
         const v_plane_many *record = (const v_plane_many *)(const void *)(records[i] + at);
@@ -132,75 +132,62 @@ static inline void v_plane_gather(const struct v_plane_taps *taps, const float *
         const float shift = taps->shift[i];
         /* at least 0.38 */
         const v_plane_many ratio = 1.0f - shift * (record[0] - shift * record[step]);
-        const v_plane_many inverse = 1.0f / ratio;
-        const v_plane_many w = taps->weight[i] * (inverse * inverse);
-        const v_plane_many w2 = w * (record[2 * step] * inverse);
-        r += w * record[3 * step];
-        g += w * record[4 * step];
-        b += w * record[5 * step];
-        all += w;
-        r2 += w2 * record[3 * step];
-        g2 += w2 * record[4 * step];
-        b2 += w2 * record[5 * step];
-        all2 += w2;
+        const v_plane_many inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
+        v_plane_many w = taps->weight[i] * (inverse * inverse);
+        for (uint32_t power = 0; power < V_PLANE_POWERS; power++, w *= cosine) {
+            sums[4 * power] += w * record[3 * step];
+            sums[4 * power + 1] += w * record[4 * step];
+            sums[4 * power + 2] += w * record[5 * step];
+            sums[4 * power + 3] += w;
+        }
     }
-    sums[0] = r;
-    sums[1] = g;
-    sums[2] = b;
-    sums[3] = all;
-    sums[4] = r2;
-    sums[5] = g2;
-    sums[6] = b2;
-    sums[7] = all2;
 }
 
-/* Sums of a cell over the rows of strata: r, g, b, weight and each times cosine^2, of four columns
- * each. */
+/* Sums of a cell over the rows of strata: r, g, b, weight and each times powers of cosine^2, of
+ * four columns each. */
 struct v_plane_columns {
-    v_plane_four number[V_PLANE_STRATA_MAX / 4][2 * 4];
+    v_plane_four number[V_PLANE_STRATA_MAX / 4][V_PLANE_POWERS * 4];
 };
 
 /* Adds lanes from `first` on, four by four: in an order that does not hang on the register. */
-static inline void v_plane_sum_rows(uint32_t l, const v_plane_many sums[2 * 4], uint32_t first,
-                                    struct v_plane_columns *out)
+static inline void v_plane_sum_rows(uint32_t l, const v_plane_many sums[V_PLANE_POWERS * 4],
+                                    uint32_t first, struct v_plane_columns *out)
 {
     enum { FOURS = V_PLANE_WIDE / 4 };
     const uint32_t blocks = v_plane_row_lanes(l) / 4, left = l * blocks - first / 4;
-    v_plane_four number[2 * 4][FOURS];
+    v_plane_four number[V_PLANE_POWERS * 4][FOURS];
     memcpy(number, sums, sizeof number);
     for (uint32_t j = 0; j < FOURS && j < left; j++) {
         v_plane_four *to = out->number[(first / 4 + j) % blocks];
-        for (uint32_t n = 0; n < 2 * 4; n++) to[n] += number[n][j];
+        for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) to[n] += number[n][j];
     }
 }
 
-/* Of each column of strata: r, g, b and weight into cells[2 (V_PLANE_CELLS i + c)], the others
- * behind. */
+/* Of each column of strata: r, g, b and weight into cells[V_PLANE_POWERS (V_PLANE_CELLS i + c)],
+ * the others behind. */
 static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *columns, uint32_t c,
                                        v_plane_four *cells)
 {
     for (uint32_t b = 0; 4 * b < l; b++) {
         v_plane_four *four = columns->number[b];
-        v_plane_turn_fours(four);
-        v_plane_turn_fours(four + 4);
+        for (uint32_t power = 0; power < V_PLANE_POWERS; power++)
+            v_plane_turn_fours(four + 4 * power);
         for (uint32_t i = 0; i < 4 && 4 * b + i < l; i++) {
-            v_plane_four *to = cells + 2 * (V_PLANE_CELLS * (4 * b + i) + c);
-            to[0] = four[i];
-            to[1] = four[4 + i];
+            v_plane_four *to = cells + V_PLANE_POWERS * (V_PLANE_CELLS * (4 * b + i) + c);
+            for (uint32_t power = 0; power < V_PLANE_POWERS; power++)
+                to[power] = four[4 * power + i];
         }
     }
 }
 
-#define V_PLANE_CELLS_MAX                                                                          \
-    (2 * V_PLANE_CELLS * V_PLANE_STRATA_MAX) /* and the same times cosine^2                        \
-                                              */
+#define V_PLANE_SUMS_MAX (V_PLANE_POWERS * V_PLANE_CELLS * V_PLANE_STRATA_MAX)
 
-/* Pass 2a: from `count` cells to nodes. */
+/* Pass 2a: from `count` sums of cells to nodes. */
 static inline void v_plane_project(const float *ratios, uint32_t count, const v_plane_four *cell,
                                    float *out)
 {
-    v_plane_many four[V_PLANE_CELLS_MAX];
-    uint32_t at[V_PLANE_CELLS_MAX], kept = 0;
+    v_plane_many four[V_PLANE_SUMS_MAX];
+    uint32_t at[V_PLANE_SUMS_MAX], kept = 0;
     for (uint32_t c = 0; c < count; c++) {
         for (size_t i = 0; i < V_PLANE_WIDE / 4; i++)
             memcpy((char *)&four[kept] + i * sizeof cell[c], &cell[c], sizeof cell[c]);
@@ -228,7 +215,7 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
         struct v_plane_columns columns;
         memset(&columns, 0, (l + 3) / 4 * sizeof columns.number[0]);
         for (uint32_t at = 0; order->count[c] > 0 && at < used; at += V_PLANE_WIDE) {
-            v_plane_many sums[2 * 4];
+            v_plane_many sums[V_PLANE_POWERS * 4];
             v_plane_gather(taps, records, order->tap[c], order->count[c], f->lanes, at, sums);
             v_plane_sum_rows(l, sums, at, &columns);
         }
@@ -239,12 +226,12 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
 static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32_t *x,
                            uint32_t count, const float *const *rows, float *out)
 {
-    const uint32_t cell_count = 2 * V_PLANE_CELLS * f->strata;
+    const uint32_t sums = V_PLANE_POWERS * V_PLANE_CELLS * f->strata;
     const size_t size = v_plane_record_floats(f);
     struct v_plane_taps taps;
     struct v_plane_order order;
     const float *records[V_PLANE_PADDED];
-    v_plane_four cells[V_PLANE_CELLS_MAX];
+    v_plane_four cells[V_PLANE_SUMS_MAX];
     for (uint32_t k = 0; k < count; k++) {
         const size_t p = (size_t)y * (size_t)f->width + (size_t)x[k];
         const struct v_plane_walk *w = &f->walks[1][p];
@@ -255,7 +242,7 @@ static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32
             records[i] =
                 rows[V_PLANE_REACH_PX + taps.row[i]] + (size_t)(x[k] + taps.column[i]) * size;
         v_plane_fill_cells(f, &taps, records, &order, cells);
-        v_plane_project(f->ratios, cell_count, cells, out + (size_t)x[k] * V_PLANE_NODE_FLOATS);
+        v_plane_project(f->ratios, sums, cells, out + (size_t)x[k] * V_PLANE_NODE_FLOATS);
     }
 }
 

@@ -128,7 +128,7 @@ static inline void v_plane_case_init(struct v_plane_case *out, uint32_t l, int32
     v_plane_case_arrays(&r, wild, out);
     v_plane_case_records(&r, out);
     v_plane_case_samples(&r, wild, out);
-    const size_t ratios = 2 * V_PLANE_CELLS * (size_t)l * V_PLANE_NODE_FLOATS;
+    const size_t ratios = V_PLANE_POWERS * V_PLANE_CELLS * (size_t)l * V_PLANE_NODE_FLOATS;
     const size_t nodes = (size_t)f->width * V_PLANE_CASE_ROWS * V_PLANE_NODE_FLOATS;
     f->ratios = out->ratios = field_numbers(&r, ratios, 0.0f, 2.0f);
     out->nodes = field_numbers(&r, nodes, 0.0f, 2.0f);
