@@ -1,6 +1,5 @@
 #include "server/reconstruct/indirect_field.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "proto/samples.h"
@@ -25,7 +24,7 @@ static int carve(struct indirect_place *p, int32_t reach, uint32_t spares)
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
     const size_t bytes = (OWN_ARRAYS + spares) * p->area * sizeof(float);
-    p->memory = aligned_alloc(INDIRECT_LANES * sizeof(float), bytes);
+    p->memory = scratch_take(p->scratch, bytes);
     if (!p->memory) return ERR_MEMORY;
     memset(p->memory, 0, bytes);
     float *next = p->memory;
@@ -71,7 +70,7 @@ int indirect_place_create(const struct plan *plan, const struct patch *patch, st
                           int32_t reach, uint32_t spares, struct indirect_place *out)
 {
     struct surface_view view;
-    *out = (struct indirect_place){.rect = rect};
+    *out = (struct indirect_place){.rect = rect, .scratch = patch->scratch};
     const int error = carve(out, reach, spares);
     if (error) return error;
     for (int k = 0; k < 3; k++) {
@@ -89,7 +88,7 @@ int indirect_place_create(const struct plan *plan, const struct patch *patch, st
 
 void indirect_place_fini(struct indirect_place *place)
 {
-    free(place->memory);
+    scratch_give(place->scratch, place->memory);
     *place = (struct indirect_place){0};
 }
 

@@ -15,7 +15,8 @@ struct indirect_place {
     size_t area;          /* numbers of an array */
     size_t origin;        /* where the rect's first pixel lies in it */
     float *spare;         /* more such arrays, zeroed: indirect_place_spare */
-    void *memory;         /* owned */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 /* All of `rect`, which lies in the patch's, room for runs that look `reach` pixels beyond it, and
