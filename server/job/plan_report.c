@@ -31,7 +31,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "path_coverage",
                                                         "path_occlusion",
                                                         "open",
-                                                        "path_split"};
+                                                        "path_split",
+                                                        "reflector_far"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
