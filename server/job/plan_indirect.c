@@ -17,9 +17,9 @@
 #define SAMPLES_LINEAR 36
 
 /* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays
- * of a pixel at mu = 1 and below. The paper lets the latter grow with mu; widths fall with it, so
- * that the rays under a filter would become fewer and its noise would grow: with the cube of mu they
- * become more (rule A of filters.md section 3: widths fall with the cube root of samples). */
+ * of a pixel at mu = 1 and below. In the paper the latter grow with mu, and what a filter sees of
+ * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
+ * With the square of mu they fall. */
 #define ADAPTIVE_FIRST 4
 #define ADAPTIVE_MOST  100.0
 
@@ -55,7 +55,7 @@ void plan_surfaces(struct plan *plan, struct plan_report *report)
 static uint32_t adaptive_most(const struct job *job)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
-    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, most = ADAPTIVE_MOST * mu * mu * mu;
+    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, most = ADAPTIVE_MOST * mu * mu;
     if (job->indirect_spp > 0) return job->indirect_spp > first ? job->indirect_spp : first;
     return most < LIMIT_SPP ? (uint32_t)most : LIMIT_SPP;
 }

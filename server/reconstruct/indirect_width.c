@@ -75,10 +75,11 @@ static void spread_widths(struct indirect_rule *r, float lines)
     r->most_px *= widest;
 }
 
-/* The paper's widths: as narrow as mu asks for, and no wider than a cap that shrinks with it. */
+/* The paper's widths: as narrow as mu asks for, and no wider than rule A's cap, where n grows with
+ * the square of mu. */
 static void rate_widths(const struct plan *plan, float lines, struct indirect_rule *r)
 {
-    const float mu = plan->rate.mu, most = RATE_CAP_PX * lines / sqrtf(mu);
+    const float mu = plan->rate.mu, most = RATE_CAP_PX * lines / indirect_root(mu, 3);
     r->bandwidth = mu;
     r->least_px = 2.0f / INDIRECT_RATE_WIDTH_ALPHA / mu;
     r->most_px = fminf(fmaxf(most, r->least_px), most_in_reach());

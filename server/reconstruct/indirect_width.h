@@ -14,7 +14,7 @@
  * samples are black at random, mu = 0.6 has a third more.
  *
  * Under INDIRECT_FILTER_RATE widths are those of indirect_rate.h: mu(n) is the plan's rate.mu,
- * whatever the samples, and the cap falls with its root. */
+ * whatever the samples, and the cap falls with its cube root. */
 #include "server/reconstruct/indirect_field.h"
 
 struct indirect_rule {
