@@ -403,7 +403,8 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 2; /* in the corner of the first block */
     film_begin_round(film, more);
     assert_false(film_complete(film));
-    const struct plan_pass a = {1, 9, 7, 4}, b = {2, 16, 16, 0}, c = {3, 32, 4, 0};
+    const struct plan_pass a = {1, 9, 7, 4, NULL}, b = {2, 16, 16, 0, NULL},
+                           c = {3, 32, 4, 0, NULL};
     struct samples *s = synthetic_pass_of(&plan, 0, &b);
     assert_int_equal(film_land_pass(film, 0, &b, s), ERR_RANGE); /* before its turn */
     assert_int_equal(film_land_pass(film, 5, &a, s), ERR_RANGE); /* was not asked for more */
@@ -421,7 +422,7 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 0;
     more[5] = 1; /* all four read it */
     film_begin_round(film, more);
-    const struct plan_pass d = {1, 9, 4, 2};
+    const struct plan_pass d = {1, 9, 4, 2, NULL};
     land_pass(film, &plan, 5, &d);
     assert_int_equal(settle(film), 4);
     s = synthetic_pass_of(&plan, 0, &c);
