@@ -41,9 +41,7 @@ const struct json_choice job_indirect_words[] = {
     {"constant", INDIRECT_CONSTANT, NULL},
     {"linear", INDIRECT_LINEAR, NULL},
     {"blend", INDIRECT_BLEND, NULL},
-    {"adaptive", INDIRECT_ADAPTIVE,
-     "adaptive sampling of indirect light is not available yet: auto, average, constant, linear, "
-     "blend and sheared are"},
+    {"adaptive", INDIRECT_ADAPTIVE, NULL},
     {"sheared", INDIRECT_SHEARED, NULL},
     {NULL, 0, NULL},
 };

@@ -353,6 +353,18 @@ static int check_target(struct json_cursor *at, const struct job *job)
                                      "sampling.target_error is of the layer beauty");
 }
 
+/* Rays that are dealt out by what the first of them met tell nothing of their error. */
+static int check_adaptive(struct json_cursor *at, const struct job *job)
+{
+    const bool target = job->target_error > 0.0f;
+    if (job->indirect != INDIRECT_ADAPTIVE) return 0;
+    if (!target && !(job->layers & LAYER_ERROR)) return 0;
+    json_cursor_enter(at, "filter");
+    return json_cursor_refuse_member(at, "indirect", ERR_UNSUPPORTED,
+                                     "adaptive sampling does not know its error, which %s asks for",
+                                     target ? "sampling.target_error" : "the layer error");
+}
+
 /* Names what the whole document must respect; the cursor stands at its root. */
 static int check_relations(struct json_cursor *at, const struct job *job)
 {
@@ -377,7 +389,8 @@ static int check_relations(struct json_cursor *at, const struct job *job)
         json_cursor_enter(at, "filter");
         return json_cursor_refuse_member(at, "mu", ERR_RANGE, "%g is not above 0", (double)job->mu);
     }
-    const int error = check_target(at, job);
+    int error = check_target(at, job);
+    if (!error) error = check_adaptive(at, job);
     return error ? error : check_layers(at, job);
 }
 

@@ -27,6 +27,7 @@ enum capability {
     CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
     CAPABILITY_ENVIRONMENT = 1u << 5,
     CAPABILITY_LENS = 1u << 6,
+    CAPABILITY_SIDES = 1u << 7, /* bounce rays by counts of single pixels */
 };
 
 struct message_hello {
@@ -68,10 +69,11 @@ struct message_tile {
     uint64_t frame_id;
     uint32_t index;
     uint32_t generation;
-    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h) */
+    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h); sides do not
+                              travel with it, but as */
     struct rect rect;
-    const uint8_t *counts; /* count_map.h: how many samples of each pixel; borrowed */
-    uint32_t counts_bytes; /* 0: of all pixels as many */
+    const uint8_t *counts; /* count_map.h of the pass's sides; borrowed */
+    uint32_t counts_bytes; /* 0: the pass has none */
 };
 
 struct message_result {

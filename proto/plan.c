@@ -118,6 +118,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u32(w, plan->shadow_filter);
     bytes_write_u32(w, plan->indirect_filter);
     bytes_write_f32(w, plan->mu);
+    bytes_write_f32(w, plan->rate.mu);
+    bytes_write_u32(w, plan->rate.rays_most);
     bytes_write_u32(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
     bytes_write_u32(w, plan->sub_samples);
@@ -147,6 +149,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->shadow_filter = bytes_read_u32(r);
     plan->indirect_filter = bytes_read_u32(r);
     plan->mu = bytes_read_f32(r);
+    plan->rate.mu = bytes_read_f32(r);
+    plan->rate.rays_most = bytes_read_u32(r);
     plan->planes = bytes_read_u32(r);
     plan->light_planes = bytes_read_u32(r);
     plan->sub_samples = bytes_read_u32(r);
@@ -261,17 +265,46 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 }
 
 #define PLANES_BOUNCE_MORE (1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
+#define PLANES_SECOND_SET  (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
 
 uint32_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE) return plan->planes & PLANES_SECOND_SET;
     return plan->planes & (PLANES_PATH | PLANES_BOUNCE_MORE);
+}
+
+bool plan_has_rounds(const struct plan *plan)
+{
+    return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_RATE;
+}
+
+/* The second set: so many rays a pixel at most. */
+static int check_second_set(const struct plan *plan, const struct plan_pass *pass)
+{
+    const uint32_t l = plan->indirect_strata_per_axis;
+    if (pass->number != plan_pass_count(plan) || pass->first != 0 || pass->count != 0)
+        return ERR_RANGE;
+    if (pass->strata == 0 || !pass->sides) return ERR_RANGE;
+    if (pass->strata > PLAN_SIDE_MOST) return ERR_LIMIT;
+    return l * l + pass->strata * pass->strata > plan->rate.rays_most ? ERR_LIMIT : 0;
+}
+
+int plan_sides_check(const struct plan_pass *pass, size_t area)
+{
+    uint32_t most = 0;
+    for (size_t i = 0; i < area; i++) most = pass->sides[i] > most ? pass->sides[i] : most;
+    return most == pass->strata ? 0 : ERR_RANGE;
 }
 
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
 {
+    const bool second =
+        plan->indirect_filter == INDIRECT_FILTER_RATE && pass->number >= plan_pass_count(plan);
     if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
+    if (second) return check_second_set(plan, pass);
+    if (pass->sides) return ERR_RANGE;
     if (pass->number < plan_pass_count(plan)) {
         const struct plan_pass own = plan_scheduled_pass(plan, pass->number);
         const bool same =

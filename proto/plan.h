@@ -1,6 +1,8 @@
 #pragma once
 /* The frame plan: all that a worker must know to trace any tile of a frame, and all that
  * reconstruction must know about what the samples mean. Made once by server/job, never changed. */
+#include <stdbool.h>
+
 #include "proto/bytes.h"
 #include "proto/digest.h"
 #include "proto/error.h"
@@ -94,8 +96,15 @@ enum indirect_filter {
     INDIRECT_FILTER_CONSTANT = 1, /* axis-aligned, rule A: weighted means */
     INDIRECT_FILTER_LINEAR = 2,   /* axis-aligned, rule B: local linear fits */
     INDIRECT_FILTER_BLEND = 3,    /* axis-aligned, four widths, by variance */
-    INDIRECT_FILTER_RATE = 4,     /* two sampling passes, by bandlimits; plan_check refuses it */
+    INDIRECT_FILTER_RATE = 4,     /* axis-aligned, after a second set of rays (plan_rate) */
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
+};
+
+/* Of INDIRECT_FILTER_RATE, all 0 under other filters: when the schedule's passes have landed, each
+ * pixel gets a second set of bounce rays, as many as what the first met asks for. */
+struct plan_rate {
+    float mu;           /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
+    uint32_t rays_most; /* of a pixel, in both sets, to LIMIT_SPP */
 };
 
 /* Which planes a tile's samples hold; samples.h says what they are. */
@@ -117,6 +126,7 @@ struct plan {
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
+    struct plan_rate rate;
     uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
     uint32_t light_planes;    /* bits of enum light_plane_id; plan_light_planes says whose */
     uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
@@ -161,7 +171,12 @@ struct plan_pass {
     uint32_t number;       /* of the tile's passes */
     uint32_t first, count; /* samples of every pixel: first .. first + count - 1 */
     uint32_t strata;       /* l of the bounce rays; 0: none */
+    const uint8_t *sides;  /* of a second set: each pixel's own l, row by row of the tile; `strata`
+                              is the largest. NULL: all pixels have l. Borrowed */
 };
+
+/* The most that a pixel's l can be in a second set. */
+#define PLAN_SIDE_MOST UINT8_MAX
 
 /* The pass that the schedule has under a number below plan_pass_count. */
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
@@ -175,11 +190,18 @@ struct plan_split {
 };
 struct plan_split plan_pass_split(const struct plan_pass *pass);
 
+/* Whether tiles get passes after the schedule, of samples that are decided on when all of that has
+ * landed: under a target, and under INDIRECT_FILTER_RATE. */
+bool plan_has_rounds(const struct plan *plan);
+
 /* 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have: within the schedule one that
  * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
- * l, or of what the plan has no planes of. Only plans with a target have passes after the schedule;
- * their bounce rays are stratified anew. */
+ * l, or of what the plan has no planes of. Bounce rays after the schedule are stratified anew.
+ * INDIRECT_FILTER_RATE has one pass after the schedule, the second set, which alone has sides. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
+
+/* 0, or ERR_RANGE for `area` sides that are not the pass's: above its strata, or all below. */
+int plan_sides_check(const struct plan_pass *pass, size_t area);
 
 /* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in
  * other passes, and after the schedule what bounce rays measure, too. */

@@ -24,7 +24,7 @@
 
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
-     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS)
+     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
 #define PLANE_BIT(plane) (1u << PLANE_##plane)
 #define PLANES_KNOWN     ((1u << PLANE_ID_COUNT) - 1)
 #define PLANES_SUB                                                                                 \
@@ -303,15 +303,40 @@ static int check_shadow_filter(const struct place *at, const struct plan *plan)
     return 0;
 }
 
+/* A second set of rays adds to means; its size comes of the first's distances. Errors are not known
+ * of such means, nor can targets ask for other rays still. */
+static int check_rate(const struct place *at, const struct plan *plan)
+{
+    const struct plan_rate *rate = &plan->rate;
+    const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    const uint32_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
+    int error = check_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
+    if (!error) error = check_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
+    if (error) return error;
+    if ((rate->mu > 0.0f) != second || (rate->rays_most > 0) != second)
+        return refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
+                      (double)rate->mu);
+    if (!second) return 0;
+    if (l > LIMIT_PLANE_STRATA_PER_AXIS || rate->rays_most < l * l)
+        return refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
+                      (double)rate->rays_most);
+    if (plan->planes & others || plan->target_error > 0.0f)
+        return refuse(at, ERR_RANGE, "indirect_filter", "knows means alone, and no errors",
+                      (double)plan->indirect_filter);
+    return 0;
+}
+
 /* What filters of indirect light read: surfaces, and how far away they are from what lights them;
  * the sheared one single rays, too. */
 static int check_indirect_filter(const struct place *at, const struct plan *plan)
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const bool rate = plan->indirect_filter == INDIRECT_FILTER_RATE;
     const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
-                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0);
-    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED ||
-        plan->indirect_filter == INDIRECT_FILTER_RATE) /* named, not made yet */
+                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
+                           (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
+    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
         return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
                       (double)plan->indirect_filter);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
@@ -330,7 +355,8 @@ static int check_filters(const struct place *at, const struct plan *plan)
     if (!error && !(plan->mu > 0.0f))
         error = refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
     if (!error) error = check_shadow_filter(at, plan);
-    return error ? error : check_indirect_filter(at, plan);
+    if (!error) error = check_indirect_filter(at, plan);
+    return error ? error : check_rate(at, plan);
 }
 
 static int check_image(const struct place *at, const struct plan *plan)

@@ -10,12 +10,13 @@
  * Bytes a pixel before compression:
  *   depth 4 + normal 4 + albedo 6 + id 4
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
- *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2 + open 2
+ *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
- * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
- * 18 + 36 + 14 + 10 = 78; with indirect strata instead of half-sums 138. */
+ * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean, open
+ * shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
+ * half-sums 138. */
 #include "proto/plan.h"
 
 enum plane_id {
@@ -61,7 +62,9 @@ enum plane_id {
     PLANE_PATH_SPLIT = 24, /* f32: squared differences between the sums of PATH_RADIANCE over the
                               first and over the second half of each of plan_pass_split's parts of
                               the pass, added up over these and rgb */
-    PLANE_ID_COUNT = 25
+    PLANE_REFLECTOR_FAR = 25, /* f16: farthest bounce hit's distance / length_unit; 0: none was met,
+                                 or none were traced */
+    PLANE_ID_COUNT = 26
 };
 
 /* Planes of the path tracer. */
@@ -71,7 +74,8 @@ enum plane_id {
 /* Planes of bounce rays: of the light that they bring, and all. */
 #define PLANES_BOUNCE_LIGHT                                                                        \
     (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
-#define PLANES_BOUNCE_RAYS (PLANES_BOUNCE_LIGHT | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
+#define PLANES_BOUNCE_RAYS                                                                         \
+    (PLANES_BOUNCE_LIGHT | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN | 1u << PLANE_REFLECTOR_FAR)
 
 #define REFLECTOR_NONE 65504.0f /* the largest half float */
 

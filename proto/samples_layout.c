@@ -32,6 +32,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_PATH_OCCLUSION] = {"path_occlusion", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [PLANE_OPEN] = {"open", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_PATH_SPLIT] = {"path_split", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
+    [PLANE_REFLECTOR_FAR] = {"reflector_far", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {

@@ -3,6 +3,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 
+#include "proto/count_map.h"
 #include "worker/frame_blobs.h"
 
 struct hand_frame {
@@ -25,6 +26,7 @@ struct hand_tile {
     enum tile_state state;
     uint64_t request_id;
     struct message_tile lease;
+    uint8_t *sides; /* owned; of a pass that has them */
     _Atomic bool stop;
     const void *scene, *environment;
     struct bytes_writer packed;
@@ -91,6 +93,7 @@ static void free_tile(struct hand *hand, struct hand_tile *t)
     unlink_tile(hand, t);
     bytes_writer_fini(&t->packed);
     parcel_unref(&t->samples);
+    free(t->sides);
     free(t);
     if (--f->tiles == 0 && f->gone) free_frame(hand, f);
 }
@@ -259,7 +262,7 @@ static struct plan_pass pass_of(const struct plan *plan, const struct message_ti
 }
 
 static int check_tile(const struct hand *hand, const struct hand_frame *f,
-                      const struct message_tile *m)
+                      const struct message_tile *m, const struct plan_pass *pass)
 {
     const struct rect r = m->rect;
     if (!f) return ERR_STATE;
@@ -267,25 +270,36 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
         r.y1 > f->plan.height_px || rect_width(r) > LIMIT_TILE_SIDE_PX ||
         rect_height(r) > LIMIT_TILE_SIDE_PX)
         return ERR_RANGE;
-    const struct plan_pass pass = pass_of(&f->plan, m);
-    const int e = m->counts_bytes > 0 ? ERR_UNSUPPORTED : plan_pass_check(&f->plan, &pass);
+    int e = plan_pass_check(&f->plan, pass);
+    if (!e && pass->sides) e = plan_sides_check(pass, (size_t)rect_area(r));
     if (e) return e;
     return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
-int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
+/* The sides of a lease's pass, NULL where it has none. */
+static int unpack_sides(const struct message_tile *m, uint8_t **out)
 {
-    struct hand_frame *f = find_frame(hand, m->frame_id);
-    int e = check_tile(hand, f, m);
-    if (e) return e;
+    const int32_t width = rect_width(m->rect), height = rect_height(m->rect);
+    *out = NULL;
+    if (m->counts_bytes == 0) return 0;
+    if (width < 1 || height < 1 || width > LIMIT_TILE_SIDE_PX || height > LIMIT_TILE_SIDE_PX)
+        return ERR_RANGE;
+    *out = malloc((size_t)rect_area(m->rect));
+    return *out ? count_map_unpack(m->counts, m->counts_bytes, width, height, *out) : ERR_MEMORY;
+}
+
+static int begin_tile(struct hand *hand, struct hand_frame *f, uint64_t request_id,
+                      const struct message_tile *m, const struct plan_pass *pass, uint8_t *sides)
+{
     const bool held = frame_blobs_take(&f->blobs, hand->shelf, &f->plan);
     struct hand_tile *t = held ? calloc(1, sizeof *t) : NULL;
     if (!t) return ERR_MEMORY;
     t->hand = hand;
     t->frame = f;
     t->lease = *m;
-    t->lease.pass = pass_of(&f->plan, m);
+    t->lease.pass = *pass;
     t->lease.counts = NULL; /* borrowed from the message */
+    t->sides = sides;
     t->request_id = request_id;
     t->state = TILE_WAITING;
     bytes_writer_init(&t->packed);
@@ -295,6 +309,20 @@ int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_t
     hand->counts.open++;
     go_on(hand, t);
     return 0;
+}
+
+int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
+{
+    struct hand_frame *f = find_frame(hand, m->frame_id);
+    struct plan_pass pass = {0};
+    uint8_t *sides;
+    int e = unpack_sides(m, &sides);
+    if (!e && f) pass = pass_of(&f->plan, m);
+    pass.sides = sides;
+    if (!e) e = check_tile(hand, f, m, &pass);
+    if (!e) e = begin_tile(hand, f, request_id, m, &pass, sides);
+    if (e) free(sides);
+    return e;
 }
 
 void hand_acknowledge(struct hand *hand, const struct message_ack *m)

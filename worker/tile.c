@@ -132,6 +132,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field = out->paths;
     out->field.field = true;
     out->field.strata = pass->strata;
+    out->field.sides = pass->sides;
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = false;
@@ -258,6 +259,29 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                        samples);
 }
 
+/* A second set of bounce rays, from pixels that reflect something: only such have any. */
+static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
+                             const struct plan *plan, struct samples *samples,
+                             struct counters *counters)
+{
+    const struct block *b = &t->block;
+    struct lanes_mask asked;
+    for (int i = 0; i < LANES; i++)
+        asked.on[i] = b->kept.on[i] && stages->pass.sides[b->element[i]] > 0 ? -1 : 0;
+    const uint32_t pixels = lanes_count(&asked);
+    counters->value[COUNTER_SKIPPED_ENOUGH] += lanes_count(&b->kept) - pixels;
+    if (pixels == 0) return;
+    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
+    t->centre.active = t->centre.surface.hit;
+    path_resolve(&stages->field, &t->camera, &t->centre);
+    counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
+    for (int i = 0; i < LANES; i++)
+        t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
+    if (lanes_count(&t->bouncing) > 0)
+        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
+                       samples);
+}
+
 /* What is seen through pixel centres: surfaces and their light fields. */
 static void trace_centres(struct tile_tracer *t, const struct stages *stages,
                           const struct plan *plan, struct samples *samples,
@@ -299,7 +323,10 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->centres) trace_centres(t, stages, plan, samples, counters);
+            if (stages->pass.sides)
+                trace_second_set(t, stages, plan, samples, counters);
+            else if (stages->centres)
+                trace_centres(t, stages, plan, samples, counters);
             if (stages->count > 0) trace_paths(t, stages, samples);
             if (is_stopped(stop)) return ERR_STATE;
         }
@@ -336,6 +363,8 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     int rc = rect_fits(plan, rect) ? plan_pass_check(plan, pass) : ERR_RANGE;
     if (rc) return rc;
     if (plan->environment.kind == ENVIRONMENT_MAP && !environment) return ERR_MISSING;
+    if (pass->sides) rc = plan_sides_check(pass, (size_t)rect_area(rect));
+    if (rc) return rc;
     rc = samples_layout_init(&layout, plan, pass->number, rect_width(rect), rect_height(rect));
     if (rc == 0) rc = samples_create(&layout, &samples);
     if (rc) return rc;

@@ -143,7 +143,7 @@ int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, stru
     film->tile_count = tile_grid_count(&film->grid);
     film->block_count = (uint32_t)film->columns * (uint32_t)film->rows;
     film->pass_count = plan_pass_count(plan);
-    film->keeps = plan->target_error > 0.0f;
+    film->keeps = plan_has_rounds(plan);
     film->tiles = calloc(film->tile_count, sizeof *film->tiles);
     film->blocks = calloc(film->block_count, sizeof *film->blocks);
     film->ready = calloc(film->block_count, sizeof *film->ready);
@@ -260,10 +260,7 @@ static void merge(struct film *film, struct film_tile *t, struct samples *sample
         film->bytes -= samples->layout.total_bytes;
         samples_destroy(&samples);
     }
-    t->counts.paths += counts.paths;
-    t->counts.bounces += counts.bounces;
-    t->counts.split += counts.split;
-    t->counts.split_lengths += counts.split_lengths;
+    pass_counts_add(&t->counts, &counts);
     t->merged++;
 }
 

@@ -13,7 +13,7 @@
  * pass of its tiles a block is reconstructed a last time, with all of their samples; then it lets
  * go of them, and a tile that no block needs any more is freed.
  *
- * Under a plan with a target, what the schedule has is the first round of several: blocks keep
+ * Under a plan that has rounds, what the schedule has is the first of several: blocks keep
  * their tiles, and when all of them are settled, tiles may be asked for further passes. A block is
  * then reconstructed once a round, when all its tiles have what they were asked for, and blocks of
  * which no tile was asked are settled as they are. A frame's tiles stay until film_release.
@@ -34,7 +34,8 @@ struct film;
 int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile's pass, which must be of this pass's layout. Not taken: ERR_EXISTS
+/* Takes the samples of a tile's pass, which must be of this pass's layout; its sides are borrowed for
+ * the film's life. Not taken: ERR_EXISTS
  * when the pass has landed before, ERR_RANGE for a tile or a pass that is none or comes before its
  * turn, ERR_MISMATCH for samples of another size. Blocks that are now ready are queued;
  * film_next_ready takes them in order. */
@@ -44,7 +45,7 @@ int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pas
 /* The same of a pass of the plan's schedule. */
 int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples);
 
-/* Under a target, when the film is complete: tile t gets more_passes[t] passes more. */
+/* Of a plan that has rounds, when the film is complete: tile t gets more_passes[t] passes more. */
 void film_begin_round(struct film *film, const uint32_t *more_passes);
 
 /* Lets go of all tiles of a film that is complete. */

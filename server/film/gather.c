@@ -207,6 +207,9 @@ static void gather_indirect(const struct overlap *o)
     if (p->reflector)
         widen_halves(o, samples_u16(o->samples, PLANE_REFLECTOR, 0), o->plan->length_unit,
                      p->reflector);
+    if (p->reflector_far)
+        widen_halves(o, samples_u16(o->samples, PLANE_REFLECTOR_FAR, 0), o->plan->length_unit,
+                     p->reflector_far);
     if (p->indirect_strata) gather_strata(o);
     if (p->open) widen_halves(o, samples_u16(o->samples, PLANE_OPEN, 0), 1.0f, p->open);
 }
@@ -243,6 +246,17 @@ static void fill(const struct overlap *o, float count, float *out)
     for (size_t y = 0; y < o->height; y++) {
         float *to = out + to_row(o, y);
         for (size_t x = 0; x < o->width; x++) to[x] = count;
+    }
+}
+
+/* Bounce rays, at most LIMIT_SPP: exact. */
+static void gather_counts(const struct overlap *o, struct pass_counts counts, float *out)
+{
+    fill(o, (float)counts.bounces, out);
+    for (size_t y = 0; y < o->height && counts.sides; y++) {
+        const uint8_t *side = counts.sides + from_row(o, y);
+        float *to = out + to_row(o, y);
+        for (size_t x = 0; x < o->width; x++) to[x] += (float)side[x] * (float)side[x];
     }
 }
 
@@ -296,7 +310,7 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
     const bool far = patch_has_far_indirect(plan);
     if (far) gather_indirect(&o);
-    if (patch->bounces) fill(&o, (float)counts.bounces, patch->bounces);
+    if (patch->bounces) gather_counts(&o, counts, patch->bounces);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
     gather_surface(&o);

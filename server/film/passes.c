@@ -89,9 +89,39 @@ static void add_bounces(struct samples *sum, uint32_t count, const struct sample
                     area);
 }
 
+/* to = the mean of to, of `count` rays, and from, of so many squared. */
+static void merge_sides(uint16_t *to, const uint16_t *from, size_t area, float count,
+                        const uint8_t *sides)
+{
+    float a[RUN], b[RUN];
+    for (size_t done = 0; done < area; done += RUN) {
+        const size_t n = area - done < RUN ? area - done : RUN;
+        half_to_floats(to + done, a, n);
+        half_to_floats(from + done, b, n);
+        for (size_t i = 0; i < n; i++) {
+            const float more = (float)sides[done + i] * (float)sides[done + i];
+            a[i] += more / (count + more) * (b[i] - a[i]);
+        }
+        half_from_floats(a, to + done, n);
+    }
+}
+
+static void add_second_set(struct samples *sum, uint32_t count, const struct samples *more,
+                           const uint8_t *sides)
+{
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    for (uint32_t c = 0; c < 3 && samples_u16(sum, PLANE_INDIRECT_MEAN, c); c++)
+        merge_sides(samples_u16(sum, PLANE_INDIRECT_MEAN, c),
+                    samples_u16(more, PLANE_INDIRECT_MEAN, c), area, (float)count, sides);
+    if (samples_u16(sum, PLANE_OPEN, 0))
+        merge_sides(samples_u16(sum, PLANE_OPEN, 0), samples_u16(more, PLANE_OPEN, 0), area,
+                    (float)count, sides);
+}
+
 void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct samples *more,
                 struct pass_counts more_counts)
 {
     if (more_counts.paths > 0) add_paths(sum, sum_counts.paths, more, more_counts.paths);
     if (more_counts.bounces > 0) add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
+    if (more_counts.sides) add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
 }

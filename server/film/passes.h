@@ -5,6 +5,8 @@
 /* Samples of every pixel. */
 struct pass_counts {
     uint32_t paths, bounces;
+    const uint8_t *sides; /* so many bounce rays squared more, pixel by pixel of the tile, of a
+                             second set; NULL: none. Borrowed */
     /* Of the paths, those in parts that PATH_SPLIT is made of, and the parts' lengths, added up
      * over these paths. */
     uint64_t split, split_lengths;
@@ -14,13 +16,27 @@ static inline struct pass_counts pass_counts_of(const struct plan_pass *pass)
 {
     const struct plan_split parts = plan_pass_split(pass);
     const uint64_t split = (uint64_t)parts.length * parts.count;
-    return (struct pass_counts){pass->count, pass->strata * pass->strata, split,
-                                split * parts.length};
+    return (struct pass_counts){.paths = pass->count,
+                                .bounces = pass->sides ? 0 : pass->strata * pass->strata,
+                                .sides = pass->sides,
+                                .split = split,
+                                .split_lengths = split * parts.length};
+}
+
+/* A tile has one second set at most. */
+static inline void pass_counts_add(struct pass_counts *sum, const struct pass_counts *more)
+{
+    sum->paths += more->paths;
+    sum->bounces += more->bounces;
+    sum->sides = more->sides ? more->sides : sum->sides;
+    sum->split += more->split;
+    sum->split_lengths += more->split_lengths;
 }
 
 /* Adds `more` to `sum`: sums of paths, and means over bounce rays, weighted by their number. Both
  * have the plan's planes of what they have samples of; other planes of `sum` stay as they are. Of
- * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size.
+ * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size; a
+ * second set has its mean radiance and open shares alone.
  *
  * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and
  * LeVeque (Updating formulae and a pairwise algorithm for computing sample variances, 1979,

@@ -20,7 +20,7 @@
 
 static void destroy(struct frame *f)
 {
-    frame_target_destroy(f);
+    frame_rounds_destroy(f);
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
     scratch_destroy(&f->scratch);
@@ -34,7 +34,7 @@ static uint32_t window_tiles(const struct plan *plan)
 {
     struct samples_layout layout;
     if (plan_pass_count(plan) == 1) return UINT32_MAX;
-    if (plan->target_error > 0.0f) return UINT32_MAX; /* all of them are kept */
+    if (plan_has_rounds(plan)) return UINT32_MAX; /* all of them are kept */
     if (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) return 1;
     uint32_t tiles = SUMS_MOST_BYTES / (layout.total_bytes + 1);
     return tiles > 0 ? tiles : 1;
@@ -61,7 +61,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error) error = scratch_create(&f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
-    if (!error && f->plan.target_error > 0.0f) error = frame_target_create(f);
+    if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);
     if (error) {
         destroy(f);
         return error;
@@ -164,9 +164,17 @@ uint32_t frame_pass_samples(const struct plan_pass *pass)
     return count > 0 ? count : 1;
 }
 
+uint64_t frame_pass_work(const struct plan_pass *pass, uint32_t area)
+{
+    uint64_t rays = 0;
+    if (!pass->sides) return (uint64_t)frame_pass_samples(pass) * area;
+    for (uint32_t i = 0; i < area; i++) rays += (uint64_t)pass->sides[i] * pass->sides[i];
+    return rays;
+}
+
 double frame_traced_share(const struct frame *f)
 {
-    if (frame_has_target(f)) return f->target.shown;
+    if (frame_has_rounds(f)) return f->rounds.shown;
     const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
     const uint32_t first = frame_pass_samples(&pass);
     const uint32_t each = first + f->plan.paths.spp - plan_pass_spp(&f->plan, 1);
@@ -207,12 +215,17 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
                                .generation = generation,
                                .rect = tile_grid_rect(&f->grid, tile)};
     out->pass = scheduled ? (struct plan_pass){.number = number} : frame_pass(f, tile, number);
+    if (out->pass.sides) {
+        out->counts = f->rate.packed.data + f->rate.tiles[tile].packed;
+        out->counts_bytes = f->rate.tiles[tile].packed_bytes;
+    }
     return true;
 }
 
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number)
 {
     if (frame_has_target(f)) return rounds_pass(f->target.rounds, tile, number);
+    if (frame_has_rate(f)) return frame_rate_pass(f, tile, number);
     return plan_scheduled_pass(&f->plan, number);
 }
 

@@ -24,7 +24,7 @@ struct frame_events {
     void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
     /* Pixels of `rect` are in the image. */
     void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
-    /* Tiles wait again: of the next round of a frame with a target. */
+    /* Tiles wait again: of the next round of a frame that has some (proto/plan.h). */
     void (*extended)(void *ctx, struct frame *frame);
     /* All tiles have landed with all their passes: workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);

@@ -5,6 +5,7 @@
 
 #include "server/job/frame_work.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/indirect_rate.h"
 
 /* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
  * looks at the picture while it forms reads no half-written numbers. */
@@ -15,6 +16,8 @@ struct block_task {
     struct rect rect;
     float *pixels;                /* owned; channel by channel, and what is measured of them */
     struct block_measure measure; /* of a frame with a target */
+    uint8_t *sides;               /* owned; of a frame that wants them, row by row */
+    uint32_t measured;            /* with them: pixels that bounce rays left */
     struct block_statistics statistics;
     int error;
 };
@@ -56,6 +59,10 @@ static int reconstruct(struct block_task *t)
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
+    if (!error && t->sides) {
+        error = indirect_rate_find(&f->plan, patch, t->rect, t->sides);
+        t->measured = (uint32_t)patch_count_measured(patch, t->rect);
+    }
     patch_destroy(&patch);
     return error;
 }
@@ -120,9 +127,11 @@ static void block_over(struct frame *f, const struct block_task *t)
     }
     copy_pixels(t, f->image);
     f->blocks_drawn++;
-    if (frame_has_target(f)) frame_target_keep(f, t->block, t->rect, &t->measure, &t->statistics);
+    if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
+    if (t->sides) frame_rate_keep(f, t->block, t->sides, t->measured);
+    if (frame_has_rounds(f)) f->rounds.statistics[t->block] = t->statistics;
     /* Pixels count once, as they are in the end. */
-    if (film_block_done(f->film, t->block) && !frame_has_target(f))
+    if (film_block_done(f->film, t->block) && !frame_has_rounds(f))
         frame_count_pixels(&f->statistics, &t->statistics);
     const int error = submit_ready(f);
     if (error) {
@@ -130,8 +139,8 @@ static void block_over(struct frame *f, const struct block_task *t)
         return;
     }
     if (film_complete(f->film)) {
-        if (frame_has_target(f))
-            frame_target_decide(f);
+        if (frame_has_rounds(f))
+            frame_rounds_decide(f);
         else
             frame_encode(f);
     }
@@ -142,6 +151,7 @@ static void block_done(struct team_task *task)
 {
     struct block_task *t = (struct block_task *)task;
     if (frame_task_over(t->frame)) block_over(t->frame, t);
+    free(t->sides);
     free(t->pixels);
     free(t);
 }
@@ -154,6 +164,13 @@ static int submit_block(struct frame *f, uint32_t block)
     t->task = (struct team_task){.run = block_run, .done = block_done};
     t->frame = f;
     t->block = block;
+    if (frame_wants_sides(f)) {
+        t->sides = calloc((size_t)rect_area(t->rect), sizeof *t->sides);
+        if (!t->sides) {
+            free(t);
+            return ERR_MEMORY;
+        }
+    }
     f->blocks_out++;
     frame_task_submit(f, &t->task);
     return 0;
@@ -216,9 +233,10 @@ static void land(struct decode_task *t)
     tile_queue_land(f->tiles, t->result.index);
     counters_add(&f->statistics.counters, &t->result.counters);
     f->statistics.tiles_done++;
-    f->samples_landed += (uint64_t)frame_pass_samples(&t->pass) *
-                         (frame_has_target(f) ? (uint64_t)rect_area(t->rect) : 1);
-    if (frame_has_target(f)) frame_target_note(f);
+    f->samples_landed += frame_has_rounds(f)
+                             ? frame_pass_work(&t->pass, (uint32_t)rect_area(t->rect))
+                             : frame_pass_samples(&t->pass);
+    if (frame_has_rounds(f)) frame_rounds_note(f);
     error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
@@ -226,7 +244,7 @@ static void land(struct decode_task *t)
     }
     /* `traced` comes after the verdict, so that the worker knows its result is in before it is told
      * to forget the frame. */
-    bool complete = tile_queue_complete(f->tiles) && !frame_has_target(f);
+    bool complete = tile_queue_complete(f->tiles) && !frame_has_rounds(f);
     f->tasks++; /* held: the owner may drop the frame */
     judge(t, VERDICT_ACCEPTED);
     if (frame_task_over(f) && complete) f->options.events.traced(f->options.events.ctx, f);

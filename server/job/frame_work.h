@@ -1,6 +1,7 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
- * frame_results.c (results to blocks), frame_files.c (image to files). */
+ * frame_results.c (results to blocks), frame_rounds.c (passes after the schedule: when), with
+ * frame_target.c and frame_rate.c (which), frame_files.c (image to files). */
 #include <stdatomic.h>
 
 #include "server/film/film.h"
@@ -9,15 +10,39 @@
 #include "server/job/tile_queue.h"
 #include "server/reconstruct/block.h"
 
+/* Of a frame that has rounds (proto/plan.h). */
+struct frame_rounds {
+    uint32_t *more_passes;               /* owned; of each tile */
+    struct block_statistics *statistics; /* owned; of each block, as it was drawn last */
+    double shown;                        /* share of the work that was told of */
+};
+
 /* Of a frame with a target: what is measured of its picture, for the next round. */
 struct frame_target {
     struct rounds *rounds;       /* owned */
     float *pixels;               /* owned; SOURCE_COUNT squares and luminance, plane by plane */
-    uint32_t *more_passes;       /* owned; of each tile */
     struct rounds_error *errors; /* owned; of each tile */
-    struct block_statistics *statistics; /* owned; of each block, as it was drawn last */
     char warning[LIMIT_DETAIL_BYTES];
-    double shown; /* share of the work that was told of */
+};
+
+/* The second set of bounce rays of a tile. */
+struct frame_rate_tile {
+    const uint8_t *sides; /* of its pixels, row by row; in frame_rate */
+    uint32_t most;        /* of these */
+    size_t packed;        /* where its count map begins in `packed` */
+    uint32_t packed_bytes;
+    uint64_t rays;
+};
+
+/* Of a frame whose pixels get second sets of bounce rays (plan_rate). */
+struct frame_rate {
+    uint8_t *pixels; /* owned; l of the second set, of the whole image as blocks are drawn */
+    uint8_t *sides;  /* owned; the same, tile by tile */
+    uint32_t *measured; /* owned; pixels of each block that have a first set */
+    struct frame_rate_tile *tiles; /* owned */
+    struct bytes_writer packed;    /* count_map.h, tile by tile */
+    uint64_t rays;                 /* of all second sets; once decided */
+    bool decided;
 };
 
 struct frame {
@@ -28,13 +53,15 @@ struct frame {
     struct tile_grid grid;
     struct tile_queue *tiles;
     struct film *film;
+    struct frame_rounds rounds; /* all NULL without rounds */
     struct frame_target target; /* all NULL without one */
+    struct frame_rate rate;     /* all NULL without */
     struct scratch *scratch;    /* of the team's work on blocks */
     struct image *image;        /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
-    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel, with a target of all
-                                its pixels */
+    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel, with rounds of all its
+                                pixels */
     uint64_t blocks_drawn;
     uint32_t blocks_out; /* on the team */
     uint32_t tasks;      /* on the team, of any kind */
@@ -50,11 +77,27 @@ bool frame_task_over(struct frame *f);
 /* Samples a pixel of a pass, by which the work that is done is told: paths, and bounce rays, each
  * of which goes on as a path does; at least one. */
 uint32_t frame_pass_samples(const struct plan_pass *pass);
+/* The same of all of a tile's pixels, which may differ. */
+uint64_t frame_pass_work(const struct plan_pass *pass, uint32_t area);
 
 /* What a pass of a tile traces. */
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
-/* -- frame_rounds.c: frames with a target -- */
+/* -- frame_rounds.c: frames with passes after the schedule -- */
+
+int frame_rounds_create(struct frame *f);
+void frame_rounds_destroy(struct frame *f);
+static inline bool frame_has_rounds(const struct frame *f)
+{
+    return f->rounds.more_passes != NULL;
+}
+/* All blocks are drawn: decides on the team whether there is another round, and begins it or ends
+ * the frame. */
+void frame_rounds_decide(struct frame *f);
+/* Tells anew how much of the work is done, which never shrinks. */
+void frame_rounds_note(struct frame *f);
+
+/* -- frame_target.c: sampling until a target error is reached -- */
 
 int frame_target_create(struct frame *f);
 void frame_target_destroy(struct frame *f);
@@ -63,14 +106,33 @@ static inline bool frame_has_target(const struct frame *f)
     return f->target.rounds != NULL;
 }
 /* Keeps what was measured of a block's pixels, in `measure` (block by block, not of the image). */
-void frame_target_keep(struct frame *f, uint32_t block, struct rect rect,
-                       const struct block_measure *measure,
-                       const struct block_statistics *statistics);
-/* All blocks are drawn: decides on the team whether there is another round, and begins it or ends
- * the frame. */
-void frame_target_decide(struct frame *f);
-/* Tells anew how much of the work is done, which never shrinks. */
-void frame_target_note(struct frame *f);
+void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure);
+/* On the team, when nothing else touches the frame's rounds: whether any tile gets more passes. */
+bool frame_target_decide(struct frame *f);
+/* On the loop's thread, after that. */
+void frame_target_count(struct frame *f);
+/* After the last round: says what was not reached. */
+void frame_target_end(struct frame *f);
+
+/* -- frame_rate.c: a second set of bounce rays -- */
+
+int frame_rate_create(struct frame *f);
+void frame_rate_destroy(struct frame *f);
+static inline bool frame_has_rate(const struct frame *f)
+{
+    return f->rate.pixels != NULL;
+}
+/* Whether a block that is drawn now is to tell of its pixels' second sets. */
+static inline bool frame_wants_sides(const struct frame *f)
+{
+    return frame_has_rate(f) && !f->rate.decided;
+}
+/* Keeps a block's, row by row. */
+void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
+/* As of a target; *error: ERR_MEMORY. */
+bool frame_rate_decide(struct frame *f, int *error);
+void frame_rate_count(struct frame *f);
+struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
 /* Adds what a block's pixels count. */
 void frame_count_pixels(struct statistics *sum, const struct block_statistics *block);

@@ -23,7 +23,7 @@ static uint64_t waiting_floats(const struct plan *plan)
 {
     struct samples_layout layout;
     const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
-    if (plan_pass_count(plan) == 1 && !(plan->target_error > 0.0f)) return 0;
+    if (plan_pass_count(plan) == 1 && !plan_has_rounds(plan)) return 0;
     if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
     return layout.total_bytes / (sizeof(float) * LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
 }
@@ -139,7 +139,7 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
         jobs_progress_soon(jobs, job);
         const struct plan *plan = &job->prepared->plan;
         /* A tile that has landed waits for its next pass. */
-        if (plan_pass_count(plan) > 1 || plan->target_error > 0.0f) fleet_wake(jobs->fleet);
+        if (plan_pass_count(plan) > 1 || plan_has_rounds(plan)) fleet_wake(jobs->fleet);
         return;
     }
     if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, work, worker);

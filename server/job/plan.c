@@ -95,19 +95,20 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-/* All samples of a frame with a target stay until it is reached. */
+/* All samples of a frame that has rounds stay until the last. */
 static int fit_memory(const struct plan *plan, struct fault *fault)
 {
     struct samples_layout layout;
     const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
-    if (!(plan->target_error > 0.0f)) return 0;
+    const char *place = plan->target_error > 0.0f ? "/sampling/target_error" : "/filter/indirect";
+    if (!plan_has_rounds(plan)) return 0;
     if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
     const uint64_t each = layout.total_bytes / (LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     if (each * pixels <= LIMIT_TARGET_BYTES) return 0;
-    return fault_set(fault, ERR_LIMIT, "/sampling/target_error",
+    return fault_set(fault, ERR_LIMIT, place,
                      "%" PRIu64 " pixels keep %" PRIu64
-                     " bytes each until the target is reached: above %llu in all",
+                     " bytes each until all their samples are known: above %llu in all",
                      pixels, each, LIMIT_TARGET_BYTES);
 }
 

@@ -16,6 +16,13 @@
  * room, and at most a tenth more in other scenes. Their error falls with every step of samples. */
 #define SAMPLES_LINEAR 36
 
+/* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays
+ * of a pixel at mu = 1 and below. In the paper the latter grow with mu, and what a filter sees of
+ * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
+ * With the square of mu they fall. */
+#define ADAPTIVE_FIRST 4
+#define ADAPTIVE_MOST  100.0
+
 const char plan_nothing_to_filter[] = "there is neither indirect light nor occlusion to filter";
 
 bool plan_is_lit(const struct plan *plan, const struct plan_report *report)
@@ -42,6 +49,15 @@ void plan_surfaces(struct plan *plan, struct plan_report *report)
                     PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID);
     plan->sub_samples = LIMIT_SUB_SAMPLES;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+}
+
+/* Rays of a pixel, in both sets. */
+static uint32_t adaptive_most(const struct job *job)
+{
+    const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
+    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, most = ADAPTIVE_MOST * mu * mu;
+    if (job->indirect_spp > 0) return job->indirect_spp > first ? job->indirect_spp : first;
+    return most < LIMIT_SPP ? (uint32_t)most : LIMIT_SPP;
 }
 
 static uint32_t choose_by_samples(uint32_t samples, char why[PLAN_FILTER_WHY_BYTES])
@@ -80,7 +96,13 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
     const bool parts = (plan->planes & PLANE_BIT(INDIRECT_STRATA)) != 0;
     if (job->indirect == INDIRECT_AUTO || (job->indirect == INDIRECT_SHEARED && !parts))
         return choose_by_samples(l * l, why);
-    snprintf(why, n, "filter.indirect asks for it");
+    if (job->indirect == INDIRECT_ADAPTIVE)
+        snprintf(why, n,
+                 "filter.indirect asks for it: %u rays a pixel, then as many as their distances "
+                 "call for, %u at most",
+                 l * l, adaptive_most(job));
+    else
+        snprintf(why, n, "filter.indirect asks for it");
     return filters[job->indirect];
 }
 
@@ -110,9 +132,28 @@ void plan_indirect_none(const struct job *job, const char *why, struct plan_repo
     tell_none(job, report);
 }
 
+/* mu is the rate's: it makes rays more and filters narrower. Those of shadows stay as they are. */
+static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
+    plan->rate = (struct plan_rate){.mu = job->mu, .rays_most = adaptive_most(job)};
+    plan->mu = 1.0f;
+    plan->planes |= PLANE_BIT(REFLECTOR_FAR);
+    plan->capabilities |= CAPABILITY_SIDES;
+    if (job->indirect_spp > 0 && job->indirect_spp < first)
+        plan_warn(report,
+                  "sampling.indirect_spp is the most rays of a pixel under adaptive sampling, which "
+                  "begins with %u: every pixel has these and no more",
+                  first);
+}
+
 static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE)
+        plan_adaptive(job, plan, report);
+    else
+        plan_skip(report, "plane reflector_far", "no filter of this plan reads it");
     const bool axes = plan->indirect_filter != INDIRECT_FILTER_SHEARED;
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) tell_none(job, report);
     if (job->indirect == INDIRECT_SHEARED && plan_wants_error(job) &&
@@ -172,7 +213,9 @@ static void plan_occlusion(const struct job *job, struct plan *plan, struct plan
 
 void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report)
 {
-    const uint32_t l = job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    const uint32_t l = job->indirect == INDIRECT_ADAPTIVE
+                           ? ADAPTIVE_FIRST
+                           : job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
     plan_light(job, l, plan, report);
     plan_occlusion(job, plan, report);
     if (plan->planes & PLANES_BOUNCE) {

@@ -31,7 +31,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "path_coverage",
                                                         "path_occlusion",
                                                         "open",
-                                                        "path_split"};
+                                                        "path_split",
+                                                        "reflector_far"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -126,14 +127,19 @@ static json_t *samples_of(const struct plan *plan)
     for (uint32_t k = 0; k < plan->light_count; k++)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    json_t *samples = NULL;
     if (plan->paths.spp == 0)
-        return json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
-                         "light", (json_int_t)light, "indirect", (json_int_t)indirect);
-    return json_pack("{s:i,s:i,s:I,s:I,s:I,s:I}", "primary", plan->planes & ~PLANES_PATH ? 1 : 0,
-                     "antialias", (int)plan->sub_samples, "light",
-                     plan->light_planes ? (json_int_t)light : 0, "indirect", (json_int_t)indirect,
-                     "paths", (json_int_t)plan->paths.spp, "passes",
-                     (json_int_t)plan_pass_count(plan));
+        samples = json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
+                            "light", (json_int_t)light, "indirect", (json_int_t)indirect);
+    else
+        samples = json_pack(
+            "{s:i,s:i,s:I,s:I,s:I,s:I}", "primary", plan->planes & ~PLANES_PATH ? 1 : 0,
+            "antialias", (int)plan->sub_samples, "light",
+            plan->light_planes ? (json_int_t)light : 0, "indirect", (json_int_t)indirect, "paths",
+            (json_int_t)plan->paths.spp, "passes", (json_int_t)plan_pass_count(plan));
+    if (samples && plan->rate.rays_most > 0)
+        json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
+    return samples;
 }
 
 static json_t *environment_of(const struct plan *plan)

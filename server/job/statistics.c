@@ -38,6 +38,8 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
+    sum->adaptive_first_rays += more->adaptive_first_rays;
+    sum->adaptive_second_rays += more->adaptive_second_rays;
     sum->target_error = most(sum->target_error, more->target_error);
     sum->target_threshold = most(sum->target_threshold, more->target_threshold);
     sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
@@ -84,6 +86,8 @@ static const struct line lines[] = {
     {"target", "bounces", FIELD(target_bounces), false},
     {"target", "error", FIELD(target_error), true},
     {"target", "threshold", FIELD(target_threshold), true},
+    {"adaptive", "first_rays", FIELD(adaptive_first_rays), false},
+    {"adaptive", "second_rays", FIELD(adaptive_second_rays), false},
     {NULL, "bytes_received", FIELD(bytes_received), false},
     {"peak_rss_bytes", "server", FIELD(server_peak_rss_bytes), false},
     {"peak_rss_bytes", "worker", FIELD(worker_peak_rss_bytes), false},

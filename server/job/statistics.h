@@ -30,6 +30,7 @@ struct statistics {
      */
     uint64_t target_rounds, target_paths, target_bounces;
     uint64_t target_error, target_threshold;
+    uint64_t adaptive_first_rays, adaptive_second_rays; /* bounce rays asked for, of adaptive rates */
     uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;
 };
 
@@ -40,7 +41,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
  * total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped, corrupt},
  * pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped}, indirect
  * {pixels_filtered, pixels_skipped, blocks_skipped}, target {rounds, paths, bounces, error,
- * threshold}, bytes_received, peak_rss_bytes {server,
+ * threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes {server,
  * worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 

@@ -4,12 +4,14 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect.h"
+#include "server/reconstruct/indirect_rate.h"
 
 #define LINES        512.0f /* what pixels below are counted at */
 #define SAMPLES      16.0f
-#define BANDLIMIT    (2.0f / 2.8f)
+#define BANDLIMIT    (2.0f / INDIRECT_OMEGA_LAMBERT)
 #define BETA_LEAST   0.6f
 #define FALLOFF_MOST 1e30f
+#define RATE_CAP_PX  7.5f /* at mu = 1, as rule A's at 16 samples */
 #define FAR          1e30f
 
 /* The blend's widths over those of rule B, and what smooths its decisions: the latter at most a
@@ -73,6 +75,19 @@ static void spread_widths(struct indirect_rule *r, float lines)
     r->most_px *= widest;
 }
 
+/* The paper's widths: as narrow as mu asks for, and no wider than rule A's cap, where n grows with
+ * the square of mu. */
+static void rate_widths(const struct plan *plan, float lines, struct indirect_rule *r)
+{
+    const float mu = plan->rate.mu, most = RATE_CAP_PX * lines / indirect_root(mu, 3);
+    r->bandwidth = mu;
+    r->least_px = 2.0f / INDIRECT_RATE_WIDTH_ALPHA / mu;
+    r->most_px = fminf(fmaxf(most, r->least_px), most_in_reach());
+    r->least_px = fminf(r->least_px, r->most_px);
+    r->near_px = INDIRECT_RATE_NEAR_PX * lines;
+    r->off_px = 2.0f * lines;
+}
+
 struct indirect_rule indirect_rule_of(const struct plan *plan)
 {
     const float lines = (float)plan->height_px / LINES;
@@ -82,6 +97,10 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     float base = 0.0f, cap = 0.0f;
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) {
         smooth_errors(plan, lines, &r);
+        return r;
+    }
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE) {
+        rate_widths(plan, lines, &r);
         return r;
     }
     switch (plan->indirect_filter) {

@@ -11,7 +11,10 @@
  *
  * The widths suit paths that are noisy behind the first bounce. Where only the first direction is
  * random, the pattern's noise is so fine that mu = 0.7 has a fifth less error; where half of the
- * samples are black at random, mu = 0.6 has a third more. */
+ * samples are black at random, mu = 0.6 has a third more.
+ *
+ * Under INDIRECT_FILTER_RATE widths are those of indirect_rate.h: mu(n) is the plan's rate.mu,
+ * whatever the samples, and the cap falls with its cube root. */
 #include "server/reconstruct/indirect_field.h"
 
 struct indirect_rule {

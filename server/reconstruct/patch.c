@@ -45,8 +45,9 @@ static void carve_indirect(struct carver *c, const struct plan *plan, struct pat
         carve_rgb(c, p->indirect_even);
         carve_rgb(c, p->indirect_odd);
     }
-    if (plan->target_error > 0.0f && strata > 0) p->bounces = carve(c, sizeof(float));
+    if (plan_has_rounds(plan) && strata > 0) p->bounces = carve(c, sizeof(float));
     if (plan->planes >> PLANE_REFLECTOR & 1u) p->reflector = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_REFLECTOR_FAR & 1u) p->reflector_far = carve(c, sizeof(float));
     if (plan->planes >> PLANE_INDIRECT_STRATA & 1u)
         p->indirect_strata = carve(c, strata * 4 * sizeof(float));
     if (plan->planes >> PLANE_OPEN & 1u) p->open = carve(c, sizeof(float));

@@ -1,6 +1,6 @@
 // make bench-accuracy: pictures of every scene, method and sample count against converged ones.
 //   accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...]
-//     [side=PX] [reference=SPP] [repeat=N] [out=DIR]
+//     [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]
 // One JSON line per measurement on standard output and in OUT/accuracy.jsonl; then the bounds, one
 // line each, with a sentence for people on standard error; plots and report.html in OUT (BUILD/bench).
 // Exit status 1 when a bound is missed.
@@ -13,21 +13,21 @@ import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
-// By effect: counts of samples, and more of them for the plain average; the most samples of one half
+// By effect: counts of samples (mu where a method's samples are turned by it), and more of them for the plain average; the most samples of one half
 // of a reference.
 const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, repeatSpp: [9, 16], scenes,
-  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256] },
+  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256] }, mu: [0.5, 0.7, 1, 1.4, 2, 2.8],
   more: { shadows: [576, 1024], indirect: [576] }, referenceSpp: { shadows: 65536, indirect: 4096 } };
 const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, repeatSpp: [9],
   scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box"].includes(s.name)),
-  spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100] }, more: { shadows: [400], indirect: [400] },
+  spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100] }, mu: [0.5, 1, 2], more: { shadows: [400], indirect: [400] },
   referenceSpp: { shadows: 4096, indirect: 2048 } };
 const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, repeatSpp: [], scenes: scenes.filter((s) => ["contacts", "box"].includes(s.name)),
-  spp: { shadows: [4, 9], indirect: [4, 16] }, more: { shadows: [25], indirect: [100] },
+  spp: { shadows: [4, 9], indirect: [4, 16] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100] },
   referenceSpp: { shadows: 4096, indirect: 1024 } };
 const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
-const WORDS = ["effect", "scene", "method", "spp", "side", "reference", "repeat", "out"];
-const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";
+const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "out"];
+const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";
 
 const ROOT = new URL("../..", import.meta.url).pathname;
 process.chdir(ROOT);
@@ -62,6 +62,7 @@ function parse(argv) {
   if (list("effect")) o.scenes = o.scenes.filter((s) => list("effect").includes(s.effect));
   o.methods = list("method") ?? METHODS;
   o.spp = (effect, method) => spp ?? (method === "average" ? [...base.spp[effect], ...base.more[effect]] : base.spp[effect]);
+  o.mu = list("mu")?.map(Number) ?? base.mu;
   if (given.side) o.side = Number(given.side);
   o.out = resolve(given.out ?? `${build}/bench`);
   o.references = `${o.folder}/bench/reference`;

@@ -1,10 +1,11 @@
 /* Every message decoder. Input: the message's number as u16, then the payload. What decodes must
  * encode back to the same bytes: then no field is lost, none is read twice, and each payload has
- * one meaning. */
+ * one meaning. A tile's counts that unpack must survive being packed. */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/count_map.h"
 #include "proto/message.h"
 
 /* Messages that end in a byte range: encode leaves it to the frame's tail. */
@@ -23,6 +24,22 @@ static void compare(const struct bytes_writer *w, const uint8_t *payload, size_t
 {
     if (w->failed || w->size_bytes != size_bytes) abort();
     if (size_bytes > 0 && memcmp(w->data, payload, size_bytes) != 0) abort();
+}
+
+static void unpack_counts(const uint8_t *payload, size_t payload_bytes)
+{
+    static uint8_t counts[COUNT_MAP_BYTES_MAX], again[COUNT_MAP_BYTES_MAX];
+    struct message_tile m;
+    struct bytes_writer w;
+    if (message_decode_tile(payload, payload_bytes, &m) != ERR_OK || m.counts_bytes == 0) return;
+    const int32_t width = rect_width(m.rect), height = rect_height(m.rect);
+    if (count_map_unpack(m.counts, m.counts_bytes, width, height, counts) != 0) return;
+    bytes_writer_init(&w);
+    if (count_map_pack(&w, counts, width, height) != 0 ||
+        count_map_unpack(w.data, w.size_bytes, width, height, again) != 0)
+        abort();
+    if (memcmp(counts, again, (size_t)rect_area(m.rect)) != 0) abort();
+    bytes_writer_fini(&w);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes);
@@ -52,5 +69,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
         if (message_name(asked) != NULL) abort();
     }
     bytes_writer_fini(&w);
+    if (asked == MESSAGE_TILE) unpack_counts(payload, payload_bytes);
     return 0;
 }

@@ -26,6 +26,8 @@ struct bounce {
     const struct path_vertex *from;
     float reach; /* of the first rays */
     uint32_t key[LANES];
+    uint32_t rays[LANES]; /* of each lane to trace */
+    uint32_t most;        /* of these */
     bool sheared; /* strata of the v-plane, not of the disc */
     bool light;   /* rays go on as paths; else they only look how far they come */
 };
@@ -54,11 +56,17 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
 static void sample_directions(const struct bounce *b, const struct indirect_scratch *s, uint32_t i,
                               struct lanes3 *local)
 {
-    const uint32_t column = i % s->strata.l, row = i / s->strata.l;
+    _Alignas(LANES_ALIGN) float u[LANES], v[LANES];
+    if (s->strata.l == 0) {
+        strata_at(&s->strata, i, u, v);
+        lambert_sample(u, v, local);
+        return;
+    }
     if (!b->sheared) {
         lambert_sample(strata_u(&s->strata, i), strata_v(&s->strata, i), local);
         return;
     }
+    const uint32_t column = i % s->strata.l, row = i / s->strata.l;
     for (int k = 0; k < LANES; k++) {
         float d[3];
         v_plane_direction(s->side[column][k], s->height[column][k], s->sine[row][k],
@@ -157,12 +165,14 @@ static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
 static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
                          uint32_t slot, struct path_pool *pool)
 {
-    struct lanes_mask valid = b->counted;
+    struct lanes_mask asked = b->counted, valid;
     struct lanes3 local, direction;
+    for (int i = 0; i < LANES; i++) asked.on[i] &= -(sample < b->rays[i]);
+    valid = asked;
     sample_directions(b, s, sample, &local);
     turn_directions(b, &local, &valid, &direction);
     b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
-        lanes_count(&b->counted) - lanes_count(&valid);
+        lanes_count(&asked) - lanes_count(&valid);
     if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
         begin_block(b, sample, slot, &direction, &pool->packets[pool->count / LANES]);
         pool->count += LANES;
@@ -210,11 +220,17 @@ static void reject(const struct lanes_mask *counted, size_t first, struct path_r
 }
 
 /* Halves alternate like a chessboard's fields over the strata: any other cut would put light from
- * here into one half and light from there into the other. */
-static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t l,
-                       uint32_t sample, struct indirect_sums *sums)
+ * here into one half and light from there into the other. Where pixels differ in their strata
+ * nobody asks for halves. */
+static uint32_t field_of(uint32_t l, uint32_t sample)
 {
-    struct lanes3 *half = &sums->half[(sample % l + sample / l) & 1];
+    return l > 0 ? sample % l + sample / l : sample;
+}
+
+static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t field,
+                       struct indirect_sums *sums)
+{
+    struct lanes3 *half = &sums->half[field & 1];
     const struct path_rgb *radiance = &h->indirect;
     for (size_t i = 0; i < LANES; i++) {
         float met = h->distance[first + i];
@@ -222,6 +238,7 @@ static void add_sample(const struct path_harvest *h, size_t first, float distanc
         half->y[i] += radiance->g[first + i];
         half->z[i] += radiance->b[first + i];
         sums->open[i] += met >= distance ? 1.0f : 0.0f;
+        sums->farthest[i] = (met < INFINITY) & (met > sums->farthest[i]) ? met : sums->farthest[i];
         met = met > 0.0f ? met : INFINITY;
         sums->nearest[i] = met < sums->nearest[i] ? met : sums->nearest[i];
     }
@@ -244,17 +261,17 @@ static void store_sample(const struct bounce *b, const struct path_harvest *h, s
                               samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + 3));
 }
 
-static void store_radiance(const struct bounce *b, const struct indirect_sums *sums, uint32_t count,
+static void store_radiance(const struct bounce *b, const struct indirect_sums *sums,
                            struct samples *samples)
 {
-    const uint32_t odd_count = count / 2;
-    const float even = (float)(count - odd_count), odd = (float)odd_count;
     const float scale = b->context->plan->radiance_scale;
     const float *e[3] = {sums->half[0].x, sums->half[0].y, sums->half[0].z};
     const float *o[3] = {sums->half[1].x, sums->half[1].y, sums->half[1].z};
     for (uint32_t c = 0; c < 3; c++) {
         _Alignas(LANES_ALIGN) float mean[LANES], low[LANES], high[LANES];
         for (int i = 0; i < LANES; i++) {
+            const uint32_t count = b->rays[i] > 0 ? b->rays[i] : 1, odd_count = count / 2;
+            const float even = (float)(count - odd_count), odd = (float)odd_count;
             /* sums of finite samples may be infinite */
             float e_sum = fminf(e[c][i], MOST), o_sum = fminf(o[c][i], MOST);
             low[i] = e_sum / even;
@@ -267,20 +284,27 @@ static void store_radiance(const struct bounce *b, const struct indirect_sums *s
     }
 }
 
-static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
-                            uint32_t count, struct samples *samples)
+/* A hit's distance: 0 would say that there was none. */
+static float distance_of(float scaled)
 {
-    _Alignas(LANES_ALIGN) float reflector[LANES], open[LANES];
+    const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;
+    return positive < REFLECTOR_MOST ? positive : REFLECTOR_MOST;
+}
+
+static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
+                            struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float reflector[LANES], far[LANES], open[LANES];
     const float scale = 1.0f / b->context->plan->length_unit;
     for (int i = 0; i < LANES; i++) {
-        float near = scale * sums->nearest[i];
-        near = near > FLT_MIN ? near : FLT_MIN; /* 0 would say that nothing was traced */
-        near = near < REFLECTOR_MOST ? near : REFLECTOR_MOST;
-        near = sums->nearest[i] < INFINITY ? near : REFLECTOR_NONE;
+        const bool met = sums->nearest[i] < INFINITY;
+        const float near = met ? distance_of(scale * sums->nearest[i]) : REFLECTOR_NONE;
         reflector[i] = b->lit.on[i] ? near : 0.0f;
-        open[i] = sums->open[i] / (float)count;
+        far[i] = b->lit.on[i] && met ? distance_of(scale * sums->farthest[i]) : 0.0f;
+        open[i] = b->rays[i] > 0 ? sums->open[i] / (float)b->rays[i] : 0.0f;
     }
     block_store_positive_half(b->block, reflector, 1.0f, samples_u16(samples, PLANE_REFLECTOR, 0));
+    block_store_positive_half(b->block, far, 1.0f, samples_u16(samples, PLANE_REFLECTOR_FAR, 0));
     block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_OPEN, 0));
 }
 
@@ -299,6 +323,24 @@ static struct pattern pass_pattern(const struct pattern *pattern, uint32_t pass)
     struct pattern out = *pattern;
     if (pass > 0) out.seed ^= pass * 0x9e3779b97f4a7c15u;
     return out;
+}
+
+/* Strata, and how many rays leave each lane. */
+static void deal_rays(struct bounce *b, const struct pattern *pattern, struct strata *strata)
+{
+    const struct path_context *c = b->context;
+    uint32_t side[LANES];
+    b->most = 0;
+    for (int i = 0; i < LANES; i++) {
+        side[i] = c->strata;
+        if (c->sides) side[i] = b->block->kept.on[i] ? c->sides[b->block->element[i]] : 0;
+        b->rays[i] = side[i] * side[i];
+        if (b->counted.on[i] && b->rays[i] > b->most) b->most = b->rays[i];
+    }
+    if (c->sides)
+        strata_init_sides(strata, pattern, b->block, PATTERN_INDIRECT, side);
+    else
+        strata_init(strata, pattern, b->block, PATTERN_INDIRECT, c->strata);
 }
 
 static void bounce_init(const struct path_context *c, const struct block *block,
@@ -320,7 +362,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
-    strata_init(&s->strata, &pattern, block, PATTERN_INDIRECT, l);
+    deal_rays(b, &pattern, &s->strata);
     b->sheared =
         plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
     if (b->sheared) strata_of_plane(s);
@@ -346,7 +388,8 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
         look_around(b, pool, h);
     for (uint32_t k = 0; k < count; k++) {
         reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
-        add_sample(h, k * LANES, plan->occlusion_distance, s->strata.l, first + k, &s->sums);
+        add_sample(h, k * LANES, plan->occlusion_distance, field_of(s->strata.l, first + k),
+                   &s->sums);
         if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
     }
 }
@@ -362,15 +405,14 @@ void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
                     struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
 {
-    const uint32_t l = c->strata, count = l * l;
     struct bounce b;
     bounce_init(c, block, from, lit, s, &b);
-    for (uint32_t done = 0; done < count;) {
-        uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+    for (uint32_t done = 0; done < b.most;) {
+        uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !goes_on(c)) return;
         trace_batch(&b, done, n, s, paths, samples);
         done += n;
     }
-    store_radiance(&b, &s->sums, count, samples);
-    store_distances(&b, &s->sums, count, samples);
+    store_radiance(&b, &s->sums, samples);
+    store_distances(&b, &s->sums, samples);
 }

@@ -9,7 +9,8 @@
  * over a surface (filters.md section 3). Its later random numbers are pattern_path.h's, by
  * path_field_key.
  *
- * Rays of later passes are stratified by themselves, under a seed of their own.
+ * Rays of later passes are stratified by themselves, under a seed of their own; those of a second
+ * set (plan_rate) pixel by pixel, each with its own number of strata.
  *
  * A sample's radiance is what a white surface's diffuse lobe would send to the camera of light that
  * was scattered before, at least once and at most plan.bounces times: their mean times albedo is
@@ -24,7 +25,7 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
 
 struct indirect_sums {
     struct lanes3 half[2]; /* of even samples, of odd ones */
-    _Alignas(LANES_ALIGN) float nearest[LANES];
+    _Alignas(LANES_ALIGN) float nearest[LANES], farthest[LANES]; /* INFINITY and 0: none */
     _Alignas(LANES_ALIGN) float open[LANES]; /* rays that come as far as the plan's distance */
 };
 

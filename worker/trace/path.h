@@ -33,6 +33,7 @@ struct path_context {
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;     /* l of the field's bounce rays */
+    const uint8_t *sides;   /* where each of the tile's pixels has its own (plan_pass); else NULL */
     uint32_t pass;       /* that they belong to: each has random numbers of its own */
     bool listed;         /* lights of the plan are all that shines */
     bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light

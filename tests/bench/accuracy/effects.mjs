@@ -5,6 +5,7 @@
 //   at: the count of samples per pixel that bounds speak of; stage: the filter's, in cpu_s
 //   where: layer,above,below of the reference; times: the reference's layer that weighs the error
 //   relative: errors are divided by the reference's mean
+//   turned: methods whose rays hang on the scene, by filter.mu; their count of samples is measured
 
 const shadows = {
   name: "shadows", title: "soft shadows", layer: "diffuse_direct", where: "visibility,0.02,0.98", region: "penumbra",
@@ -18,7 +19,8 @@ const indirect = {
   name: "indirect", title: "indirect light", layer: "diffuse_indirect", where: "id,0.5,1e9", times: "albedo", region: "surfaces",
   relative: true, samples: "bounce rays a pixel", error: "RMSE over mean indirect light",
   methods: ["average", "constant", "linear", "blend", "auto", "adaptive", "sheared"], against: ["average"], at: 16, stage: "indirect",
-  filter: (method) => ({ indirect: method }), layers: ["beauty", "diffuse_indirect", "albedo", "id"],
+  turned: ["adaptive"],
+  filter: (method, mu) => ({ indirect: method, ...(mu ? { mu } : {}) }), layers: ["beauty", "diffuse_indirect", "albedo", "id"],
   says: "of indirect light at pixel centres times the reference's albedo, over all surfaces, as parts of its mean there; the " +
     "variance of the reference itself, known from its two halves, is taken off" };
 

@@ -15,6 +15,11 @@ export const megapixels = (scene, side) => size(scene, side).width * size(scene,
 export const testJob = (scene, o, file, method, spp, seed) => ({ ...documentOf(scene, o, file),
   sampling: { spp, seed }, filter: effectOf(scene).filter(method), layers: effectOf(scene).layers });
 
+// Of a method whose bounce rays are turned by mu: beside them as many paths, or samples of lights, as the
+// first set has.
+export const turnedJob = (scene, o, file, method, mu, seed) => ({ ...testJob(scene, o, file, method, 16, seed),
+  filter: effectOf(scene).filter(method, mu) });
+
 // The picture with its anti-aliasing, whose positions change with the seed: the mean of many seeds.
 export const beautyJob = (scene, o, file, seed) => ({ ...documentOf(scene, o, file),
   sampling: { spp: 256, seed }, filter: { method: "average" }, layers: ["beauty"] });

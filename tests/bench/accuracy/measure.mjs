@@ -1,7 +1,7 @@
 // One scene: the pictures of every method and sample count, their cost, their errors.
 import { mkdirSync, writeFileSync } from "node:fs";
 import { effectOf } from "./effects.mjs";
-import { megapixels, testJob } from "./job.mjs";
+import { megapixels, testJob, turnedJob } from "./job.mjs";
 import { Refused } from "./programs.mjs";
 import { Reference } from "./reference.mjs";
 
@@ -23,25 +23,31 @@ function cost(runs) {
     bytes_received: runs[0].bytes_received, rays: runs[0].rays, skipped: runs[0].skipped };
 }
 
-function renderTest(tools, scene, o, file, method, spp) {
-  const picture = `${o.out}/pictures/${scene.name}-${method}-${spp}.exr`, runs = [];
-  const times = o.repeatSpp.includes(spp) ? o.repeat : 1;
+const isTurned = (scene, method) => effectOf(scene).turned?.includes(method);
+// Bounce rays of a pixel that has any, on the average; the first set has 16.
+const meanRays = ({ first_rays: first, second_rays: second }) => Math.round(160 * (first + second) / first) / 10;
+
+// step: the samples a pixel, or mu.
+function renderTest(tools, scene, o, file, method, step) {
+  const turned = isTurned(scene, method), picture = `${o.out}/pictures/${scene.name}-${method}-${step}.exr`, runs = [];
+  const times = (turned ? step === 1 : o.repeatSpp.includes(step)) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
-    runs.push(tools.render(testJob(scene, o, file, method, spp, SEED), picture));
+    runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, SEED), picture));
     const { paths, indirect } = runs[i].rays;
     if (scene.effect === "indirect" ? indirect === 0 : paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
   }
-  return { effect: scene.effect, scene: scene.name, method, spp, seed: SEED, side_px: o.side,
+  const spp = turned ? meanRays(runs[0].adaptive) : step;
+  return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: SEED, side_px: o.side,
     megapixels: megapixels(scene, o.side), picture, ...cost(runs) };
 }
 
 function renderAll(tools, scene, o, file) {
   const rows = [];
   for (const method of effectOf(scene).methods.filter((m) => o.methods.includes(m)))
-    for (const spp of o.spp(scene.effect, method)) {
-      o.say(`${scene.name}: ${method}, ${spp} spp`);
+    for (const step of isTurned(scene, method) ? o.mu : o.spp(scene.effect, method)) {
+      o.say(`${scene.name}: ${method}, ${isTurned(scene, method) ? `mu ${step}` : `${step} spp`}`);
       try {
-        rows.push(renderTest(tools, scene, o, file, method, spp));
+        rows.push(renderTest(tools, scene, o, file, method, step));
       } catch (error) {
         if (!(error instanceof Refused)) throw error;
         o.refused.set(`${scene.effect}, ${method}`, error.message.split(": ").slice(1).join(": "));

@@ -27,7 +27,7 @@ const seriesOf = (rows, x) => [...new Set(rows.map((r) => r.method))].map((name)
 
 // The plots of one scene, by name.
 export function plotsOf(scene, rows) {
-  const effect = effectOf(scene), quoted = rows.filter((r) => r.spp === effect.at);
+  const effect = effectOf(scene), quoted = rows.filter((r) => r.spp === effect.at || r.mu === 1);
   return {
     samples: logLog(`${scene.name}: error against samples`, effect.samples, effect.error,
       seriesOf(rows, (r) => r.spp), { slope: -0.5, xTicks: [...new Set(rows.map((r) => r.spp))].sort((a, b) => a - b) }),
@@ -39,14 +39,14 @@ export function plotsOf(scene, rows) {
 
 function pieces(tools, scene, rows, reference, side) {
   const crop = scene.crop.map((v) => Math.round(v * side / 512)), zoom = side < 512 ? 4 : 2;
-  const { at, layer } = effectOf(scene), quoted = rows.filter((r) => r.spp === at);
+  const { at, layer } = effectOf(scene), quoted = rows.filter((r) => r.spp === at || r.mu === 1);
   // Indirect light may be dim: its mean becomes a middle grey.
   const scale = quoted[0]?.judged.mean ? 0.2 / quoted[0].judged.mean : 1;
   const show = (words, ...what) => `<figure><img src="data:image/png;base64,${tools.piece(what[0], layer, crop, zoom, ...what.slice(1))
     .toString("base64")}" alt="${words}"><figcaption>${words}</figcaption></figure>`;
   const out = [show("reference", reference.path, scale)], errors = [];
   for (const row of quoted) {
-    out.push(show(`${row.method}, ${at} spp`, row.picture, scale));
+    out.push(show(`${row.method}, ${row.spp} spp`, row.picture, scale));
     errors.push(show(`${row.method}: error × 10`, row.picture, 10 * scale, reference.path));
   }
   return `<div class="row">${out.join("")}</div><div class="row">${errors.join("")}</div>`;

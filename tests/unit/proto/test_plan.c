@@ -38,6 +38,11 @@ static void plans_round_trip(void **state)
         struct fault fault = {0};
         plan_case(&sent);
         sent.light_count = lights;
+        if (lights == 2) {
+            sent.indirect_filter = INDIRECT_FILTER_RATE;
+            sent.rate = (struct plan_rate){.mu = 2.5f, .rays_most = 4711};
+            sent.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA);
+        }
         encode(&sent, &w);
         memset(&got, 0xee, sizeof got);
         if (decode(w.data, w.size_bytes, &got, &fault))
@@ -50,6 +55,7 @@ static void plans_round_trip(void **state)
         assert_memory_equal(&sent.paths, &got.paths, sizeof sent.paths);
         assert_int_equal(sent.shadow_filter, got.shadow_filter);
         assert_true(sent.mu == got.mu);
+        assert_true(sent.rate.mu == got.rate.mu && sent.rate.rays_most == got.rate.rays_most);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
         assert_int_equal(sent.pattern.seed, got.pattern.seed);
         bytes_writer_fini(&w);
@@ -206,7 +212,6 @@ static void indirect_filters_are_checked(void **state)
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
-    EXPECT(plan.indirect_filter = INDIRECT_FILTER_RATE, ERR_RANGE, "indirect_filter");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~reflector), ERR_RANGE,
            "planes");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
@@ -215,6 +220,84 @@ static void indirect_filters_are_checked(void **state)
            "planes");
     EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_OK, ""); /* occlusion alone */
+}
+
+#define RATE                                                                                       \
+    (plan.indirect_filter = INDIRECT_FILTER_RATE, plan.rate.mu = 1.5f, plan.rate.rays_most = 100,  \
+     plan.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA))
+
+/* A rate belongs to one filter, which has means and distances and no target. */
+static void rates_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(RATE, ERR_OK, "");
+    EXPECT((RATE, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = 0), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = -1), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU), ERR_OK, "");
+    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU + 1), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = NAN), ERR_NOT_FINITE, "rate.mu");
+    EXPECT((RATE, plan.rate.rays_most = 0), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.rays_most = 8), ERR_RANGE, "rate.rays_most"); /* the first are nine */
+    EXPECT((RATE, plan.rate.rays_most = 9), ERR_OK, "");
+    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP), ERR_OK, "");
+    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "rate.rays_most");
+    EXPECT((RATE, plan.planes &= ~(1u << PLANE_REFLECTOR_FAR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~(1u << PLANE_REFLECTOR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_HALVES), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_STRATA), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN), plan.target_error = 0.1f,
+            plan.spp_most = 200),
+           ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+}
+
+/* The second set follows the schedule, once, with sides. */
+static void second_sets_are_checked(void **state)
+{
+    static struct plan plan;
+    static const uint8_t sides[] = {0, 3, 9, 1};
+    (void)state;
+    plan_case(&plan);
+    RATE;
+    const uint32_t last = plan_pass_count(&plan);
+    struct plan_pass pass;
+    assert_true(plan_has_rounds(&plan));
+    assert_int_equal(plan_pass_planes(&plan, last),
+                     1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+#define SECOND(change, code)                                                                       \
+    do {                                                                                           \
+        pass = (struct plan_pass){.number = last, .strata = 9, .sides = sides};                    \
+        change;                                                                                    \
+        assert_int_equal(plan_pass_check(&plan, &pass), code);                                     \
+    } while (0)
+    SECOND((void)0, 0);
+    SECOND(pass.strata = 1, 0);
+    SECOND(pass.strata = 0, ERR_RANGE);
+    SECOND(pass.strata = 10, ERR_LIMIT); /* 9 + 100 rays are above 100 */
+    SECOND(pass.number = last + 1, ERR_RANGE);
+    SECOND(pass.number = last - 1, ERR_RANGE);
+    SECOND(pass.number = LIMIT_PASSES, ERR_LIMIT);
+    SECOND(pass.count = 1, ERR_RANGE);
+    SECOND(pass.first = 1, ERR_RANGE);
+    SECOND(pass.sides = NULL, ERR_RANGE);
+    plan.rate.rays_most = LIMIT_SPP;
+    SECOND(pass.strata = PLAN_SIDE_MOST, 0);
+    SECOND(pass.strata = PLAN_SIDE_MOST + 1, ERR_LIMIT);
+    SECOND(pass.strata = UINT32_MAX, ERR_LIMIT);
+    SECOND((void)0, 0);
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    assert_int_equal(plan_sides_check(&pass, 2), ERR_RANGE); /* none of them is the largest */
+    pass.strata = 8;
+    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* one of them is above it */
+    struct plan_pass first = plan_scheduled_pass(&plan, 0);
+    assert_int_equal(plan_pass_check(&plan, &first), 0);
+    first.sides = sides;
+    assert_int_equal(plan_pass_check(&plan, &first), ERR_RANGE);
+    plan.indirect_filter = INDIRECT_FILTER_LINEAR;
+    SECOND((void)0, ERR_RANGE);
+    assert_false(plan_has_rounds(&plan));
+#undef SECOND
 }
 
 /* Paths need nothing of the light field. */
@@ -446,12 +529,12 @@ static void passes_after_the_schedule_are_checked(void **state)
         const struct plan_pass pass = plan_scheduled_pass(&plan, p);
         assert_int_equal(plan_pass_check(&plan, &pass), p == 0 ? 0 : ERR_RANGE);
     }
-    struct plan_pass pass = {1, 16, 48, 4};
+    struct plan_pass pass = {1, 16, 48, 4, NULL};
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE); /* no target */
     plan.target_error = 0.1f;
 #define PASS(change, code)                                                                         \
     do {                                                                                           \
-        pass = (struct plan_pass){1, 16, 48, 4};                                                   \
+        pass = (struct plan_pass){1, 16, 48, 4, NULL};                                             \
         change;                                                                                    \
         assert_int_equal(plan_pass_check(&plan, &pass), code);                                     \
     } while (0)
@@ -490,7 +573,7 @@ static void passes_are_split_where_the_sequence_is(void **state)
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0};
+        const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0, NULL};
         const struct plan_split split = plan_pass_split(&pass);
         assert_memory_equal(&split, &cases[k].split, sizeof split);
     }
@@ -528,6 +611,8 @@ int main(void)
         cmocka_unit_test(environments_are_checked),
         cmocka_unit_test(paths_are_checked),
         cmocka_unit_test(indirect_filters_are_checked),
+        cmocka_unit_test(rates_are_checked),
+        cmocka_unit_test(second_sets_are_checked),
         cmocka_unit_test(paths_stand_alone),
         cmocka_unit_test(passes_cover_all_samples_once),
         cmocka_unit_test(passes_are_bounded),

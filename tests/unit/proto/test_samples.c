@@ -39,7 +39,7 @@ static uint32_t bytes_per_pixel(uint32_t without)
 static void sizes_follow_the_formula(void **state)
 {
     (void)state;
-    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN);
+    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);

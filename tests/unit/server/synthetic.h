@@ -90,6 +90,9 @@ static inline void synthetic_put_bounces(struct samples *s, const struct plan *p
 {
     if (plan->planes >> PLANE_REFLECTOR & 1u)
         samples_u16(s, PLANE_REFLECTOR, 0)[i] = half_from_float(p->reflector / plan->length_unit);
+    if (plan->planes >> PLANE_REFLECTOR_FAR & 1u)
+        samples_u16(s, PLANE_REFLECTOR_FAR, 0)[i] =
+            half_from_float(4.0f * p->reflector / plan->length_unit);
     if (plan->planes >> PLANE_OPEN & 1u)
         samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(p->open);
 }

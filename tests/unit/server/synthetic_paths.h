@@ -151,6 +151,19 @@ static inline uint16_t synthetic_half(const struct plan *plan, uint32_t pass, in
     return half_from_float((1.0f + noise) * plan->radiance_scale);
 }
 
+/* What a second set brings: its number of rays shows in it. */
+static inline void synthetic_put_second(struct samples *s, const struct plan *plan,
+                                        const struct plan_pass *pass, size_t i, int32_t x,
+                                        int32_t y)
+{
+    const float noise = synthetic_random(x, y, pass->sides[i], 950);
+    for (uint32_t c = 0; c < 3 && pass->sides[i] > 0; c++)
+        samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
+            half_from_float((0.5f + noise) * plan->radiance_scale);
+    if (samples_u16(s, PLANE_OPEN, 0) && pass->sides[i] > 0)
+        samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(0.5f * noise);
+}
+
 /* What a pass beyond the schedule brings, and halves of any. */
 static inline void synthetic_put_more(struct samples *s, const struct plan *plan,
                                       const struct plan_pass *pass, size_t i, int32_t x, int32_t y)
@@ -165,7 +178,10 @@ static inline void synthetic_put_more(struct samples *s, const struct plan *plan
     if (pass->strata == 0) return;
     for (uint32_t c = 0; c < 6 && samples_u16(s, PLANE_INDIRECT_HALVES, c); c++)
         samples_u16(s, PLANE_INDIRECT_HALVES, c)[i] = synthetic_half(plan, pass->number, x, y, c);
-    synthetic_put_bounces(s, plan, i, &pixel);
+    if (pass->sides)
+        synthetic_put_second(s, plan, pass, i, x, y);
+    else
+        synthetic_put_bounces(s, plan, i, &pixel);
 }
 
 /* Any pass, also of a plan with halves. Owned by the caller; NULL on failed allocation. */
@@ -199,6 +215,20 @@ static inline void synthetic_target_plan(struct plan *plan, int32_t width, int32
     plan->indirect_filter = INDIRECT_FILTER_CONSTANT;
     plan->target_error = target;
     plan->spp_most = 256;
+}
+
+/* Bounce rays in two sets, beside paths if there are any. */
+static inline void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t height,
+                                       int32_t tile_px, uint32_t spp)
+{
+    if (spp > 0)
+        synthetic_beside_plan(plan, width, height, tile_px, spp);
+    else
+        synthetic_plan(plan, width, height, tile_px);
+    plan->planes |= 1u << PLANE_REFLECTOR | 1u << PLANE_REFLECTOR_FAR;
+    plan->indirect_strata_per_axis = 4;
+    plan->indirect_filter = INDIRECT_FILTER_RATE;
+    plan->rate = (struct plan_rate){.mu = 1.0f, .rays_most = 100};
 }
 
 /* Owned by the caller; NULL on failed allocation. */

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "proto/count_map.h"
 #include "proto/job.h"
 #include "server/job/frame.h"
 #include "tests/unit/server/filtered_case.h"
@@ -25,6 +26,7 @@ struct bench {
     uint32_t path_spp; /* 0: the light field */
     uint32_t beside;   /* filter of a light field beside the paths; 0: there is none */
     float target;      /* error; 0: none */
+    bool rate;         /* bounce rays come in two sets */
     unsigned extended;
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
@@ -139,7 +141,9 @@ static void begin(struct bench *b, int32_t tile_px)
                    .encoded = on_encoded,
                    .failed = on_failed}};
     b->drawn = 0;
-    if (b->target > 0.0f)
+    if (b->rate)
+        synthetic_rate_plan(&b->plan, 75, 70, tile_px, b->path_spp);
+    else if (b->target > 0.0f)
         synthetic_target_plan(&b->plan, 75, 70, tile_px, b->target);
     else if (b->beside)
         synthetic_beside_plan(&b->plan, 75, 70, tile_px, b->path_spp);
@@ -149,7 +153,7 @@ static void begin(struct bench *b, int32_t tile_px)
         filtered_plan(&b->plan, 203, 131, tile_px, b->filter, b->lights);
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
-    if (!(b->target > 0.0f)) b->plan.indirect_filter = b->beside;
+    if (!(b->target > 0.0f) && !b->rate) b->plan.indirect_filter = b->beside;
     assert_int_equal(frame_create(&options, &b->frame), 0);
 }
 
@@ -162,7 +166,8 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
     struct plan_pass pass = tile->pass;
     if (pass.first + pass.count + pass.strata == 0)
         pass = plan_scheduled_pass(&b->plan, tile->pass.number);
-    struct samples *samples = b->target > 0.0f ? synthetic_pass_of(&b->plan, tile->index, &pass)
+    const bool rounds = b->target > 0.0f || b->rate;
+    struct samples *samples = rounds ? synthetic_pass_of(&b->plan, tile->index, &pass)
                               : b->path_spp > 0
                                   ? synthetic_pass(&b->plan, tile->index, tile->pass.number)
                               : b->filter ? filtered_tile(&b->plan, &shelf, tile->index)
@@ -437,7 +442,7 @@ static void the_share_counts_samples(void **state)
 }
 
 /* Workers that take turns, some of which fail, until the frame has its files. */
-static void render_target(struct bench *b, bool badly)
+static void render_target(struct bench *b, bool badly, int32_t tile_px)
 {
     struct fleet_tile held[16];
     unsigned holding = 0;
@@ -445,7 +450,7 @@ static void render_target(struct bench *b, bool badly)
     double share = 0.0;
     clear_counts(b);
     b->extended = 0;
-    begin(b, 16);
+    begin(b, tile_px);
     while (b->frame) {
         while (b->frame && holding < 16 && frame_lease(b->frame, 1, ~0u, &held[holding])) holding++;
         if (holding > 0) {
@@ -473,7 +478,7 @@ static void targets_take_rounds(void **state)
     struct bench *b = *state;
     b->path_spp = 9;
     b->target = 0.05f;
-    render_target(b, false);
+    render_target(b, false, 16);
     const struct digest exr = b->exr;
     const struct statistics first = b->statistics;
     assert_true(b->extended > 0 && first.target_rounds == b->extended + 1);
@@ -481,14 +486,72 @@ static void targets_take_rounds(void **state)
     assert_true(first.target_paths > 9 * 75 * 70 && first.target_threshold > 0);
     assert_true(first.indirect_pixels_filtered > 0);
     assert_true(first.indirect_pixels_filtered + first.indirect_pixels_skipped <= 4 * 75 * 70);
-    render_target(b, true);
+    render_target(b, true, 16);
     assert_true(digest_equal(&exr, &b->exr));
     assert_true(b->statistics.target_paths == first.target_paths);
     assert_true(b->statistics.target_error == first.target_error);
     b->target = 1000.0f; /* met at once */
-    render_target(b, false);
+    render_target(b, false, 16);
     assert_int_equal(b->extended, 0);
     assert_true(b->statistics.target_rounds == 1 && b->statistics.target_paths == 9 * 75 * 70);
+}
+
+/* Second sets of bounce rays: the files do not show who traced them, when, or in what tiles. */
+static void second_sets_give_the_same_files(void **state)
+{
+    struct bench *b = *state;
+    b->rate = true;
+    for (b->path_spp = 0; b->path_spp <= 40; b->path_spp += 40) {
+        render_target(b, false, 16);
+        const struct digest exr = b->exr;
+        const struct statistics first = b->statistics;
+        assert_int_equal(b->extended, 1);
+        assert_true(first.adaptive_first_rays > 16 * 4000 && first.adaptive_first_rays < 16 * 5250);
+        assert_true(first.adaptive_second_rays > 0 &&
+                    first.adaptive_second_rays <= 81 * first.adaptive_first_rays / 16);
+        assert_true(first.indirect_pixels_filtered > 0);
+        static const int32_t sizes[] = {16, 8, 33, 256};
+        for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+            render_target(b, true, sizes[i]);
+            assert_true(digest_equal(&exr, &b->exr));
+            assert_true(b->statistics.adaptive_second_rays == first.adaptive_second_rays);
+            assert_true(b->statistics.adaptive_first_rays == first.adaptive_first_rays);
+            assert_true(b->statistics.indirect_pixels_filtered == first.indirect_pixels_filtered);
+        }
+    }
+    b->rate = false;
+}
+
+/* Leases of the second set carry what the tile's pixels get, as often as they are given. */
+static void leases_carry_second_sets(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile, again;
+    uint8_t sides[32 * 32];
+    b->rate = true;
+    b->path_spp = 0;
+    b->extended = 0;
+    begin(b, 32);
+    while (b->extended == 0) {
+        while (frame_lease(b->frame, 1, ~0u, &tile)) {
+            assert_true(tile.counts == NULL && tile.pass.sides == NULL);
+            send_tile(b, 1, &tile, 0);
+        }
+        uv_run(&b->loop, UV_RUN_ONCE);
+    }
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_int_equal(plan_pass_check(&b->plan, &tile.pass), 0);
+    const int32_t width = rect_width(tile.rect), height = rect_height(tile.rect);
+    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, width, height, sides), 0);
+    assert_memory_equal(sides, tile.pass.sides, (size_t)width * (size_t)height);
+    assert_int_equal(plan_sides_check(&tile.pass, (size_t)width * (size_t)height), 0);
+    frame_returned(b->frame, 1, &tile);
+    assert_true(frame_lease(b->frame, 2, ~0u, &again));
+    assert_true(again.index == tile.index && again.generation == tile.generation + 1);
+    assert_memory_equal(again.counts, tile.counts, tile.counts_bytes);
+    frame_drop(&b->frame);
+    run(b);
+    b->rate = false;
 }
 
 /* Dropped while it decides, or in a later round. */
@@ -574,6 +637,8 @@ int main(void)
         TEST(the_share_counts_bounce_rays),
         TEST(targets_take_rounds),
         TEST(a_target_may_be_dropped),
+        TEST(second_sets_give_the_same_files),
+        TEST(leases_carry_second_sets),
         TEST(a_hopeless_tile_fails_the_frame),
         TEST(a_dropped_frame_is_silent),
         TEST(capabilities_are_asked_for),

@@ -644,7 +644,7 @@ static void refuses(void **state)
     assert_int_equal(indirect_filter(&plan, patch, all, INDIRECT_CHANNELS_MAX + 1, in, p.channel,
                                      NULL, &statistics),
                      ERR_RANGE);
-    static const uint32_t not_these[] = {INDIRECT_FILTER_RATE, 99};
+    static const uint32_t not_these[] = {INDIRECT_FILTER_SHEARED + 1, 99};
     for (int i = 0; i < 2; i++) {
         plan.indirect_filter = not_these[i];
         assert_int_equal(indirect_filter(&plan, patch, all, 3, in, p.channel, NULL, &statistics),

@@ -384,6 +384,83 @@ static unsigned settle(struct film *film)
     return count;
 }
 
+/* Of a second set each pixel counts by its own rays. */
+static void second_sets_are_weighted_pixel_by_pixel(void **state)
+{
+    static const uint8_t sides[] = {0, 3, 255, 1};
+    struct plan plan;
+    struct samples_layout layout;
+    struct samples *sum, *more;
+    (void)state;
+    synthetic_rate_plan(&plan, 4, 1, 8, 9);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
+    assert_int_equal(samples_create(&layout, &sum), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
+    assert_int_equal(samples_create(&layout, &more), 0);
+    assert_int_equal(layout.planes, 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+    for (int i = 0; i < 4; i++) {
+        for (uint32_t c = 0; c < 3; c++) {
+            samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(1.0f);
+            samples_u16(more, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(sides[i] ? 4.0f : 0.0f);
+        }
+        samples_u16(sum, PLANE_OPEN, 0)[i] = half_from_float(1.0f);
+        samples_u16(sum, PLANE_REFLECTOR, 0)[i] = half_from_float(2.0f);
+        samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] = 5.0f;
+    }
+    const struct plan_pass pass = {.number = 1, .strata = 255, .sides = sides};
+    struct pass_counts counts = {.paths = 9, .bounces = 16}, second = pass_counts_of(&pass);
+    assert_true(second.bounces == 0 && second.paths == 0);
+    passes_add(sum, counts, more, second);
+    pass_counts_add(&counts, &second);
+    assert_true(counts.bounces == 16 && counts.paths == 9 && counts.sides == sides);
+    for (int i = 0; i < 4; i++) {
+        const double n = sides[i] * sides[i];
+        for (uint32_t c = 0; c < 3; c++)
+            assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i]),
+                             (16.0 + 4.0 * n) / (16.0 + n), 1e-3));
+        assert_true(
+            near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[i]), 16.0 / (16.0 + n), 2e-3));
+        assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[i]) == 2.0f);
+        assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] == 5.0f);
+    }
+    samples_destroy(&sum);
+    samples_destroy(&more);
+}
+
+/* Blocks read how many rays each pixel has. */
+static void patches_tell_of_second_sets(void **state)
+{
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    uint32_t block, more[4] = {0, 1, 0, 0};
+    uint8_t sides[32 * 32] = {0};
+    (void)state;
+    synthetic_rate_plan(&plan, 64, 64, 32, 0);
+    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    const struct plan_pass first = plan_scheduled_pass(&plan, 0);
+    for (uint32_t t = 0; t < 4; t++) land_pass(film, &plan, t, &first);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
+    assert_true(patch->bounces[0] == 16.0f && patch->bounces[64 * 64 - 1] == 16.0f);
+    assert_true(patch->reflector_far && patch->reflector_far[1] >= patch->reflector[1]);
+    patch_destroy(&patch);
+    assert_true(film_block_done(film, block) && film_complete(film));
+    sides[5] = 3;
+    sides[31 * 32 + 31] = 7;
+    const struct plan_pass second = {.number = 1, .strata = 7, .sides = sides};
+    film_begin_round(film, more);
+    land_pass(film, &plan, 1, &second);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
+    for (int i = 0; i < 64 * 64; i++)
+        assert_true(patch->bounces[i] == (i == 37 ? 25.0f : i == 31 * 64 + 63 ? 65.0f : 16.0f));
+    patch_destroy(&patch);
+    assert_true(film_block_done(film, block) && film_complete(film));
+    film_release(film);
+    film_destroy(&film);
+}
+
 /* Under a target tiles stay, and only blocks that read one that got more are made again. */
 static void rounds_settle_blocks_again(void **state)
 {
@@ -403,7 +480,8 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 2; /* in the corner of the first block */
     film_begin_round(film, more);
     assert_false(film_complete(film));
-    const struct plan_pass a = {1, 9, 7, 4}, b = {2, 16, 16, 0}, c = {3, 32, 4, 0};
+    const struct plan_pass a = {1, 9, 7, 4, NULL}, b = {2, 16, 16, 0, NULL},
+                           c = {3, 32, 4, 0, NULL};
     struct samples *s = synthetic_pass_of(&plan, 0, &b);
     assert_int_equal(film_land_pass(film, 0, &b, s), ERR_RANGE); /* before its turn */
     assert_int_equal(film_land_pass(film, 5, &a, s), ERR_RANGE); /* was not asked for more */
@@ -421,7 +499,7 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 0;
     more[5] = 1; /* all four read it */
     film_begin_round(film, more);
-    const struct plan_pass d = {1, 9, 4, 2};
+    const struct plan_pass d = {1, 9, 4, 2, NULL};
     land_pass(film, &plan, 5, &d);
     assert_int_equal(settle(film), 4);
     s = synthetic_pass_of(&plan, 0, &c);
@@ -438,6 +516,8 @@ int main(void)
         cmocka_unit_test(spreads_are_those_of_all_samples),
         cmocka_unit_test(bounces_are_weighted_by_their_number),
         cmocka_unit_test(rounds_settle_blocks_again),
+        cmocka_unit_test(second_sets_are_weighted_pixel_by_pixel),
+        cmocka_unit_test(patches_tell_of_second_sets),
         cmocka_unit_test(spreads_keep_their_digits),
         cmocka_unit_test(any_order_gives_the_same_sums),
         cmocka_unit_test(passes_wait_while_a_block_reads),

@@ -287,6 +287,51 @@ static void filters_are_taken_as_asked(void **state)
     }
 }
 
+/* Adaptive sampling begins with 16 rays, whatever spp is; indirect_spp is the most. */
+static void rates_follow_mu(void **state)
+{
+    struct stage *s = *state;
+    static const struct {
+        float mu;
+        uint32_t indirect_spp, most;
+    } cases[] = {{1, 0, 100}, {0.5f, 0, 100}, {2, 0, 400},     {100, 0, LIMIT_SPP},
+                 {2, 64, 64}, {1, 16, 16},    {1, 1024, 1024}, {1, 9, 16}};
+    s->job.indirect = INDIRECT_ADAPTIVE;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.mu = cases[i].mu;
+        s->job.indirect_spp = cases[i].indirect_spp;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+        assert_int_equal(s->plan.indirect_strata_per_axis, 4);
+        assert_true(s->plan.rate.mu == cases[i].mu && s->plan.mu == 1.0f);
+        assert_int_equal(s->plan.rate.rays_most, cases[i].most);
+        assert_int_equal(s->plan.planes,
+                         PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) | BIT(REFLECTOR_FAR));
+        assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+        assert_true(plan_has_rounds(&s->plan));
+        assert_int_equal(s->report.warning_count, cases[i].indirect_spp == 9 ? 1 : 0);
+    }
+    s->job.mu = 1;
+    s->job.indirect_spp = 0;
+    must_make(s);
+    assert_string_equal(s->report.indirect_filter_why,
+                        "filter.indirect asks for it: 16 rays a pixel, then as many as their "
+                        "distances call for, 100 at most");
+    json_t *report = plan_report_json(&s->plan, &s->report);
+    json_t *adaptive = json_object_get(json_object_get(report, "samples"), "indirect_most");
+    assert_int_equal(json_integer_value(adaptive), 100);
+    json_decref(report);
+    s->material.specular = 1; /* beside paths */
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+    assert_int_equal(s->plan.paths.spp, 9);
+    s->job.indirect = INDIRECT_AUTO;
+    must_make(s);
+    assert_true(s->plan.rate.mu == 0 && s->plan.rate.rays_most == 0);
+    assert_string_equal(why(s, "plane reflector_far"), "no filter of this plan reads it");
+}
+
 /* Shear reads single rays, as many as travel; whatever else there is is filtered along the axes. */
 static void shear_reads_single_rays(void **state)
 {
@@ -408,6 +453,7 @@ int main(void)
         TEST(occlusion_stands_alone),
         TEST(auto_filters_by_samples),
         TEST(filters_are_taken_as_asked),
+        TEST(rates_follow_mu),
         TEST(shear_reads_single_rays),
         TEST(paths_alone_are_not_filtered),
         TEST(nothing_is_filtered_where_nothing_bounces),

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "proto/build.h"
+#include "proto/count_map.h"
 #include "proto/environment.h"
 #include "proto/message.h"
 #include "tests/unit/proto/plan_case.h"
@@ -35,7 +36,8 @@ static _Atomic bool hold;        /* tiles wait, and end when they are stopped */
 static _Atomic unsigned tracing; /* tiles that a thread has begun */
 static _Atomic unsigned loads, unloads;
 static _Atomic uint32_t traced_pass;
-static _Atomic bool traced_map; /* the last tile had an environment */
+static _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
+static _Atomic bool traced_map;       /* the last tile had an environment */
 
 static const char *embree_version(void *ctx)
 {
@@ -97,6 +99,9 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);
     if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
     traced_pass = pass->number;
+    uint32_t sides = 0;
+    for (int64_t i = 0; pass->sides && i < rect_area(rect); i++) sides += pass->sides[i];
+    traced_sides = sides;
     traced_map = environment != NULL;
     tracing++;
     while (hold && !*stop) usleep(1000);
@@ -797,6 +802,93 @@ static void a_lease_names_its_pass(void **state)
     world_close(w);
 }
 
+/* A second set for a tile of 32 x 32, `damage` of its bytes spoilt. */
+static void send_sides(struct world *w, uint64_t frame_id, uint32_t index, uint32_t strata,
+                       uint8_t side, size_t damage)
+{
+    const int32_t x = (int32_t)(index % 20) * 32;
+    uint8_t sides[32 * 32] = {0};
+    struct bytes_writer packed;
+    bytes_writer_init(&packed);
+    for (int i = 0; i < 32; i++) sides[i * 32] = side;
+    assert_int_equal(count_map_pack(&packed, sides, 32, 32), 0);
+    memset(packed.data, 0xa5, damage);
+    const struct message_tile m = {
+        .frame_id = frame_id,
+        .index = index,
+        .generation = 1,
+        .pass = {.number = plan_pass_count(&w->plan), .strata = strata},
+        .rect = {x, 0, x + 32, 32},
+        .counts = packed.data,
+        .counts_bytes = (uint32_t)packed.size_bytes,
+    };
+    message_encode_tile(&w->w, &m);
+    put(w, MESSAGE_TILE, NULL, 0);
+    bytes_writer_fini(&packed);
+}
+
+static void rate_plan(struct world *w)
+{
+    w->plan.indirect_filter = INDIRECT_FILTER_RATE;
+    w->plan.rate = (struct plan_rate){.mu = 1, .rays_most = 100};
+    w->plan.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA);
+}
+
+static void a_lease_has_its_pixels_sides(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    rate_plan(w);
+    warm_up(w);
+    send_sides(w, 9, 1, 7, 7, 0);
+    assert_int_equal(expect_result(w), 1);
+    assert_int_equal(traced_sides, 7 * 32);
+    send_ack(w, 9, 1);
+    send_pass(w, 9, 2, 1);
+    assert_int_equal(expect_result(w), 2);
+    assert_int_equal(traced_sides, 0);
+    world_close(w);
+}
+
+/* Sides that are none, too many, none of the plan's, or for a plan without. */
+static void sides_that_do_not_fit_break_the_link(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    const struct plan plain = w->plan;
+    for (int i = 0; i < 6; i++) {
+        w->plan = plain;
+        if (i < 5) rate_plan(w);
+        welcome(w, LIFE | 1);
+        send_frame(w, 9);
+        switch (i) {
+        case 0:
+            send_sides(w, 9, 1, 7, 7, 12);
+            break;
+        case 1: /* the largest is not what the lease says */
+            send_sides(w, 9, 1, 8, 7, 0);
+            break;
+        case 2: /* more rays than the plan has: 9 and 100 */
+            send_sides(w, 9, 1, 10, 10, 0);
+            break;
+        case 3: /* no pixel gets any */
+            send_sides(w, 9, 1, 0, 0, 0);
+            break;
+        case 4: /* the pass without its sides */
+            send_pass(w, 9, 1, plan_pass_count(&w->plan));
+            break;
+        default:
+            send_sides(w, 9, 1, 7, 7, 0);
+        }
+        while (next(w, &f, PATIENCE_MS)) {
+        }
+        drop_link(w);
+    }
+    assert_false(w->ended);
+    world_close(w);
+}
+
 static void a_cancelled_frame_is_stopped(void **state)
 {
     (void)state;
@@ -985,6 +1077,8 @@ int main(void)
         cmocka_unit_test(blobs_of_the_wrong_kind_are_faults),
         cmocka_unit_test(a_cancelled_frame_lets_both_blobs_go),
         cmocka_unit_test(a_lease_names_its_pass),
+        cmocka_unit_test(a_lease_has_its_pixels_sides),
+        cmocka_unit_test(sides_that_do_not_fit_break_the_link),
         cmocka_unit_test(a_cancelled_frame_is_stopped),
         cmocka_unit_test(told_to_stop_it_finishes_what_it_traces),
         cmocka_unit_test(told_twice_it_leaves_at_once),

@@ -1,0 +1,61 @@
+#pragma once
+/* Adaptive sampling of indirect light: how many bounce rays a pixel asks for, and how wide its
+ * filter is, from how near and how far the first rays came (Mehta et al. 2013, "Axis-aligned
+ * filtering for interactive physically-based diffuse indirect lighting", sections 4.1 to 4.3 and 5).
+ *
+ * A receiver's surface is a low-pass filter of bandlimit Omega over directions; z_near and z_far
+ * bound the distances of what lights it, d is a pixel's size there:
+ *
+ *   Omega_x = mu min(Omega / z_near, alpha / d)                                  equation 15
+ *   beta    = 2 / Omega_x                                                        equation 16
+ *   n       = gamma (mu Omega d / z_near + a)^2 Omega^2 (1 + mu z_far / z_near)^2    equation 21
+ *
+ * The paper has one alpha of 0.3 in both. In the width it forces 6.7 px on every contact and blurs
+ * them (filters.md section 3), so alpha is 3 there; in the rate, 3 would ask for 113 rays and more
+ * at every pixel, so a stays 0.3. Distances below INDIRECT_RATE_NEAR_PX (at 512 lines) count as
+ * that: the paper's 2 % of the scene in sizes of a pixel.
+ *
+ * Pooled over the object's pixels around, distances hardly hang on the rays of the pixel itself. A
+ * rate that did would see more of bright pixels than of dark ones, and the mean over both sets would
+ * come out dark. */
+#include "server/reconstruct/patch.h"
+
+#define INDIRECT_OMEGA_LAMBERT    2.8f /* equation 18: 95 % of the energy */
+#define INDIRECT_GAMMA_LAMBERT    0.4f /* section 4.3, of cosine-distributed rays */
+#define INDIRECT_RATE_ALPHA       0.3f
+#define INDIRECT_RATE_WIDTH_ALPHA 3.0f
+#define INDIRECT_RATE_NEAR_PX     8.0f
+#define INDIRECT_RATE_LINES       512.0f /* what those pixels are counted at */
+
+/* Of a receiver's surface: the bandlimit of its transfer function, and the part of the rays that
+ * suffices because they are distributed by it. */
+struct indirect_bandlimit {
+    float omega, gamma;
+};
+
+struct indirect_bandlimit indirect_bandlimit_lambert(void);
+/* Of an exponent: equations 24 and 26, fitted to 4 .. 50. gamma = acos(cos(45 deg)^(1/m)) / 90 deg
+ * (section 4.3); exponents below 1 count as 1. */
+struct indirect_bandlimit indirect_bandlimit_blinn_phong(float exponent);
+struct indirect_bandlimit indirect_bandlimit_phong(float exponent);
+
+/* What one pixel's rays met, and its size there; all above 0, in one unit. */
+struct indirect_span {
+    float near, far, pixel;
+};
+
+/* beta, in the span's unit; n. mu > 0. Neither is clamped but to numbers. */
+float indirect_rate_width(const struct indirect_bandlimit *band, float mu,
+                          const struct indirect_span *span);
+float indirect_rate_rays(const struct indirect_bandlimit *band, float mu,
+                         const struct indirect_span *span);
+
+/* l of the second set for a pixel that asks for `rays` in all, of which it has `first` and may get
+ * `most`: n - first, rounded to a square. */
+uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most);
+
+/* l of the second set of every pixel of `inner`, row by row, 0 where the first is enough or nothing
+ * was met; of Lambert receivers, under a plan of INDIRECT_FILTER_RATE. The patch has the first set
+ * of `inner` and INDIRECT_NEAR_PX around. ERR_MEMORY, ERR_RANGE without such planes. */
+int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
+                       uint8_t *sides);
