@@ -1,5 +1,6 @@
 /* Diffuse indirect light and ambient occlusion as light fields of pixel centres: their planes and
  * the filter that makes pictures of them. */
+#include <math.h>
 #include <stdio.h>
 
 #include "proto/message.h"
@@ -19,7 +20,7 @@
 /* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays
  * of a pixel at mu = 1 and below. In the paper the latter grow with mu, and what a filter sees of
  * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
- * With the square of mu they fall. */
+ * With the square of mu they fall; and no less than what every pixel gets (indirect_rate.h). */
 #define ADAPTIVE_FIRST 4
 #define ADAPTIVE_MOST  100.0
 
@@ -55,7 +56,8 @@ void plan_surfaces(struct plan *plan, struct plan_report *report)
 static uint32_t adaptive_most(const struct job *job)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
-    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, most = ADAPTIVE_MOST * mu * mu;
+    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, least = first * mu * mu * mu;
+    const double most = fmax(ADAPTIVE_MOST * mu * mu, least);
     if (job->indirect_spp > 0) return job->indirect_spp > first ? job->indirect_spp : first;
     return most < LIMIT_SPP ? (uint32_t)most : LIMIT_SPP;
 }
@@ -141,10 +143,11 @@ static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_
     plan->planes |= PLANE_BIT(REFLECTOR_FAR);
     plan->capabilities |= CAPABILITY_SIDES;
     if (job->indirect_spp > 0 && job->indirect_spp < first)
-        plan_warn(report,
-                  "sampling.indirect_spp is the most rays of a pixel under adaptive sampling, which "
-                  "begins with %u: every pixel has these and no more",
-                  first);
+        plan_warn(
+            report,
+            "sampling.indirect_spp is the most rays of a pixel under adaptive sampling, which "
+            "begins with %u: every pixel has these and no more",
+            first);
 }
 
 static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)

@@ -70,6 +70,17 @@ float indirect_rate_rays(const struct indirect_bandlimit *band, float mu,
     return fminf(band->gamma * (x * x) * (v * v), RAYS_BEYOND);
 }
 
+float indirect_rate_width_mu(float mu)
+{
+    return mu > 1.0f ? mu : 1.0f;
+}
+
+float indirect_rate_least(float mu, uint32_t first)
+{
+    const float by = indirect_rate_width_mu(mu);
+    return (float)first * (by * by * by);
+}
+
 uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most)
 {
     if (!(rays > (float)first) || most <= first) return 0;
@@ -107,7 +118,8 @@ static uint32_t side_of(const struct rate *r, float near, float far, float pixel
     if (!(pixel > 0.0f && near > 0.0f && far > 0.0f)) return 0;
     const float least = r->near_px * pixel, z = 1.0f / near, beyond = 1.0f / far;
     const struct indirect_span span = {fmaxf(z, least), fmaxf(beyond, least), pixel};
-    return indirect_rate_side(indirect_rate_rays(&r->band, r->plan->rate.mu, &span), l * l,
+    const float mu = r->plan->rate.mu, rays = indirect_rate_rays(&r->band, mu, &span);
+    return indirect_rate_side(fmaxf(rays, indirect_rate_least(mu, l * l)), l * l,
                               r->plan->rate.rays_most);
 }
 
@@ -129,8 +141,8 @@ int indirect_rate_find(const struct plan *plan, const struct patch *patch, struc
 {
     struct indirect_place place;
     const struct rect common = rect_intersect(inner, patch->rect);
-    const bool has = patch->depth && patch->normal[0] && patch->id && patch->reflector &&
-                     patch->reflector_far;
+    const bool has =
+        patch->depth && patch->normal[0] && patch->id && patch->reflector && patch->reflector_far;
     if (!has || rect_is_empty(inner) || rect_area(common) != rect_area(inner)) return ERR_RANGE;
     const struct rect seen = rect_intersect(rect_grow(inner, INDIRECT_NEAR_PX), patch->rect);
     const int error = indirect_place_create(plan, patch, seen, INDIRECT_NEAR_PX, 3, &place);

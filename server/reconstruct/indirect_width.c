@@ -79,7 +79,8 @@ static void spread_widths(struct indirect_rule *r, float lines)
  * the square of mu. */
 static void rate_widths(const struct plan *plan, float lines, struct indirect_rule *r)
 {
-    const float mu = plan->rate.mu, most = RATE_CAP_PX * lines / indirect_root(mu, 3);
+    const float mu = indirect_rate_width_mu(plan->rate.mu);
+    const float most = RATE_CAP_PX * lines / indirect_root(mu, 3);
     r->bandwidth = mu;
     r->least_px = 2.0f / INDIRECT_RATE_WIDTH_ALPHA / mu;
     r->most_px = fminf(fmaxf(most, r->least_px), most_in_reach());

@@ -13,8 +13,8 @@ import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
-// By effect: counts of samples (mu where a method's samples are turned by it), and more of them for the plain average; the most samples of one half
-// of a reference.
+// By effect: counts of samples (mu of methods whose samples are turned by it), and more of them for the
+// plain average; the most samples of one half of a reference.
 const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, repeatSpp: [9, 16], scenes,
   spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256] }, mu: [0.5, 0.7, 1, 1.4, 2, 2.8],
   more: { shadows: [576, 1024], indirect: [576] }, referenceSpp: { shadows: 65536, indirect: 4096 } };

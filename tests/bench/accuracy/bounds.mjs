@@ -2,7 +2,7 @@
 // unit, least, most, scenes, ok}; those for which nothing was measured are left out. bound null: a
 // figure to know, not to reach. The value is the median over scenes, or the worst of them where
 // the figure says "every scene".
-import { curve, equalError, filterSeconds, median } from "./factors.mjs";
+import { curve, equalError, errorAt, filterSeconds, median } from "./factors.mjs";
 
 const falls = (rows, scene, method) => {
   const points = curve(rows, scene, method, (r) => r.spp).filter(([spp]) => spp >= 4 && spp <= 256);
@@ -40,6 +40,17 @@ function shadows(rows) {
     monotone(rows, "sheared")];
 }
 
+// Of adaptive rays at a mu: its error over that of another method with as many rays everywhere.
+const overUniform = (rows, mu, other) => rows.filter((r) => r.method === "adaptive" && r.mu === mu)
+  .map((r) => r.judged.rmse / errorAt(curve(rows, r.scene, other, (o) => o.spp), r.spp));
+function turned(rows) {
+  const scenes = [...new Set(rows.filter((r) => r.mu).map((r) => r.scene))];
+  const steps = (scene) => rows.filter((r) => r.scene === scene && r.mu).sort((a, b) => a.mu - b.mu).map((r) => r.judged.rmse);
+  return { figure: "adaptive: scenes whose error falls with mu as rays are added", relation: ">=", bound: scenes.length, unit: "scenes",
+    values: scenes.length > 0 ? [scenes.filter((s) => steps(s).every((y, i, all) => i === 0 || y <= all[i - 1])).length] : [],
+    scenes: scenes.length };
+}
+
 function indirect(rows) {
   const factors = equalError(rows, "average").filter((f) => f.method === "constant" && f.spp === 16);
   const of = (scene, what) => factors.filter((f) => f.scene === scene).map((f) => f[what]);
@@ -57,6 +68,10 @@ function indirect(rows) {
     ["sheared, 16 spp, reflector: constant's RMSE over its", timesLower(pairs(rows, "sheared", "constant", 16).filter(([r]) => r.scene === "reflector")), ">=", null, "times"],
     ["sheared, 16 spp: its CPU time over constant's", pairs(rows, "sheared", "constant", 16).map(([s, c]) =>
       filterSeconds(s) / filterSeconds(c)), "<=", null, "times"],
+    ["adaptive, mu 1: rays a pixel", rows.filter((r) => r.mu === 1).map((r) => r.spp), "<=", null, "rays"],
+    ["adaptive, mu 1: its RMSE over constant's with as many rays", overUniform(rows, 1, "constant"), "<=", null, "times"],
+    ["adaptive, mu 2: its RMSE over linear's with as many rays", overUniform(rows, 2, "linear"), "<=", null, "times"],
+    turned(rows),
     ["constant, 16 spp: filter's CPU time per megapixel", at(rows, "constant", 16).map(secondsPerMegapixel), "<=", 0.12, "s"],
     ["auto, every scene: picture's energy off the path tracer's", worst(auto.map((r) => Math.abs(r.beauty.energy - 1))), "<=", 0.005, "ratio"],
     ["auto, every scene: indirect light's bias", worst(auto.map((r) => Math.abs(r.judged.bias))), "<=", null, "ratio"],

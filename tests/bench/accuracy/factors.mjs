@@ -21,6 +21,14 @@ export function reach(points, error) {
 export const curve = (rows, scene, method, x) => rows.filter((r) => r.scene === scene && r.method === method)
   .sort((a, b) => a.spp - b.spp).map((r) => [x(r), r.judged.rmse]);
 
+// The error of a curve of [x, error] at x; NaN beyond its ends.
+export function errorAt(points, x) {
+  const leg = points.findIndex(([x1], i) => i > 0 && points[i - 1][0] <= x && x <= x1);
+  if (leg < 0) return NaN;
+  const [[x0, y0], [x1, y1]] = [points[leg - 1], points[leg]].map((p) => p.map(Math.log));
+  return Math.exp(y0 + (y1 - y0) * (Math.log(x) - x0) / (x1 - x0));
+}
+
 // CPU seconds of the filter itself.
 export const filterSeconds = (row) => (row.cpu_s.shadow ?? 0) + (row.cpu_s.indirect ?? 0);
 

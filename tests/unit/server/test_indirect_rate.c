@@ -85,11 +85,11 @@ static void sides_are_what_is_left_in_squares(void **state)
         float rays;
         uint32_t most, side;
     } cases[] = {
-        {0, 100, 0},          {16, 100, 0},         {16.2f, 100, 0},     {16.3f, 100, 1},
-        {18.3f, 100, 2},      {22.3f, 100, 3},      {32, 100, 4},        {80, 100, 8},
-        {100, 100, 9},        {1e9f, 100, 9},       {1e9f, 16, 0},       {1e9f, 8, 0},
-        {1e9f, 17, 1},        {1e9f, 20, 2},        {1e9f, LIMIT_SPP, 255}, {70000, LIMIT_SPP, 255},
-        {NAN, 100, 0},        {INFINITY, 116, 10},  {-5, 100, 0},
+        {0, 100, 0},     {16, 100, 0},        {16.2f, 100, 0},        {16.3f, 100, 1},
+        {18.3f, 100, 2}, {22.3f, 100, 3},     {32, 100, 4},           {80, 100, 8},
+        {100, 100, 9},   {1e9f, 100, 9},      {1e9f, 16, 0},          {1e9f, 8, 0},
+        {1e9f, 17, 1},   {1e9f, 20, 2},       {1e9f, LIMIT_SPP, 255}, {70000, LIMIT_SPP, 255},
+        {NAN, 100, 0},   {INFINITY, 116, 10}, {-5, 100, 0},
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
@@ -168,6 +168,30 @@ static void patches_ask_for_rays(void **state)
     }
 }
 
+/* Equation 21 asks for 0.4 0.09 7.84 (1 + mu)^2 rays and little more of what sees a parallel
+ * reflector far away. */
+static void rays_grow_with_mu_everywhere(void **state)
+{
+    static const struct {
+        float mu;
+        uint32_t side;
+    } cases[] = {{0.5f, 0}, {1, 0}, {1.5f, 6}, {2, 11}, {3, 20}};
+    struct plan plan;
+    struct patch *patch;
+    uint8_t sides[SIDE * SIDE];
+    const struct rect all = {0, 0, SIDE, SIDE};
+    (void)state;
+    floor_plan(&plan, 1.0f);
+    floor_patch(&plan, 1e4f, 1e4f, &patch);
+    plan.rate.rays_most = 4096;
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        plan.rate.mu = cases[k].mu; /* 16 mu^3: 54, 128, 432 */
+        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], cases[k].side);
+    }
+    patch_destroy(&patch);
+}
+
 static void what_meets_nothing_asks_for_nothing(void **state)
 {
     struct plan plan;
@@ -234,7 +258,8 @@ static void filters_are_as_wide(void **state)
         plan.rate.mu = mus[k];
         const struct indirect_rule rule = indirect_rule_of(&plan);
         const struct indirect_bandlimit band = indirect_bandlimit_lambert();
-        near(rule.most_px, 7.5 / cbrt((double)mus[k]));
+        const float mu = fmaxf(mus[k], 1.0f); /* below 1 widths stay */
+        near(rule.most_px, 7.5 / cbrt((double)mu));
         assert_true(indirect_halo_px(&plan) <= INDIRECT_REACH_MAX_PX);
         /* 9 px away, then 1 px, which counts as 8, then far beyond the cap */
         static const float distances_px[] = {9.0f, 1.0f, 1e6f};
@@ -247,11 +272,10 @@ static void filters_are_as_wide(void **state)
             const size_t area = (size_t)rect_area(patch->rect);
             float *const out[3] = {memory, memory + area, memory + 2 * area};
             const float *const in[3] = {patch->indirect[0], patch->indirect[1], patch->indirect[2]};
-            assert_int_equal(indirect_filter(&plan, patch, all, 3, in, out, memory + 3 * area,
-                                             &statistics),
-                             0);
+            assert_int_equal(
+                indirect_filter(&plan, patch, all, 3, in, out, memory + 3 * area, &statistics), 0);
             const struct indirect_span span = {z, 1e7f, pixel};
-            const double free_px = (double)indirect_rate_width(&band, mus[k], &span) * 256.0;
+            const double free_px = (double)indirect_rate_width(&band, mu, &span) * 256.0;
             near(memory[3 * area], fmin(free_px, (double)rule.most_px));
             assert_true(memory[0] == 1.0f);
             free(memory);
@@ -268,6 +292,7 @@ int main(void)
         cmocka_unit_test(bandlimits_are_those_of_surfaces),
         cmocka_unit_test(sides_are_what_is_left_in_squares),
         cmocka_unit_test(patches_ask_for_rays),
+        cmocka_unit_test(rays_grow_with_mu_everywhere),
         cmocka_unit_test(what_meets_nothing_asks_for_nothing),
         cmocka_unit_test(one_pixel_is_a_frame),
         cmocka_unit_test(filters_are_as_wide),
