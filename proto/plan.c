@@ -59,6 +59,7 @@ static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
     bytes_write_u32(w, p->pixel_filter);
     bytes_write_f32(w, p->emitter_power);
     bytes_write_u32(w, p->without_diffuse_indirect);
+    bytes_write_u32(w, p->without_glossy_indirect);
 }
 
 static void read_paths(struct bytes_reader *r, struct plan_paths *p)
@@ -67,6 +68,7 @@ static void read_paths(struct bytes_reader *r, struct plan_paths *p)
     p->pixel_filter = bytes_read_u32(r);
     p->emitter_power = bytes_read_f32(r);
     p->without_diffuse_indirect = bytes_read_u32(r);
+    p->without_glossy_indirect = bytes_read_u32(r);
 }
 
 static void write_light(struct bytes_writer *w, const struct plan_light *light)
@@ -117,6 +119,7 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_f32(w, plan->occlusion_distance);
     bytes_write_u32(w, plan->shadow_filter);
     bytes_write_u32(w, plan->indirect_filter);
+    bytes_write_u32(w, plan->glossy_filter);
     bytes_write_f32(w, plan->mu);
     bytes_write_u32(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
@@ -146,6 +149,7 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->occlusion_distance = bytes_read_f32(r);
     plan->shadow_filter = bytes_read_u32(r);
     plan->indirect_filter = bytes_read_u32(r);
+    plan->glossy_filter = bytes_read_u32(r);
     plan->mu = bytes_read_f32(r);
     plan->planes = bytes_read_u32(r);
     plan->light_planes = bytes_read_u32(r);
