@@ -11,6 +11,7 @@
 #define WIDTH        0.42f /* of the lobe's own blur, at SAMPLES */
 #define CAP_PX       5.0f
 #define REACH        2.5f /* caps */
+#define FOOTPRINT_PX 0.7f /* at SAMPLES */
 #define WEIGHT_LEAST 1e-6f
 
 static struct glossy_rule rule_of(const struct plan *plan)
@@ -20,9 +21,11 @@ static struct glossy_rule rule_of(const struct plan *plan)
     const float wide = WIDTH * plan->mu / (tenth * tenth * tenth);
     const float asked = CAP_PX * plan->mu / sixth * (float)plan->height_px / LINES;
     const float cap = fminf(asked, GLOSSY_REACH_MAX_PX / REACH);
+    const float footprint = FOOTPRINT_PX * plan->mu / sixth;
     return (struct glossy_rule){
         .likeness = 2.0f / (wide * wide),
         .distance = 0.5f / (cap * cap),
+        .footprint = 0.5f / (footprint * footprint),
         .reach = (int32_t)ceilf(REACH * cap),
     };
 }

@@ -27,9 +27,10 @@ struct glossy_field {
 };
 
 struct glossy_rule {
-    float likeness; /* what the log of two lobes' similarity counts */
-    float distance; /* what a pixel's distance counts, squared */
-    int32_t reach;  /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
+    float likeness;  /* what the log of two lobes' similarity counts */
+    float distance;  /* what a pixel's distance counts, squared */
+    float footprint; /* the most that views of different points count, times that distance */
+    int32_t reach;   /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
 };
 
 /* Receiving pixels first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they

@@ -105,10 +105,15 @@ static inline lanes_vector glossy_exp_minus(lanes_vector x)
     return p * p;
 }
 
-/* The log of the similarity, negated, of the lobes of vector v of the receivers and of the
- * neighbours at `at`, whose points lie at d from the receivers'. */
-static inline lanes_vector glossy_unlike(const struct glossy_field *f, const struct glossy_asker *a,
-                                         size_t at, int v, const lanes_vector d[3])
+/* How unlike the lobes of vector v of the receivers and of the neighbours at `at` are, whose points
+ * lie at d from the receivers': in shape, and in what they look at. */
+struct glossy_unlike {
+    lanes_vector shape, view;
+};
+
+static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
+                                                  const struct glossy_asker *a, size_t at, int v,
+                                                  const lanes_vector d[3])
 {
     const lanes_vector e1[3] = {a->e1[0].v[v], a->e1[1].v[v], a->e1[2].v[v]};
     const lanes_vector e2[3] = {a->e2[0].v[v], a->e2[1].v[v], a->e2[2].v[v]};
@@ -130,15 +135,16 @@ static inline lanes_vector glossy_unlike(const struct glossy_field *f, const str
         lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_all(GLOSSY_DET_LEAST).v[v]);
     const lanes_vector apart = (h1 * h1 * s22 - 2.0f * h1 * h2 * s12 + h2 * h2 * s11) / det;
     const lanes_vector sharp = a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
-    return 0.5f * (apart + glossy_log(det)) - (sharp + GLOSSY_LOG_2);
+    return (struct glossy_unlike){0.5f * glossy_log(det) - (sharp + GLOSSY_LOG_2), 0.5f * apart};
 }
 
-/* The weights that vector v of the receivers gives to the neighbours from q on; `far` is what their
- * distance in pixels counts. */
+/* The weights that vector v of the receivers gives to the neighbours from q on; `square` is
+ * their distance in pixels, squared. What lies within a pixel's footprint is the picture's anyway:
+ * there views may differ. */
 static inline lanes_vector glossy_weight(const struct glossy_field *f,
                                          const struct glossy_rule *rule,
-                                         const struct glossy_asker *a, size_t q, int v, float far,
-                                         lanes_mask *taken)
+                                         const struct glossy_asker *a, size_t q, int v,
+                                         float square, lanes_mask *taken)
 {
     const size_t at = q + (size_t)v * LANES_PER_VECTOR;
     const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
@@ -149,8 +155,11 @@ static inline lanes_vector glossy_weight(const struct glossy_field *f,
         (lanes_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
     const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
     *taken = flat & same & a->receives.v[v];
-    const lanes_vector unlike = rule->likeness * glossy_unlike(f, a, at, v, d);
-    const lanes_vector x = lanes_where(unlike > 0.0f, unlike) + far;
+    const struct glossy_unlike unlike = glossy_compare(f, a, at, v, d);
+    const lanes_vector view = rule->likeness * unlike.view;
+    const lanes_vector most = lanes_all(square * rule->footprint).v[v];
+    const lanes_vector own = rule->likeness * unlike.shape + lanes_select(view < most, view, most);
+    const lanes_vector x = lanes_where(own > 0.0f, own) + square * rule->distance;
     *taken &= x <= GLOSSY_CUT;
     return lanes_where(*taken, glossy_exp_minus(lanes_where(*taken, x)));
 }
@@ -172,12 +181,12 @@ static inline void glossy_weigh(const struct glossy_field *f, const struct gloss
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
-        const float far = (float)k * (float)k * rule->distance;
+        const float square = (float)k * (float)k;
         struct lanes_whole taken;
         struct lanes weight;
         if (!glossy_meets(f, a, q)) continue;
         for (int v = 0; v < LANES_VECTORS; v++)
-            weight.v[v] = glossy_weight(f, rule, a, q, v, far, &taken.v[v]);
+            weight.v[v] = glossy_weight(f, rule, a, q, v, square, &taken.v[v]);
         if (!lanes_any(&taken)) continue;
         lanes_store(&weight, taps->weight[taps->count]);
         taps->at[taps->count++] = (ptrdiff_t)q;
