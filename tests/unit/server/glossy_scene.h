@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "server/reconstruct/glossy.h"
 
@@ -42,8 +43,7 @@ static inline void floor_plan(struct plan *plan, int32_t side, uint32_t filter, 
 
 static inline float floor_random(uint32_t *state)
 {
-    *state = *state * 1664525u + 1013904223u;
-    return (float)(*state >> 8) * 0x1p-24f;
+    return path_unit(path_mix(++*state));
 }
 
 /* Where the ray through pixel (x, y) meets the floor y = 0. */
@@ -101,7 +101,7 @@ static inline struct patch *floor_patch(const struct plan *plan, struct rect rec
         for (int32_t x = rect.x0; x < rect.x1; x++) {
             const size_t i = patch_pixel(p, x, y);
             float at[3], d[3], light, near;
-            uint32_t state = 7919u * (uint32_t)(y * plan->width_px + x) + 17u;
+            uint32_t state = path_mix((uint32_t)(y * plan->width_px + x));
             const float own = (x / 8 + y / 8) % 2 ? other : alpha;
             p->depth[i] = floor_point(plan, x, y, at, d);
             p->id[i] = 1;
