@@ -48,6 +48,8 @@ static void roughness_has_edges(void **state)
     (void)state;
     const float plain = error_of(GLOSSY_FILTER_NONE, 4, 0.012f, 0.3f);
     assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) < 0.6f * plain);
+    assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) <
+                0.7f * error_of(GLOSSY_FILTER_BANDLIMIT, 4, 0.012f, 0.3f));
 }
 
 /* Weights that vary go out of what lobes see of one light; without them nothing would be exact. */
