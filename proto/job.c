@@ -36,13 +36,17 @@ const struct json_choice job_method_words[] = {
 };
 
 const struct json_choice job_indirect_words[] = {
-    {"auto", INDIRECT_AUTO, NULL},
-    {"average", INDIRECT_AVERAGE, NULL},
-    {"constant", INDIRECT_CONSTANT, NULL},
-    {"linear", INDIRECT_LINEAR, NULL},
-    {"blend", INDIRECT_BLEND, NULL},
-    {"adaptive", INDIRECT_ADAPTIVE, NULL},
-    {"sheared", INDIRECT_SHEARED, NULL},
+    {"auto", INDIRECT_AUTO, NULL},         {"average", INDIRECT_AVERAGE, NULL},
+    {"constant", INDIRECT_CONSTANT, NULL}, {"linear", INDIRECT_LINEAR, NULL},
+    {"blend", INDIRECT_BLEND, NULL},       {"adaptive", INDIRECT_ADAPTIVE, NULL},
+    {"sheared", INDIRECT_SHEARED, NULL},   {NULL, 0, NULL},
+};
+
+const struct json_choice job_glossy_words[] = {
+    {"auto", GLOSSY_AUTO, NULL},
+    {"average", GLOSSY_AVERAGE, NULL},
+    {"virtual_hit", GLOSSY_VIRTUAL_HIT, NULL},
+    {"bandlimit", GLOSSY_BANDLIMIT, NULL},
     {NULL, 0, NULL},
 };
 
@@ -99,6 +103,11 @@ const char *filter_method_name(enum filter_method method)
 const char *indirect_method_name(enum indirect_method method)
 {
     return job_word(job_indirect_words, method);
+}
+
+const char *glossy_method_name(enum glossy_method method)
+{
+    return job_word(job_glossy_words, method);
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

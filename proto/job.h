@@ -62,6 +62,9 @@ enum indirect_method {
     INDIRECT_SHEARED
 };
 
+/* filter.glossy: how the light field of glossy lobes is filtered. */
+enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
+
 /* Output layers; bits. */
 enum layer {
     LAYER_BEAUTY = 1u << 0,
@@ -129,6 +132,7 @@ struct job {
     uint64_t seed;      /* 0..2^53; default 1 */
     enum filter_method method;       /* default auto */
     enum indirect_method indirect;   /* default auto */
+    enum glossy_method glossy;       /* default auto */
     float mu;                        /* (0, 100]; default 1 */
     uint32_t layers;                 /* default beauty */
     int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
@@ -154,3 +158,4 @@ const char *layer_name(enum layer layer);
 uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);
+const char *glossy_method_name(enum glossy_method method);

@@ -238,6 +238,7 @@ static const struct json_member sampling_members[] = {
 static const struct json_member filter_members[] = {
     WORD("method", method, job_method_words),
     WORD("indirect", indirect, job_indirect_words),
+    WORD("glossy", glossy, job_glossy_words),
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
@@ -277,6 +278,7 @@ static void set_defaults(struct job *job)
                         .seed = 1,
                         .method = FILTER_AUTO,
                         .indirect = INDIRECT_AUTO,
+                        .glossy = GLOSSY_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
                         .first_frame = 1,

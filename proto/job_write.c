@@ -99,6 +99,7 @@ static json_t *write_filter(const struct job *job)
     json_t *object = json_object();
     int failures = set(object, "method", json_string(filter_method_name(job->method)));
     failures += set(object, "indirect", json_string(indirect_method_name(job->indirect)));
+    failures += set(object, "glossy", json_string(glossy_method_name(job->glossy)));
     failures += set(object, "mu", job_number_write(job->mu));
     return checked(object, failures);
 }

@@ -102,6 +102,36 @@ static inline uint32_t path_key(uint64_t seed, uint32_t frame, int32_t x, int32_
     return path_mix(h + (uint32_t)y * 0xc2b2ae35u);
 }
 
+/* A pixel's place along a curve that visits neighbours one after the other (Morton). */
+static inline uint32_t path_spread_bits(uint32_t x)
+{
+    x = (x | x << 8) & 0x00ff00ffu;
+    x = (x | x << 4) & 0x0f0f0f0fu;
+    x = (x | x << 2) & 0x33333333u;
+    return (x | x << 1) & 0x55555555u;
+}
+
+static inline uint32_t path_morton(int32_t x, int32_t y)
+{
+    return path_spread_bits((uint32_t)x) | path_spread_bits((uint32_t)y) << 1;
+}
+
+/* The key of what one sequence gives to all pixels of a frame for their glossy lobes: pixel i of
+ * the curve has samples i n to i n + n - 1, so that neighbours make up for each other's gaps
+ * (filters.md section 7: half the samples' worth). */
+static inline uint32_t path_frame_key(uint64_t seed, uint32_t frame)
+{
+    uint32_t h = path_mix((uint32_t)seed + 0x3c6ef372u);
+    h = path_mix(h ^ (uint32_t)(seed >> 32));
+    return path_mix(h ^ frame * 0x85ebca6bu);
+}
+
+/* The key of a pixel's paths that leave its glossy lobe. */
+static inline uint32_t path_glossy_key(uint32_t pixel_key)
+{
+    return path_mix(pixel_key + 0x510e527fu);
+}
+
 /* The key of the same pixel's light field of indirect light: its paths must not share numbers with
  * those that the camera sends through the pixel, to which they are added. */
 static inline uint32_t path_field_key(uint32_t pixel_key)

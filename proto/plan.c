@@ -59,6 +59,7 @@ static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
     bytes_write_u32(w, p->pixel_filter);
     bytes_write_f32(w, p->emitter_power);
     bytes_write_u32(w, p->without_diffuse_indirect);
+    bytes_write_u32(w, p->without_glossy_indirect);
 }
 
 static void read_paths(struct bytes_reader *r, struct plan_paths *p)
@@ -67,6 +68,7 @@ static void read_paths(struct bytes_reader *r, struct plan_paths *p)
     p->pixel_filter = bytes_read_u32(r);
     p->emitter_power = bytes_read_f32(r);
     p->without_diffuse_indirect = bytes_read_u32(r);
+    p->without_glossy_indirect = bytes_read_u32(r);
 }
 
 static void write_light(struct bytes_writer *w, const struct plan_light *light)
@@ -117,6 +119,7 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_f32(w, plan->occlusion_distance);
     bytes_write_u32(w, plan->shadow_filter);
     bytes_write_u32(w, plan->indirect_filter);
+    bytes_write_u32(w, plan->glossy_filter);
     bytes_write_f32(w, plan->mu);
     bytes_write_f32(w, plan->rate.mu);
     bytes_write_u32(w, plan->rate.rays_most);
@@ -148,6 +151,7 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->occlusion_distance = bytes_read_f32(r);
     plan->shadow_filter = bytes_read_u32(r);
     plan->indirect_filter = bytes_read_u32(r);
+    plan->glossy_filter = bytes_read_u32(r);
     plan->mu = bytes_read_f32(r);
     plan->rate.mu = bytes_read_f32(r);
     plan->rate.rays_most = bytes_read_u32(r);
@@ -265,7 +269,8 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 }
 
 #define PLANES_BOUNCE_MORE (1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
-#define PLANES_SECOND_SET  (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
+#define PLANES_SECOND_SET                                                                          \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
 
 uint32_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {

@@ -80,6 +80,9 @@ struct plan_paths {
     uint32_t without_diffuse_indirect; /* 1: what the diffuse lobe of the first surface would send
                                           on of light that was scattered before is left out: the
                                           light field's indirect planes bring it */
+    uint32_t without_glossy_indirect;  /* 1: the same of the glossy lobe of surfaces that have one
+                                          (worker/shade/glossy.h), which the glossy planes bring;
+                                          only  beside the above */
 };
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
@@ -107,6 +110,17 @@ struct plan_rate {
     uint32_t rays_most; /* of a pixel, in both sets, to LIMIT_SPP */
 };
 
+/* The sharpest facets, by their alpha, whose lobe is a glossy one. */
+#define GLOSSY_ALPHA_LEAST 0.01f
+
+/* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
+ * filters.md section 7. */
+enum glossy_filter {
+    GLOSSY_FILTER_NONE = 0,        /* the plain average */
+    GLOSSY_FILTER_VIRTUAL_HIT = 1, /* by what the neighbours' lobes see of the same points */
+    GLOSSY_FILTER_BANDLIMIT = 2    /* axis-aligned, by the lobes' bandlimits */
+};
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -125,13 +139,15 @@ struct plan {
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
+    uint32_t glossy_filter;   /* enum glossy_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     struct plan_rate rate;
-    uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes;    /* bits of enum light_plane_id; plan_light_planes says whose */
-    uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
-    uint32_t bounces;         /* 0 .. LIMIT_INDIRECT_BOUNCES */
-    uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
+    uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
+    uint32_t light_planes; /* bits of enum light_plane_id; plan_light_planes says whose */
+    uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
+    uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
+    uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field; l^2 rays
+                                          of glossy lobes, too */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

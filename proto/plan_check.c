@@ -257,6 +257,9 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
     if (!error) error = check_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
     if (!error)
         error = check_count(&at, "without_diffuse_indirect", paths->without_diffuse_indirect, 0, 1);
+    if (!error)
+        error = check_count(&at, "without_glossy_indirect", paths->without_glossy_indirect, 0,
+                            paths->without_diffuse_indirect);
     return error;
 }
 
@@ -274,7 +277,7 @@ static int check_target(const struct place *at, const struct plan *plan)
     if (plan->paths.spp > 0 && (plan->planes & paths) != paths)
         return refuse(at, ERR_RANGE, "target_error", "is a target for paths of unknown error",
                       (double)plan->target_error);
-    if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) ||
+    if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY)) ||
         ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
         return refuse(at, ERR_RANGE, "target_error", "is a target for bounces of unknown error",
                       (double)plan->target_error);
@@ -349,6 +352,20 @@ static int check_indirect_filter(const struct place *at, const struct plan *plan
     return 0;
 }
 
+/* Of glossy lobes: surfaces, and all that their rays have measured. */
+static int check_glossy_filter(const struct place *at, const struct plan *plan)
+{
+    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
+    if (plan->glossy_filter > GLOSSY_FILTER_BANDLIMIT)
+        return refuse(at, ERR_RANGE, "glossy_filter", "is no filter of glossy lobes",
+                      (double)plan->glossy_filter);
+    if (plan->glossy_filter == GLOSSY_FILTER_NONE) return 0;
+    if ((plan->planes & needs) != needs)
+        return refuse(at, ERR_RANGE, "planes", "lacks what filters of glossy lobes read",
+                      (double)plan->planes);
+    return 0;
+}
+
 static int check_filters(const struct place *at, const struct plan *plan)
 {
     int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
@@ -356,7 +373,8 @@ static int check_filters(const struct place *at, const struct plan *plan)
         error = refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
     if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
-    return error ? error : check_rate(at, plan);
+    if (!error) error = check_rate(at, plan);
+    return error ? error : check_glossy_filter(at, plan);
 }
 
 static int check_image(const struct place *at, const struct plan *plan)
@@ -396,6 +414,10 @@ static int check_path_planes(const struct place *at, const struct plan *plan)
     if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
         return refuse(at, ERR_RANGE, "planes", "has no place for indirect light that paths omit",
                       (double)planes);
+    if (plan->paths.without_glossy_indirect &&
+        (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
+        return refuse(at, ERR_RANGE, "planes", "has no place for glossy light that paths omit",
+                      (double)planes);
     if (open != (plan->occlusion_distance > 0.0f))
         return refuse(at, ERR_RANGE, "planes",
                       open ? "asks for occlusion without a distance"
@@ -412,12 +434,12 @@ static int check_planes(const struct place *at, const struct plan *plan)
     if (!error) error = check_bits(at, "light_planes", plan->light_planes, LIGHT_PLANES_KNOWN);
     if (!error) error = check_bits(at, "capabilities", plan->capabilities, CAPABILITIES_KNOWN);
     if (error) return error;
-    if ((planes & PLANES_SUB) && plan->sub_samples == 0)
+    if ((planes & (PLANES_SUB | PLANE_BIT(SUB_REFLECTANCE))) && plan->sub_samples == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for sub-samples, of which there are none",
                       (double)planes);
     if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
         return refuse(at, ERR_RANGE, "planes", "has sub_depth without depth", (double)planes);
-    if ((planes & PLANES_BOUNCE_LIGHT) && plan->bounces == 0)
+    if ((planes & (PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)) && plan->bounces == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
                       (double)planes);
     return check_path_planes(at, plan);
@@ -427,7 +449,7 @@ static int check_counts(const struct place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
     /* Paths bounce without strata. */
-    const bool has_strata = plan->planes & PLANES_BOUNCE_RAYS;
+    const bool has_strata = plan->planes & (PLANES_BOUNCE_RAYS | PLANES_GLOSSY);
     const int64_t max = !has_strata   ? 0
                         : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
                                       : LIMIT_STRATA_PER_AXIS;

@@ -12,10 +12,11 @@
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
+ *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + 6 a sub-sample
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
- * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean, open
- * shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
+ * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
+ * open shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
  * half-sums 138. */
 #include "proto/plan.h"
 
@@ -64,7 +65,18 @@ enum plane_id {
                               the pass, added up over these and rgb */
     PLANE_REFLECTOR_FAR = 25, /* f16: farthest bounce hit's distance / length_unit; 0: none was met,
                                  or none were traced */
-    PLANE_ID_COUNT = 26
+    /* Of surfaces with a glossy lobe (worker/shade/glossy.h), by l^2 rays of that lobe's visible
+     * facets; all 0 on others. A ray brings its weight, what the lobe sends on of light along it,
+     * times the light; weights are taken over the lobe's reflectance of their channel. */
+    PLANE_GLOSSY_MEAN = 26, /* 4 x f16: mean of weight * radiance * radiance_scale, rgb, and of the
+                               weight alone, over channels, too */
+    PLANE_GLOSSY_LOBE = 27, /* 4 x u16: unorm, directional albedo of the lobe, rgb, and its
+                               roughness alpha; 0: no glossy lobe */
+    PLANE_GLOSSY_NEARNESS = 28, /* f16: mean of length_unit / distance of the rays' hits, a miss
+                                   counting as 0 */
+    PLANE_SUB_REFLECTANCE = 29, /* per sub-sample 3 x u16: unorm, directional albedo of its glossy
+                                   lobe; 0: none */
+    PLANE_ID_COUNT = 30
 };
 
 /* Planes of the path tracer. */
@@ -76,6 +88,11 @@ enum plane_id {
     (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
 #define PLANES_BOUNCE_RAYS                                                                         \
     (PLANES_BOUNCE_LIGHT | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN | 1u << PLANE_REFLECTOR_FAR)
+
+/* Planes of glossy lobes: what their rays bring, and all. */
+#define PLANES_GLOSSY_LIGHT                                                                        \
+    (1u << PLANE_GLOSSY_MEAN | 1u << PLANE_GLOSSY_LOBE | 1u << PLANE_GLOSSY_NEARNESS)
+#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | 1u << PLANE_SUB_REFLECTANCE)
 
 #define REFLECTOR_NONE 65504.0f /* the largest half float */
 
@@ -126,8 +143,8 @@ int samples_create(const struct samples_layout *layout, struct samples **out);
 void samples_destroy(struct samples **s);
 
 /* Component c of a plane, w*h elements; NULL when the plane is absent. Sub-sample planes: component
- * = sub * components_per_sub + c (depth, normal, id 1; albedo 3); strata: stratum * 4 + c. The
- * element size must match the plane (asserted). */
+ * = sub * components_per_sub + c (depth, normal, id 1; albedo, reflectance 3); strata: stratum * 4
+ * + c. The element size must match the plane (asserted). */
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t component);

@@ -33,6 +33,10 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_OPEN] = {"open", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_PATH_SPLIT] = {"path_split", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
     [PLANE_REFLECTOR_FAR] = {"reflector_far", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
+    [PLANE_GLOSSY_MEAN] = {"glossy_mean", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
+    [PLANE_GLOSSY_LOBE] = {"glossy_lobe", SAMPLES_GROUP_2, 4, SAMPLES_ANY},
+    [PLANE_GLOSSY_NEARNESS] = {"glossy_nearness", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
+    [PLANE_SUB_REFLECTANCE] = {"sub_reflectance", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
@@ -66,6 +70,7 @@ uint32_t samples_plane_components(const struct samples_layout *layout, enum plan
     case PLANE_SUB_NORMAL:
     case PLANE_SUB_ALBEDO:
     case PLANE_SUB_ID:
+    case PLANE_SUB_REFLECTANCE:
         return components * layout->sub_samples;
     case PLANE_INDIRECT_STRATA:
         return components * layout->indirect_strata;

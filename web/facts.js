@@ -22,6 +22,7 @@ export function facts(job) {
   add("Integrator", INTEGRATORS[plan.integrator]);
   add("Shadow filter", filter(plan.filter, plan.filter_why));
   add("Indirect filter", filter(plan.indirect_filter, plan.indirect_filter_why));
+  add("Glossy filter", filter(plan.glossy_filter, plan.glossy_filter_why));
   if (Array.isArray(plan.effects)) add("Effects", plan.effects.join(", "));
   for (const { what, why } of plan.skipped ?? []) add("Skipped", `${what}: ${why}`);
   add("Rays", entries(statistics.rays));

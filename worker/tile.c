@@ -7,6 +7,7 @@
 
 #include "worker/trace/block_store.h"
 #include "worker/trace/geometry.h"
+#include "worker/trace/glossy.h"
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/path.h"
@@ -24,14 +25,15 @@ struct tile_tracer {
     struct queries queries;
     struct light_table lights;
     struct path_vertex centre;
-    struct surface sub;
-    struct lanes3 emission; /* sum over centre and sub-samples */
+    struct path_vertex beside; /* at a sub-sample */
+    struct lanes3 emission;    /* sum over centre and sub-samples */
     struct shading_point point;
     struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
     struct block block;
     struct RTCRayHit16 camera;
     struct shadow_scratch shadow;
     struct indirect_scratch indirect;
+    struct glossy_scratch glossy;
     struct sky sky;
     struct path_scratch path;
     struct path_sums sums;
@@ -66,6 +68,7 @@ struct stages {
     bool centres;          /* pixel centres */
     bool lights;           /* their light fields of lights */
     bool bounces;          /* bounce rays leave them */
+    bool glossy;           /* and rays of their glossy lobes */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
     struct path_context paths, field;
@@ -114,6 +117,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
         .lights = first,
         .pass = *pass,
         .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
         .first = pass->first,
         .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
@@ -128,6 +132,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
         .shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
                   has_emissive(t->queries.scene->materials),
         .leaves_diffuse = plan->paths.without_diffuse_indirect != 0,
+        .leaves_glossy = plan->paths.without_glossy_indirect != 0,
     };
     out->field = out->paths;
     out->field.field = true;
@@ -135,7 +140,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.sides = pass->sides;
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
-    out->field.demodulate = out->field.leaves_diffuse = false;
+    out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -164,6 +169,21 @@ static void store_emission(const struct tile_tracer *t, const struct plan *plan,
     block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
 }
 
+/* A sub-sample's albedo, and of its glossy lobe, too. */
+static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint32_t k,
+                        struct samples *samples)
+{
+    struct glossy_lobes lobes;
+    if (!stages->glossy) {
+        hit_diffuse_albedo(&t->camera, &t->beside.surface);
+        return;
+    }
+    t->beside.active = t->beside.surface.hit;
+    path_resolve(&stages->field, &t->camera, &t->beside);
+    glossy_find(&t->beside, &lobes);
+    glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
+}
+
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
@@ -185,12 +205,13 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     geometry_store(&t->queries, b, &t->centre.surface, samples);
     add_emission(&t->centre.surface, &t->emission);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
-        primary_trace_sub(&t->queries, plan, b, k, &t->camera, &t->sub);
-        mark_lit(&t->sub, &t->point.lit);
-        hit_diffuse_albedo(&t->camera, &t->sub);
-        mark_lit(&t->sub, &t->bouncing);
-        geometry_store_sub(&t->queries, plan, b, &t->centre.surface, &t->sub, k, samples);
-        add_emission(&t->sub, &t->emission);
+        struct surface *sub = &t->beside.surface;
+        primary_trace_sub(&t->queries, plan, b, k, &t->camera, sub);
+        mark_lit(sub, &t->point.lit);
+        resolve_sub(t, stages, k, samples);
+        mark_lit(sub, &t->bouncing);
+        geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
+        add_emission(sub, &t->emission);
     }
     store_emission(t, plan, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
@@ -275,11 +296,19 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     t->centre.active = t->centre.surface.hit;
     path_resolve(&stages->field, &t->camera, &t->centre);
     counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++)
-        t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
+    for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
     if (lanes_count(&t->bouncing) > 0)
         indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
                        samples);
+}
+
+/* The field of glossy lobes. */
+static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
+                         struct samples *samples)
+{
+    glossy_find(&t->centre, &t->glossy.lobes);
+    if (lanes_count_both(&t->glossy.lobes.on, &t->block.kept) > 0)
+        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
 }
 
 /* What is seen through pixel centres: surfaces and their light fields. */
@@ -294,6 +323,7 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     t->point.surface = &t->centre.surface;
     if (stages->lights) trace_lights(t, plan, samples, counters);
     if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
+    if (stages->glossy) trace_glossy(t, stages, samples);
 }
 
 /* The pass's paths, batch by batch. */

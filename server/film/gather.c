@@ -214,6 +214,32 @@ static void gather_indirect(const struct overlap *o)
     if (p->open) widen_halves(o, samples_u16(o->samples, PLANE_OPEN, 0), 1.0f, p->open);
 }
 
+/* What filters of glossy lobes read. */
+static void gather_lobes(const struct overlap *o)
+{
+    const struct samples *s = o->samples;
+    struct patch *p = o->patch;
+    if (p->id && p->glossy[0]) copy_words(o, samples_u32(s, PLANE_ID, 0), p->id);
+    gather_rgb(o, PLANE_GLOSSY_MEAN, 0, p->glossy);
+    if (p->glossy_weight)
+        widen_halves(o, samples_u16(s, PLANE_GLOSSY_MEAN, 3), 1.0f, p->glossy_weight);
+    if (p->glossy_alpha) widen_unorms(o, samples_u16(s, PLANE_GLOSSY_LOBE, 3), p->glossy_alpha);
+    if (p->glossy_nearness)
+        widen_halves(o, samples_u16(s, PLANE_GLOSSY_NEARNESS, 0), 1.0f / o->plan->length_unit,
+                     p->glossy_nearness);
+}
+
+static void gather_reflectance(const struct overlap *o)
+{
+    struct patch *p = o->patch;
+    for (uint32_t c = 0; c < 3 && p->reflectance[0]; c++)
+        widen_unorms(o, samples_u16(o->samples, PLANE_GLOSSY_LOBE, c), p->reflectance[c]);
+    for (uint32_t k = 0; k < o->plan->sub_samples; k++)
+        for (uint32_t c = 0; c < 3 && p->sub_reflectance[k][0]; c++)
+            widen_unorms(o, samples_u16(o->samples, PLANE_SUB_REFLECTANCE, k * 3 + c),
+                         p->sub_reflectance[k][c]);
+}
+
 static void gather_irradiance(const struct overlap *o, uint32_t k)
 {
     float *irradiance = o->patch->lights[k].irradiance;
@@ -310,9 +336,13 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
     const bool far = patch_has_far_indirect(plan);
     if (far) gather_indirect(&o);
+    const bool far_lobes = plan->glossy_filter != GLOSSY_FILTER_NONE;
+    if (far_lobes) gather_lobes(&o);
     if (patch->bounces) gather_counts(&o, counts, patch->bounces);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
+    if (!far_lobes) gather_lobes(&o);
+    gather_reflectance(&o);
     gather_surface(&o);
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
     gather_rgb(&o, PLANE_EMISSION, 0, patch->emission);

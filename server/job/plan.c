@@ -179,10 +179,12 @@ static void choose(const struct job *job, const struct scene *scene, const struc
 }
 
 /* All that comes of the choice. */
-static void arrange(const struct job *job, struct plan *plan, struct plan_report *report)
+static void arrange(const struct job *job, const struct scene *scene, struct plan *plan,
+                    struct plan_report *report)
 {
     plan_bounces(job, plan, report);
     if (report->integrator != INTEGRATOR_PATHS) plan_indirect(job, plan, report);
+    plan_glossy(job, scene, plan, report);
     if (report->integrator == INTEGRATOR_LIGHT_FIELD)
         plan_light_field(job, plan, report);
     else
@@ -270,7 +272,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
     int error = gather(job, source, plan, report, environment_mean, fault);
     if (error) return error;
     choose(job, source->scene, plan, report);
-    arrange(job, plan, report);
+    arrange(job, source->scene, plan, report);
     plan_set_powers(source->scene, &report->emitters, environment_mean, plan);
     tell_darkness(report);
     error = check_strata(job, plan, fault);

@@ -82,6 +82,7 @@ struct plan_report {
     enum filter_method method; /* that runs: not auto */
     char filter_why[PLAN_FILTER_WHY_BYTES];
     char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
+    char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -97,8 +98,9 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
 /* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
- * indirect_filter_why, skipped: [{what, why}], lights, environment, emitters, camera, samples,
- * tiles, warnings}. New reference; NULL on failed allocation. */
+ * indirect_filter_why, glossy_filter, glossy_filter_why, skipped: [{what, why}], lights,
+ * environment, emitters, camera, samples, tiles, warnings}. New reference; NULL on failed
+ * allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
 
 /* Adds a line; what does not fit is dropped. */
@@ -161,7 +163,13 @@ void plan_indirect(const struct job *job, struct plan *plan, struct plan_report 
 void plan_indirect_none(const struct job *job, const char *why, struct plan_report *report);
 extern const char plan_nothing_to_filter[]; /* a why */
 
-/* What plan_indirect has planned stays. */
+/* Planes of glossy lobes and their filter, beside paths and planes of indirect light, where the
+ * scene has a surface with such a lobe; else why not. After plan_indirect. */
+void plan_glossy(const struct job *job, const struct scene *scene, struct plan *plan,
+                 struct plan_report *report);
+const char *plan_glossy_filter_name(uint32_t filter);
+
+/* What plan_indirect and plan_glossy have planned stays. */
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report);
 

@@ -77,6 +77,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     plan->paths.without_diffuse_indirect =
         (plan->planes &
          (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
+    plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
     report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
     if (sources) report->effects |= EFFECT_SHADOWS;

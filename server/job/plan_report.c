@@ -32,7 +32,11 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "path_occlusion",
                                                         "open",
                                                         "path_split",
-                                                        "reflector_far"};
+                                                        "reflector_far",
+                                                        "glossy_mean",
+                                                        "glossy_lobe",
+                                                        "glossy_nearness",
+                                                        "sub_reflectance"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -181,16 +185,17 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}",
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
         "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
         names_of(plan->light_planes, light_plane_names, LIGHT_PLANE_COUNT), "filter",
         filter_method_name(report->method), "filter_why", report->filter_why, "indirect_filter",
         plan_indirect_filter_name(plan->indirect_filter), "indirect_filter_why",
-        report->indirect_filter_why, "skipped", skips_of(report), "lights", lights_of(plan, report),
-        "environment", environment_of(plan), "emitters", emitters_of(plan, report), "camera",
-        camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
-        scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
-        (double)plan->length_unit, "warnings", warnings_of(report));
+        report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),
+        "glossy_filter_why", report->glossy_filter_why, "skipped", skips_of(report), "lights",
+        lights_of(plan, report), "environment", environment_of(plan), "emitters",
+        emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
+        "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
+        "length_unit", (double)plan->length_unit, "warnings", warnings_of(report));
 }

@@ -18,6 +18,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
     sum->shadow_cpu_us += more->shadow_cpu_us;
     sum->indirect_cpu_us += more->indirect_cpu_us;
+    sum->glossy_cpu_us += more->glossy_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -35,6 +36,9 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->indirect_pixels_filtered += more->indirect_pixels_filtered;
     sum->indirect_pixels_skipped += more->indirect_pixels_skipped;
     sum->indirect_blocks_skipped += more->indirect_blocks_skipped;
+    sum->glossy_pixels_filtered += more->glossy_pixels_filtered;
+    sum->glossy_pixels_skipped += more->glossy_pixels_skipped;
+    sum->glossy_blocks_skipped += more->glossy_blocks_skipped;
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
@@ -65,6 +69,7 @@ static const struct line lines[] = {
     {"cpu_s", "reconstruct", FIELD(reconstruct_cpu_us), true},
     {"cpu_s", "shadow", FIELD(shadow_cpu_us), true},
     {"cpu_s", "indirect", FIELD(indirect_cpu_us), true},
+    {"cpu_s", "glossy", FIELD(glossy_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -81,6 +86,9 @@ static const struct line lines[] = {
     {"indirect", "pixels_filtered", FIELD(indirect_pixels_filtered), false},
     {"indirect", "pixels_skipped", FIELD(indirect_pixels_skipped), false},
     {"indirect", "blocks_skipped", FIELD(indirect_blocks_skipped), false},
+    {"glossy", "pixels_filtered", FIELD(glossy_pixels_filtered), false},
+    {"glossy", "pixels_skipped", FIELD(glossy_pixels_skipped), false},
+    {"glossy", "blocks_skipped", FIELD(glossy_blocks_skipped), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

@@ -26,7 +26,8 @@
 static bool is_filtered(const struct plan *plan)
 {
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
-           plan->indirect_filter != INDIRECT_FILTER_NONE;
+           plan->indirect_filter != INDIRECT_FILTER_NONE ||
+           plan->glossy_filter != GLOSSY_FILTER_NONE;
 }
 
 int32_t block_side_px(const struct plan *plan)
@@ -51,8 +52,9 @@ static int32_t ring_px(const struct plan *plan)
 int32_t block_halo_px(const struct plan *plan)
 {
     int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
-    int32_t sheared = v_plane_halo_px(plan);
+    int32_t sheared = v_plane_halo_px(plan), glossy = glossy_halo_px(plan);
     if (indirect < sheared) indirect = sheared;
+    if (indirect < glossy) indirect = glossy;
     return ring_px(plan) + (shadow > indirect ? shadow : indirect);
 }
 
@@ -75,6 +77,8 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     if (error) return error;
     statistics->shadow = cost.shadow;
     statistics->indirect = cost.indirect;
+    statistics->glossy = cost.glossy;
+    statistics->glossy_cpu_us = cost.glossy_cpu_us;
     statistics->shadow_cpu_us = cost.shadow_cpu_us;
     statistics->indirect_cpu_us = cost.indirect_cpu_us;
     resolver_init(&resolver, plan, patch, &lighting);

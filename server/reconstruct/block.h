@@ -5,6 +5,7 @@
  * arguments; any thread. */
 #include "server/image/image.h"
 #include "server/reconstruct/block_squares.h"
+#include "server/reconstruct/glossy.h"
 #include "server/reconstruct/indirect.h"
 #include "server/reconstruct/shadow.h"
 
@@ -14,7 +15,8 @@ struct block_statistics {
     /* Pixels beside the block whose light its sub-samples borrow count, too. */
     struct shadow_statistics shadow; /* over the lights */
     struct indirect_statistics indirect;
-    uint64_t shadow_cpu_us, indirect_cpu_us; /* CPU time of their filters */
+    struct glossy_statistics glossy;
+    uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us; /* CPU time of their filters */
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far

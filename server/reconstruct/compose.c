@@ -129,7 +129,8 @@ static uint32_t bounce_rays(const struct plan *plan)
     return plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
 }
 
-/* Adds so many rays, and the pixel's bounce rays, to the pixels that show a surface. */
+/* Adds so many rays, the pixel's bounce rays and those of its glossy lobe to the pixels that show a
+ * surface. */
 static void add_samples(const struct plan *plan, const struct patch *patch, uint32_t rays,
                         struct rect block, const struct plane *out)
 {
@@ -138,9 +139,11 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
-        for (int32_t x = 0; x < rect_width(block); x++, i++)
-            if (patch_has_surface(patch, i))
-                to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
+        for (int32_t x = 0; x < rect_width(block); x++, i++) {
+            if (!patch_has_surface(patch, i)) continue;
+            to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
+            if (patch->glossy_alpha && patch_is_glossy(patch, i)) to[x] += bounces;
+        }
     }
 }
 

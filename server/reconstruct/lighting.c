@@ -239,6 +239,20 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
     return error;
 }
 
+/* Surfaces without a lobe lend what they see all around. */
+static int fill_glossy(const struct plan *plan, const struct patch *patch, struct rect lit,
+                       const struct lighting *out, struct glossy_statistics *statistics)
+{
+    const int error = glossy_filter(plan, patch, lit, out->glossy, statistics);
+    for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
+        const struct run run = row_of(patch, lit, y);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = run.first; i < run.first + run.count; i++)
+                if (!patch_is_glossy(patch, i)) out->glossy[c][i] = out->indirect[c][i];
+    }
+    return error;
+}
+
 static uint64_t thread_cpu_us(void)
 {
     struct timespec t;
@@ -259,7 +273,13 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
     }
     if (!error && patch_has_far_indirect(plan)) {
         error = filter_indirect(plan, patch, lit, out, &statistics->indirect);
-        statistics->indirect_cpu_us += thread_cpu_us() - start_us;
+        uint64_t now_us = thread_cpu_us();
+        statistics->indirect_cpu_us += now_us - start_us;
+        start_us = now_us;
+    }
+    if (!error && out->glossy[0]) {
+        error = fill_glossy(plan, patch, lit, out, &statistics->glossy);
+        statistics->glossy_cpu_us += thread_cpu_us() - start_us;
     }
     return error;
 }
@@ -276,7 +296,9 @@ static int allocate(const struct plan *plan, const struct patch *patch, struct l
 {
     const size_t area = (size_t)rect_area(patch->rect);
     const bool halves = patch_knows_errors(plan);
-    const size_t bytes = area * (halves ? 14 : 11) * sizeof(float);
+    const bool glossy = patch->glossy[0] != NULL;
+    const size_t lobes = halves ? 14 : 11, arrays = lobes + (glossy ? 3 : 0);
+    const size_t bytes = area * arrays * sizeof(float);
     float *memory = scratch_take(patch->scratch, bytes);
     *out = (struct lighting){.scratch = patch->scratch, .memory = memory};
     if (!memory) return ERR_MEMORY;
@@ -289,6 +311,7 @@ static int allocate(const struct plan *plan, const struct patch *patch, struct l
     out->open = memory + 9 * area;
     out->width_px = memory + 10 * area;
     for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
+    for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;
     return 0;
 }
 

@@ -53,6 +53,21 @@ static void carve_indirect(struct carver *c, const struct plan *plan, struct pat
     if (plan->planes >> PLANE_OPEN & 1u) p->open = carve(c, sizeof(float));
 }
 
+static void carve_glossy(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    if (plan->planes >> PLANE_GLOSSY_MEAN & 1u) {
+        carve_rgb(c, p->glossy);
+        p->glossy_weight = carve(c, sizeof(float));
+    }
+    if (plan->planes >> PLANE_GLOSSY_LOBE & 1u) {
+        carve_rgb(c, p->reflectance);
+        p->glossy_alpha = carve(c, sizeof(float));
+    }
+    if (plan->planes >> PLANE_GLOSSY_NEARNESS & 1u) p->glossy_nearness = carve(c, sizeof(float));
+    for (uint32_t k = 0; k < plan->sub_samples; k++)
+        if (plan->planes >> PLANE_SUB_REFLECTANCE & 1u) carve_rgb(c, p->sub_reflectance[k]);
+}
+
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)
 {
     uint32_t planes = plan_light_planes(plan, k);
@@ -99,6 +114,7 @@ static void carve_all(struct carver *c, const struct plan *plan, struct patch *p
     carve_subs(c, plan, p);
     if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
     carve_indirect(c, plan, p);
+    carve_glossy(c, plan, p);
     for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
     if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
 }

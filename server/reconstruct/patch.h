@@ -5,8 +5,9 @@
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares. The other arrays are not set there.
- * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
+ * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light, alpha
+ * and nearness. The other arrays are not set there. Distances are at most 1e16, so that their
+ * squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -55,6 +56,12 @@ struct patch {
                        pixels may differ: under a plan that has rounds */
     float *indirect_strata; /* l_i^2 * 4 planes */
     float *open;            /* share of the bounce rays that meet nothing near */
+    float *glossy[3];       /* mean of weight times radiance, scale taken out, over reflectance */
+    float *glossy_weight;   /* of weight alone, over reflectance */
+    float *glossy_alpha;    /* 0: no glossy lobe */
+    float *glossy_nearness; /* mean of 1 / distance, scene units */
+    float *reflectance[3];
+    float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */
@@ -85,6 +92,12 @@ static inline size_t patch_pixel(const struct patch *patch, int32_t x, int32_t y
 static inline bool patch_is_measured(const struct patch *patch, size_t i)
 {
     return patch->depth[i] > 0.0f && patch->reflector[i] > 0.0f;
+}
+
+/* Does pixel i show a surface with a glossy lobe? The patch needs glossy_alpha. */
+static inline bool patch_is_glossy(const struct patch *patch, size_t i)
+{
+    return patch->glossy_alpha[i] > 0.0f && (!patch->depth || patch->depth[i] > 0.0f);
 }
 
 /* Of how many pixels of `rect`, which lies in the patch's. */

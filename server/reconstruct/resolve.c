@@ -159,6 +159,20 @@ static void add_lit(const struct resolver *r, const struct lenders *l, const flo
     }
 }
 
+/* What the glossy lobe of a sub-sample sends on. */
+static void add_shine(const struct resolver *r, const struct lenders *l, uint32_t k, size_t i,
+                      struct resolved *sum)
+{
+    float *const *reflectance = r->patch->sub_reflectance[k];
+    if (!r->lighting->glossy[0] || !reflectance[0] || l->count == 0) return;
+    for (int c = 0; c < 3; c++) {
+        if (!(reflectance[c][i] > 0.0f)) continue;
+        const float shine = reflectance[c][i] * blend(l, r->lighting->glossy[c]);
+        sum->indirect[c] += shine;
+        sum->total[c] += shine;
+    }
+}
+
 static void pixel_offset(const struct resolver *r, size_t i, uint32_t k, float offset[2])
 {
     const struct rect *rect = &r->patch->rect;
@@ -178,6 +192,7 @@ static void add_foreign_sub(const struct resolver *r, size_t i, uint32_t k, stru
     for (int c = 0; c < 3; c++) albedo[c] = r->patch->sub_albedo[k][c][i];
     find_lenders(r, i, &sub, offset, &lenders);
     add_lit(r, &lenders, albedo, sum);
+    add_shine(r, &lenders, k, i, sum);
     for (int c = 0; c < 3; c++) sum->albedo[c] += albedo[c];
     sum->coverage += 1.0f;
     sum->unmatched += lenders.unmatched;
@@ -204,6 +219,21 @@ static void add_own(const struct resolver *r, size_t i, const float albedo[3], f
         sum->albedo[c] += albedo[c];
     }
     sum->coverage += samples;
+}
+
+/* Of the pixel's centre and of sub-samples that show its surface, marked in `own`. */
+static void add_own_shine(const struct resolver *r, size_t i, uint32_t own, struct resolved *sum)
+{
+    const struct patch *p = r->patch;
+    if (!r->lighting->glossy[0] || !p->reflectance[0]) return;
+    for (int c = 0; c < 3; c++) {
+        float reflectance = p->reflectance[c][i];
+        for (uint32_t k = 0; k < r->subs; k++)
+            if ((own >> k & 1u) && p->sub_reflectance[k][0])
+                reflectance += p->sub_reflectance[k][c][i];
+        sum->indirect[c] += reflectance * r->lighting->glossy[c][i];
+        sum->total[c] += reflectance * r->lighting->glossy[c][i];
+    }
 }
 
 /* From the sum of squares to the mean's squared standard error. */
@@ -233,6 +263,7 @@ void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
     float squares[3] = {0.0f, 0.0f, 0.0f};
     float own[3] = {0.0f, 0.0f, 0.0f}; /* albedo of all samples that show the pixel's surface */
     float samples = 0.0f;
+    uint32_t same = 0; /* bits: sub-samples among them */
     struct surface_facing facing = {.known = false};
     *out = (struct resolved){.unmatched = 0};
     if (patch_has_surface(r->patch, i)) {
@@ -250,11 +281,13 @@ void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
                 squares[c] += albedo * albedo;
             }
             samples += 1.0f;
+            same |= 1u << k;
         } else if (p->sub_depth[k][i] > 0.0f) {
             add_foreign_sub(r, i, k, out);
         }
     }
     if (samples > 0.0f) add_own(r, i, own, samples, out);
+    if (samples > 0.0f) add_own_shine(r, i, same, out);
     if (samples > 0.0f && r->errors) add_own_errors(r, i, own, squares, out);
     scale(out, r->share);
 }

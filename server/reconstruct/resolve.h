@@ -6,7 +6,8 @@
 
 /* What a pixel shows, before emission. */
 struct resolved {
-    float direct[3], indirect[3], total[3]; /* radiance: lighting times albedo */
+    float direct[3], indirect[3], total[3]; /* radiance: lighting times albedo; glossy lobes' times
+                                               reflectance is indirect */
     float albedo[3];                        /* mean; samples without surface count as black */
     float coverage;                         /* share of samples that hit a surface */
     float error[3];  /* standard error of indirect; 0 unless the lighting tells */

@@ -1,7 +1,8 @@
-/* make check-kernels: the kernels of the filters of shadows and of indirect light of every
- * instruction set that the CPU has against the reference, on random fields of odd sizes and
- * unaligned input; then what a pixel costs, at 9 samples a light and three channels of indirect
- * light filtered at rule A's widest of 16 samples and 512 lines. The last line counts.
+/* make check-kernels: the kernels of the filters of shadows, of indirect light and of glossy lobes
+ * of every instruction set that the CPU has against the reference, on random fields of odd sizes
+ * and unaligned input; then what a pixel costs, at 9 samples a light, three channels of indirect
+ * light filtered at rule A's widest of 16 samples and 512 lines, and glossy lobes of as many
+ * samples. The last line counts.
  *
  * The tolerance is 0: pictures must not depend on the CPU. Cycles are those of the time stamp
  * counter. */
@@ -10,6 +11,7 @@
 #include <x86intrin.h>
 
 #include "proto/build.h"
+#include "tests/kernel/kernel_glossy.h"
 #include "tests/kernel/kernel_indirect.h"
 #include "tests/kernel/kernel_v_plane.h"
 
@@ -23,12 +25,15 @@ struct tier {
     const struct shadow_kernels *kernels;
     const struct indirect_kernels *indirect;
     const struct v_plane_kernels *v_plane;
+    const struct glossy_kernels *glossy;
 };
 
 static const struct tier tiers[] = {
-    {"sse4.2", &shadow_kernels_c, &indirect_kernels_c, &v_plane_kernels_c},
-    {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2},
-    {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512}};
+    {"sse4.2", &shadow_kernels_c, &indirect_kernels_c, &v_plane_kernels_c, &glossy_kernels_c},
+    {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2,
+     &glossy_kernels_avx2},
+    {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512,
+     &glossy_kernels_avx512}};
 
 static uint32_t count_tiers(void)
 {
@@ -88,6 +93,24 @@ static void compare_indirect(const struct tier *tier, int *passed, int *failed)
         }
         if (most > TOLERANCE)
             printf("%s, %s: off by %g\n", tier->name, indirect_kernel_names[i], (double)most);
+        *(most <= TOLERANCE ? passed : failed) += 1;
+    }
+}
+
+static void compare_glossy(const struct tier *tier, int *passed, int *failed)
+{
+    for (enum glossy_kernel i = 0; i < GLOSSY_KERNEL_COUNT; i++) {
+        float most = 0.0f;
+        for (uint64_t seed = 0; seed < FIELDS; seed++) {
+            struct glossy_case k;
+            glossy_case_init(&k, 13 + 9 * (int32_t)seed, 47 - 5 * (int32_t)seed, 71 + seed,
+                             seed != 3);
+            for (int32_t start = 0; start < 12; start += 5)
+                most = fmaxf(most, glossy_case_compare(&k, tier->glossy, i, start));
+            glossy_case_fini(&k);
+        }
+        if (most > TOLERANCE)
+            printf("%s, %s: off by %g\n", tier->name, glossy_kernel_names[i], (double)most);
         *(most <= TOLERANCE ? passed : failed) += 1;
     }
 }
@@ -178,6 +201,32 @@ static void time_indirect(uint32_t tier_count)
     indirect_case_fini(&k);
 }
 
+static void time_glossy(uint32_t tier_count)
+{
+    struct glossy_case k;
+    glossy_case_init(&k, TIMED_SIDE, TIMED_SIDE, 4, false);
+    float *out = field_memory(GLOSSY_CASE_CHANNELS * k.area * sizeof *out);
+    for (enum glossy_kernel i = 0; i < GLOSSY_KERNEL_COUNT; i++) {
+        double first = 0.0;
+        for (uint32_t t = 0; t < tier_count; t++) {
+            double best = 1e30, cycles = 0.0;
+            for (int turn = 0; turn < TIMED_TURNS; turn++) {
+                const double start = now_ns();
+                const uint64_t ticks = __rdtsc();
+                glossy_case_run(&k, tiers[t].glossy, i, 0, out);
+                const double took = (now_ns() - start) / (TIMED_SIDE * TIMED_SIDE);
+                if (took < best) cycles = (double)(__rdtsc() - ticks) / (TIMED_SIDE * TIMED_SIDE);
+                best = took < best ? took : best;
+            }
+            if (t == 0) first = best;
+            printf("%-16s %-8s %10.1f %10.0f %9.2f\n", glossy_kernel_names[i], tiers[t].name, best,
+                   cycles, first / best);
+        }
+    }
+    free(out);
+    glossy_case_fini(&k);
+}
+
 /* A pixel at 9 samples. */
 static void time_v_plane(uint32_t tier_count)
 {
@@ -217,9 +266,11 @@ int main(void)
         for (size_t i = 0; i < sizeof strata / sizeof *strata; i++)
             compare_v_plane(&tiers[t], strata[i], &passed, &failed);
         compare_indirect(&tiers[t], &passed, &failed);
+        compare_glossy(&tiers[t], &passed, &failed);
     }
     time_all(tier_count);
     time_indirect(tier_count);
+    time_glossy(tier_count);
     time_v_plane(tier_count);
     printf("%d passed, %d failed\n", passed, failed);
     return failed > 0;

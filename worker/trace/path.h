@@ -38,6 +38,7 @@ struct path_context {
     bool listed;         /* lights of the plan are all that shines */
     bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
                             field brings the rest */
+    bool leaves_glossy;  /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
 };

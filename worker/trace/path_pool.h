@@ -39,8 +39,8 @@ struct path_harvest {
     struct path_rgb diffuse_direct, diffuse_indirect; /* only when demodulated */
     struct path_rgb share; /* of what comes after the first scattering: its diffuse part over
                               albedo; only when demodulated */
-    struct path_rgb kept;  /* of what comes after the first scattering: the part that is not the
-                              diffuse lobe's; only when that leaves indirect light out */
+    struct path_rgb kept;  /* of what comes after the first scattering: the part that is no light
+                              field's; only when paths leave indirect light to one */
     struct path_rgb albedo;
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "worker/shade/glossy.h"
 #include "worker/trace/lane_kernels.h"
 
 /* After this scattering paths are ended by chance in proportion to what they still carry. Variance
@@ -46,10 +47,13 @@ static void keep_share(const struct bsdf_sample *sample, const float weight[3], 
     h->share.b[slot] = weight[2] > 0.0f ? sample->diffuse / weight[2] : 0.0f;
 }
 
-/* The part of the weight that is not the diffuse lobe's. Pure Lambert surfaces keep nothing. */
-static void keep_rest(const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
+/* The part of the weight that light fields do not bring: not the diffuse lobe's, nor that of the
+ * glossy lobe, beside which such a surface has no other. Pure Lambert surfaces keep nothing. */
+static void keep_rest(const struct path_context *c, const struct bsdf *b,
+                      const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
                       struct path_harvest *h)
 {
+    if (c->leaves_glossy && glossy_has(b)) return; /* nothing, as slots begin */
     h->kept.r[slot] = weight[0] > 0.0f ? sample->specular[0] / weight[0] : 0.0f;
     h->kept.g[slot] = weight[1] > 0.0f ? sample->specular[1] / weight[1] : 0.0f;
     h->kept.b[slot] = weight[2] > 0.0f ? sample->specular[2] / weight[2] : 0.0f;
@@ -83,7 +87,7 @@ static void scatter_general(const struct path_context *c, const struct path_pack
     /* Light samples look at the near side only. */
     out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
     if (c->demodulate && v->depth == 0) keep_share(&sample, weight, p->slot[i], h);
-    if (c->leaves_diffuse && v->depth == 0) keep_rest(&sample, weight, p->slot[i], h);
+    if (c->leaves_diffuse && v->depth == 0) keep_rest(c, b, &sample, weight, p->slot[i], h);
 }
 
 /* After a pure Lambert surface all that comes is diffuse. */

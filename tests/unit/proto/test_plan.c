@@ -203,6 +203,34 @@ static void paths_are_checked(void **state)
     EXPECT(plan.planes &= ~spread, ERR_OK, "");
 }
 
+/* Filters of glossy lobes need their planes; paths leave out what planes bring. */
+static void glossy_filters_are_checked(void **state)
+{
+    const uint32_t lobe = 1u << PLANE_GLOSSY_LOBE, near = 1u << PLANE_GLOSSY_NEARNESS;
+    const uint32_t light = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES |
+                           1u << PLANE_INDIRECT_STRATA | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    (void)state;
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, plan.planes &= ~near), ERR_RANGE,
+           "planes");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, plan.planes &= ~(1u << PLANE_ID)),
+           ERR_RANGE, "planes");
+    EXPECT(plan.paths.without_glossy_indirect = 1, ERR_LIMIT, "paths.without_glossy_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1), ERR_OK,
+           "");
+    EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1,
+            plan.planes &= ~lobe),
+           ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
+            plan.planes &= ~(1u << PLANE_PATH_OCCLUSION)),
+           ERR_OK, "");
+    EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
+            plan.planes &= ~(1u << PLANE_PATH_OCCLUSION), plan.indirect_strata_per_axis = 0),
+           ERR_RANGE, "indirect_strata_per_axis");
+}
+
 /* Filters of indirect light need their planes, and planes their rays. */
 static void indirect_filters_are_checked(void **state)
 {
@@ -219,7 +247,9 @@ static void indirect_filters_are_checked(void **state)
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_RANGE,
            "planes");
     EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
-    EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_OK, ""); /* occlusion alone */
+    EXPECT((plan.bounces = 0, plan.planes &= ~(light | PLANES_GLOSSY)), ERR_OK,
+           ""); /* occlusion alone */
+    EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_RANGE, "planes");
 }
 
 #define RATE                                                                                       \
@@ -263,8 +293,7 @@ static void second_sets_are_checked(void **state)
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
-    assert_int_equal(plan_pass_planes(&plan, last),
-                     1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+    assert_int_equal(plan_pass_planes(&plan, last), 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
         pass = (struct plan_pass){.number = last, .strata = 9, .sides = sides};                    \
@@ -581,7 +610,7 @@ static void passes_are_split_where_the_sequence_is(void **state)
 
 static void targets_are_checked(void **state)
 {
-    const uint32_t other = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_STRATA;
+    const uint32_t other = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_STRATA | PLANES_GLOSSY;
     (void)state;
 #define TARGET(change, code, place)                                                                \
     EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other, change), code,  \
@@ -595,6 +624,7 @@ static void targets_are_checked(void **state)
     TARGET(plan.planes &= ~(1u << PLANE_PATH_SPREAD), ERR_RANGE, "target_error");
     TARGET(plan.planes &= ~(1u << PLANE_PATH_SPLIT), ERR_RANGE, "target_error");
     TARGET(plan.planes |= 1u << PLANE_INDIRECT_MEAN, ERR_RANGE, "target_error");
+    TARGET(plan.planes |= PLANES_GLOSSY, ERR_RANGE, "target_error");
     TARGET(plan.planes &= ~(1u << PLANE_REFLECTOR), ERR_RANGE, "target_error");
 #undef TARGET
 }
@@ -613,6 +643,7 @@ int main(void)
         cmocka_unit_test(indirect_filters_are_checked),
         cmocka_unit_test(rates_are_checked),
         cmocka_unit_test(second_sets_are_checked),
+        cmocka_unit_test(glossy_filters_are_checked),
         cmocka_unit_test(paths_stand_alone),
         cmocka_unit_test(passes_cover_all_samples_once),
         cmocka_unit_test(passes_are_bounded),

@@ -99,7 +99,11 @@ static void names_planes(void **state)
                                          "PATH_OCCLUSION",
                                          "OPEN",
                                          "PATH_SPLIT",
-                                         "REFLECTOR_FAR"};
+                                         "REFLECTOR_FAR",
+                                         "GLOSSY_MEAN",
+                                         "GLOSSY_LOBE",
+                                         "GLOSSY_NEARNESS",
+                                         "SUB_REFLECTANCE"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

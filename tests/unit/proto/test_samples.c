@@ -39,12 +39,15 @@ static uint32_t bytes_per_pixel(uint32_t without)
 static void sizes_follow_the_formula(void **state)
 {
     (void)state;
-    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR);
+    const uint32_t spare =
+        BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) | PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
+    const uint32_t others = spare & ~PLANES_GLOSSY;
+    assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 2 + 3 * 6);
 }
 
 static void later_passes_hold_paths_alone(void **state)

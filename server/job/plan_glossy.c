@@ -1,0 +1,93 @@
+/* The light field of glossy lobes, beside paths: its planes and the filter that makes a picture of
+ * it. */
+#include <stdio.h>
+
+#include "proto/samples.h"
+#include "server/job/plan.h"
+
+#define PLANE_BIT(plane) (1u << PLANE_##plane)
+
+/* Whether points of the material may have a glossy lobe: worker/shade/glossy.h decides at each. */
+static bool may_be_glossy(const struct scene_material *m)
+{
+    const bool facets = m->metallic > 0 || m->specular > 0;
+    const bool opaque = !(m->transmission > 0) || m->transmission_texture.texture != SCENE_NONE;
+    const bool isotropic = !(m->anisotropy > 0) || m->anisotropy_texture.texture != SCENE_NONE;
+    return m->model == MODEL_GLTF && !(m->flags & MATERIAL_UNLIT) && facets && opaque &&
+           isotropic && m->roughness * m->roughness >= GLOSSY_ALPHA_LEAST;
+}
+
+static bool has_glossy(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        if (may_be_glossy(&scene->materials[mesh->material])) return true;
+    }
+    return false;
+}
+
+/* Whether there is such a field; else why not, a sentence. */
+static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
+                        const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD)
+        snprintf(why, n, "glossy lobes have a field beside paths and light fields only");
+    else if (!(plan->planes & PLANES_BOUNCE_LIGHT))
+        snprintf(why, n, "there is no indirect light");
+    else if (plan_wants_error(job))
+        snprintf(why, n, "its error is asked for, which only along paths is known");
+    else if (!has_glossy(scene))
+        snprintf(why, n, "no surface has a glossy lobe, isotropic and not too sharp");
+    else
+        return true;
+    return false;
+}
+
+static uint32_t choose(const struct job *job, const struct plan *plan,
+                       char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    const bool averaged = job->glossy == GLOSSY_AUTO && job->method == FILTER_AVERAGE;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    if (averaged || job->glossy == GLOSSY_AVERAGE) {
+        snprintf(why, n, "filter.%s is average", averaged ? "method" : "glossy");
+        return GLOSSY_FILTER_NONE;
+    }
+    if (job->glossy == GLOSSY_AUTO) {
+        snprintf(why, n,
+                 "%u ray%s a lobe: neighbours whose lobes see the same points need the fewest",
+                 l * l, l > 1 ? "s" : "");
+        return GLOSSY_FILTER_VIRTUAL_HIT;
+    }
+    snprintf(why, n, "filter.glossy asks for it");
+    return job->glossy == GLOSSY_BANDLIMIT ? GLOSSY_FILTER_BANDLIMIT : GLOSSY_FILTER_VIRTUAL_HIT;
+}
+
+const char *plan_glossy_filter_name(uint32_t filter)
+{
+    static const char *const names[] = {
+        [GLOSSY_FILTER_NONE] = "none",
+        [GLOSSY_FILTER_VIRTUAL_HIT] = "virtual_hit",
+        [GLOSSY_FILTER_BANDLIMIT] = "bandlimit",
+    };
+    return names[filter];
+}
+
+void plan_glossy(const struct job *job, const struct scene *scene, struct plan *plan,
+                 struct plan_report *report)
+{
+    char *why = report->glossy_filter_why;
+    const bool asked = job->glossy == GLOSSY_VIRTUAL_HIT || job->glossy == GLOSSY_BANDLIMIT;
+    if (is_possible(job, scene, plan, report, why)) {
+        plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+        plan->glossy_filter = choose(job, plan, why);
+        if (plan->glossy_filter != GLOSSY_FILTER_NONE) return;
+    } else {
+        plan_skip(report, "planes of glossy lobes", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
+    }
+    plan_skip(report, "filter of glossy lobes", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
+    if (asked)
+        plan_warn(report, "filter.glossy is %s, but glossy lobes are not filtered: %s",
+                  glossy_method_name(job->glossy), why);
+}

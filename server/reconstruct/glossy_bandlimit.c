@@ -1,0 +1,53 @@
+#include "server/reconstruct/glossy_bandlimit.h"
+
+#include "proto/samples.h"
+#include "server/reconstruct/indirect.h"
+
+#define COSINE_BAND 2.8f /* what rule A is made for */
+#define BAND        3.6f
+#define BAND_SLOPE  0.084f
+#define NEAR_LEAST  1e-6f /* of length_unit / distance: as good as nothing met */
+
+/* The plan as the filter of indirect light understands it. */
+static struct plan as_indirect(const struct plan *plan)
+{
+    struct plan out = *plan;
+    out.indirect_filter = INDIRECT_FILTER_CONSTANT;
+    out.planes &= ~(1u << PLANE_INDIRECT_HALVES); /* of which it would make errors */
+    return out;
+}
+
+int32_t glossy_bandlimit_halo_px(const struct plan *plan)
+{
+    const struct plan indirect = as_indirect(plan);
+    return indirect_halo_px(&indirect);
+}
+
+/* How far away rule A must take a reflector to be for a lobe's width; 0: there is no lobe. */
+static float reflector_of(const struct plan *plan, const struct patch *patch, size_t i)
+{
+    const float near = patch->glossy_nearness[i], alpha = patch->glossy_alpha[i];
+    if (!patch_is_glossy(patch, i)) return 0.0f;
+    if (!(near * plan->length_unit > NEAR_LEAST)) return REFLECTOR_NONE * plan->length_unit;
+    const float exponent = 2.0f / (alpha * alpha) - 2.0f; /* alpha: at least a step of its plane */
+    const float band = BAND + BAND_SLOPE * (exponent > 0.0f ? exponent : 0.0f);
+    return COSINE_BAND / (band * near);
+}
+
+int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,
+                     float *const out[3], uint64_t *filtered)
+{
+    const struct plan indirect = as_indirect(plan);
+    const size_t area = (size_t)rect_area(patch->rect);
+    struct indirect_statistics statistics = {0};
+    struct patch lobes = *patch;
+    lobes.bounces = NULL;
+    lobes.reflector = scratch_take(patch->scratch, area * sizeof *lobes.reflector);
+    if (!lobes.reflector) return ERR_MEMORY;
+    for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);
+    const int error = indirect_filter(&indirect, &lobes, inner, 3,
+                                      (const float *const *)patch->glossy, out, NULL, &statistics);
+    scratch_give(patch->scratch, lobes.reflector);
+    *filtered = statistics.pixels_filtered;
+    return error;
+}

@@ -1,0 +1,9 @@
+#pragma once
+/* The filter of glossy lobes by their bandlimits: glossy.h says how. */
+#include "server/reconstruct/patch.h"
+
+int32_t glossy_bandlimit_halo_px(const struct plan *plan);
+
+/* As glossy_filter, whose arguments it has checked; *filtered: pixels with a lobe. */
+int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,
+                     float *const out[3], uint64_t *filtered);

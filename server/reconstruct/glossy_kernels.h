@@ -1,0 +1,59 @@
+#pragma once
+/* The inner loop of the virtual-hit filter of glossy lobes, once for each instruction set, and the
+ * arrays it reads. All have the field's layout: rows of `stride` numbers with room around what is
+ * filtered, so that sixteen receiving pixels side by side can look GLOSSY_REACH_MAX_PX columns to
+ * both sides. Pixels whose lobe takes no part have object 0 there. */
+#include <stddef.h>
+#include <stdint.h>
+
+#define GLOSSY_LANES        16
+#define GLOSSY_REACH_MAX_PX 64
+#define GLOSSY_TAPS         (2 * GLOSSY_REACH_MAX_PX) /* neighbours on a line, at most */
+#define GLOSSY_CUT          8.0f /* a weight's exponent beyond which it counts nothing */
+
+/* The lobe of a pixel: the mirrored direction and a Gaussian around it whose covariance is
+ * along along^T + across across^T, both at right angles to it. */
+struct glossy_field {
+    int32_t stride;          /* a multiple of GLOSSY_LANES */
+    const float *point[3];   /* from the eye */
+    const float *normal[3];  /* unit */
+    const float *mirror[3];  /* unit */
+    const float *along[3];   /* in the plane of incidence */
+    const float *across[3];  /* at right angles to that; never 0 where the object is not */
+    const float *sharpness;  /* a quarter of the log of the covariance's determinant */
+    const float *nearness;   /* mean of 1 / distance of what the lobe sees */
+    const float *near_plane; /* neighbours may be that far off the tangent plane */
+    const int32_t *object;
+};
+
+struct glossy_rule {
+    float likeness;  /* what the log of two lobes' similarity counts */
+    float distance;  /* what a pixel's distance counts, squared */
+    float footprint; /* the most that views of different points count, times that distance */
+    int32_t reach;   /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
+};
+
+/* Receiving pixels first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they
+ * look to both sides, `step` apart. */
+struct glossy_run {
+    size_t first;
+    uint32_t count;
+    ptrdiff_t step; /* 1 along x, the stride along y */
+    int32_t before, after;
+};
+
+struct glossy_kernels {
+    /* One line of filters.md section 7: out[c] = the mean of in[c] over the neighbours on the same
+     * object and near the tangent plane, weighted by how alike their lobes' views of the same
+     * points are; neighbours that do not fit are passed over. Constant channels stay constant to
+     * the last bit. */
+    void (*spread)(const struct glossy_field *field, const struct glossy_rule *rule,
+                   const struct glossy_run *run, uint32_t count, const float *const *in,
+                   float *const *out);
+};
+
+/* One for each of build_isa()'s names; glossy_kernels_c runs anywhere. */
+extern const struct glossy_kernels glossy_kernels_c, glossy_kernels_avx2, glossy_kernels_avx512;
+
+/* The kernels to use here: those of build_isa(). All give the same bits. */
+const struct glossy_kernels *glossy_kernels_best(void);

@@ -1,0 +1,245 @@
+#pragma once
+/* glossy_kernels, sixteen receiving pixels side by side: whatever instruction set the including
+ * file is compiled for, each lane sees the same operations in the same order.
+ *
+ * With S the sum of both lobes' covariances and h how far apart the lobes meet the point that the
+ * receiver's lobe sees, as directions, the log of two lobes' similarity is
+ *
+ *   log 2 + (log det S_i + log det S_j) / 4 - (log det S) / 2 - (h^T S^-1 h) / 2
+ *   h = (mirror_j - mirror_i) + nearness_i (x_j - x_i)
+ *
+ * in two coordinates at right angles to the receiver's mirrored direction: 0 for a lobe and itself
+ * (after Tokuyoshi 2015, with parallax; filters.md section 7). */
+#include <math.h>
+
+#include "server/reconstruct/glossy_kernels.h"
+#include "server/reconstruct/indirect_vector.h"
+
+#define GLOSSY_LOG_2     0.693147181f
+#define GLOSSY_DET_LEAST 1e-30f
+#define GLOSSY_SLOPE     0.1225f /* squared: neighbours may lie so far off the plane, over distance */
+
+/* What sixteen pixels take of their neighbours on one line. */
+struct glossy_taps {
+    _Alignas(64) float weight[GLOSSY_TAPS][GLOSSY_LANES];
+    ptrdiff_t at[GLOSSY_TAPS]; /* of the neighbours' first */
+    uint32_t count;
+};
+
+/* What sixteen pixels ask their neighbours. */
+struct glossy_asker {
+    struct lanes point[3], normal[3], mirror[3];
+    struct lanes e1[3], e2[3];             /* along and across, unit */
+    struct lanes s11, s22;                 /* the covariance, which is diagonal there */
+    struct lanes sharpness, nearness, off; /* of the tangent plane */
+    struct lanes_whole object, receives;
+};
+
+static inline lanes_vector glossy_dot(const lanes_vector a[3], const lanes_vector b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Unit axes of the receivers; where there is no lobe, anything finite. */
+static inline void glossy_axis(const float *const in[3], size_t p, struct lanes unit[3],
+                               struct lanes *square)
+{
+    for (int k = 0; k < 3; k++) unit[k] = lanes_load(in[k] + p);
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const lanes_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
+        const lanes_vector squared = glossy_dot(a, a);
+        const lanes_vector fit =
+            lanes_select(squared > GLOSSY_DET_LEAST, squared, lanes_all(1.0f).v[v]);
+        float root[LANES_PER_VECTOR];
+        lanes_vector length;
+        *(lanes_stored *)root = fit;
+        for (int i = 0; i < LANES_PER_VECTOR; i++) root[i] = sqrtf(root[i]);
+        length = lanes_load_vector(root);
+        for (int k = 0; k < 3; k++) unit[k].v[v] = a[k] / length;
+        square->v[v] = fit;
+    }
+}
+
+static inline void glossy_ask(const struct glossy_field *f, size_t p, struct glossy_asker *a)
+{
+    for (int k = 0; k < 3; k++) {
+        a->point[k] = lanes_load(f->point[k] + p);
+        a->normal[k] = lanes_load(f->normal[k] + p);
+        a->mirror[k] = lanes_load(f->mirror[k] + p);
+    }
+    glossy_axis(f->along, p, a->e1, &a->s11);
+    glossy_axis(f->across, p, a->e2, &a->s22);
+    a->sharpness = lanes_load(f->sharpness + p);
+    a->nearness = lanes_load(f->nearness + p);
+    a->off = lanes_load(f->near_plane + p);
+    a->object = lanes_load_whole(f->object + p);
+    for (int v = 0; v < LANES_VECTORS; v++) a->receives.v[v] = a->object.v[v] != 0;
+}
+
+/* The natural logarithm of normal numbers above 0: of a number from 0.7 to 1.4 as 2 artanh;
+ * absolute error 2e-7 beside that of adding the exponent. */
+static inline lanes_vector glossy_log(lanes_vector x)
+{
+    const lanes_mask bits = (lanes_mask)x;
+    const lanes_mask low = (bits & 0x007fffff) | 0x3f800000; /* 1 to 2 */
+    const lanes_mask large = (lanes_vector)low > 1.41421356f;
+    const lanes_vector m = (lanes_vector)(low - (large & 0x00800000));
+    const lanes_vector e = __builtin_convertvector((bits >> 23) - 127 - large, lanes_vector);
+    const lanes_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
+    const lanes_vector tail = 0.333333333f + s * (0.2f + s * (0.142857143f + s * 0.111111111f));
+    return e * GLOSSY_LOG_2 + 2.0f * (t + t * s * tail);
+}
+
+/* exp(-x) for x from 0 to GLOSSY_CUT: the sixteenth power of exp(-x/16)'s series. Relative error
+ * 3e-5, exact at 0; beyond, anything. */
+static inline lanes_vector glossy_exp_minus(lanes_vector x)
+{
+    const lanes_vector y = x * -0.0625f;
+    lanes_vector p =
+        1.0f +
+        y * (1.0f +
+             y * (0.5f + y * (1.0f / 6 + y * (1.0f / 24 + y * (1.0f / 120 + y * (1.0f / 720))))));
+    p = p * p;
+    p = p * p;
+    p = p * p;
+    return p * p;
+}
+
+/* How unlike the lobes of vector v of the receivers and of the neighbours at `at` are, whose points
+ * lie at d from the receivers': in shape, and in what they look at. */
+struct glossy_unlike {
+    lanes_vector shape, view;
+};
+
+static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
+                                                  const struct glossy_asker *a, size_t at, int v,
+                                                  const lanes_vector d[3])
+{
+    const lanes_vector e1[3] = {a->e1[0].v[v], a->e1[1].v[v], a->e1[2].v[v]};
+    const lanes_vector e2[3] = {a->e2[0].v[v], a->e2[1].v[v], a->e2[2].v[v]};
+    const lanes_vector near = a->nearness.v[v];
+    lanes_vector along[3], across[3], h[3];
+    for (int k = 0; k < 3; k++) {
+        along[k] = lanes_load_vector(f->along[k] + at);
+        across[k] = lanes_load_vector(f->across[k] + at);
+        h[k] = (lanes_load_vector(f->mirror[k] + at) - a->mirror[k].v[v]) + near * d[k];
+    }
+    const lanes_vector p1 = glossy_dot(along, e1), p2 = glossy_dot(along, e2);
+    const lanes_vector q1 = glossy_dot(across, e1), q2 = glossy_dot(across, e2);
+    const lanes_vector h1 = glossy_dot(h, e1), h2 = glossy_dot(h, e2);
+    const lanes_vector s11 = a->s11.v[v] + (p1 * p1 + q1 * q1);
+    const lanes_vector s22 = a->s22.v[v] + (p2 * p2 + q2 * q2);
+    const lanes_vector s12 = p1 * p2 + q1 * q2;
+    const lanes_vector raw = s11 * s22 - s12 * s12;
+    const lanes_vector det =
+        lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_all(GLOSSY_DET_LEAST).v[v]);
+    const lanes_vector apart = (h1 * h1 * s22 - 2.0f * h1 * h2 * s12 + h2 * h2 * s11) / det;
+    const lanes_vector sharp = a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
+    return (struct glossy_unlike){0.5f * glossy_log(det) - (sharp + GLOSSY_LOG_2), 0.5f * apart};
+}
+
+/* The weights that vector v of the receivers gives to the neighbours from q on; `square` is
+ * their distance in pixels, squared. What lies within a pixel's footprint is the picture's anyway:
+ * there views may differ. */
+static inline lanes_vector glossy_weight(const struct glossy_field *f,
+                                         const struct glossy_rule *rule,
+                                         const struct glossy_asker *a, size_t q, int v,
+                                         float square, lanes_mask *taken)
+{
+    const size_t at = q + (size_t)v * LANES_PER_VECTOR;
+    const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
+    lanes_vector d[3];
+    for (int k = 0; k < 3; k++) d[k] = lanes_load_vector(f->point[k] + at) - a->point[k].v[v];
+    const lanes_vector off = glossy_dot(d, n), length = glossy_dot(d, d);
+    const lanes_mask flat =
+        (lanes_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
+    const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
+    *taken = flat & same & a->receives.v[v];
+    const struct glossy_unlike unlike = glossy_compare(f, a, at, v, d);
+    const lanes_vector view = rule->likeness * unlike.view;
+    const lanes_vector most = lanes_all(square * rule->footprint).v[v];
+    const lanes_vector own = rule->likeness * unlike.shape + lanes_select(view < most, view, most);
+    const lanes_vector x = lanes_where(own > 0.0f, own) + square * rule->distance;
+    *taken &= x <= GLOSSY_CUT;
+    return lanes_where(*taken, glossy_exp_minus(lanes_where(*taken, x)));
+}
+
+/* Is any neighbour of the receivers' objects? */
+static inline int glossy_meets(const struct glossy_field *f, const struct glossy_asker *a, size_t q)
+{
+    struct lanes_whole same;
+    for (int v = 0; v < LANES_VECTORS; v++)
+        same.v[v] = a->receives.v[v] &
+                    (lanes_load_mask(f->object + q + v * LANES_PER_VECTOR) == a->object.v[v]);
+    return lanes_any(&same);
+}
+
+/* Weighs the taps to one side. A tap that no pixel takes is left out. */
+static inline void glossy_weigh(const struct glossy_field *f, const struct glossy_rule *rule,
+                                const struct glossy_asker *a, size_t p, ptrdiff_t step,
+                                int32_t reach, struct glossy_taps *taps)
+{
+    for (int32_t k = 1; k <= reach; k++) {
+        const size_t q = (size_t)((ptrdiff_t)p + k * step);
+        const float square = (float)k * (float)k;
+        struct lanes_whole taken;
+        struct lanes weight;
+        if (!glossy_meets(f, a, q)) continue;
+        for (int v = 0; v < LANES_VECTORS; v++)
+            weight.v[v] = glossy_weight(f, rule, a, q, v, square, &taken.v[v]);
+        if (!lanes_any(&taken)) continue;
+        lanes_store(&weight, taps->weight[taps->count]);
+        taps->at[taps->count++] = (ptrdiff_t)q;
+    }
+}
+
+static inline void glossy_gather(const struct glossy_field *f, const struct glossy_rule *rule,
+                                 const struct glossy_run *run, size_t p, struct glossy_taps *taps)
+{
+    struct glossy_asker asker;
+    taps->count = 0;
+    glossy_ask(f, p, &asker);
+    if (!lanes_any(&asker.receives)) return;
+    glossy_weigh(f, rule, &asker, p, -run->step, run->before, taps);
+    glossy_weigh(f, rule, &asker, p, run->step, run->after, taps);
+}
+
+/* 1 / (1 + the sum of the weights). */
+static inline void glossy_inverse(const struct glossy_taps *taps, struct lanes *out)
+{
+    struct lanes all = lanes_all(1.0f);
+    for (uint32_t t = 0; t < taps->count; t++) {
+        const struct lanes weight = lanes_load(taps->weight[t]);
+        for (int v = 0; v < LANES_VECTORS; v++) all.v[v] += weight.v[v];
+    }
+    for (int v = 0; v < LANES_VECTORS; v++) out->v[v] = 1.0f / all.v[v];
+}
+
+/* Sums run over differences from the receiving pixel's own value: a constant channel comes out
+ * constant to the last bit. */
+static inline void glossy_mean(const struct glossy_taps *taps, const struct lanes *inverse,
+                               const float *in, size_t p, float *out)
+{
+    const struct lanes own = lanes_load(in + p);
+    struct lanes sum = lanes_all(0.0f);
+    for (uint32_t t = 0; t < taps->count; t++) {
+        const struct lanes other = lanes_load(in + taps->at[t]);
+        const struct lanes weight = lanes_load(taps->weight[t]);
+        for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] += weight.v[v] * (other.v[v] - own.v[v]);
+    }
+    for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] = own.v[v] + sum.v[v] * inverse->v[v];
+    lanes_store(&sum, out + p);
+}
+
+static void kernel_spread(const struct glossy_field *f, const struct glossy_rule *rule,
+                          const struct glossy_run *run, uint32_t count, const float *const *in,
+                          float *const *out)
+{
+    struct glossy_taps taps;
+    struct lanes inverse;
+    for (size_t p = run->first; p < run->first + run->count; p += GLOSSY_LANES) {
+        glossy_gather(f, rule, run, p, &taps);
+        glossy_inverse(&taps, &inverse);
+        for (uint32_t c = 0; c < count; c++) glossy_mean(&taps, &inverse, in[c], p, out[c]);
+    }
+}

@@ -1,0 +1,232 @@
+#include "worker/trace/glossy.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/shade/direction.h"
+#include "worker/shade/glossy.h"
+#include "worker/trace/block_store.h"
+#include "worker/trace/lane_kernels.h"
+
+/* Darker lobes' light would not fit halves when divided by their reflectance. */
+#define REFLECTANCE_LEAST 1e-4f
+
+/* Half floats end a little above; a mean of nearness may be anything. */
+#define NEARNESS_MOST 65000.0f
+
+/* Half of what floats hold. */
+#define MOST 1e38f
+
+/* What one block's rays share. */
+struct gloss {
+    const struct path_context *context;
+    const struct block *block;
+    const struct path_vertex *from;
+    uint32_t count;                    /* rays a pixel */
+    uint32_t frame_key;                /* of the sequence of directions */
+    struct lanes3 inverse;             /* 1 / reflectance */
+    uint32_t key[LANES], first[LANES]; /* of later numbers; of the pixel's directions */
+    struct lanes_mask on;
+};
+
+void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
+{
+    memset(out, 0, sizeof *out);
+    for (int i = 0; v->any_general && i < LANES; i++) {
+        float albedo[3];
+        const bool general = v->active.on[i] && !v->lambert.on[i];
+        if (!general || v->back.z[i] < DIRECTION_GRAZING || !glossy_has(&v->bsdf[i])) continue;
+        glossy_reflectance(&v->bsdf[i], v->back.z[i], albedo);
+        out->on.on[i] = -1;
+        out->reflectance.x[i] = albedo[0];
+        out->reflectance.y[i] = albedo[1];
+        out->reflectance.z[i] = albedo[2];
+        out->alpha[i] = v->bsdf[i].alpha_u;
+    }
+}
+
+static void store_unorms(const struct path_context *c, const struct block *b, const float *v,
+                         uint16_t *plane)
+{
+    _Alignas(LANES_ALIGN) uint16_t packed[LANES];
+    if (!plane) return;
+    c->queries->kernels->pack_unorms(v, packed);
+    block_store_u16(b, packed, plane);
+}
+
+static void store_reflectance(const struct path_context *c, const struct block *b,
+                              const struct glossy_lobes *lobes, struct samples *samples,
+                              enum plane_id plane, uint32_t first)
+{
+    store_unorms(c, b, lobes->reflectance.x, samples_u16(samples, plane, first));
+    store_unorms(c, b, lobes->reflectance.y, samples_u16(samples, plane, first + 1));
+    store_unorms(c, b, lobes->reflectance.z, samples_u16(samples, plane, first + 2));
+}
+
+void glossy_store_lobes(const struct path_context *c, const struct block *b,
+                        const struct glossy_lobes *lobes, struct samples *samples)
+{
+    store_reflectance(c, b, lobes, samples, PLANE_GLOSSY_LOBE, 0);
+    store_unorms(c, b, lobes->alpha, samples_u16(samples, PLANE_GLOSSY_LOBE, 3));
+}
+
+void glossy_store_sub(const struct path_context *c, const struct block *b, uint32_t sub,
+                      const struct glossy_lobes *lobes, struct samples *samples)
+{
+    store_reflectance(c, b, lobes, samples, PLANE_SUB_REFLECTANCE, 3 * sub);
+}
+
+static float inverse(float reflectance)
+{
+    return 1.0f / (reflectance > REFLECTANCE_LEAST ? reflectance : REFLECTANCE_LEAST);
+}
+
+static void gloss_init(const struct path_context *c, const struct block *block,
+                       const struct path_vertex *from, const struct glossy_lobes *lobes,
+                       struct gloss *g)
+{
+    const struct pattern *p = &c->plan->pattern;
+    g->context = c;
+    g->block = block;
+    g->from = from;
+    g->count = c->strata * c->strata;
+    g->frame_key = path_frame_key(p->seed, p->frame);
+    for (int i = 0; i < LANES; i++) {
+        const int32_t x = block->x_px[i], y = block->y_px[i];
+        g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
+        g->key[i] = path_glossy_key(path_key(p->seed, p->frame, x, y));
+        g->first[i] = path_morton(x, y) * g->count; /* may wrap: far away then comes the same */
+        g->inverse.x[i] = inverse(lobes->reflectance.x[i]);
+        g->inverse.y[i] = inverse(lobes->reflectance.y[i]);
+        g->inverse.z[i] = inverse(lobes->reflectance.z[i]);
+    }
+}
+
+/* The ray of lane i, whose weights over the reflectance are `weight`; false below the facet. */
+static bool aim(const struct gloss *g, int i, const float wi[3], struct RTCRay16 *r, uint32_t lane)
+{
+    const struct path_vertex *v = g->from;
+    const struct surface *s = &v->surface;
+    const float d[3] = {
+        wi[0] * v->tangent.x[i] + wi[1] * v->bitangent.x[i] + wi[2] * s->normal.x[i],
+        wi[0] * v->tangent.y[i] + wi[1] * v->bitangent.y[i] + wi[2] * s->normal.y[i],
+        wi[0] * v->tangent.z[i] + wi[1] * v->bitangent.z[i] + wi[2] * s->normal.z[i]};
+    const float above = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
+    if (!(above > 0.0f)) return false;
+    r->org_x[lane] = s->origin.x[i];
+    r->org_y[lane] = s->origin.y[i];
+    r->org_z[lane] = s->origin.z[i];
+    r->dir_x[lane] = d[0];
+    r->dir_y[lane] = d[1];
+    r->dir_z[lane] = d[2];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = INFINITY;
+    return true;
+}
+
+/* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
+static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, int i,
+                       struct glossy_sums *sums, struct path_pool *pool)
+{
+    const struct path_vertex *v = g->from;
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    float u[2], wi[3], weight[3];
+    path_pair(g->frame_key, g->first[i] + sample, PATH_DIRECTION, &u[0], &u[1]);
+    if (!glossy_sample(&v->bsdf[i], wo, u, wi, weight)) return;
+    weight[0] *= g->inverse.x[i];
+    weight[1] *= g->inverse.y[i];
+    weight[2] *= g->inverse.z[i];
+    sums->weight[i] += (weight[0] + weight[1] + weight[2]) * (1.0f / 3.0f);
+    uint32_t lane;
+    struct path_packet *p = path_pool_add(pool, &lane);
+    if (!aim(g, i, wi, &p->rays.ray, lane)) {
+        g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
+        path_pool_drop(pool);
+        return;
+    }
+    p->throughput.x[lane] = weight[0];
+    p->throughput.y[lane] = weight[1];
+    p->throughput.z[lane] = weight[2];
+    p->pdf[lane] = 0.0f; /* no light sample could have found it: there was none */
+    p->key[lane] = g->key[i];
+    p->sample[lane] = sample;
+    p->slot[lane] = slot + (uint32_t)i;
+}
+
+/* Samples that are not finite count as black. Nothing is negative. */
+static void add_sample(const struct gloss *g, const struct path_harvest *h, size_t first,
+                       struct glossy_sums *sums)
+{
+    uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
+    for (size_t i = 0; i < LANES; i++) {
+        const float r = h->indirect.r[first + i], y = h->indirect.g[first + i],
+                    b = h->indirect.b[first + i], t = h->distance[first + i];
+        const bool finite = (r < INFINITY) & (y < INFINITY) & (b < INFINITY);
+        *rejected += !finite;
+        sums->light.x[i] += finite ? r : 0.0f;
+        sums->light.y[i] += finite ? y : 0.0f;
+        sums->light.z[i] += finite ? b : 0.0f;
+        sums->traced[i] += t > 0.0f ? 1.0f : 0.0f;
+        sums->nearness[i] += t > 0.0f ? 1.0f / t : 0.0f; /* of a miss 0 */
+    }
+}
+
+/* Samples first .. first + count - 1. */
+static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
+                        struct glossy_sums *sums, struct path_scratch *paths)
+{
+    struct path_pool *pool = &paths->pools[0];
+    pool->count = 0;
+    path_harvest_clear_field(&paths->harvest, count);
+    for (uint32_t k = 0; k < count; k++)
+        for (int i = 0; i < LANES; i++)
+            if (g->on.on[i]) begin_path(g, first + k, k * LANES, i, sums, pool);
+    path_trace_field(g->context, paths);
+    for (uint32_t k = 0; k < count; k++) add_sample(g, &paths->harvest, (size_t)k * LANES, sums);
+}
+
+static void store(const struct gloss *g, const struct glossy_sums *sums, struct samples *samples)
+{
+    const struct plan *plan = g->context->plan;
+    const float share = 1.0f / (float)g->count;
+    const float *const light[3] = {sums->light.x, sums->light.y, sums->light.z};
+    _Alignas(LANES_ALIGN) float v[LANES];
+    for (uint32_t c = 0; c < 3; c++) {
+        /* sums of finite samples may be infinite */
+        for (int i = 0; i < LANES; i++) v[i] = fminf(light[c][i], MOST) * share;
+        block_store_half(g->block, v, plan->radiance_scale,
+                         samples_u16(samples, PLANE_GLOSSY_MEAN, c));
+    }
+    block_store_half(g->block, sums->weight, share, samples_u16(samples, PLANE_GLOSSY_MEAN, 3));
+    for (int i = 0; i < LANES; i++) {
+        const float mean = sums->traced[i] > 0.0f ? sums->nearness[i] / sums->traced[i] : 0.0f;
+        v[i] = fminf(mean * plan->length_unit, NEARNESS_MOST);
+    }
+    block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
+}
+
+/* Between batches: a block may take some 65536 samples, many seconds long. */
+static bool goes_on(const struct path_context *c)
+{
+    if (c->progress) atomic_fetch_add_explicit(c->progress, 1, memory_order_relaxed);
+    return !c->stop || !atomic_load_explicit(c->stop, memory_order_relaxed);
+}
+
+void glossy_trace(const struct path_context *c, const struct block *block,
+                  const struct path_vertex *from, struct glossy_scratch *scratch,
+                  struct path_scratch *paths, struct samples *samples)
+{
+    struct gloss g;
+    gloss_init(c, block, from, &scratch->lobes, &g);
+    memset(&scratch->sums, 0, sizeof scratch->sums);
+    if (lanes_count(&g.on) == 0) return;
+    for (uint32_t done = 0; done < g.count;) {
+        const uint32_t left = g.count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        if (done > 0 && !goes_on(c)) return;
+        trace_batch(&g, done, n, &scratch->sums, paths);
+        done += n;
+    }
+    glossy_store_lobes(c, block, &scratch->lobes, samples);
+    store(&g, &scratch->sums, samples);
+}
