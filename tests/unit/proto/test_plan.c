@@ -276,8 +276,8 @@ static void rates_are_checked(void **state)
     EXPECT((RATE, plan.planes &= ~(1u << PLANE_REFLECTOR)), ERR_RANGE, "planes");
     EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_HALVES), ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_STRATA), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN), plan.target_error = 0.1f,
-            plan.spp_most = 200),
+    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN | PLANES_GLOSSY),
+            plan.target_error = 0.1f, plan.spp_most = 200),
            ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
 }
