@@ -1,6 +1,6 @@
 // The bounds that a release must reach, each with what was measured: {figure, value, relation, bound,
-// unit, least, most, scenes, ok}; those for which nothing was measured are left out. bound null: a
-// figure to know, not to reach. The value is the median over scenes, or the worst of them where
+// unit, least, most, scenes, ok}; one for which nothing was measured has the value null and ok null.
+// bound null: a figure to know, not to reach. The value is the median over scenes, or the worst of them where
 // the figure says "every scene".
 import { curve, equalError, errorAt, filterSeconds, median } from "./factors.mjs";
 
@@ -84,7 +84,8 @@ function judge(line) {
   const b = Array.isArray(line)
     ? (([figure, values, relation, bound, unit]) => ({ figure, values, relation, bound, unit }))(line) : line;
   const values = b.values.filter(Number.isFinite);
-  if (values.length === 0) return null;
+  if (values.length === 0) return b.bound === null ? null : { figure: b.figure, value: null, relation: b.relation,
+    bound: b.bound, unit: b.unit, least: null, most: null, scenes: 0, ok: null };
   const value = median(values);
   return { figure: b.figure, value, relation: b.relation, bound: b.bound, unit: b.unit,
     least: Math.min(...values), most: Math.max(...values), scenes: b.scenes ?? values.length,
