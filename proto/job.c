@@ -36,14 +36,10 @@ const struct json_choice job_method_words[] = {
 };
 
 const struct json_choice job_indirect_words[] = {
-    {"auto", INDIRECT_AUTO, NULL},
-    {"average", INDIRECT_AVERAGE, NULL},
-    {"constant", INDIRECT_CONSTANT, NULL},
-    {"linear", INDIRECT_LINEAR, NULL},
-    {"blend", INDIRECT_BLEND, NULL},
-    {"adaptive", INDIRECT_ADAPTIVE, NULL},
-    {"sheared", INDIRECT_SHEARED, NULL},
-    {NULL, 0, NULL},
+    {"auto", INDIRECT_AUTO, NULL},         {"average", INDIRECT_AVERAGE, NULL},
+    {"constant", INDIRECT_CONSTANT, NULL}, {"linear", INDIRECT_LINEAR, NULL},
+    {"blend", INDIRECT_BLEND, NULL},       {"adaptive", INDIRECT_ADAPTIVE, NULL},
+    {"sheared", INDIRECT_SHEARED, NULL},   {NULL, 0, NULL},
 };
 
 const struct json_choice job_pixel_type_words[] = {

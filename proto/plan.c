@@ -265,7 +265,8 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 }
 
 #define PLANES_BOUNCE_MORE (1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
-#define PLANES_SECOND_SET  (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
+#define PLANES_SECOND_SET                                                                          \
+    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
 
 uint32_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {

@@ -127,10 +127,10 @@ struct plan {
     uint32_t indirect_filter; /* enum indirect_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     struct plan_rate rate;
-    uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
-    uint32_t light_planes;    /* bits of enum light_plane_id; plan_light_planes says whose */
-    uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
-    uint32_t bounces;         /* 0 .. LIMIT_INDIRECT_BOUNCES */
+    uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
+    uint32_t light_planes; /* bits of enum light_plane_id; plan_light_planes says whose */
+    uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
+    uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */

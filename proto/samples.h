@@ -14,8 +14,8 @@
  *   + indirect strata 8 l_i^2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
- * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean, open
- * shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
+ * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
+ * open shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
  * half-sums 138. */
 #include "proto/plan.h"
 

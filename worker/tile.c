@@ -275,8 +275,7 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     t->centre.active = t->centre.surface.hit;
     path_resolve(&stages->field, &t->camera, &t->centre);
     counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++)
-        t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
+    for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
     if (lanes_count(&t->bouncing) > 0)
         indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
                        samples);

@@ -1,5 +1,5 @@
-/* The second set of bounce rays of a frame: each pixel's size of it is told as blocks are drawn from
- * the first, and dealt to the tiles when all of them have been. */
+/* The second set of bounce rays of a frame: each pixel's size of it is told as blocks are drawn
+ * from the first, and dealt to the tiles when all of them have been. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,8 +57,7 @@ static void gather(const struct frame *f, struct rect rect, uint8_t *sides,
 static int pack(struct frame_rate *r, struct rect rect, struct frame_rate_tile *tile)
 {
     tile->packed = r->packed.size_bytes;
-    const int error =
-        count_map_pack(&r->packed, tile->sides, rect_width(rect), rect_height(rect));
+    const int error = count_map_pack(&r->packed, tile->sides, rect_width(rect), rect_height(rect));
     tile->packed_bytes = (uint32_t)(r->packed.size_bytes - tile->packed);
     return error;
 }

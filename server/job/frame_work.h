@@ -36,8 +36,8 @@ struct frame_rate_tile {
 
 /* Of a frame whose pixels get second sets of bounce rays (plan_rate). */
 struct frame_rate {
-    uint8_t *pixels; /* owned; l of the second set, of the whole image as blocks are drawn */
-    uint8_t *sides;  /* owned; the same, tile by tile */
+    uint8_t *pixels;    /* owned; l of the second set, of the whole image as blocks are drawn */
+    uint8_t *sides;     /* owned; the same, tile by tile */
     uint32_t *measured; /* owned; pixels of each block that have a first set */
     struct frame_rate_tile *tiles; /* owned */
     struct bytes_writer packed;    /* count_map.h, tile by tile */

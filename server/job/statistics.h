@@ -30,7 +30,8 @@ struct statistics {
      */
     uint64_t target_rounds, target_paths, target_bounces;
     uint64_t target_error, target_threshold;
-    uint64_t adaptive_first_rays, adaptive_second_rays; /* bounce rays asked for, of adaptive rates */
+    uint64_t adaptive_first_rays,
+        adaptive_second_rays; /* bounce rays asked for, of adaptive rates */
     uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;
 };
 

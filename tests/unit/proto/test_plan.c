@@ -263,8 +263,7 @@ static void second_sets_are_checked(void **state)
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
-    assert_int_equal(plan_pass_planes(&plan, last),
-                     1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+    assert_int_equal(plan_pass_planes(&plan, last), 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
         pass = (struct plan_pass){.number = last, .strata = 9, .sides = sides};                    \
