@@ -68,8 +68,8 @@ check "alone, too" render alone a --workers 1 --tile 64
 check "... with other tiles and workers" render alone b --workers 3 --tile 16
 check "... the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
 refused() {
-    "$build/shearwater" render "$tmp/alone.json" --indirect adaptive -o "$tmp/x.exr" >"$tmp/log" 2>&1 && return 1
-    grep -q 'not available yet' "$tmp/log" || { cat "$tmp/log"; return 1; }
+    "$build/shearwater" render "$tmp/alone.json" --indirect sharp -o "$tmp/x.exr" >"$tmp/log" 2>&1 && return 1
+    grep -q '/filter/indirect' "$tmp/log" || { cat "$tmp/log"; return 1; }
 }
-check "a filter that is not there yet is refused by name" refused
+check "a filter that there is not is refused by its place" refused
 tap_done
