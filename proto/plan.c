@@ -123,7 +123,7 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_f32(w, plan->mu);
     bytes_write_f32(w, plan->rate.mu);
     bytes_write_u32(w, plan->rate.rays_most);
-    bytes_write_u32(w, plan->planes);
+    bytes_write_u64(w, plan->planes);
     bytes_write_u32(w, plan->light_planes);
     bytes_write_u32(w, plan->sub_samples);
     bytes_write_u32(w, plan->bounces);
@@ -155,7 +155,7 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->mu = bytes_read_f32(r);
     plan->rate.mu = bytes_read_f32(r);
     plan->rate.rays_most = bytes_read_u32(r);
-    plan->planes = bytes_read_u32(r);
+    plan->planes = bytes_read_u64(r);
     plan->light_planes = bytes_read_u32(r);
     plan->sub_samples = bytes_read_u32(r);
     plan->bounces = bytes_read_u32(r);
@@ -268,11 +268,11 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
     return pass;
 }
 
-#define PLANES_BOUNCE_MORE (1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN)
-#define PLANES_SECOND_SET                                                                          \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN) /* distances: the first's */
+#define PLANES_BOUNCE_MORE (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN))
+#define PLANES_SECOND_SET  (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN)) /* distances: the first's  \
+                                                                         */
 
-uint32_t plan_pass_planes(const struct plan *plan, uint32_t number)
+uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;

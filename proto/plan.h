@@ -142,7 +142,7 @@ struct plan {
     uint32_t glossy_filter;   /* enum glossy_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     struct plan_rate rate;
-    uint32_t planes;       /* bits of enum plane_id, 1u << PLANE_ */
+    uint64_t planes;       /* of PLANE_BIT, samples.h */
     uint32_t light_planes; /* bits of enum light_plane_id; plan_light_planes says whose */
     uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
@@ -221,7 +221,7 @@ int plan_sides_check(const struct plan_pass *pass, size_t area);
 
 /* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in
  * other passes, and after the schedule what bounce rays measure, too. */
-uint32_t plan_pass_planes(const struct plan *plan, uint32_t number);
+uint64_t plan_pass_planes(const struct plan *plan, uint32_t number);
 
 /* Samples of a pixel that passes 0 .. passes - 1 hold; 0 without paths. */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);

@@ -25,8 +25,7 @@
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
-#define PLANE_BIT(plane) (1u << PLANE_##plane)
-#define PLANES_KNOWN     ((1u << PLANE_ID_COUNT) - 1)
+#define PLANES_KNOWN (PLANE_BIT(ID_COUNT) - 1)
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 #define LIGHT_PLANES_KNOWN  ((1u << LIGHT_PLANE_COUNT) - 1)
@@ -266,7 +265,7 @@ static int check_paths(const struct plan_paths *paths, struct fault *fault)
 /* Errors are known where halves of the samples, or their spread, tell of them. */
 static int check_target(const struct place *at, const struct plan *plan)
 {
-    const uint32_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
+    const uint64_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
     int error = check_number(at, "target_error", plan->target_error, 0.0f, 1e6f);
     if (!error) error = check_count(at, "spp_most", plan->spp_most, 0, LIMIT_SPP);
     if (error) return error;
@@ -313,7 +312,7 @@ static int check_rate(const struct place *at, const struct plan *plan)
     const struct plan_rate *rate = &plan->rate;
     const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
     const uint32_t l = plan->indirect_strata_per_axis;
-    const uint32_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
+    const uint64_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
     int error = check_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
     if (!error) error = check_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
     if (error) return error;
@@ -336,7 +335,7 @@ static int check_indirect_filter(const struct place *at, const struct plan *plan
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
     const bool rate = plan->indirect_filter == INDIRECT_FILTER_RATE;
-    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
                            (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
                            (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
     if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
@@ -355,7 +354,7 @@ static int check_indirect_filter(const struct place *at, const struct plan *plan
 /* Of glossy lobes: surfaces, and all that their rays have measured. */
 static int check_glossy_filter(const struct place *at, const struct plan *plan)
 {
-    const uint32_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
     if (plan->glossy_filter > GLOSSY_FILTER_BANDLIMIT)
         return refuse(at, ERR_RANGE, "glossy_filter", "is no filter of glossy lobes",
                       (double)plan->glossy_filter);
@@ -390,7 +389,7 @@ static int check_image(const struct place *at, const struct plan *plan)
     return error;
 }
 
-static int check_bits(const struct place *at, const char *field, uint32_t bits, uint32_t known)
+static int check_bits(const struct place *at, const char *field, uint64_t bits, uint64_t known)
 {
     if (bits & ~known)
         return refuse(at, ERR_RANGE, field, "is a set with unknown bits", (double)bits);
@@ -400,7 +399,7 @@ static int check_bits(const struct place *at, const char *field, uint32_t bits, 
 /* Paths are traced for their planes, and planes are made from paths. */
 static int check_path_planes(const struct place *at, const struct plan *plan)
 {
-    const uint32_t planes = plan->planes;
+    const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
     if ((planes & PLANES_PATH) && plan->paths.spp == 0)
         return refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
@@ -429,7 +428,7 @@ static int check_path_planes(const struct place *at, const struct plan *plan)
 /* Planes and what they are made from. */
 static int check_planes(const struct place *at, const struct plan *plan)
 {
-    const uint32_t planes = plan->planes;
+    const uint64_t planes = plan->planes;
     int error = check_bits(at, "planes", planes, PLANES_KNOWN);
     if (!error) error = check_bits(at, "light_planes", plan->light_planes, LIGHT_PLANES_KNOWN);
     if (!error) error = check_bits(at, "capabilities", plan->capabilities, CAPABILITIES_KNOWN);

@@ -79,20 +79,23 @@ enum plane_id {
     PLANE_ID_COUNT = 30
 };
 
+/* A set of planes is the sum of these. */
+#define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
+
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \
-    (((2u << PLANE_PATH_OCCLUSION) - (1u << PLANE_PATH_RADIANCE)) | 1u << PLANE_PATH_SPLIT)
+    ((2 * PLANE_BIT(PATH_OCCLUSION) - PLANE_BIT(PATH_RADIANCE)) | PLANE_BIT(PATH_SPLIT))
 
 /* Planes of bounce rays: of the light that they bring, and all. */
 #define PLANES_BOUNCE_LIGHT                                                                        \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
 #define PLANES_BOUNCE_RAYS                                                                         \
-    (PLANES_BOUNCE_LIGHT | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN | 1u << PLANE_REFLECTOR_FAR)
+    (PLANES_BOUNCE_LIGHT | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN) | PLANE_BIT(REFLECTOR_FAR))
 
 /* Planes of glossy lobes: what their rays bring, and all. */
 #define PLANES_GLOSSY_LIGHT                                                                        \
-    (1u << PLANE_GLOSSY_MEAN | 1u << PLANE_GLOSSY_LOBE | 1u << PLANE_GLOSSY_NEARNESS)
-#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | 1u << PLANE_SUB_REFLECTANCE)
+    (PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_LOBE) | PLANE_BIT(GLOSSY_NEARNESS))
+#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | PLANE_BIT(SUB_REFLECTANCE))
 
 #define REFLECTOR_NONE 65504.0f /* the largest half float */
 
@@ -115,7 +118,7 @@ struct samples_layout {
     int32_t width_px, height_px;
     uint32_t light_count, sub_samples, indirect_strata; /* indirect_strata = l_i^2 */
     uint32_t light_strata[LIMIT_LIGHTS];                /* l^2 */
-    uint32_t planes;                                    /* bits of enum plane_id */
+    uint64_t planes;                                    /* of PLANE_BIT */
     uint8_t light_planes[LIMIT_LIGHTS];                 /* bits of enum light_plane_id */
     uint32_t offset[PLANE_ID_COUNT];
     uint32_t light_offset[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
@@ -130,7 +133,7 @@ int samples_layout_init(struct samples_layout *layout, const struct plan *plan, 
 
 /* The same with only the planes in `planes` and `light_planes` (a subset of the pass's). */
 int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
-                          int32_t width_px, int32_t height_px, uint32_t planes,
+                          int32_t width_px, int32_t height_px, uint64_t planes,
                           const uint8_t *light_planes);
 
 struct samples {
@@ -155,7 +158,7 @@ uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t 
 /* Packs s into w: drops planes that are all zero (counted in *dropped, which may be NULL),
  * shuffles, compresses. ERR_MEMORY leaves w as it was or failed.
  *
- *   u16 width, u16 height, u32 plane mask, u8 light plane mask per light,
+ *   u16 width, u16 height, u64 plane mask, u8 light plane mask per light,
  *   then per group (4-, 2-, 1-byte elements): u32 packed bytes, the bytes
  *
  * A group whose packed size equals its size is stored as it is; otherwise it is a blosc buffer. */

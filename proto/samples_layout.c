@@ -161,7 +161,7 @@ int samples_layout_init(struct samples_layout *layout, const struct plan *plan, 
 }
 
 int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
-                          int32_t width_px, int32_t height_px, uint32_t planes,
+                          int32_t width_px, int32_t height_px, uint64_t planes,
                           const uint8_t *light_planes)
 {
     const int error = layout_start(layout, plan, pass, width_px, height_px);

@@ -51,7 +51,7 @@ static uint64_t layout_of_filled(const struct samples *s, struct samples_layout 
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
         if (!(s->layout.planes >> p & 1)) continue;
         if (!is_zero(s->data + s->layout.offset[p], plane_bytes(&s->layout, p))) continue;
-        filled->planes &= ~(1u << p);
+        filled->planes &= ~(UINT64_C(1) << p);
         dropped++;
     }
     for (uint32_t k = 0; k < s->layout.light_count; k++)
@@ -70,7 +70,7 @@ static void copy_planes(struct samples *to, const struct samples *from)
 {
     const struct samples_layout *a = &to->layout, *b = &from->layout;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
-        if (a->planes & b->planes & 1u << p)
+        if (a->planes & b->planes & UINT64_C(1) << p)
             memcpy(to->data + a->offset[p], from->data + b->offset[p], plane_bytes(a, p));
     for (uint32_t k = 0; k < a->light_count; k++)
         for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++)
@@ -98,7 +98,7 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
 {
     bytes_write_u16(w, (uint16_t)layout->width_px);
     bytes_write_u16(w, (uint16_t)layout->height_px);
-    bytes_write_u32(w, layout->planes);
+    bytes_write_u64(w, layout->planes);
     bytes_write_raw(w, layout->light_planes, layout->light_count);
 }
 
@@ -143,7 +143,7 @@ static int read_head(struct bytes_reader *r, const struct plan *plan, uint32_t p
 {
     uint8_t light_planes[LIMIT_LIGHTS] = {0};
     const int32_t width = bytes_read_u16(r), height = bytes_read_u16(r);
-    const uint32_t planes = bytes_read_u32(r);
+    const uint64_t planes = bytes_read_u64(r);
     bytes_read_raw(r, light_planes, plan->light_count);
     if (r->failed) return fault_set(fault, ERR_TRUNCATED, "", "the samples end within their head");
     if (width != width_px || height != height_px)
@@ -153,8 +153,8 @@ static int read_head(struct bytes_reader *r, const struct plan *plan, uint32_t p
         samples_layout_subset(layout, plan, pass, width_px, height_px, planes, light_planes);
     if (error)
         return fault_set(fault, error, "planes",
-                         "planes 0x%x are not all in the plan's 0x%x for pass %u", planes,
-                         plan->planes, pass);
+                         "planes 0x%llx are not all in the plan's 0x%llx for pass %u",
+                         (unsigned long long)planes, (unsigned long long)plan->planes, pass);
     return 0;
 }
 

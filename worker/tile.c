@@ -106,7 +106,7 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
     return true;
 }
 
-#define PLANES_DEMODULATED (1u << PLANE_PATH_DIFFUSE_DIRECT | 1u << PLANE_PATH_DIFFUSE_INDIRECT)
+#define PLANES_DEMODULATED (PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT))
 
 static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)

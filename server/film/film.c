@@ -195,7 +195,7 @@ static bool fits(const struct film *film, uint32_t tile, uint32_t pass,
                  const struct samples *samples)
 {
     struct rect r = tile_grid_rect(&film->grid, tile);
-    const uint32_t planes = plan_pass_planes(film->plan, pass);
+    const uint64_t planes = plan_pass_planes(film->plan, pass);
     return samples->layout.width_px == rect_width(r) &&
            samples->layout.height_px == rect_height(r) && samples->layout.planes == planes;
 }

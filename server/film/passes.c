@@ -42,7 +42,7 @@ static void add_paths(struct samples *sum, uint32_t sum_spp, const struct sample
                       uint32_t more_spp)
 {
     const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    const uint32_t planes = sum->layout.planes & PLANES_PATH & ~(1u << PLANE_PATH_SPREAD);
+    const uint64_t planes = sum->layout.planes & PLANES_PATH & ~PLANE_BIT(PATH_SPREAD);
     merge_spreads(sum, sum_spp, more, more_spp, area); /* needs the radiance of before */
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
         if (planes >> p & 1u) add_plane(sum, more, p, area);

@@ -5,8 +5,6 @@
 #include "proto/samples.h"
 #include "server/job/plan.h"
 
-#define PLANE_BIT(plane) (1u << PLANE_##plane)
-
 /* Whether points of the material may have a glossy lobe: worker/shade/glossy.h decides at each. */
 static bool may_be_glossy(const struct scene_material *m)
 {

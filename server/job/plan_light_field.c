@@ -6,8 +6,6 @@
 #include "proto/samples.h"
 #include "server/job/plan.h"
 
-#define PLANE_BIT(plane) (1u << PLANE_##plane)
-
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)
 {

@@ -6,7 +6,6 @@
 #include "proto/samples.h"
 #include "server/job/plan.h"
 
-#define PLANE_BIT(plane)   (1u << PLANE_##plane)
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
 /* The layers that read a plane. Those of the pixel's centre tell by the depth whether there is a

@@ -46,7 +46,7 @@ static const char *const light_plane_names[LIGHT_PLANE_COUNT] = {"irradiance", "
                                                                  "slopes"};
 static const char *const light_type_names[] = {"point", "spot", "directional", "rectangle"};
 
-static json_t *names_of(uint32_t bits, const char *const *names, unsigned count)
+static json_t *names_of(uint64_t bits, const char *const *names, unsigned count)
 {
     json_t *list = json_array();
     for (unsigned i = 0; i < count; i++)

@@ -20,8 +20,8 @@
 
 /* Bounce rays of pixel centres, which a light field beside paths consists of. */
 #define PLANES_INDIRECT                                                                            \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
-#define PLANES_BESIDE (PLANES_INDIRECT | 1u << PLANE_OPEN)
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
+#define PLANES_BESIDE (PLANES_INDIRECT | PLANE_BIT(OPEN))
 
 static bool is_filtered(const struct plan *plan)
 {

@@ -13,7 +13,7 @@ static struct plan as_indirect(const struct plan *plan)
 {
     struct plan out = *plan;
     out.indirect_filter = INDIRECT_FILTER_CONSTANT;
-    out.planes &= ~(1u << PLANE_INDIRECT_HALVES); /* of which it would make errors */
+    out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* of which it would make errors */
     return out;
 }
 

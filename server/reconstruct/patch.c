@@ -152,8 +152,8 @@ void patch_destroy(struct patch **patch)
 
 bool patch_knows_errors(const struct plan *plan)
 {
-    const uint32_t needs = 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_ID |
-                           1u << PLANE_DEPTH | 1u << PLANE_NORMAL;
+    const uint64_t needs = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(ID) |
+                           PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
     return (plan->planes & needs) == needs;
 }
 

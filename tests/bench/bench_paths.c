@@ -132,7 +132,7 @@ int main(int argc, char **argv)
     b.chunk = aligned_alloc(64, sizeof *b.chunk);
     if (!b.chunk || tile_tracer_create(&b.tracer)) fail("no memory");
     plan_init(&b.blob, &b.plan);
-    b.plan.planes = 1u << PLANE_PATH_RADIANCE | 1u << PLANE_PATH_COVERAGE;
+    b.plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_COVERAGE);
     b.plan.light_planes = 0;
     b.plan.bounces = argc > 2 ? (uint32_t)atoi(argv[2]) : 8;
     b.plan.paths.spp = argc > 3 ? (uint32_t)atoi(argv[3]) : 16;

@@ -81,7 +81,7 @@ static void plan_init(const struct scene *s, struct plan *p)
         c->type == CAMERA_ORTHOGRAPHIC ? c->half_height : tanf(0.5f * c->yfov_rad);
     p->camera.half_width = p->camera.half_height;
     add_scene_lights(s, p);
-    p->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID;
+    p->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID);
     p->light_planes = 1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY;
     p->radiance_scale = 1.0f;
     p->mu = 1.0f;

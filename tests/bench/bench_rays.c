@@ -100,9 +100,9 @@ static void plan_add_all(struct plan *p)
     p->bounces = 1;
     p->indirect_strata_per_axis = STRATA;
     p->light_planes |= 1u << LIGHT_PLANE_SLOPES;
-    p->planes |= 1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                 1u << PLANE_SUB_ID | 1u << PLANE_EMISSION | 1u << PLANE_INDIRECT_MEAN |
-                 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR;
+    p->planes |= PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
+                 PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION) | PLANE_BIT(INDIRECT_MEAN) |
+                 PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR);
 }
 
 /* Rays of camera and shadow kinds, and seconds summed over threads. */

@@ -133,13 +133,13 @@ static const struct plan *plan_of(const struct fake *f, uint64_t frame_id)
 static void put_nan(struct samples *s)
 {
     const uint16_t half_nan = 0x7e00;
-    if (s->layout.planes & 1u << PLANE_DEPTH)
+    if (s->layout.planes & PLANE_BIT(DEPTH))
         samples_f32(s, PLANE_DEPTH, 0)[0] = NAN;
     else if (s->layout.planes & PLANES_PATH)
         samples_f32(s, (enum plane_id)__builtin_ctz(s->layout.planes & PLANES_PATH), 0)[0] = NAN;
-    else if (s->layout.planes & 1u << PLANE_EMISSION)
+    else if (s->layout.planes & PLANE_BIT(EMISSION))
         samples_u16(s, PLANE_EMISSION, 0)[0] = half_nan;
-    else if (s->layout.planes & 1u << PLANE_INDIRECT_MEAN)
+    else if (s->layout.planes & PLANE_BIT(INDIRECT_MEAN))
         samples_u16(s, PLANE_INDIRECT_MEAN, 0)[0] = half_nan;
     else
         samples_light_irradiance(s, 0)[0] = NAN;

@@ -15,7 +15,7 @@
 #define DEVIATIONS     4.0
 #define FLOAT_ROUNDING 2e-5
 
-#define PLANES_FIELD (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN)
+#define PLANES_FIELD (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN))
 
 static struct {
     uint32_t spp;
@@ -153,9 +153,9 @@ struct picture *stage_trace_field(struct stage *s, bool beside_paths)
     plan.paths.spp = beside_paths;
     plan.paths.without_diffuse_indirect = beside_paths;
     plan.planes = beside_paths ? plan.planes : plan.planes & ~PLANES_PATH;
-    plan.planes |= 1u << PLANE_REFLECTOR;
-    if (plan.bounces > 0) plan.planes |= 1u << PLANE_INDIRECT_MEAN;
-    if (plan.occlusion_distance > 0) plan.planes |= 1u << PLANE_OPEN;
+    plan.planes |= PLANE_BIT(REFLECTOR);
+    if (plan.bounces > 0) plan.planes |= PLANE_BIT(INDIRECT_MEAN);
+    if (plan.occlusion_distance > 0) plan.planes |= PLANE_BIT(OPEN);
     plan.indirect_strata_per_axis = (uint32_t)sqrt((double)run.spp);
     plan.pattern.seed = 1;
     set_open(&set, s);

@@ -227,7 +227,7 @@ static void corner(double distance, double reach)
     uint32_t grey = stage_lambert(s, 0.5, 0.5, 0.5);
     stage_panel(s, grey, (double[]){0, 0, 0}, (double[]){8, 0, 0}, (double[]){0, 0, -8});
     stage_panel(s, grey, (double[]){-distance, 4, 0}, (double[]){0, 4, 0}, (double[]){0, 0, 8});
-    s->plan.planes |= 1u << PLANE_PATH_OCCLUSION;
+    s->plan.planes |= PLANE_BIT(PATH_OCCLUSION);
     s->plan.occlusion_distance = (float)reach;
     stage_look(s, (double[]){2, 2, 0.5}, (double[]){0, 0, 0}, POINT);
     struct picture *p = stage_trace(s);

@@ -61,12 +61,12 @@ static inline void samples_case_light(struct samples *s, uint32_t k, uint64_t *s
 }
 
 /* Fills the planes in `planes` and the lights' planes in `light_planes`; the others stay zero. */
-static inline void samples_case_fill(struct samples *s, uint32_t planes, uint32_t lights,
+static inline void samples_case_fill(struct samples *s, uint64_t planes, uint32_t lights,
                                      uint64_t seed)
 {
     uint64_t state = seed * 2 + 1;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
-        if (s->layout.planes & planes & 1u << p) samples_case_plane(s, p, &state);
+        if (s->layout.planes & planes & UINT64_C(1) << p) samples_case_plane(s, p, &state);
     for (uint32_t k = 0; k < s->layout.light_count; k++)
         if (lights >> k & 1) samples_case_light(s, k, &state);
 }

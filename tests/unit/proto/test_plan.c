@@ -41,7 +41,7 @@ static void plans_round_trip(void **state)
         if (lights == 2) {
             sent.indirect_filter = INDIRECT_FILTER_RATE;
             sent.rate = (struct plan_rate){.mu = 2.5f, .rays_most = 4711};
-            sent.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA);
+            sent.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA));
         }
         encode(&sent, &w);
         memset(&got, 0xee, sizeof got);
@@ -177,8 +177,8 @@ static void environments_are_checked(void **state)
 
 static void paths_are_checked(void **state)
 {
-    const uint32_t spread = 1u << PLANE_PATH_SPREAD, radiance = 1u << PLANE_PATH_RADIANCE,
-                   open = 1u << PLANE_PATH_OCCLUSION | 1u << PLANE_OPEN;
+    const uint64_t spread = PLANE_BIT(PATH_SPREAD), radiance = PLANE_BIT(PATH_RADIANCE),
+                   open = PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN);
     (void)state;
     EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
     EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
@@ -206,17 +206,17 @@ static void paths_are_checked(void **state)
 /* Filters of glossy lobes need their planes; paths leave out what planes bring. */
 static void glossy_filters_are_checked(void **state)
 {
-    const uint32_t lobe = 1u << PLANE_GLOSSY_LOBE, near = 1u << PLANE_GLOSSY_NEARNESS;
-    const uint32_t light = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES |
-                           1u << PLANE_INDIRECT_STRATA | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    const uint64_t lobe = PLANE_BIT(GLOSSY_LOBE), near = PLANE_BIT(GLOSSY_NEARNESS);
+    const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
+                           PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
     (void)state;
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
     EXPECT((plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, plan.planes &= ~near), ERR_RANGE,
            "planes");
-    EXPECT((plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, plan.planes &= ~(1u << PLANE_ID)),
-           ERR_RANGE, "planes");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, plan.planes &= ~PLANE_BIT(ID)), ERR_RANGE,
+           "planes");
     EXPECT(plan.paths.without_glossy_indirect = 1, ERR_LIMIT, "paths.without_glossy_indirect");
     EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1), ERR_OK,
            "");
@@ -224,18 +224,18 @@ static void glossy_filters_are_checked(void **state)
             plan.planes &= ~lobe),
            ERR_RANGE, "planes");
     EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
-            plan.planes &= ~(1u << PLANE_PATH_OCCLUSION)),
+            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
            ERR_OK, "");
     EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
-            plan.planes &= ~(1u << PLANE_PATH_OCCLUSION), plan.indirect_strata_per_axis = 0),
+            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION), plan.indirect_strata_per_axis = 0),
            ERR_RANGE, "indirect_strata_per_axis");
 }
 
 /* Filters of indirect light need their planes, and planes their rays. */
 static void indirect_filters_are_checked(void **state)
 {
-    const uint32_t reflector = 1u << PLANE_REFLECTOR, strata = 1u << PLANE_INDIRECT_STRATA;
-    const uint32_t light = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | strata;
+    const uint64_t reflector = PLANE_BIT(REFLECTOR), strata = PLANE_BIT(INDIRECT_STRATA);
+    const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | strata;
     (void)state;
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
@@ -254,7 +254,7 @@ static void indirect_filters_are_checked(void **state)
 
 #define RATE                                                                                       \
     (plan.indirect_filter = INDIRECT_FILTER_RATE, plan.rate.mu = 1.5f, plan.rate.rays_most = 100,  \
-     plan.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA))
+     plan.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA)))
 
 /* A rate belongs to one filter, which has means and distances and no target. */
 static void rates_are_checked(void **state)
@@ -272,14 +272,14 @@ static void rates_are_checked(void **state)
     EXPECT((RATE, plan.rate.rays_most = 9), ERR_OK, "");
     EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP), ERR_OK, "");
     EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "rate.rays_most");
-    EXPECT((RATE, plan.planes &= ~(1u << PLANE_REFLECTOR_FAR)), ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes &= ~(1u << PLANE_REFLECTOR)), ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_HALVES), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes |= 1u << PLANE_INDIRECT_STRATA), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN | PLANES_GLOSSY),
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR_FAR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
             plan.target_error = 0.1f, plan.spp_most = 200),
            ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes &= ~(1u << PLANE_INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
 }
 
 /* The second set follows the schedule, once, with sides. */
@@ -293,7 +293,7 @@ static void second_sets_are_checked(void **state)
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
-    assert_int_equal(plan_pass_planes(&plan, last), 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+    assert_int_equal(plan_pass_planes(&plan, last), PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
         pass = (struct plan_pass){.number = last, .strata = 9, .sides = sides};                    \
@@ -381,17 +381,17 @@ static void lights_are_checked(void **state)
 static void planes_and_counts_are_checked(void **state)
 {
     (void)state;
-    EXPECT(plan.planes |= 1u << PLANE_ID_COUNT, ERR_RANGE, "planes");
+    EXPECT(plan.planes |= PLANE_BIT(ID_COUNT), ERR_RANGE, "planes");
     EXPECT(plan.light_planes |= 1u << LIGHT_PLANE_COUNT, ERR_RANGE, "light_planes");
     EXPECT(plan.capabilities = 1u << 31, ERR_RANGE, "capabilities");
     EXPECT(plan.sub_samples = 4, ERR_LIMIT, "sub_samples");
     EXPECT(plan.sub_samples = 0, ERR_RANGE, "planes");
-    EXPECT(plan.planes &= ~(1u << PLANE_DEPTH), ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~PLANE_BIT(DEPTH), ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0, plan.indirect_strata_per_axis = 0), ERR_RANGE, "planes");
     EXPECT(plan.bounces = LIMIT_INDIRECT_BOUNCES + 1, ERR_LIMIT, "bounces");
     EXPECT(plan.indirect_strata_per_axis = 0, ERR_RANGE, "indirect_strata_per_axis");
     EXPECT(plan.indirect_strata_per_axis = 17, ERR_LIMIT, "indirect_strata_per_axis");
-    EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~(1u << PLANE_INDIRECT_STRATA)),
+    EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~PLANE_BIT(INDIRECT_STRATA)),
            ERR_OK, "");
     EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
             plan.occlusion_distance = 0),
@@ -422,8 +422,8 @@ static void filters_are_checked(void **state)
     EXPECT((filtered_case(&plan), plan.shadow_filter = SHADOW_FILTER_AXIS_ALIGNED), ERR_OK, "");
     EXPECT((filtered_case(&plan), plan.shadow_filter = 3), ERR_RANGE, "shadow_filter");
     EXPECT(plan.shadow_filter = SHADOW_FILTER_SHEARED, ERR_RANGE, "shadow_filter");
-    EXPECT((filtered_case(&plan), plan.planes &= ~(1u << PLANE_NORMAL)), ERR_RANGE, "planes");
-    EXPECT((filtered_case(&plan), plan.planes &= ~(1u << PLANE_SUB_DEPTH | 1u << PLANE_DEPTH)),
+    EXPECT((filtered_case(&plan), plan.planes &= ~PLANE_BIT(NORMAL)), ERR_RANGE, "planes");
+    EXPECT((filtered_case(&plan), plan.planes &= ~(PLANE_BIT(SUB_DEPTH) | PLANE_BIT(DEPTH))),
            ERR_RANGE, "planes");
     EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_SLOPES)), ERR_RANGE,
            "light_planes");
@@ -610,7 +610,7 @@ static void passes_are_split_where_the_sequence_is(void **state)
 
 static void targets_are_checked(void **state)
 {
-    const uint32_t other = 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_STRATA | PLANES_GLOSSY;
+    const uint64_t other = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY;
     (void)state;
 #define TARGET(change, code, place)                                                                \
     EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other, change), code,  \
@@ -621,11 +621,11 @@ static void targets_are_checked(void **state)
     TARGET(plan.target_error = 0, ERR_RANGE, "spp_most");
     TARGET(plan.target_error = -1, ERR_RANGE, "target_error");
     TARGET(plan.target_error = NAN, ERR_NOT_FINITE, "target_error");
-    TARGET(plan.planes &= ~(1u << PLANE_PATH_SPREAD), ERR_RANGE, "target_error");
-    TARGET(plan.planes &= ~(1u << PLANE_PATH_SPLIT), ERR_RANGE, "target_error");
-    TARGET(plan.planes |= 1u << PLANE_INDIRECT_MEAN, ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(PATH_SPREAD), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(PATH_SPLIT), ERR_RANGE, "target_error");
+    TARGET(plan.planes |= PLANE_BIT(INDIRECT_MEAN), ERR_RANGE, "target_error");
     TARGET(plan.planes |= PLANES_GLOSSY, ERR_RANGE, "target_error");
-    TARGET(plan.planes &= ~(1u << PLANE_REFLECTOR), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(REFLECTOR), ERR_RANGE, "target_error");
 #undef TARGET
 }
 

@@ -43,9 +43,9 @@ static inline void filtered_plan(struct plan *plan, int32_t width, int32_t heigh
                                               .power = 1,
                                               .strata_per_axis = point ? 1 : 3};
     }
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID |
-                   1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                   1u << PLANE_SUB_ID;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID) |
+                   PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
+                   PLANE_BIT(SUB_ID);
     plan->light_planes =
         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
     plan->sub_samples = LIMIT_SUB_SAMPLES;

@@ -32,8 +32,8 @@ static inline void floor_plan(struct plan *plan, int32_t side, uint32_t filter, 
         .paths = {.spp = l * l, .without_diffuse_indirect = 1, .without_glossy_indirect = 1},
         .glossy_filter = filter,
         .mu = 1,
-        .planes = PLANES_GLOSSY_LIGHT | 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
-                  1u << PLANE_INDIRECT_MEAN | 1u << PLANE_PATH_RADIANCE,
+        .planes = PLANES_GLOSSY_LIGHT | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                  PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(PATH_RADIANCE),
         .bounces = 1,
         .indirect_strata_per_axis = l,
         .radiance_scale = 1,

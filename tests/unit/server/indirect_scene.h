@@ -223,8 +223,8 @@ static inline void room_plan(struct plan *plan, int32_t lines, uint32_t filter, 
                                         .forward = {0, 0, -1},
                                         .half_width = 0.4104f,
                                         .half_height = 0.4104f};
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID | 1u << PLANE_REFLECTOR |
-                   1u << PLANE_INDIRECT_MEAN;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+                   PLANE_BIT(INDIRECT_MEAN);
     plan->bounces = 1;
     plan->indirect_filter = filter;
     plan->indirect_strata_per_axis = strata;

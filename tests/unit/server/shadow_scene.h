@@ -392,7 +392,7 @@ static inline void scene_init(struct shadow_scene *s, int32_t width, int32_t hei
     plan->lights[0].strata_per_axis = l;
     plan->shadow_filter = SHADOW_FILTER_SHEARED;
     plan->mu = 1.0f;
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
     plan->light_planes =
         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
     plan->radiance_scale = 1.0f;

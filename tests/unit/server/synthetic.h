@@ -40,9 +40,9 @@ static inline void synthetic_plan(struct plan *plan, int32_t width, int32_t heig
                                           .color = {1, 1, 1},
                                           .power = 1,
                                           .strata_per_axis = 3};
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID |
-                   1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                   1u << PLANE_SUB_ID | 1u << PLANE_EMISSION | 1u << PLANE_INDIRECT_MEAN;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID) |
+                   PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
+                   PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION) | PLANE_BIT(INDIRECT_MEAN);
     plan->light_planes =
         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
     plan->sub_samples = 3;

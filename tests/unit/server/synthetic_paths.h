@@ -8,7 +8,7 @@ static inline void synthetic_paths_plan(struct plan *plan, int32_t width, int32_
                                         int32_t tile_px, uint32_t spp)
 {
     synthetic_plan(plan, width, height, tile_px);
-    plan->planes = PLANES_PATH | 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID;
+    plan->planes = PLANES_PATH | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
     plan->light_planes = 0;
     plan->sub_samples = 0;
     plan->indirect_strata_per_axis = 0;
@@ -21,9 +21,9 @@ static inline void synthetic_beside_plan(struct plan *plan, int32_t width, int32
                                          int32_t tile_px, uint32_t spp)
 {
     synthetic_plan(plan, width, height, tile_px);
-    plan->planes |= PLANES_PATH | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
-    plan->planes &= ~(1u << PLANE_EMISSION | 1u << PLANE_PATH_DIFFUSE_INDIRECT |
-                      1u << PLANE_PATH_OCCLUSION | 1u << PLANE_PATH_SPREAD);
+    plan->planes |= PLANES_PATH | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
+    plan->planes &= ~(PLANE_BIT(EMISSION) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) |
+                      PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_SPREAD));
     plan->light_planes = 0;
     plan->paths = (struct plan_paths){.spp = spp, .without_diffuse_indirect = 1};
     plan->occlusion_distance = 1;
@@ -210,8 +210,8 @@ static inline void synthetic_target_plan(struct plan *plan, int32_t width, int32
                                          int32_t tile_px, float target)
 {
     synthetic_beside_plan(plan, width, height, tile_px, 9);
-    plan->planes &= ~(1u << PLANE_INDIRECT_MEAN);
-    plan->planes |= 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_SPLIT;
+    plan->planes &= ~PLANE_BIT(INDIRECT_MEAN);
+    plan->planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
     plan->indirect_filter = INDIRECT_FILTER_CONSTANT;
     plan->target_error = target;
     plan->spp_most = 256;
@@ -225,7 +225,7 @@ static inline void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t
         synthetic_beside_plan(plan, width, height, tile_px, spp);
     else
         synthetic_plan(plan, width, height, tile_px);
-    plan->planes |= 1u << PLANE_REFLECTOR | 1u << PLANE_REFLECTOR_FAR;
+    plan->planes |= PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
     plan->indirect_strata_per_axis = 4;
     plan->indirect_filter = INDIRECT_FILTER_RATE;
     plan->rate = (struct plan_rate){.mu = 1.0f, .rays_most = 100};

@@ -94,7 +94,7 @@ static void is_sum(const struct image *sum, const char *name, const struct image
 static void split(const struct plan *beside, struct plan *paths, struct plan *field)
 {
     *paths = *field = *beside;
-    paths->planes &= PLANES_PATH | 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID;
+    paths->planes &= PLANES_PATH | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
     paths->paths.without_diffuse_indirect = 0;
     paths->sub_samples = paths->indirect_strata_per_axis = 0;
     paths->indirect_filter = INDIRECT_FILTER_NONE;
@@ -209,8 +209,8 @@ static void counters_add_up(void **state)
     (void)state;
     synthetic_beside_plan(&plan, 150, 90, 32, 17);
     plan.sub_samples = 0;
-    plan.planes &= ~(1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                     1u << PLANE_SUB_ID);
+    plan.planes &=
+        ~(PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID));
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     struct image *image = render(&plan, 2, &sum);
     uint64_t there = 0, wide = 0;
@@ -262,8 +262,8 @@ static void parts_make_the_same_light(void **state)
             struct patch *patch;
             synthetic_plan(&plan, 60, 50, 32);
             plan.light_count = 0;
-            plan.planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
-                          1u << PLANE_REFLECTOR | 1u << planes[k];
+            plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                          PLANE_BIT(REFLECTOR) | UINT64_C(1) << planes[k];
             plan.indirect_filter = f;
             assert_int_equal(patch_create(&plan, rect, &patch), 0);
             fill_parts(&plan, patch);
@@ -292,8 +292,8 @@ static void occlusion_comes_alone(void **state)
     synthetic_beside_plan(&plan, 100, 70, 32, 4);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     alone = plan;
-    alone.planes &= PLANES_PATH | 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
-                    1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    alone.planes &= PLANES_PATH | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                    PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
     alone.paths.without_diffuse_indirect = 0;
     alone.sub_samples = alone.bounces = 0;
     assert_int_equal(block_halo_px(&alone) + 1, block_halo_px(&plan));
@@ -332,8 +332,8 @@ static void openness_is_a_share(void **state)
         struct block_statistics statistics;
         synthetic_plan(&plan, 80, 40, 32);
         plan.light_count = 0;
-        plan.planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
-                      1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+        plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+                      PLANE_BIT(OPEN);
         plan.camera.type = CAMERA_ORTHOGRAPHIC;
         plan.indirect_filter = f;
         plan.mu = 10.0f;

@@ -187,8 +187,8 @@ static void a_constant_field_stays_constant(void **state)
             make_plan(&plan, sizes[i][0], sizes[i][1]);
             plan.sub_samples = subs;
             if (subs == 0)
-                plan.planes &= ~(1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL |
-                                 1u << PLANE_SUB_ALBEDO | 1u << PLANE_SUB_ID);
+                plan.planes &= ~(PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) |
+                                 PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID));
             struct image *image = render(&plan, &world, 16, 0, &sum, NULL);
             float first = at(image, "R", 0, 0);
             assert_true(fabsf(first - 0.5f) < 1e-4f);

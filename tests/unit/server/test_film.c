@@ -137,7 +137,7 @@ static void filters_find_what_they_read(void **state)
     struct tile_grid grid;
     uint32_t block, blocks = 0;
     synthetic_plan(&plan, 130, 100, 16);
-    plan.planes |= 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN;
+    plan.planes |= PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     assert_int_equal(film_create(&plan, 32, 23, &film), 0);
     tile_grid_init(&grid, 130, 100, 16);

@@ -8,7 +8,7 @@
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/resolve.h"
 
-#define BIT(plane) (1u << PLANE_##plane)
+#define BIT(plane) PLANE_BIT(plane)
 
 enum { SIDE = 24, INNER = 8 };
 

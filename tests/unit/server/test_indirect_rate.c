@@ -109,8 +109,8 @@ static void floor_plan(struct plan *plan, float unit)
                                         .forward = {0, -1, 0},
                                         .half_width = unit,
                                         .half_height = unit};
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID |
-                   1u << PLANE_INDIRECT_MEAN | 1u << PLANE_REFLECTOR | 1u << PLANE_REFLECTOR_FAR;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(INDIRECT_MEAN) |
+                   PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
     plan->bounces = 1;
     plan->indirect_filter = INDIRECT_FILTER_RATE;
     plan->indirect_strata_per_axis = 4;
@@ -215,7 +215,7 @@ static void what_meets_nothing_asks_for_nothing(void **state)
     assert_int_equal(indirect_rate_find(&plan, patch, (struct rect){9, 9, 17, 17}, sides),
                      ERR_RANGE);
     patch_destroy(&patch);
-    plan.planes &= ~(1u << PLANE_REFLECTOR_FAR);
+    plan.planes &= ~PLANE_BIT(REFLECTOR_FAR);
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1.0f, 4.0f, &patch);
     patch->reflector_far = NULL;

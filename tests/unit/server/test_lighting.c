@@ -100,7 +100,7 @@ static void counters_add_up(void **state)
         struct plan plan;
         filtered_plan(&plan, 210, 170, 64, SHADOW_FILTER_SHEARED, lights);
         plan.sub_samples = 0;
-        plan.planes &= (1u << PLANE_SUB_DEPTH) - 1;
+        plan.planes &= PLANE_BIT(SUB_DEPTH) - 1;
         struct image *image = render(&plan, &shelf, 64, 0, &sum);
         uint64_t rectangles = (lights + 1) / 2;
         assert_int_equal(sum.shadow.pixels_filtered + sum.shadow.pixels_alone +

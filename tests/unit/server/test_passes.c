@@ -68,7 +68,7 @@ static void spreads_keep_their_digits(void **state)
     double expected = 0;
     (void)state;
     synthetic_paths_plan(&plan, 1, 1, 8, 4096);
-    plan.planes = 1u << PLANE_PATH_RADIANCE | 1u << PLANE_PATH_SPREAD;
+    plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_SPREAD);
     struct samples_layout layout;
     struct samples *sum, *more;
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 1, 1), 0);
@@ -337,7 +337,7 @@ static void bounces_are_weighted_by_their_number(void **state)
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 3, 1), 0);
     assert_int_equal(samples_create(&layout, &more), 0);
     assert_int_equal(layout.planes & ~PLANES_PATH,
-                     1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR | 1u << PLANE_OPEN);
+                     PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN));
     for (uint32_t c = 0; c < 6; c++) {
         samples_u16(sum, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(1.0f);
         samples_u16(more, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(4.0f);
@@ -397,7 +397,7 @@ static void second_sets_are_weighted_pixel_by_pixel(void **state)
     assert_int_equal(samples_create(&layout, &sum), 0);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
     assert_int_equal(samples_create(&layout, &more), 0);
-    assert_int_equal(layout.planes, 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_OPEN);
+    assert_int_equal(layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(1.0f);

@@ -40,8 +40,8 @@ static void arrays_do_not_overlap(void **state)
     struct patch *p;
     struct arrays a = {.count = 0};
     synthetic_plan(&plan, 64, 64, 32);
-    plan.planes |= 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR |
-                   1u << PLANE_INDIRECT_STRATA | 1u << PLANE_OPEN;
+    plan.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(INDIRECT_STRATA) |
+                   PLANE_BIT(OPEN);
     assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
     size_t area = 35, bytes = area * 4;
     add(&a, p->depth, bytes);
@@ -97,7 +97,7 @@ static void paths_do_not_overlap(void **state)
     for (int i = 0; i < a.count; i++)
         for (size_t b = 0; b < a.size_bytes[i]; b++) assert_int_equal(a.at[i][b], i + 1);
     patch_destroy(&p);
-    plan.planes &= ~(1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_COVERAGE);
+    plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_COVERAGE));
     assert_int_equal(patch_create(&plan, (struct rect){0, 0, 1, 1}, &p), 0);
     assert_non_null(p->paths.radiance[0]);
     assert_null(p->paths.spread[0]);
@@ -111,7 +111,7 @@ static void absent_planes_are_null(void **state)
     struct plan plan;
     struct patch *p;
     synthetic_plan(&plan, 64, 64, 32);
-    plan.planes = 1u << PLANE_DEPTH;
+    plan.planes = PLANE_BIT(DEPTH);
     plan.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
     plan.light_count = 2;
     plan.lights[1] = (struct plan_light){.type = LIGHT_POINT, .strata_per_axis = 1, .power = 1};

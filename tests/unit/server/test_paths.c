@@ -194,8 +194,8 @@ static void absent_planes_leave_zeros(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 4);
-    plan.planes &= ~(1u << PLANE_PATH_SPREAD | 1u << PLANE_PATH_OCCLUSION |
-                     1u << PLANE_PATH_COVERAGE | 1u << PLANE_PATH_ALBEDO);
+    plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_COVERAGE) |
+                     PLANE_BIT(PATH_ALBEDO));
     plan.occlusion_distance = 0;
     assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 8, 8, &image), 0);

@@ -30,9 +30,9 @@ static void plans_a_lit_scene(void **state)
     assert_int_equal(s->plan.bounces, 1);
     assert_int_equal(s->plan.indirect_strata_per_axis, 3);
     assert_int_equal(s->plan.sub_samples, 3);
-    assert_true(s->plan.planes & 1u << PLANE_INDIRECT_MEAN);
-    assert_false(s->plan.planes & 1u << PLANE_INDIRECT_HALVES);
-    assert_false(s->plan.planes & 1u << PLANE_EMISSION);
+    assert_true(s->plan.planes & PLANE_BIT(INDIRECT_MEAN));
+    assert_false(s->plan.planes & PLANE_BIT(INDIRECT_HALVES));
+    assert_false(s->plan.planes & PLANE_BIT(EMISSION));
     assert_int_equal(s->plan.pattern.frame, 3);
     assert_int_equal(s->plan.capabilities,
                      CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY);
@@ -127,7 +127,7 @@ static void warns_of_darkness(void **state)
     s->mesh.flags = MESH_IS_LIGHT;
     assert_int_equal(make(s), 0);
     assert_int_equal(s->plan.bounces, 0);
-    assert_true(s->plan.planes & 1u << PLANE_EMISSION);
+    assert_true(s->plan.planes & PLANE_BIT(EMISSION));
     assert_int_equal(s->report.warning_count, 0);
     /* An unlit surface lights by bounces. */
     s->material = (struct scene_material){.flags = MATERIAL_UNLIT, .specular = 1};
@@ -135,7 +135,7 @@ static void warns_of_darkness(void **state)
     assert_int_equal(make(s), 0);
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
     assert_int_equal(s->plan.bounces, 1);
-    assert_true(s->plan.planes & 1u << PLANE_EMISSION);
+    assert_true(s->plan.planes & PLANE_BIT(EMISSION));
     assert_int_equal(s->report.warning_count, 0);
 }
 
@@ -166,7 +166,7 @@ static void paths_know_darkness(void **state)
     assert_int_equal(s->plan.bounces, 0);
 }
 
-#define BIT(plane) (1u << PLANE_##plane)
+#define BIT(plane) PLANE_BIT(plane)
 
 static void none_is_paths(void **state)
 {

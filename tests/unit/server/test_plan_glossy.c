@@ -3,7 +3,7 @@
 
 #include "proto/samples.h"
 
-#define BIT(plane) (1u << PLANE_##plane)
+#define BIT(plane) PLANE_BIT(plane)
 
 static void must_make(struct stage *s)
 {

@@ -5,7 +5,7 @@
 #include "proto/samples.h"
 #include "tests/unit/server/plan_stage.h"
 
-#define BIT(plane)    (1u << PLANE_##plane)
+#define BIT(plane)    PLANE_BIT(plane)
 #define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
 #define PLANES_SURFACE                                                                             \
     (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID))

@@ -185,6 +185,6 @@ static inline void v_plane_scene_init(struct v_plane_scene *s, enum v_plane_scen
     plan->camera.half_width = plan->camera.half_height * (float)width / (float)height;
     if (kind == V_PLANE_CHECKER)
         v_plane_camera(plan, (float[]){0.4f, -2.4f, 1.6f}, (float[]){0, 0, 0}, 0.35f);
-    plan->planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ID | 1u << PLANE_REFLECTOR |
-                   1u << PLANE_INDIRECT_STRATA;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+                   PLANE_BIT(INDIRECT_STRATA);
 }

@@ -7,7 +7,7 @@
 #include "tests/unit/worker/environment_fixture.h"
 #include "worker/trace/path.h"
 
-#define BIT(plane)   (1u << PLANE_##plane)
+#define BIT(plane)   PLANE_BIT(plane)
 #define SHINES_RECT  1u
 #define SHINES_MESH  2u
 #define SHINES_SKY   4u

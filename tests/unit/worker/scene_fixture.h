@@ -166,7 +166,7 @@ static inline struct plan fixture_plan(int32_t w, int32_t h, const float eye[3],
     memcpy(p.camera.eye, eye, 3 * sizeof eye[0]);
     p.camera.half_width = half;
     p.camera.half_height = half * (float)h / (float)w;
-    p.planes = 1u << PLANE_DEPTH | 1u << PLANE_NORMAL | 1u << PLANE_ALBEDO | 1u << PLANE_ID;
+    p.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ALBEDO) | PLANE_BIT(ID);
     p.light_planes =
         1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
     p.radiance_scale = 1.0f;
@@ -212,6 +212,6 @@ static inline void fixture_bounces(struct plan *p, uint32_t l)
 {
     p->bounces = 1;
     p->indirect_strata_per_axis = l;
-    p->planes |= 1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_REFLECTOR |
-                 1u << PLANE_INDIRECT_STRATA;
+    p->planes |= PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) |
+                 PLANE_BIT(INDIRECT_STRATA);
 }

@@ -116,7 +116,7 @@ static void test_emission_is_one_sided(void **state)
                 struct scene_fixture *f = fixture_new();
                 struct plan p = fixture_plan(8, 8, (float[]){0, 0, back ? -3 : 3}, 0.2f);
                 if (back) fixture_look(&p, (float[]){0, 0, 1}, (float[]){0, 1, 0});
-                p.planes |= 1u << PLANE_EMISSION;
+                p.planes |= PLANE_BIT(EMISSION);
                 fixture_material(f, 0.5f, 0.5f, 0.5f);
                 f->materials[0].emission[1] = 2.5f;
                 f->materials[0].flags = both ? MATERIAL_DOUBLE_SIDED : 0;
@@ -267,8 +267,8 @@ static void test_sub_samples(void **state)
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 1.03f, 32); /* its edge cuts pixels */
     p.sub_samples = 3;
-    p.planes |= 1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                1u << PLANE_SUB_ID;
+    p.planes |=
+        PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID);
     struct traced t = trace_all(f, &p);
     int mixed = 0, total = 0;
     for (int32_t i = 0; i < 32 * 32; i++)

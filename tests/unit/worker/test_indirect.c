@@ -141,7 +141,7 @@ static void test_wall_lit_by_rectangle(void **state)
                                  .power = 1,
                                  .strata_per_axis = 1};
     fixture_bounces(&p, 16);
-    p.planes &= ~(1u << PLANE_INDIRECT_STRATA);
+    p.planes &= ~PLANE_BIT(INDIRECT_STRATA);
     struct traced t = trace_all(f, &p);
     double got = 0.0, expected = 0.0;
     for (int32_t i = 0; i < 64; i++)

@@ -8,7 +8,7 @@ static void assert_near(double a, double b, double tolerance)
     assert_true(fabs(a - b) <= tolerance);
 }
 
-#define PATH_BIT(plane) (1u << PLANE_PATH_##plane)
+#define PATH_BIT(plane) PLANE_BIT(PATH_##plane)
 
 enum { SIDE_PX = 24 };
 

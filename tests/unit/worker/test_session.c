@@ -831,7 +831,7 @@ static void rate_plan(struct world *w)
 {
     w->plan.indirect_filter = INDIRECT_FILTER_RATE;
     w->plan.rate = (struct plan_rate){.mu = 1, .rays_most = 100};
-    w->plan.planes &= ~(1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA);
+    w->plan.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA));
 }
 
 static void a_lease_has_its_pixels_sides(void **state)

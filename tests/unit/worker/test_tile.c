@@ -29,8 +29,8 @@ static struct plan busy_plan(struct scene_fixture *f, int32_t w, int32_t h)
     point->position[1] = 1.5f;
     fixture_bounces(&p, 3);
     p.sub_samples = 3;
-    p.planes |= 1u << PLANE_SUB_DEPTH | 1u << PLANE_SUB_NORMAL | 1u << PLANE_SUB_ALBEDO |
-                1u << PLANE_SUB_ID | 1u << PLANE_EMISSION;
+    p.planes |= PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
+                PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION);
     return p;
 }
 
@@ -139,7 +139,7 @@ static void test_many_bounce_rays_show_progress(void **state)
     struct samples *s = NULL;
     struct rect block = {28, 28, 32, 32};
     p.bounces = 1;
-    p.planes |= 1u << PLANE_INDIRECT_MEAN;
+    p.planes |= PLANE_BIT(INDIRECT_MEAN);
     p.indirect_strata_per_axis = 16;
     assert_int_equal(
         tile_trace(t.tracer, t.scene, NULL, &p, 0, block, &progress, NULL, &s, &t.counters), 0);

@@ -74,7 +74,7 @@ static void load_map(void **map, float radiance)
 static struct plan empty_view(void)
 {
     struct plan p = fixture_plan(8, 8, (const float[3]){1e6f, 1e6f, 1e6f}, 0.1f);
-    p.planes = 1u << PLANE_PATH_RADIANCE;
+    p.planes = PLANE_BIT(PATH_RADIANCE);
     p.light_planes = 0;
     p.paths.spp = 40;
     p.environment = (struct plan_environment){
