@@ -98,6 +98,14 @@ enum indirect_filter {
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 
+/* How the light field of the lens becomes a picture; of reconstruction, not of tracing. filters.md
+ * section 4. */
+enum lens_filter {
+    LENS_FILTER_NONE = 0, /* the plain average of a pixel's lens samples */
+    LENS_FILTER_AXIS_ALIGNED = 1,
+    LENS_FILTER_SHEARED = 2
+};
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -116,12 +124,15 @@ struct plan {
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
+    uint32_t lens_filter;     /* enum lens_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     uint32_t planes;          /* bits of enum plane_id, 1u << PLANE_ */
     uint32_t light_planes;    /* bits of enum light_plane_id; plan_light_planes says whose */
     uint32_t sub_samples;     /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
     uint32_t bounces;         /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field */
+    uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
+                                          where sample row * l + column lies */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

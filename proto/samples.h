@@ -12,6 +12,7 @@
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distance 2 + open 2
  *   + indirect strata 8 l_i^2
+ *   + lens samples 8 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
  * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission and the mean:
@@ -61,8 +62,20 @@ enum plane_id {
     PLANE_PATH_SPLIT = 24, /* f32: squared differences between the sums of PATH_RADIANCE over the
                               first and over the second half of each of plan_pass_split's parts of
                               the pass, added up over these and rgb */
-    PLANE_ID_COUNT = 25
+    PLANE_LENS_RADIANCE = 25, /* per lens sample 3 x f16: what arrives through that point of the
+                                 lens * radiance_scale */
+    PLANE_LENS_SLOPE = 26,    /* per lens sample f16, finite: A f_px (1/z - 1/F), the way in pixels
+                                 of what it shows per unit of the lens; A aperture_radius, F
+                                 focus_distance, f_px = width_px / (2 half_width), z > 0 along
+                                 forward of its first hit (a miss: infinity); positive in front of
+                                 the focus */
+    PLANE_LENS_COVERAGE = 27, /* f16: share of the lens samples that meet a surface */
+    PLANE_ID_COUNT = 28
 };
+
+/* Planes of lens samples. */
+#define PLANES_LENS                                                                                \
+    (1u << PLANE_LENS_RADIANCE | 1u << PLANE_LENS_SLOPE | 1u << PLANE_LENS_COVERAGE)
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \
@@ -92,10 +105,12 @@ enum light_plane_id {
 #define SAMPLES_ABSENT UINT32_MAX
 struct samples_layout {
     int32_t width_px, height_px;
-    uint32_t light_count, sub_samples, indirect_strata; /* indirect_strata = l_i^2 */
-    uint32_t light_strata[LIMIT_LIGHTS];                /* l^2 */
-    uint32_t planes;                                    /* bits of enum plane_id */
-    uint8_t light_planes[LIMIT_LIGHTS];                 /* bits of enum light_plane_id */
+    uint32_t light_count, sub_samples;
+    uint32_t indirect_strata;            /* l_i^2 */
+    uint32_t lens_strata;                /* l_u^2 */
+    uint32_t light_strata[LIMIT_LIGHTS]; /* l^2 */
+    uint32_t planes;                     /* bits of enum plane_id */
+    uint8_t light_planes[LIMIT_LIGHTS];  /* bits of enum light_plane_id */
     uint32_t offset[PLANE_ID_COUNT];
     uint32_t light_offset[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
     uint32_t group_bytes[3]; /* sizes of the 4-, 2- and 1-byte groups */
@@ -122,7 +137,8 @@ int samples_create(const struct samples_layout *layout, struct samples **out);
 void samples_destroy(struct samples **s);
 
 /* Component c of a plane, w*h elements; NULL when the plane is absent. Sub-sample planes: component
- * = sub * components_per_sub + c (depth, normal, id 1; albedo 3); strata: stratum * 4 + c. The
+ * = sub * components_per_sub + c (depth, normal, id 1; albedo 3); strata: stratum * 4 + c; lens
+ * samples: sample * 3 + c and sample. The
  * element size must match the plane (asserted). */
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);

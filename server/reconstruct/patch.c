@@ -52,6 +52,15 @@ static void carve_indirect(struct carver *c, const struct plan *plan, struct pat
     if (plan->planes >> PLANE_OPEN & 1u) p->open = carve(c, sizeof(float));
 }
 
+static void carve_lens(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    const size_t samples = (size_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    if (plan->planes >> PLANE_LENS_RADIANCE & 1u)
+        p->lens_radiance = carve(c, samples * 3 * sizeof(float));
+    if (plan->planes >> PLANE_LENS_SLOPE & 1u) p->lens_slope = carve(c, samples * sizeof(float));
+    if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
+}
+
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)
 {
     uint32_t planes = plan_light_planes(plan, k);
@@ -98,6 +107,7 @@ static void carve_all(struct carver *c, const struct plan *plan, struct patch *p
     carve_subs(c, plan, p);
     if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
     carve_indirect(c, plan, p);
+    carve_lens(c, plan, p);
     for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
     if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
 }

@@ -5,7 +5,7 @@
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares. The other arrays are not set there.
+ * indirect light id, indirect light, reflector and open shares; lens samples. The other arrays are not set there.
  * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
@@ -54,6 +54,9 @@ struct patch {
                        may differ: under a plan with a target */
     float *indirect_strata; /* l_i^2 * 4 planes */
     float *open;            /* share of the bounce rays that meet nothing near */
+    float *lens_radiance;   /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
+    float *lens_slope;      /* l_u^2 planes; pixels per unit of the lens */
+    float *lens_coverage;   /* share of the lens samples that meet a surface */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */
