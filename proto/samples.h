@@ -74,8 +74,7 @@ enum plane_id {
 };
 
 /* Planes of lens samples. */
-#define PLANES_LENS                                                                                \
-    (1u << PLANE_LENS_RADIANCE | 1u << PLANE_LENS_SLOPE | 1u << PLANE_LENS_COVERAGE)
+#define PLANES_LENS (1u << PLANE_LENS_RADIANCE | 1u << PLANE_LENS_SLOPE | 1u << PLANE_LENS_COVERAGE)
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \

@@ -98,7 +98,10 @@ static void names_planes(void **state)
                                          "PATH_COVERAGE",
                                          "PATH_OCCLUSION",
                                          "OPEN",
-                                         "PATH_SPLIT"};
+                                         "PATH_SPLIT",
+                                         "LENS_RADIANCE",
+                                         "LENS_SLOPE",
+                                         "LENS_COVERAGE"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

@@ -23,6 +23,7 @@ static void plan_of_formula(uint32_t without)
     plan.lights[0] = plan.lights[3];
     plan.light_count = 1;
     plan.planes &= ~(without | PLANES_PATH);
+    if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
@@ -39,12 +40,15 @@ static uint32_t bytes_per_pixel(uint32_t without)
 static void sizes_follow_the_formula(void **state)
 {
     (void)state;
-    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN);
+    const uint32_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | PLANES_LENS;
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
+    /* four lens samples */
+    assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
+                     74 + 8 * 4 + 2);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -431,6 +435,16 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_f32(s, PLANE_PATH_SPREAD, 1)[at] = -1e-30f, ERR_RANGE, "path_spread[1]");
     EXPECT(samples_f32(s, PLANE_PATH_OCCLUSION, 0)[at] = -INFINITY, ERR_NOT_FINITE,
            "path_occlusion[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 11)[at] = HALF_NEGATIVE, ERR_RANGE,
+           "lens_radiance[11]");
+    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 3)[at] = HALF_NAN, ERR_NOT_FINITE,
+           "lens_radiance[3]");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = HALF_NEGATIVE, ERR_OK, "");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfbff, ERR_OK, "");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_slope[3]");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 0)[at] = HALF_NAN, ERR_NOT_FINITE, "lens_slope[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
+           "lens_coverage[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");
