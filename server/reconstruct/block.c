@@ -4,6 +4,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/compose.h"
+#include "server/reconstruct/defocus.h"
 #include "server/reconstruct/path_error.h"
 #include "server/reconstruct/paths.h"
 #include "server/reconstruct/v_plane_filter.h"
@@ -91,11 +92,13 @@ static int reconstruct(const struct plan *plan, const struct patch *patch, struc
                        struct image *image, struct block_squares *squares,
                        struct block_statistics *statistics)
 {
-    const bool paths = plan->paths.spp > 0;
+    const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
     if (paths) paths_compose(patch, block, image, statistics);
     if (paths && squares->memory) path_error_find(patch, squares);
-    if (!paths || (plan->planes & PLANES_BESIDE))
+    if (lens)
+        error = defocus_compose(plan, patch, block, image, statistics);
+    else if (!paths || (plan->planes & PLANES_BESIDE))
         error = reconstruct_light_field(plan, patch, block, image, squares, statistics);
     if (error) return error;
     compose_centre(plan, patch, block, image);
