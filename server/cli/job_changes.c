@@ -42,6 +42,8 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
         error = set_member(document, "filter", "method", json_string(changes->method));
     if (!error && changes->indirect)
         error = set_member(document, "filter", "indirect", json_string(changes->indirect));
+    if (!error && changes->lens)
+        error = set_member(document, "filter", "lens", json_string(changes->lens));
     if (!error && changes->bounces >= 0)
         error = set_member(document, "effects", "indirect_bounces", json_integer(changes->bounces));
     if (!error && changes->spp > 0)

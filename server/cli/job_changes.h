@@ -10,6 +10,7 @@ struct job_changes {
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
+    const char *lens;        /* filter.lens; NULL */
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
@@ -42,7 +43,9 @@ struct job_changes {
                         "auto, sheared, axis_aligned, average; none: paths", &(c)->method),        \
         JOB_CHANGE_TEXT("indirect", 0, "NAME",                                                     \
                         "of indirect light: auto, average, constant, linear, blend, sheared",      \
-                        &(c)->indirect)
+                        &(c)->indirect),                                                           \
+        JOB_CHANGE_TEXT("lens", 0, "NAME",                                                         \
+                        "of what a lens blurs: auto, average, axis_aligned, sheared", &(c)->lens)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.
