@@ -91,9 +91,11 @@ static int submit_ready(struct frame *f)
 static void count_time(struct statistics *sum, const struct block_task *t)
 {
     const uint64_t all_us = t->task.cpu_us;
-    const uint64_t filters_us = t->statistics.shadow_cpu_us + t->statistics.indirect_cpu_us;
+    const uint64_t filters_us =
+        t->statistics.shadow_cpu_us + t->statistics.indirect_cpu_us + t->statistics.lens_cpu_us;
     sum->shadow_cpu_us += t->statistics.shadow_cpu_us;
     sum->indirect_cpu_us += t->statistics.indirect_cpu_us;
+    sum->lens_cpu_us += t->statistics.lens_cpu_us;
     sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
 }
 
@@ -108,6 +110,8 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
     sum->indirect_pixels_filtered += block->indirect.pixels_filtered;
     sum->indirect_pixels_skipped += block->indirect.pixels_skipped;
     sum->indirect_blocks_skipped += block->indirect.blocks_skipped;
+    sum->lens_pixels_filtered += block->lens_pixels_filtered;
+    sum->lens_pixels_skipped += block->lens_pixels_skipped;
 }
 
 static void block_over(struct frame *f, const struct block_task *t)

@@ -18,6 +18,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
     sum->shadow_cpu_us += more->shadow_cpu_us;
     sum->indirect_cpu_us += more->indirect_cpu_us;
+    sum->lens_cpu_us += more->lens_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -35,6 +36,8 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->indirect_pixels_filtered += more->indirect_pixels_filtered;
     sum->indirect_pixels_skipped += more->indirect_pixels_skipped;
     sum->indirect_blocks_skipped += more->indirect_blocks_skipped;
+    sum->lens_pixels_filtered += more->lens_pixels_filtered;
+    sum->lens_pixels_skipped += more->lens_pixels_skipped;
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
@@ -63,6 +66,7 @@ static const struct line lines[] = {
     {"cpu_s", "reconstruct", FIELD(reconstruct_cpu_us), true},
     {"cpu_s", "shadow", FIELD(shadow_cpu_us), true},
     {"cpu_s", "indirect", FIELD(indirect_cpu_us), true},
+    {"cpu_s", "lens", FIELD(lens_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -79,6 +83,8 @@ static const struct line lines[] = {
     {"indirect", "pixels_filtered", FIELD(indirect_pixels_filtered), false},
     {"indirect", "pixels_skipped", FIELD(indirect_pixels_skipped), false},
     {"indirect", "blocks_skipped", FIELD(indirect_blocks_skipped), false},
+    {"lens", "pixels_filtered", FIELD(lens_pixels_filtered), false},
+    {"lens", "pixels_skipped", FIELD(lens_pixels_skipped), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

@@ -14,7 +14,9 @@ struct block_statistics {
     /* Pixels beside the block whose light its sub-samples borrow count, too. */
     struct shadow_statistics shadow; /* over the lights */
     struct indirect_statistics indirect;
-    uint64_t shadow_cpu_us, indirect_cpu_us; /* CPU time of their filters */
+    uint64_t lens_pixels_filtered; /* by the filter of lens samples */
+    uint64_t lens_pixels_skipped;  /* averaged under it: in focus, or without a sound slope */
+    uint64_t shadow_cpu_us, indirect_cpu_us, lens_cpu_us; /* CPU time of the filters */
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far
