@@ -17,7 +17,6 @@ enum pattern_dimension {
     PATTERN_INDIRECT_CHOICE = 2, /* which light the bounce point samples (x) */
     PATTERN_INDIRECT_LIGHT = 3,  /* where on that light */
     PATTERN_LENS = 4,
-    PATTERN_LENS_PIXEL = 5,  /* sub-pixel position of lens samples */
     PATTERN_LIGHT = 16,      /* + light index: position on that light */
     PATTERN_LIGHT_NET = 128, /* + light index: the same where strata are many */
 };

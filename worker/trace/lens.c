@@ -2,7 +2,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 #include "proto/pattern_path.h"
 #include "worker/trace/block_store.h"
@@ -32,11 +31,8 @@ static void place_lines(const struct block *b, struct lens_scratch *s)
 static void lens_init(const struct path_context *c, const struct block *b, struct lens_scratch *s)
 {
     const struct pattern *p = &c->plan->pattern;
-    const uint32_t l = c->plan->lens_strata_per_axis;
     for (int i = 0; i < LANES; i++) {
-        const int32_t x = b->x_px[i], y = b->y_px[i];
-        pattern_deck_init(&s->decks[i], p, x, y, PATTERN_LENS_PIXEL, l);
-        s->keys[i] = path_key(p->seed, p->frame, x, y);
+        s->keys[i] = path_key(p->seed, p->frame, b->x_px[i], b->y_px[i]);
         s->seen[i] = 0.0f;
     }
     place_lines(b, s);
@@ -48,15 +44,15 @@ static void aim(const struct path_context *c, const struct block *b, const struc
 {
     _Alignas(LANES_ALIGN) float x[LANES] = {0}, y[LANES] = {0};
     _Alignas(LANES_ALIGN) float right_of[LANES] = {0}, above[LANES] = {0};
+    _Alignas(LANES_ALIGN) float across[LANES], down[LANES];
     const struct plan *plan = c->plan;
     const uint32_t l = plan->lens_strata_per_axis;
+    c->queries->kernels->path_pairs(p, PATH_PIXEL, across, down);
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t lane = p->slot[i] % LANES, sample = p->sample[i];
         const float left = s->left[sample / l][lane], right = s->right[sample / l][lane];
-        float at[2];
-        pattern_deck_draw(&s->decks[lane], sample, at);
-        x[i] = (float)b->x_px[lane] + path_pixel_offset(plan, at[0]);
-        y[i] = (float)b->y_px[lane] + path_pixel_offset(plan, at[1]);
+        x[i] = (float)b->x_px[lane] + path_pixel_offset(plan, across[i]);
+        y[i] = (float)b->y_px[lane] + path_pixel_offset(plan, down[i]);
         right_of[i] = left + (right - left) * pattern_axis(s->along[lane], l, sample % l);
         above[i] = -s->height[sample / l][lane]; /* the pattern's heights grow downwards */
     }

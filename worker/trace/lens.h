@@ -1,7 +1,8 @@
 #pragma once
 /* The light field of the lens: l x l paths a pixel, each through its own stratum of the aperture
- * (proto/lens_pattern.h) and, in an order of its own, of the pixel. What each brings and how its
- * first hit moves with the lens travels sample by sample: filters shear them against each other. */
+ * (proto/lens_pattern.h) and a point of the pixel that the path tracer would take. What each brings
+ * and how its first hit moves with the lens travels sample by sample: filters shear them against
+ * each other. */
 #include "proto/lens_pattern.h"
 #include "proto/samples.h"
 #include "worker/trace/path.h"
@@ -12,7 +13,6 @@ struct lens_scratch {
     float height[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
     float left[LIMIT_PLANE_STRATA_PER_AXIS][LANES], right[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
     float along[LANES];
-    struct pattern_deck decks[LANES]; /* where in its pixel each sample lies */
     uint32_t keys[LANES];
     _Alignas(LANES_ALIGN) float seen[LANES]; /* samples that meet a surface */
 };

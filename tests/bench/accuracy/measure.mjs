@@ -29,7 +29,7 @@ function renderTest(tools, scene, o, file, method, spp) {
   for (let i = 0; i < times; i++) {
     runs.push(tools.render(testJob(scene, o, file, method, spp, SEED), picture));
     const { paths, indirect, lens } = runs[i].rays;
-    if ({ indirect: indirect === 0, lens: lens === 0 }[scene.effect] ?? paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
+    if ({ indirect: indirect === 0, lens: lens + paths === 0 }[scene.effect] ?? paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   return { effect: scene.effect, scene: scene.name, method, spp, seed: SEED, side_px: o.side,
     megapixels: megapixels(scene, o.side), picture, ...cost(runs) };

@@ -24,7 +24,7 @@ export function programs(build, folder) {
   // The mean over all pixels that are judged.
   const overMean = (d, effect) => {
     const mean = d.mean_reference.reduce((a, b) => a + b) / d.mean_reference.length, unit = effect.relative ? mean : 1;
-    return { ...figures(d), rmse: d.rmse / unit, bias: d.bias / unit, p999: d.p999 / unit, ...(effect.relative ? { mean } : {}) };
+    return { ...figures(d), pixels: d.pixels ?? d.width * d.height, rmse: d.rmse / unit, bias: d.bias / unit, p999: d.p999 / unit, ...(effect.relative ? { mean } : {}) };
   };
 
   const weighed = (reference, test, { layer, times, where }) =>

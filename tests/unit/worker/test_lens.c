@@ -1,6 +1,7 @@
 /* The light field of the lens: what each of its samples sees, and how that moves. */
 #include "proto/half.h"
 #include "proto/lens_pattern.h"
+#include "proto/pattern_path.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #define HALF_MAX 65504.0f
@@ -104,7 +105,8 @@ static void expect_pattern(uint32_t blades, float z)
         const uint32_t sample = i % 16;
         float u[2], at[2];
         lens_pattern_point(&p, x, y, sample / 4, sample % 4, u);
-        pattern_shuffled(&p.pattern, x, y, PATTERN_LENS_PIXEL, 4, sample, at);
+        path_pair(path_key(p.pattern.seed, p.pattern.frame, x, y), sample, PATH_PIXEL, &at[0],
+                  &at[1]);
         const float column = ((float)x + at[0] + slope * u[0]) / cell;
         const float row = ((float)y + at[1] + slope * u[1]) / cell;
         if (column < 0 || row < 0 || column > CELLS || row > CELLS) continue;
