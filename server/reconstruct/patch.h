@@ -5,8 +5,9 @@
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares; lens samples. The other arrays are not set there.
- * Distances are at most 1e16, so that their squares are finite; normals are 0 without surface. */
+ * indirect light id, indirect light, reflector and open shares; lens samples. The other arrays are
+ * not set there. Distances are at most 1e16, so that their squares are finite; normals are 0
+ * without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
