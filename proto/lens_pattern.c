@@ -164,6 +164,33 @@ void lens_aperture_chord(const struct lens_aperture *a, float height, float *lef
     *left = -*right;
 }
 
+static void disc_lines(uint32_t l, uint32_t i, uint32_t count, const float *restrict across,
+                       float *restrict height, float *restrict left, float *restrict length)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        const float y = disc_height(pattern_axis(across[k], l, i));
+        const float square = (1.0f - y) * (1.0f + y), half = sqrtf(square > 0.0f ? square : 0.0f);
+        height[k] = y;
+        left[k] = -half;
+        length[k] = half + half;
+    }
+}
+
+void lens_aperture_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
+                         const float *across, float *height, float *left, float *length)
+{
+    if (a->bands == 0) {
+        disc_lines(l, i, count, across, height, left, length);
+        return;
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        float right;
+        height[k] = bands_height(a, pattern_axis(across[k], l, i));
+        bands_chord(a, height[k], &left[k], &right);
+        length[k] = right - left[k];
+    }
+}
+
 void lens_pattern_init(struct lens_pattern *out, const struct plan *plan)
 {
     out->pattern = plan->pattern;

@@ -1,0 +1,281 @@
+#include "server/reconstruct/lens_cells.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SUMS        8
+#define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
+
+/* Cells are between a fourth and an eighth of the layer's slope: half pixels below 3, pixels below
+ * 6, then two and four. */
+static void find_scale(struct lens_cells *c)
+{
+    c->fine = c->most <= 3.0f ? 1 : 0;
+    c->coarse = c->most <= 8.0f ? 0 : c->most <= 16.0f ? 1 : 2;
+    c->scale = (c->fine ? 2.0f : 1.0f) / (float)(1 << c->coarse);
+}
+
+static void find_slopes(uint32_t layer, struct lens_cells *c)
+{
+    lens_layer_slopes(layer, &c->low, &c->high);
+    c->layer = layer;
+    c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
+    c->most = c->fixed ? FIXED_SHARE * LENS_SLOPE_MOST : fmaxf(fabsf(c->low), fabsf(c->high));
+    c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
+}
+
+static int32_t floor_div(int32_t a, int32_t shift)
+{
+    return a >> shift; /* also of negative numbers, as compilers here do */
+}
+
+/* Cells that the pixels of `wide` look at, and pixels that those show. */
+static void find_rects(const struct lens_field *f, struct lens_cells *c)
+{
+    const int32_t reach = (int32_t)ceilf(c->most) + (2 << c->coarse);
+    const struct rect looked = rect_grow(f->wide, reach);
+    c->rect = (struct rect){floor_div(looked.x0, c->coarse) * (1 << c->fine),
+                            floor_div(looked.y0, c->coarse) * (1 << c->fine),
+                            (floor_div(looked.x1, c->coarse) + 1) * (1 << c->fine),
+                            (floor_div(looked.y1, c->coarse) + 1) * (1 << c->fine)};
+    c->pixels = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
+    c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
+                             (c->rect.y1 >> 3) + 1};
+}
+_Static_assert(LENS_TILE == 1 << 3, "tiles are found by shifts");
+
+int32_t lens_cells_reach_px(void)
+{
+    return 2 * ((int32_t)LENS_SLOPE_MOST + (2 << 2));
+}
+
+int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out)
+{
+    struct lens_cells *c = out;
+    *c = (struct lens_cells){.memory = NULL};
+    find_slopes(layer, c);
+    find_scale(c);
+    find_rects(f, c);
+    const int32_t width = rect_width(c->rect);
+    c->columns = (c->fine ? (width + 1) / 2 : width) + LENS_LANES;
+    c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
+    c->stride = c->fine ? 2 * c->columns : c->columns;
+    c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
+    const size_t tiles = (size_t)rect_area(c->tiles);
+    const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
+    c->memory = scratch_take(f->patch->scratch, floats * sizeof(float) + 3 * tiles);
+    if (!c->memory) return ERR_MEMORY;
+    c->sums = c->memory;
+    for (int k = 0; k < LENS_CELL_PLANES; k++) c->plane[k] = c->sums + (SUMS + (size_t)k) * c->area;
+    c->near = (uint8_t *)c->memory + floats * sizeof(float);
+    c->from = c->near + tiles;
+    c->spare = c->from + tiles;
+    memset(c->sums, 0, SUMS * c->area * sizeof(float));
+    memset(c->near, 0, tiles);
+    return 0;
+}
+
+void lens_cells_fini(const struct lens_field *f, struct lens_cells *c)
+{
+    scratch_give(f->patch->scratch, c->memory);
+}
+
+typedef float quad __attribute__((vector_size(16), aligned(16)));
+
+/* Samples of a row, `count` from column x on, into their cells. */
+static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t sample, int32_t x,
+                    int32_t y, int32_t count)
+{
+    const float *slope = lens_slopes(f, sample, x, y), *light[3];
+    for (uint32_t k = 0; k < 3; k++) light[k] = lens_light(f, sample, k, x, y);
+    for (int32_t i = 0; i < count; i++) {
+        if (f->cell[i] < 0) continue;
+        const float r = light[0][i], g = light[1][i], b = light[2][i];
+        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[i]);
+        to[0] += (quad){r, g, b, r * r + g * g + b * b};
+        to[1] += (quad){1.0f, fabsf(slope[i]), 1.0f, 1.0f};
+    }
+}
+
+/* Sums of the slopes of pixels' samples that lie in the layer. */
+static void add_slopes(const struct lens_field *f, const struct lens_cells *c, const float *slope,
+                       size_t at, int32_t count)
+{
+    float *restrict slopes = f->slopes + at, *restrict counts = f->count + at;
+    for (int32_t i = 0; i < count; i++) {
+        const bool own = slope[i] >= c->low && slope[i] < c->high;
+        slopes[i] += own ? slope[i] : 0.0f;
+        counts[i] += own ? 1.0f : 0.0f;
+    }
+}
+
+/* Samples of a row that pass the layer. */
+static void pass_run(const struct lens_field *f, struct lens_cells *c, int32_t x, int32_t y,
+                     int32_t count)
+{
+    const size_t at = lens_seen(f, x, y);
+    for (int32_t i = 0; i < count; i++) {
+        if (f->cell[i] < 0) continue;
+        float *sum = c->sums + SUMS * (size_t)f->cell[i];
+        sum[6] += 1.0f;
+        if (!(f->count[at + (size_t)i] > 0.0f)) continue;
+        sum[5] += fabsf(f->pass[at + (size_t)i]);
+        sum[7] += 1.0f;
+    }
+}
+
+/* Slopes by which pixels' samples pass the layer: those that the pixels' others lie in it with. */
+static void find_pass(const struct lens_field *f, const struct lens_cells *c)
+{
+    const size_t area = (size_t)rect_area(f->seen);
+    for (size_t i = 0; i < area; i++)
+        f->pass[i] = f->count[i] > 0.0f && !c->fixed ? f->slopes[i] / f->count[i] : c->middle;
+}
+
+static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
+                                  bool beyond)
+{
+    return (struct lens_place){
+        .strata_inverse = 1.0f / (float)f->l, /* l is at least 1 */
+        .cells = c->scale,
+        .fine = c->fine,
+        .coarse = c->coarse,
+        .low = c->low,
+        .high = c->high,
+        .beyond = beyond,
+        .fixed = c->fixed,
+        .column = c->rect.x0,
+        .columns = rect_width(c->rect),
+        .rows = rect_height(c->rect),
+        .stride = c->stride,
+        .half_step = c->columns,
+    };
+}
+
+static size_t tile_at(const struct lens_cells *c, int32_t column, int32_t row)
+{
+    return (size_t)(row - c->tiles.y0) * (size_t)rect_width(c->tiles) +
+           (size_t)(column - c->tiles.x0);
+}
+
+/* Can samples of pixels x .. end - 1 of row y lie where somebody looks? */
+static bool is_looked_at(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
+{
+    const struct rect t = c->tiles;
+    int32_t row = y >> c->coarse << c->fine >> 3;
+    row = row < t.y0 ? t.y0 : row >= t.y1 ? t.y1 - 1 : row;
+    for (int32_t k = x >> c->coarse << c->fine >> 3; k <= (end - 1) >> c->coarse << c->fine >> 3;
+         k++)
+        if (c->from[tile_at(c, k < t.x0 ? t.x0 : k >= t.x1 ? t.x1 - 1 : k, row)]) return true;
+    return false;
+}
+
+/* Samples j of row y, segment by segment. */
+static void add_row(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t y,
+                    uint32_t wanted, struct lens_place *place)
+{
+    const size_t area = (size_t)rect_area(f->seen);
+    place->row_phase = (float)(y & ((1 << c->coarse) - 1));
+    place->row = c->rect.y0 - (y >> c->coarse << c->fine);
+    for (uint32_t k = 0; k < f->segments; k++) {
+        const int32_t left = f->seen.x0 + (int32_t)k * LENS_SEGMENT, right = left + LENS_SEGMENT;
+        const int32_t x = left > c->pixels.x0 ? left : c->pixels.x0;
+        const int32_t end = right < c->pixels.x1 ? right : c->pixels.x1;
+        if (x >= end || !(lens_present(f, j, y, k) & wanted)) continue;
+        if (place->beyond && !is_looked_at(c, x, end, y)) continue;
+        const size_t at = lens_seen(f, x, y), line = j / f->l * area + at;
+        place->slope = lens_slopes(f, j, x, y);
+        place->along = f->along + at;
+        place->pass = f->pass + at;
+        place->left = f->left + line;
+        place->chord = f->chord + line;
+        place->height = f->height + line;
+        place->x = x;
+        f->kernels->place(place, (uint32_t)(end - x), f->cell);
+        if (place->beyond) {
+            pass_run(f, c, x, y, end - x);
+        } else {
+            add_slopes(f, c, place->slope, at, end - x);
+            add_run(f, c, j, x, y, end - x);
+        }
+    }
+}
+
+/* All samples in the layer, or all beyond it. */
+static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
+{
+    const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
+    struct lens_place place = place_of(f, c, beyond);
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        place.stratum = (float)(j % f->l);
+        for (int32_t y = c->pixels.y0; y < c->pixels.y1; y++) add_row(f, c, j, y, wanted, &place);
+    }
+}
+
+/* Where cell (column, row) of the picture is. */
+static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
+{
+    const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
+    return (size_t)y * (size_t)c->stride + (size_t)((x & c->fine) * c->columns + (x >> c->fine));
+}
+
+/* Sums of a row of cells, from `at` on, into planes. Areas of the lens are 1 / slope^2 of those of
+ * the image. */
+static void finish_row(const struct lens_field *f, struct lens_cells *c, size_t at, size_t count)
+{
+    const float inradius = f->shape.inradius * c->scale;
+    const float middle = c->fixed ? c->most : fabsf(c->middle);
+    for (size_t i = at; i < at + count; i++) {
+        const float *sum = c->sums + SUMS * i;
+        const float samples = sum[4], all = sum[6];
+        const float slope = sum[7] > 0.0f && !c->fixed ? sum[5] / sum[7] : middle;
+        const float weight = all > 0.0f ? 1.0f / (slope * slope) : 0.0f; /* slopes: 1 at least */
+        const float each = all > 0.0f ? weight / all : 0.0f;
+        c->plane[LENS_CELL_REACH][i] = slope * inradius + 0.5f;
+        c->plane[LENS_CELL_WEIGHT][i] = weight;
+        c->plane[LENS_CELL_SHARE][i] = samples * each;
+        for (int k = 0; k < LENS_LIGHTS; k++) c->plane[LENS_CELL_LIGHT + k][i] = sum[k] * each;
+    }
+}
+
+static void mark(struct lens_cells *c)
+{
+    for (int32_t y = c->rect.y0; y < c->rect.y1; y++)
+        for (int32_t x = c->rect.x0; x < c->rect.x1; x++)
+            if (c->sums[SUMS * cell_at(c, x, y) + 4] > 0.0f)
+                c->near[tile_at(c, x >> 3, y >> 3)] = 1;
+}
+
+/* Spreads marks by `tiles` to all sides. */
+static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in, uint8_t *out)
+{
+    const int32_t width = rect_width(c->tiles), height = rect_height(c->tiles);
+    memset(c->spare, 0, (size_t)width * (size_t)height);
+    memset(out, 0, (size_t)width * (size_t)height);
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++)
+            for (int32_t k = x - tiles; in[y * width + x] && k <= x + tiles; k++)
+                if (k >= 0 && k < width) c->spare[y * width + k] = 1;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t k = y - tiles; k <= y + tiles; k++)
+            for (int32_t x = 0; k >= 0 && k < height && x < width; x++)
+                out[k * width + x] |= c->spare[y * width + x];
+}
+
+void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
+{
+    const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
+    const size_t seen = (size_t)rect_area(f->seen);
+    memset(f->slopes, 0, seen * sizeof(float));
+    memset(f->count, 0, seen * sizeof(float));
+    for (size_t i = 0; i < seen; i++) f->pass[i] = c->middle;
+    add(f, c, false);
+    find_pass(f, c);
+    mark(c);
+    memcpy(c->from, c->near, (size_t)rect_area(c->tiles));
+    dilate(c, tiles, c->from, c->near);
+    dilate(c, 3 * tiles, c->near, c->from);
+    if (f->all & ~((2u << c->layer) - 1u)) add(f, c, true);
+    for (int32_t y = 0; y < rect_height(c->rect); y++)
+        finish_row(f, c, (size_t)y * (size_t)c->stride, (size_t)c->stride);
+}
