@@ -110,8 +110,9 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
     sum->indirect_pixels_filtered += block->indirect.pixels_filtered;
     sum->indirect_pixels_skipped += block->indirect.pixels_skipped;
     sum->indirect_blocks_skipped += block->indirect.blocks_skipped;
-    sum->lens_pixels_filtered += block->lens_pixels_filtered;
-    sum->lens_pixels_skipped += block->lens_pixels_skipped;
+    sum->lens_pixels_filtered += block->lens.pixels_filtered;
+    sum->lens_pixels_skipped += block->lens.pixels_skipped;
+    sum->lens_blocks_skipped += block->lens.blocks_skipped;
 }
 
 static void block_over(struct frame *f, const struct block_task *t)

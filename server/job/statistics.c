@@ -38,6 +38,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->indirect_blocks_skipped += more->indirect_blocks_skipped;
     sum->lens_pixels_filtered += more->lens_pixels_filtered;
     sum->lens_pixels_skipped += more->lens_pixels_skipped;
+    sum->lens_blocks_skipped += more->lens_blocks_skipped;
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
@@ -85,6 +86,7 @@ static const struct line lines[] = {
     {"indirect", "blocks_skipped", FIELD(indirect_blocks_skipped), false},
     {"lens", "pixels_filtered", FIELD(lens_pixels_filtered), false},
     {"lens", "pixels_skipped", FIELD(lens_pixels_skipped), false},
+    {"lens", "blocks_skipped", FIELD(lens_blocks_skipped), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

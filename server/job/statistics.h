@@ -26,7 +26,8 @@ struct statistics {
     uint64_t shadow_blocks_skipped;
     /* Of indirect_statistics. */
     uint64_t indirect_pixels_filtered, indirect_pixels_skipped, indirect_blocks_skipped;
-    uint64_t lens_pixels_filtered, lens_pixels_skipped; /* of block_statistics */
+    /* Of lens_statistics. */
+    uint64_t lens_pixels_filtered, lens_pixels_skipped, lens_blocks_skipped;
     /* Of frames with a target: rounds and samples of all of them; the largest estimated error that
      * was reached, and root of what a sample had to gain, both over mean luminance, in millionths.
      */
@@ -42,8 +43,8 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
  * coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped,
  * corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped},
  * indirect {pixels_filtered, pixels_skipped, blocks_skipped}, lens {pixels_filtered,
- * pixels_skipped}, target {rounds, paths, bounces, error, threshold}, bytes_received,
- * peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
+ * pixels_skipped, blocks_skipped}, target {rounds, paths, bounces, error, threshold},
+ * bytes_received, peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
 /* The other way, as far as the members are there: a job goes on counting after a restart. */

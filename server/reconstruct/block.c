@@ -27,7 +27,7 @@
 static bool is_filtered(const struct plan *plan)
 {
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
-           plan->indirect_filter != INDIRECT_FILTER_NONE;
+           plan->indirect_filter != INDIRECT_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
 }
 
 int32_t block_side_px(const struct plan *plan)
@@ -35,6 +35,7 @@ int32_t block_side_px(const struct plan *plan)
     int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
     bool heavy = (plan->planes >> PLANE_INDIRECT_STRATA & 1u) &&
                  plan->indirect_strata_per_axis > STRATA_HEAVY;
+    heavy = heavy || plan->lens_strata_per_axis > STRATA_HEAVY;
     if (!is_filtered(plan) || heavy) return SIDE_PX;
     return (int64_t)plan->width_px * plan->height_px < BLOCKS_ENOUGH * large
                ? SIDE_FILTERED_PX
@@ -52,9 +53,10 @@ static int32_t ring_px(const struct plan *plan)
 int32_t block_halo_px(const struct plan *plan)
 {
     int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
-    int32_t sheared = v_plane_halo_px(plan);
+    int32_t sheared = v_plane_halo_px(plan), lens = lens_halo_px(plan);
     if (indirect < sheared) indirect = sheared;
-    return ring_px(plan) + (shadow > indirect ? shadow : indirect);
+    if (indirect < shadow) indirect = shadow;
+    return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
 
 static bool contains(struct rect outer, struct rect inner)

@@ -6,6 +6,7 @@
 #include "server/image/image.h"
 #include "server/reconstruct/block_squares.h"
 #include "server/reconstruct/indirect.h"
+#include "server/reconstruct/lens.h"
 #include "server/reconstruct/shadow.h"
 
 struct block_statistics {
@@ -14,8 +15,7 @@ struct block_statistics {
     /* Pixels beside the block whose light its sub-samples borrow count, too. */
     struct shadow_statistics shadow; /* over the lights */
     struct indirect_statistics indirect;
-    uint64_t lens_pixels_filtered; /* by the filter of lens samples */
-    uint64_t lens_pixels_skipped;  /* averaged under it: in focus, or without a sound slope */
+    struct lens_statistics lens;
     uint64_t shadow_cpu_us, indirect_cpu_us, lens_cpu_us; /* CPU time of the filters */
 };
 

@@ -1,35 +1,48 @@
 #include "server/reconstruct/defocus.h"
 
 #include <math.h>
-#include <string.h>
+#include <time.h>
 
+#include "server/reconstruct/lens.h"
 #include "server/reconstruct/lighting.h"
 
-static const char *const channels[] = {"R", "G", "B"};
+/* What lens_filter writes; arrays of the patch's size. */
+struct defocused {
+    float *rgb[3], *width_px;
+    void *memory;
+};
 
-/* A row of the plain average, summed in the order of the samples. */
-static void average_row(const struct plan *plan, const struct patch *patch, uint32_t channel,
-                        size_t first, size_t count, float *out)
+static uint64_t thread_cpu_us(void)
 {
-    const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const size_t area = (size_t)rect_area(patch->rect);
-    const float share = 1.0f / (float)samples;
-    memset(out, 0, count * sizeof *out);
-    for (uint32_t i = 0; i < samples; i++) {
-        const float *in = patch->lens_radiance + (i * 3 + channel) * area + first;
-        for (size_t x = 0; x < count; x++) out[x] += in[x];
-    }
-    for (size_t x = 0; x < count; x++) out[x] = fminf(out[x] * share, LIGHTING_MAX);
+    struct timespec t;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
 }
 
-static void put_average(const struct plan *plan, const struct patch *patch, struct rect block,
-                        struct image *image)
+static int filter(const struct plan *plan, const struct patch *patch, struct rect block,
+                  struct defocused *out, struct block_statistics *statistics)
 {
-    for (uint32_t c = 0; c < 3; c++) {
-        const struct plane *out = image_plane(image, channels[c]);
-        for (int32_t y = block.y0; out && y < block.y1; y++)
-            average_row(plan, patch, c, patch_pixel(patch, block.x0, y), (size_t)rect_width(block),
-                        plane_at(out, block.x0, y));
+    const size_t area = (size_t)rect_area(patch->rect);
+    const uint64_t start_us = thread_cpu_us();
+    struct lens_statistics lens = {0};
+    float *at = out->memory = scratch_take(patch->scratch, area * 4 * sizeof *at);
+    if (!at) return ERR_MEMORY;
+    for (int c = 0; c < 3; c++, at += area) out->rgb[c] = at;
+    out->width_px = at;
+    const int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
+    if (plan->lens_filter == LENS_FILTER_NONE) return error;
+    statistics->lens = lens;
+    statistics->lens_cpu_us = thread_cpu_us() - start_us;
+    return error;
+}
+
+static void put(const struct patch *patch, const float *in, struct rect block,
+                const struct plane *out)
+{
+    for (int32_t y = block.y0; out && y < block.y1; y++) {
+        const float *from = in + patch_pixel(patch, block.x0, y);
+        float *to = plane_at(out, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++) to[x] = fminf(from[x], LIGHTING_MAX);
     }
 }
 
@@ -55,10 +68,16 @@ static void fill(const struct plane *out, struct rect block, float value)
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics)
 {
+    static const char *const channels[] = {"R", "G", "B"};
     const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    put_average(plan, patch, block, image);
+    struct defocused seen = {0};
+    const int error = filter(plan, patch, block, &seen, statistics);
+    for (int c = 0; c < 3 && !error; c++)
+        put(patch, seen.rgb[c], block, image_plane(image, channels[c]));
+    if (!error) put(patch, seen.width_px, block, image_plane(image, "filter_width.W"));
+    scratch_give(patch->scratch, seen.memory);
+    if (error) return error;
     put_coverage(patch, block, image, statistics);
     fill(image_plane(image, "samples.N"), block, (float)samples);
-    fill(image_plane(image, "filter_width.W"), block, 0.0f);
     return 0;
 }

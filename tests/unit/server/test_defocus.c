@@ -113,7 +113,7 @@ static void pictures_are_averages(void **state)
         assert_int_equal(
             block_reconstruct(&plan, patch, film_block_rect(film, block), image, &statistics), 0);
         background += statistics.pixels_background;
-        assert_true(statistics.lens_pixels_filtered == 0 && statistics.lens_cpu_us == 0);
+        assert_true(statistics.lens.pixels_filtered == 0 && statistics.lens_cpu_us == 0);
         patch_destroy(&patch);
         film_block_done(film, block);
     }
