@@ -93,7 +93,7 @@ static int look_at(struct lens_field *f, uint32_t layer)
         return 0;
     }
     const int error = lens_cells_create(f, layer, &cells);
-    if (!error) {
+    if (!error && !rect_is_empty(cells.targets)) {
         lens_cells_fill(f, &cells);
         lens_cells_look(f, &cells);
     }

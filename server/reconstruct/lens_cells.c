@@ -24,21 +24,41 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
 }
 
-static int32_t floor_div(int32_t a, int32_t shift)
+static int32_t reach_of(const struct lens_cells *c)
 {
-    return a >> shift; /* also of negative numbers, as compilers here do */
+    return (int32_t)ceilf(c->most) + (2 << c->coarse);
 }
 
-/* Cells that the pixels of `wide` look at, and pixels that those show. */
+/* Where in `pixels` the layer's samples are. */
+static struct rect find_box(const struct lens_field *f, uint32_t layer, struct rect pixels)
+{
+    struct rect box = {pixels.x1, pixels.y1, pixels.x0, pixels.y0};
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        for (int32_t y = pixels.y0; y < pixels.y1; y++)
+            for (uint32_t k = 0; k < f->segments; k++) {
+                const int32_t x = f->seen.x0 + (int32_t)k * LENS_SEGMENT;
+                if (!(lens_present(f, j, y, k) >> layer & 1u)) continue;
+                box.x0 = x < box.x0 ? x : box.x0;
+                box.x1 = x + LENS_SEGMENT > box.x1 ? x + LENS_SEGMENT : box.x1;
+                box.y0 = y < box.y0 ? y : box.y0;
+                box.y1 = y + 1 > box.y1 ? y + 1 : box.y1;
+            }
+    return box;
+}
+
+/* Who can see the layer, which cells they look at, and which pixels those show. */
 static void find_rects(const struct lens_field *f, struct lens_cells *c)
 {
-    const int32_t reach = (int32_t)ceilf(c->most) + (2 << c->coarse);
-    const struct rect looked = rect_grow(f->wide, reach);
-    c->rect = (struct rect){floor_div(looked.x0, c->coarse) * (1 << c->fine),
-                            floor_div(looked.y0, c->coarse) * (1 << c->fine),
-                            (floor_div(looked.x1, c->coarse) + 1) * (1 << c->fine),
-                            (floor_div(looked.y1, c->coarse) + 1) * (1 << c->fine)};
-    c->pixels = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
+    const int32_t reach = reach_of(c), down = c->coarse, up = c->fine;
+    const struct rect near = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
+    const struct rect box = find_box(f, c->layer, near);
+    if (rect_is_empty(box)) return;
+    c->targets = rect_intersect(rect_grow(box, 2 * reach), f->wide);
+    if (rect_is_empty(c->targets)) return;
+    const struct rect looked = rect_grow(c->targets, reach);
+    c->rect = (struct rect){looked.x0 >> down << up, looked.y0 >> down << up,
+                            ((looked.x1 >> down) + 1) << up, ((looked.y1 >> down) + 1) << up};
+    c->pixels = rect_intersect(rect_grow(c->targets, 2 * reach), f->seen);
     c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
                              (c->rect.y1 >> 3) + 1};
 }
@@ -56,6 +76,7 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     find_slopes(layer, c);
     find_scale(c);
     find_rects(f, c);
+    if (rect_is_empty(c->targets)) return 0;
     const int32_t width = rect_width(c->rect);
     c->columns = (c->fine ? (width + 1) / 2 : width) + LENS_LANES;
     c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
@@ -63,12 +84,13 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
     const size_t tiles = (size_t)rect_area(c->tiles);
     const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
-    c->memory = scratch_take(f->patch->scratch, floats * sizeof(float) + 3 * tiles);
+    c->memory = scratch_take(f->patch->scratch, floats * sizeof(float) + 4 * tiles);
     if (!c->memory) return ERR_MEMORY;
     c->sums = c->memory;
     for (int k = 0; k < LENS_CELL_PLANES; k++) c->plane[k] = c->sums + (SUMS + (size_t)k) * c->area;
     c->near = (uint8_t *)c->memory + floats * sizeof(float);
-    c->from = c->near + tiles;
+    c->read = c->near + tiles;
+    c->from = c->read + tiles;
     c->spare = c->from + tiles;
     memset(c->sums, 0, SUMS * c->area * sizeof(float));
     memset(c->near, 0, tiles);
@@ -82,14 +104,27 @@ void lens_cells_fini(const struct lens_field *f, struct lens_cells *c)
 
 typedef float quad __attribute__((vector_size(16), aligned(16)));
 
+/* Which of a segment's samples lie in cells. */
+static uint32_t list_cells(const int32_t *cell, int32_t count, uint32_t hits[LENS_SEGMENT])
+{
+    uint32_t n = 0;
+    for (int32_t i = 0; i < count; i++) {
+        hits[n] = (uint32_t)i;
+        n += cell[i] >= 0 ? 1 : 0;
+    }
+    return n;
+}
+
 /* Samples of a row, `count` from column x on, into their cells. */
 static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t sample, int32_t x,
                     int32_t y, int32_t count)
 {
     const float *slope = lens_slopes(f, sample, x, y), *light[3];
+    uint32_t hits[LENS_SEGMENT];
     for (uint32_t k = 0; k < 3; k++) light[k] = lens_light(f, sample, k, x, y);
-    for (int32_t i = 0; i < count; i++) {
-        if (f->cell[i] < 0) continue;
+    const uint32_t n = list_cells(f->cell, count, hits);
+    for (uint32_t k = 0; k < n; k++) {
+        const uint32_t i = hits[k];
         const float r = light[0][i], g = light[1][i], b = light[2][i];
         quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[i]);
         to[0] += (quad){r, g, b, r * r + g * g + b * b};
@@ -114,13 +149,15 @@ static void pass_run(const struct lens_field *f, struct lens_cells *c, int32_t x
                      int32_t count)
 {
     const size_t at = lens_seen(f, x, y);
-    for (int32_t i = 0; i < count; i++) {
-        if (f->cell[i] < 0) continue;
-        float *sum = c->sums + SUMS * (size_t)f->cell[i];
+    uint32_t hits[LENS_SEGMENT];
+    const uint32_t n = list_cells(f->cell, count, hits);
+    for (uint32_t k = 0; k < n; k++) {
+        const size_t i = at + hits[k];
+        const float known = f->count[i] > 0.0f ? 1.0f : 0.0f;
+        float *sum = c->sums + SUMS * (size_t)f->cell[hits[k]];
+        sum[5] += known * fabsf(f->pass[i]);
         sum[6] += 1.0f;
-        if (!(f->count[at + (size_t)i] > 0.0f)) continue;
-        sum[5] += fabsf(f->pass[at + (size_t)i]);
-        sum[7] += 1.0f;
+        sum[7] += known;
     }
 }
 
@@ -262,6 +299,24 @@ static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in,
                 out[k * width + x] |= c->spare[y * width + x];
 }
 
+/* Cells that somebody looks at, row by row, in runs of tiles. */
+static void finish(const struct lens_field *f, struct lens_cells *c)
+{
+    const struct rect r = c->rect, t = c->tiles;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        for (int32_t k = t.x0; k < t.x1; k++) {
+            const int32_t first = k;
+            while (k < t.x1 && c->read[tile_at(c, k, y >> 3)]) k++;
+            const int32_t x = first << 3 > r.x0 ? first << 3 : r.x0;
+            const int32_t end = k << 3 < r.x1 ? k << 3 : r.x1;
+            if (k == first || x >= end) continue;
+            const size_t count = (size_t)((end - x + c->fine) >> c->fine);
+            for (int32_t half = 0; half <= c->fine; half++)
+                finish_row(f, c, cell_at(c, x + half, y), count);
+        }
+    }
+}
+
 void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
 {
     const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
@@ -272,10 +327,10 @@ void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
     add(f, c, false);
     find_pass(f, c);
     mark(c);
-    memcpy(c->from, c->near, (size_t)rect_area(c->tiles));
-    dilate(c, tiles, c->from, c->near);
-    dilate(c, 3 * tiles, c->near, c->from);
+    memcpy(c->read, c->near, (size_t)rect_area(c->tiles));
+    dilate(c, tiles, c->read, c->near);
+    dilate(c, tiles, c->near, c->read);
+    dilate(c, tiles, c->read, c->from);
     if (f->all & ~((2u << c->layer) - 1u)) add(f, c, true);
-    for (int32_t y = 0; y < rect_height(c->rect); y++)
-        finish_row(f, c, (size_t)y * (size_t)c->stride, (size_t)c->stride);
+    finish(f, c);
 }

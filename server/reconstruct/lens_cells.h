@@ -15,6 +15,7 @@ struct lens_cells {
     bool fixed;           /* too far out of focus to be projected */
     int32_t fine, coarse; /* cells a pixel: 2^(fine - coarse) */
     float scale;          /* that */
+    struct rect targets;  /* pixels of the field's `wide` that can see the layer; may be empty */
     struct rect rect;     /* cells, in those of the whole picture */
     struct rect pixels;   /* whose samples can lie in them */
     int32_t columns;      /* of one half (of the cells that are even, or odd) if fine, else all */
@@ -24,7 +25,8 @@ struct lens_cells {
     float *plane[LENS_CELL_PLANES];
     struct rect tiles; /* in tiles of the whole picture */
     uint8_t *near;     /* of tiles: can a pixel there see the layer? */
-    uint8_t *from;     /* of tiles: can samples there lie where such pixels look? */
+    uint8_t *read;     /* of tiles: can such a pixel see the tile? */
+    uint8_t *from;     /* of tiles: can samples of pixels there lie in what such pixels see? */
     uint8_t *spare;
     void *memory;
 };

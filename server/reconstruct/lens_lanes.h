@@ -1,7 +1,7 @@
 #pragma once
 /* lens_kernels, vectors of pixels side by side: whatever instruction set the including file is
  * compiled for, each pixel sees the same operations in the same order. */
-#include <math.h>
+#include <string.h>
 
 #include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lens_kernels.h"
@@ -42,22 +42,78 @@ static void kernel_gather(const struct lens_gather *g, size_t first, uint32_t co
     }
 }
 
-static void kernel_place(const struct lens_place *p, uint32_t count, int32_t *restrict cell)
+static inline lanes_mask lens_select_whole(lanes_mask mask, lanes_mask a, lanes_mask b)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        const float s = p->slope[i];
-        const int32_t own = (s >= p->low) & (s < p->high);
-        const int32_t taken = p->beyond ? s < p->low : own;
-        const float slope = own && !p->fixed ? s : p->pass[i];
-        const float u = p->left[i] + p->chord[i] * ((p->stratum + p->along[i]) * p->strata_inverse);
-        const int32_t pixel = p->x + (int32_t)i, phase = pixel & ((1 << p->coarse) - 1);
-        const float x = p->cells * ((float)phase + 0.5f + slope * u);
-        const float y = p->cells * (p->row_phase + 0.5f + slope * p->height[i]);
-        const int32_t column = (pixel >> p->coarse << p->fine) + (int32_t)floorf(x) - p->column;
-        const int32_t row = (int32_t)floorf(y) - p->row;
-        const int32_t inside = (column >= 0) & (column < p->columns) & (row >= 0) & (row < p->rows);
-        const int32_t at =
-            row * p->stride + (column & p->fine) * p->half_step + (column >> p->fine);
-        cell[i] = taken & inside ? at : -1;
+    return (mask & a) | (~mask & b);
+}
+
+/* The greatest whole numbers not above x, which are small. */
+static inline lanes_mask lens_floor(lanes_vector x)
+{
+    const lanes_mask whole = __builtin_convertvector(x, lanes_mask);
+    return whole + (__builtin_convertvector(whole, lanes_vector) > x);
+}
+
+/* Whose samples a vector of them are: columns of their pixels. */
+static inline lanes_mask lens_columns(int32_t first)
+{
+    lanes_mask out;
+    for (int32_t i = 0; i < LANES_PER_VECTOR; i++) out[i] = first + i;
+    return out;
+}
+
+/* Samples i on: those of the layer lie where their slope takes them. */
+static inline lanes_mask lens_place_vector(const struct lens_place *p, uint32_t i)
+{
+    const lanes_vector s = lanes_load_vector(p->slope + i);
+    const lanes_mask near = s >= p->low, own = near & (s < p->high);
+    const lanes_mask taken = p->beyond ? ~near : own;
+    const lanes_mask moves = own & (p->fixed ? 0 : -1);
+    const lanes_vector slope = lanes_select(moves, s, lanes_load_vector(p->pass + i));
+    const lanes_vector u = lanes_load_vector(p->left + i) +
+                           lanes_load_vector(p->chord + i) *
+                               ((p->stratum + lanes_load_vector(p->along + i)) * p->strata_inverse);
+    const lanes_mask pixel = lens_columns(p->x + (int32_t)i),
+                     phase = pixel & ((1 << p->coarse) - 1);
+    const lanes_vector x =
+        p->cells * (__builtin_convertvector(phase, lanes_vector) + 0.5f + slope * u);
+    const lanes_vector y =
+        p->cells * (p->row_phase + 0.5f + slope * lanes_load_vector(p->height + i));
+    const lanes_mask column = (pixel >> p->coarse << p->fine) + lens_floor(x) - p->column;
+    const lanes_mask row = lens_floor(y) - p->row;
+    const lanes_mask inside = (column >= 0) & (column < p->columns) & (row >= 0) & (row < p->rows);
+    const lanes_mask none = inside | -1;
+    const lanes_mask at = row * p->stride + (column & p->fine) * p->half_step + (column >> p->fine);
+    return lens_select_whole(taken & inside, at, none);
+}
+
+/* Fewer samples than a vector has. */
+static inline void lens_place_few(const struct lens_place *p, uint32_t count, int32_t *cell)
+{
+    float memory[6][LANES_PER_VECTOR] = {{0}};
+    lanes_mask out;
+    struct lens_place few = *p;
+    const float **const arrays[6] = {&few.slope, &few.along,  &few.left,
+                                     &few.chord, &few.height, &few.pass};
+    for (int k = 0; k < 6; k++) {
+        memcpy(memory[k], *arrays[k], count * sizeof(float));
+        *arrays[k] = memory[k];
+    }
+    out = lens_place_vector(&few, 0);
+    memcpy(cell, &out, count * sizeof *cell);
+}
+
+/* The last vector may begin among the samples of the one before. */
+static void kernel_place(const struct lens_place *place, uint32_t count, int32_t *cell)
+{
+    const struct lens_place p = *place;
+    const uint32_t most = LANES_PER_VECTOR;
+    if (count < most) {
+        lens_place_few(&p, count, cell);
+        return;
+    }
+    for (uint32_t i = 0; i < count; i += most) {
+        const uint32_t at = i + most > count ? count - most : i;
+        *(lanes_stored_mask *)(cell + at) = lens_place_vector(&p, at);
     }
 }

@@ -77,19 +77,20 @@ static bool is_near(const struct lens_cells *c, int32_t column, int32_t end, int
 static void look_row(struct look *look, int32_t x, int32_t y)
 {
     const struct lens_cells *c = look->c;
-    const struct rect wide = look->f->wide;
+    const struct rect targets = c->targets;
     const int32_t step = 1 << c->coarse, cells = LENS_LANES << c->fine;
     const int32_t row = y >> c->coarse << c->fine;
-    for (int32_t first = x; first < wide.x1; first += LENS_LANES * step) {
+    for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
         const int32_t column = first >> c->coarse << c->fine;
-        const int32_t left = (wide.x1 - first + step - 1) / step;
+        const int32_t left = (targets.x1 - first + step - 1) / step;
         const int32_t end = column + cells < c->rect.x1 ? column + cells : c->rect.x1;
         if (!is_near(c, column, end, row)) continue;
         const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
                           (size_t)((column - c->rect.x0) >> c->fine);
         look->f->kernels->gather(&look->gather, at, LENS_LANES, look->sums, look->stride);
         for (int32_t i = 0; i < LENS_LANES && i < left; i++)
-            composite(look, (size_t)i, lens_wide(look->f, first + i * step, y));
+            if (is_near(c, column + (i << c->fine), column + (i << c->fine) + 1, row))
+                composite(look, (size_t)i, lens_wide(look->f, first + i * step, y));
     }
 }
 
@@ -103,9 +104,9 @@ void lens_cells_look(struct lens_field *f, const struct lens_cells *c)
     for (int32_t py = 0; py < step; py++) {
         for (int32_t px = 0; px < step; px++) {
             find_taps(&look, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);
-            for (int32_t y = f->wide.y0 + ((py - f->wide.y0) & (step - 1)); y < f->wide.y1;
+            for (int32_t y = c->targets.y0 + ((py - c->targets.y0) & (step - 1)); y < c->targets.y1;
                  y += step)
-                look_row(&look, f->wide.x0 + ((px - f->wide.x0) & (step - 1)), y);
+                look_row(&look, c->targets.x0 + ((px - c->targets.x0) & (step - 1)), y);
         }
     }
 }
