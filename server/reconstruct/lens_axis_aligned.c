@@ -48,9 +48,11 @@ static void load_row(struct axis_aligned *a, int32_t y)
     const float most = (float)REACH / REACH_SIGMA;
     for (size_t x = 0; x < width; x++) {
         float least = fabsf(a->patch->lens_slope[from + x]);
-        for (uint32_t j = 1; j < n; j++)
-            least = fminf(least, fabsf(a->patch->lens_slope[j * area + from + x]));
-        a->beta[to + x] = fminf(least * factor, most);
+        for (uint32_t j = 1; j < n; j++) {
+            const float size = fabsf(a->patch->lens_slope[j * area + from + x]);
+            least = size < least ? size : least;
+        }
+        a->beta[to + x] = least * factor < most ? least * factor : most;
         if (a->beta[to + x] < BETA_LEAST) a->beta[to + x] = 0.0f;
     }
     for (uint32_t j = 0; j < n; j++)

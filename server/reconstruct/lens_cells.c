@@ -152,21 +152,25 @@ static void pass_run(const struct lens_field *f, struct lens_cells *c, int32_t x
     uint32_t hits[LENS_SEGMENT];
     const uint32_t n = list_cells(f->cell, count, hits);
     for (uint32_t k = 0; k < n; k++) {
-        const size_t i = at + hits[k];
-        const float known = f->count[i] > 0.0f ? 1.0f : 0.0f;
-        float *sum = c->sums + SUMS * (size_t)f->cell[hits[k]];
-        sum[5] += known * fabsf(f->pass[i]);
-        sum[6] += 1.0f;
-        sum[7] += known;
+        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[hits[k]]);
+        to[1] += *(const quad *)(const void *)(f->passed + 4 * (at + hits[k]));
     }
 }
 
-/* Slopes by which pixels' samples pass the layer: those that the pixels' others lie in it with. */
+/* Slopes by which pixels' samples pass the layer: those with which others of the pixel lie in it.
+ */
 static void find_pass(const struct lens_field *f, const struct lens_cells *c)
 {
     const size_t area = (size_t)rect_area(f->seen);
-    for (size_t i = 0; i < area; i++)
-        f->pass[i] = f->count[i] > 0.0f && !c->fixed ? f->slopes[i] / f->count[i] : c->middle;
+    for (size_t i = 0; i < area; i++) {
+        const bool known = f->count[i] > 0.0f;
+        f->pass[i] = known && !c->fixed ? f->slopes[i] / f->count[i] : c->middle;
+        float *passed = f->passed + 4 * i;
+        passed[0] = 0.0f;
+        passed[1] = known ? fabsf(f->pass[i]) : 0.0f;
+        passed[2] = 1.0f;
+        passed[3] = known ? 1.0f : 0.0f;
+    }
 }
 
 static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
@@ -238,14 +242,17 @@ static void add_row(const struct lens_field *f, struct lens_cells *c, uint32_t j
     }
 }
 
-/* All samples in the layer, or all beyond it. */
+/* All samples in the layer, or all beyond it, row by row: the cells of a row's samples are near
+ * each other. */
 static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
 {
     const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
     struct lens_place place = place_of(f, c, beyond);
-    for (uint32_t j = 0; j < f->l * f->l; j++) {
-        place.stratum = (float)(j % f->l);
-        for (int32_t y = c->pixels.y0; y < c->pixels.y1; y++) add_row(f, c, j, y, wanted, &place);
+    for (int32_t y = c->pixels.y0; y < c->pixels.y1; y++) {
+        for (uint32_t j = 0; j < f->l * f->l; j++) {
+            place.stratum = (float)(j % f->l);
+            add_row(f, c, j, y, wanted, &place);
+        }
     }
 }
 

@@ -91,14 +91,15 @@ static int allocate(struct lens_field *f)
     const size_t wide = padded((size_t)rect_area(f->wide));
     const size_t row = padded((size_t)rect_width(f->seen));
     const size_t present = padded((size_t)rect_height(f->seen) * f->l * f->l * f->segments);
-    const size_t floats = 4 * seen + 3 * lines + PLANES_WIDE * wide + row + present;
+    const size_t floats = 8 * seen + 3 * lines + PLANES_WIDE * wide + row + present;
     float *at = f->memory = scratch_take(f->patch->scratch, floats * sizeof *at);
     if (!at) return ERR_MEMORY;
     f->along = at;
     f->slopes = f->along + seen;
     f->count = f->slopes + seen;
     f->pass = f->count + seen;
-    f->height = f->pass + seen;
+    f->passed = f->pass + seen;
+    f->height = f->passed + 4 * seen;
     f->left = f->height + lines;
     f->chord = f->left + lines;
     f->cell = (int32_t *)(void *)(f->chord + lines);

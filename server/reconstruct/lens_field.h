@@ -25,11 +25,13 @@ struct lens_field {
 
     /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
     float *along, *height, *left, *chord;
-    uint32_t *present;            /* bits of layers; of each sample, row and segment of `seen` */
-    uint32_t segments;            /* of a row: LENS_SEGMENT pixels each */
-    uint32_t all;                 /* of them all */
-    float *slopes, *count, *pass; /* of the layer at hand: sums of slopes, samples, means */
-    int32_t *cell;                /* of a row of `seen` */
+    uint32_t *present; /* bits of layers; of each sample, row and segment of `seen` */
+    uint32_t segments; /* of a row: LENS_SEGMENT pixels each */
+    uint32_t all;      /* of them all */
+    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass, and
+     * four numbers that cells get of each that does. */
+    float *slopes, *count, *pass, *passed;
+    int32_t *cell; /* of a row of `seen` */
 
     /* Of `wide`: what the layers so far let through of each quarter of the lens; sums of light, of
      * shares, and of shares times slopes. */

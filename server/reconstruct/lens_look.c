@@ -46,12 +46,14 @@ static void composite(const struct look *look, size_t i, size_t p)
     struct lens_field *f = look->f;
     float sum[LENS_GROUPS][LENS_SUMS], all = 0.0f, met = 0.0f;
     for (size_t g = 0; g < LENS_GROUPS; g++) {
-        for (size_t s = 0; s < LENS_SUMS; s++)
-            sum[g][s] = look->sums[(g * LENS_SUMS + s) * look->stride + i];
-        all += sum[g][LENS_SUM_WEIGHT];
-        met += sum[g][LENS_SUM_SHARE];
+        const float *at = look->sums + g * LENS_SUMS * look->stride + i;
+        met += at[LENS_SUM_SHARE * look->stride];
+        all += at[LENS_SUM_WEIGHT * look->stride];
     }
     if (!(met > 0.0f)) return; /* then there is weight, too */
+    for (size_t g = 0; g < LENS_GROUPS; g++)
+        for (size_t s = 0; s < LENS_SUMS; s++)
+            sum[g][s] = look->sums[(g * LENS_SUMS + s) * look->stride + i];
     const float inverse = 1.0f / all;
     for (size_t g = 0; g < LENS_GROUPS; g++) {
         const float weight = sum[g][LENS_SUM_WEIGHT], share = sum[g][LENS_SUM_SHARE];
@@ -59,7 +61,8 @@ static void composite(const struct look *look, size_t i, size_t p)
         for (size_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum[g][LENS_SUM_LIGHT + k] * by;
         f->share[p] += share * by;
         f->spread[p] += share * by * fabsf(look->c->fixed ? look->c->most : look->c->middle);
-        if (weight > 0.0f) f->through[g][p] = through * fmaxf(1.0f - share / weight, 0.0f);
+        if (weight > 0.0f)
+            f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;
     }
 }
 

@@ -116,7 +116,8 @@ static void load(struct residual *r)
     }
     for (size_t p = 0; p < r->area; p++) {
         const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];
-        r->noise[p] = fmaxf(f->light[3][p] - (a * a + b * b + c * c), 0.0f) * strata;
+        const float variance = f->light[3][p] - (a * a + b * b + c * c);
+        r->noise[p] = variance > 0.0f ? variance * strata : 0.0f;
     }
 }
 
@@ -143,8 +144,8 @@ static void find_difference(struct residual *r, int32_t radius)
  * say, or by what the lens does. */
 static float noise_of(const struct residual *r, size_t p, float pixels)
 {
-    const float seen = fmaxf(r->square[p] - r->found[p], 0.0f);
-    return fmaxf(seen, r->noise[p]) / pixels;
+    const float seen = r->square[p] - r->found[p];
+    return (seen > r->noise[p] ? seen : r->noise[p]) / pixels;
 }
 
 /* Adds as much of the difference as is not noise. */
@@ -174,7 +175,7 @@ static void store(const struct residual *r, struct rect inner, float *const out[
         for (int c = 0; c < 3; c++) {
             const float *in = r->picture[c] + lens_wide(f, inner.x0, y);
             float *to = out[c] + patch_pixel(f->patch, inner.x0, y);
-            for (int32_t x = 0; x < rect_width(inner); x++) to[x] = fmaxf(in[x], 0.0f);
+            for (int32_t x = 0; x < rect_width(inner); x++) to[x] = in[x] > 0.0f ? in[x] : 0.0f;
         }
 }
 
