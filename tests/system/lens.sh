@@ -49,6 +49,24 @@ for filter in average axis_aligned sheared; do
     check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
 done
 
+# Less error than the average of the same samples, and the same light.
+quieter() { # FILTER FACTOR
+    local few raw
+    few=$(figure box-paths "$1" | jq .rmse) raw=$(figure box-paths average | jq .rmse)
+    echo "filtered $few, averaged $raw" && awk "BEGIN {exit !($few * $2 < $raw)}"
+}
+check "average: nine samples" render box average --lens average
+for filter in axis_aligned sheared; do
+    check "$filter: nine samples" render box $filter --lens $filter
+    check "... a filter runs" counts $filter '.cpu_s.lens > 0 and .lens.pixels_filtered > 1000 and .rays.lens == 120 * 104 * 9'
+    check "... the light stays" alike box-paths $filter
+done
+check "the sheared filter is quieter than the average" quieter sheared 1.5
+check "the axis-aligned one, too" quieter axis_aligned 1.05
+check "auto is the sheared filter" render box auto
+check "... and nothing else" bash -c "
+    '$build/shearwater' compare '$tmp/auto.exr' '$tmp/sheared.exr' | jq -e '.finite and .rmse == 0'"
+
 # What cannot be is refused, with its place; what can is a picture.
 refused() { # LENS WORDS
     jq --argjson lens "$1" '.lens = $lens' "$tmp/box.json" >"$tmp/bad.json"
