@@ -92,36 +92,6 @@ void lens_aperture_init(const struct plan_camera *camera, struct lens_aperture *
     init_bands(corners, camera->blade_count, out);
 }
 
-/* x^(2/3) for 0 <= x <= 1: three steps of Newton's from a guess that a third of the exponent makes.
- */
-static float two_thirds(float x)
-{
-    uint32_t bits;
-    float root;
-    memcpy(&bits, &x, sizeof bits);
-    bits = bits / 3 + 0x2a514067u;
-    memcpy(&root, &bits, sizeof root);
-    for (int k = 0; k < 3; k++) /* the guess is above 1e-13, and so is all that follows */
-        root = (2.0f * root + x / (root * root)) * (1.0f / 3.0f);
-    return root * root;
-}
-
-/* A cap of a disc whose depth is h holds (4 sqrt2 / 3 pi) h^(3/2) (1 - 3 h / 20 - ...) of it. The
- * depth is q = (3 pi / (4 sqrt2) share)^(2/3) times a fit in q. */
-static float disc_height(float share)
-{
-    const float least = share < 0.5f ? share : 1.0f - share;
-    const float q = two_thirds(1.6660811f * (least > 0.0f ? least : 0.0f));
-    const float depth =
-        q * (1.00000076f +
-             q * (0.0999239323f +
-                  q * (0.0327052240f +
-                       q * (0.00516035433f +
-                            q * (0.0287030500f + q * (-0.0273979731f + q * 0.0188775309f))))));
-    const float height = 1.0f - (depth < 1.0f ? depth : 1.0f);
-    return share < 0.5f ? -height : height;
-}
-
 /* Within a band the chord grows evenly: an area of w0 y + (w1 - w0) y^2 / (2 h) lies below y. */
 static float bands_height(const struct lens_aperture *a, float share)
 {
@@ -138,7 +108,7 @@ static float bands_height(const struct lens_aperture *a, float share)
 
 float lens_aperture_height(const struct lens_aperture *a, float share)
 {
-    return a->bands > 0 ? bands_height(a, share) : disc_height(share);
+    return a->bands > 0 ? bands_height(a, share) : lens_disc_height(share);
 }
 
 static void bands_chord(const struct lens_aperture *a, float height, float *left, float *right)
@@ -164,23 +134,11 @@ void lens_aperture_chord(const struct lens_aperture *a, float height, float *lef
     *left = -*right;
 }
 
-static void disc_lines(uint32_t l, uint32_t i, uint32_t count, const float *restrict across,
-                       float *restrict height, float *restrict left, float *restrict length)
-{
-    for (uint32_t k = 0; k < count; k++) {
-        const float y = disc_height(pattern_axis(across[k], l, i));
-        const float square = (1.0f - y) * (1.0f + y), half = sqrtf(square > 0.0f ? square : 0.0f);
-        height[k] = y;
-        left[k] = -half;
-        length[k] = half + half;
-    }
-}
-
 void lens_aperture_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
                          const float *across, float *height, float *left, float *length)
 {
     if (a->bands == 0) {
-        disc_lines(l, i, count, across, height, left, length);
+        lens_disc_lines(l, i, count, across, height, left, length);
         return;
     }
     for (uint32_t k = 0; k < count; k++) {

@@ -14,7 +14,7 @@
 int32_t lens_halo_px(const struct plan *plan)
 {
     if (plan->lens_filter == LENS_FILTER_SHEARED)
-        return lens_cells_reach_px() + lens_residual_reach_px(plan);
+        return lens_reach_px(LENS_SLOPE_MOST) + lens_residual_reach_px(plan);
     return plan->lens_filter == LENS_FILTER_AXIS_ALIGNED ? LENS_AXIS_ALIGNED_REACH_PX : 0;
 }
 

@@ -6,12 +6,11 @@
 #define SUMS        8
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
-/* Cells are between a fourth and an eighth of the layer's slope: half pixels below 3, pixels below
- * 6, then two and four. */
+/* Cells are between a fourth and an eighth of the layer's largest slope, or half a pixel. */
 static void find_scale(struct lens_cells *c)
 {
     c->fine = c->most <= 3.0f ? 1 : 0;
-    c->coarse = c->most <= 8.0f ? 0 : c->most <= 16.0f ? 1 : 2;
+    c->coarse = lens_coarse_of(c->most);
     c->scale = (c->fine ? 2.0f : 1.0f) / (float)(1 << c->coarse);
 }
 
@@ -63,11 +62,6 @@ static void find_rects(const struct lens_field *f, struct lens_cells *c)
                              (c->rect.y1 >> 3) + 1};
 }
 _Static_assert(LENS_TILE == 1 << 3, "tiles are found by shifts");
-
-int32_t lens_cells_reach_px(void)
-{
-    return 2 * ((int32_t)LENS_SLOPE_MOST + (2 << 2));
-}
 
 int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out)
 {

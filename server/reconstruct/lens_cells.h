@@ -40,6 +40,3 @@ void lens_cells_fill(const struct lens_field *f, struct lens_cells *c);
 
 /* Adds what each pixel sees of the layer through what nearer layers leave of its lens. */
 void lens_cells_look(struct lens_field *f, const struct lens_cells *c);
-
-/* How far pixels under a lens filter look for samples. */
-int32_t lens_cells_reach_px(void);

@@ -40,19 +40,54 @@ void lens_layer_slopes(uint32_t layer, float *low, float *high)
     }
 }
 
+/* Cells of a band up to `most` are up to a fourth of it large. */
+int32_t lens_reach_px(float most)
+{
+    uint32_t band = 1;
+    while (band < LENS_BANDS && bound(band) <= most) band++;
+    const float end = bound(band);
+    return 2 * ((int32_t)ceilf(end) + (2 << lens_coarse_of(end)));
+}
+
+int32_t lens_coarse_of(float most)
+{
+    return most <= 8.0f ? 0 : most <= 16.0f ? 1 : 2;
+}
+
 static void place_lines(struct lens_field *f)
 {
     const size_t area = (size_t)rect_area(f->seen);
     const uint32_t width = (uint32_t)rect_width(f->seen);
+    const struct lens_aperture *aperture = &f->pattern.aperture;
     float *across = (float *)(void *)f->cell; /* a row; nothing is placed yet */
     for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
         const size_t row = lens_seen(f, f->seen.x0, y);
         lens_pattern_jitters(&f->pattern, f->seen.x0, y, width, f->along + row, across);
-        for (uint32_t i = 0; i < f->l; i++)
-            lens_aperture_lines(&f->pattern.aperture, f->l, i, width, across,
-                                f->height + i * area + row, f->left + i * area + row,
-                                f->chord + i * area + row);
+        for (uint32_t i = 0; i < f->l; i++) {
+            float *height = f->height + i * area + row, *left = f->left + i * area + row;
+            float *chord = f->chord + i * area + row;
+            if (aperture->bands == 0)
+                f->kernels->lines(f->l, i, width, across, height, left, chord);
+            else
+                lens_aperture_lines(aperture, f->l, i, width, across, height, left, chord);
+        }
     }
+}
+
+/* The largest size of slopes in a rectangle of the patch. */
+static float most_in(const struct lens_field *f, struct rect rect)
+{
+    const int32_t width = rect_width(rect);
+    float most = 0.0f;
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        for (int32_t y = rect.y0; y < rect.y1; y++) {
+            const float *slope = lens_slopes(f, j, rect.x0, y);
+            for (int32_t x = 0; x < width; x++) {
+                const float size = fabsf(slope[x]);
+                most = size > most ? size : most;
+            }
+        }
+    return most;
 }
 
 static uint32_t layers_of(const float *slope, int32_t count)
@@ -122,9 +157,9 @@ int lens_field_create(const struct plan *plan, const struct patch *patch, struct
                                .kernels = lens_kernels_best(),
                                .l = plan->lens_strata_per_axis,
                                .wide = wide,
-                               .seen = seen,
-                               .segments =
-                                   ((uint32_t)rect_width(seen) + LENS_SEGMENT - 1) / LENS_SEGMENT};
+                               .seen = seen};
+    out->seen = rect_intersect(rect_grow(wide, lens_reach_px(most_in(out, seen))), seen);
+    out->segments = ((uint32_t)rect_width(out->seen) + LENS_SEGMENT - 1) / LENS_SEGMENT;
     const int error = allocate(out);
     if (error) return error;
     lens_pattern_init(&out->pattern, plan);

@@ -21,7 +21,7 @@ struct lens_field {
     struct lens_shape shape;
     uint32_t l;
     struct rect wide; /* filtered */
-    struct rect seen; /* whose samples are read */
+    struct rect seen; /* whose samples are read, which slopes tell */
 
     /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
     float *along, *height, *left, *chord;
@@ -71,10 +71,18 @@ static inline const float *lens_light(const struct lens_field *f, uint32_t sampl
     return f->patch->lens_radiance + (sample * 3 + channel) * area + patch_pixel(f->patch, x, y);
 }
 
-/* ERR_MEMORY; then fini still has to be called. */
+/* ERR_MEMORY; then fini still has to be called. `seen`: at most. */
 int lens_field_create(const struct plan *plan, const struct patch *patch, struct rect wide,
                       struct rect seen, struct lens_field *out);
 void lens_field_fini(struct lens_field *f);
+
+/* log2 of the pixels of a cell's side in a layer of slopes up to `most`, where that is not below 0.
+ */
+int32_t lens_coarse_of(float most);
+
+/* How far apart pixels are at most of which one sees what the other has samples of, with slopes up
+ * to `most`. */
+int32_t lens_reach_px(float most);
 
 /* The layer that a slope belongs to. */
 uint32_t lens_layer_of(float slope);

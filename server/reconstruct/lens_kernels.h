@@ -62,6 +62,10 @@ struct lens_kernels {
     void (*gather)(const struct lens_gather *gather, size_t first, uint32_t count, float *out,
                    size_t stride);
 
+    /* lens_disc_lines of proto/lens_pattern.h. */
+    void (*lines)(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
+                  float *left, float *length);
+
     /* The cells of a row's samples; -1: not in the layer, or in none of the cells. */
     void (*place)(const struct lens_place *place, uint32_t count, int32_t *cell);
 };

@@ -5,5 +5,6 @@
 
 const struct lens_kernels LENS_KERNELS = {
     .gather = kernel_gather,
+    .lines = kernel_lines,
     .place = kernel_place,
 };

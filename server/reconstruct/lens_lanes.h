@@ -3,6 +3,7 @@
  * compiled for, each pixel sees the same operations in the same order. */
 #include <string.h>
 
+#include "proto/lens_pattern.h"
 #include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lens_kernels.h"
 
@@ -40,6 +41,12 @@ static void kernel_gather(const struct lens_gather *g, size_t first, uint32_t co
                 *(lanes_stored *)(out + (size_t)(group * LENS_SUMS + s) * stride + i) = sum[s];
         }
     }
+}
+
+static void kernel_lines(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
+                         float *left, float *length)
+{
+    lens_disc_lines(l, i, count, across, height, left, length);
 }
 
 static inline lanes_mask lens_select_whole(lanes_mask mask, lanes_mask a, lanes_mask b)

@@ -6,6 +6,7 @@
 #define STEPS_MOST   3
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
+#define NOISE_LENS   2.0f /* at 9 samples */
 
 /* Half the sides of the windows, largest first. */
 struct steps {
@@ -96,13 +97,13 @@ static void smooth(const struct residual *r, int32_t radius, const float *in, fl
 }
 
 /* Averages, and how much their squared errors may be, summed over the channels: the samples'
- * variance over the lens, as the layers know it, over their number. Strata keep errors below that;
- * by how much, grows with their number. */
+ * variance over the lens, as the layers know it, over their number. Strata keep most errors below
+ * that, the more of them the farther, but not those of small bright lights. */
 static void load(struct residual *r)
 {
     const struct lens_field *f = r->field;
     const uint32_t n = f->l * f->l;
-    const float strata = sqrtf(9.0f / (float)n) / (float)n;
+    const float strata = NOISE_LENS * sqrtf(sqrtf(9.0f / (float)n)) / (float)n;
     for (uint32_t c = 0; c < 3; c++) {
         memset(r->average[c], 0, r->area * sizeof(float));
         memcpy(r->picture[c], f->light[c], r->area * sizeof(float));
