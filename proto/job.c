@@ -50,6 +50,14 @@ const struct json_choice job_glossy_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_lens_words[] = {
+    {"auto", LENS_AUTO, NULL},
+    {"average", LENS_AVERAGE, NULL},
+    {"axis_aligned", LENS_AXIS_ALIGNED, NULL},
+    {"sheared", LENS_SHEARED, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_pixel_type_words[] = {
     {"float", PIXEL_FLOAT, NULL},
     {"half", PIXEL_HALF, NULL},
@@ -108,6 +116,11 @@ const char *indirect_method_name(enum indirect_method method)
 const char *glossy_method_name(enum glossy_method method)
 {
     return job_word(job_glossy_words, method);
+}
+
+const char *lens_method_name(enum lens_method method)
+{
+    return job_word(job_lens_words, method);
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

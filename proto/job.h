@@ -11,12 +11,11 @@
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
- *   sampling  {spp, light_spp, indirect_spp, target_error, max_spp, seed, tile_px}
- *   filter    {method, indirect, mu}
+ *   sampling  {spp, light_spp, indirect_spp, lens_spp, target_error, max_spp, seed, tile_px}
+ *   filter    {method, indirect, lens, mu}
  *   layers    [names]      frames {first, last}      priority
  *
- * Known members of later versions (lens_spp) are refused with ERR_UNSUPPORTED and their pointer,
- * never ignored. */
+ * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -64,6 +63,14 @@ enum indirect_method {
 
 /* filter.glossy: how the light field of glossy lobes is filtered. */
 enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
+
+/* filter.lens: how the light field of the lens is filtered. */
+enum lens_method {
+    LENS_AUTO, /* as filter.method says, and under its auto along the slopes */
+    LENS_AVERAGE,
+    LENS_AXIS_ALIGNED,
+    LENS_SHEARED
+};
 
 /* Output layers; bits. */
 enum layer {
@@ -117,14 +124,14 @@ struct job {
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
     struct job_environment environment;
-    float aperture_radius;            /* 0: no lens */
-    float focus_distance;             /* > 0 with a lens */
-    uint32_t blades;                  /* 0: round; else 3..LIMIT_LENS_BLADES */
-    float blade_rotation_deg;         /* default 0 */
-    float occlusion_distance;         /* ambient occlusion; 0: none */
-    uint32_t indirect_bounces;        /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
-    uint32_t spp;                     /* 1..LIMIT_SPP, rounded up to a square; default 9 */
-    uint32_t light_spp, indirect_spp; /* 0: spp */
+    float aperture_radius;     /* 0: no lens */
+    float focus_distance;      /* > 0 with a lens */
+    uint32_t blades;           /* 0: round; else 3..LIMIT_LENS_BLADES */
+    float blade_rotation_deg;  /* default 0 */
+    float occlusion_distance;  /* ambient occlusion; 0: none */
+    uint32_t indirect_bounces; /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
+    uint32_t spp;              /* 1..LIMIT_SPP, rounded up to a square; default 9 */
+    uint32_t light_spp, indirect_spp, lens_spp; /* 0: spp */
     float target_error; /* RMS over pixels and channels of the picture's estimated error, over its
                            mean luminance, until which sampling goes on; 0: none */
     uint32_t max_spp;   /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
@@ -133,6 +140,7 @@ struct job {
     enum filter_method method;       /* default auto */
     enum indirect_method indirect;   /* default auto */
     enum glossy_method glossy;       /* default auto */
+    enum lens_method lens;           /* default auto */
     float mu;                        /* (0, 100]; default 1 */
     uint32_t layers;                 /* default beauty */
     int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
@@ -159,3 +167,4 @@ uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);
 const char *glossy_method_name(enum glossy_method method);
+const char *lens_method_name(enum lens_method method);

@@ -228,9 +228,9 @@ static const struct json_member sampling_members[] = {
     NUMBER("spp", json_member_u32, spp, 1, LIMIT_SPP),
     NUMBER("light_spp", json_member_u32, light_spp, 0, LIMIT_SPP),
     NUMBER("indirect_spp", json_member_u32, indirect_spp, 0, LIMIT_SPP),
+    NUMBER("lens_spp", json_member_u32, lens_spp, 0, LIMIT_SPP),
     NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
     NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
-    LATER("lens_spp", "a number of its own for the lens is not in this version: spp samples it"),
     NUMBER("target_error", json_member_f32, target_error, 0, TARGET_MAX),
     NUMBER("max_spp", json_member_u32, max_spp, 0, LIMIT_SPP),
     {.name = NULL}};
@@ -239,6 +239,7 @@ static const struct json_member filter_members[] = {
     WORD("method", method, job_method_words),
     WORD("indirect", indirect, job_indirect_words),
     WORD("glossy", glossy, job_glossy_words),
+    WORD("lens", lens, job_lens_words),
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
@@ -279,6 +280,7 @@ static void set_defaults(struct job *job)
                         .method = FILTER_AUTO,
                         .indirect = INDIRECT_AUTO,
                         .glossy = GLOSSY_AUTO,
+                        .lens = LENS_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
                         .first_frame = 1,
@@ -297,6 +299,7 @@ static void finish_sampling(struct job *job)
     job->spp = round_up_to_square(job->spp);
     if (job->light_spp) job->light_spp = round_up_to_square(job->light_spp);
     if (job->indirect_spp) job->indirect_spp = round_up_to_square(job->indirect_spp);
+    if (job->lens_spp) job->lens_spp = round_up_to_square(job->lens_spp);
     if (job->target_error > 0.0f && job->max_spp == 0)
         job->max_spp = job->spp > JOB_MAX_SPP ? job->spp : JOB_MAX_SPP;
     if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;

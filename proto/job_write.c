@@ -87,6 +87,7 @@ static json_t *write_sampling(const struct job *job)
     int failures = set(object, "spp", json_integer(job->spp));
     failures += set(object, "light_spp", json_integer(job->light_spp));
     failures += set(object, "indirect_spp", json_integer(job->indirect_spp));
+    failures += set(object, "lens_spp", json_integer(job->lens_spp));
     failures += set(object, "target_error", job_number_write(job->target_error));
     failures += set(object, "max_spp", json_integer(job->max_spp));
     failures += set(object, "seed", json_integer((json_int_t)job->seed));
@@ -100,6 +101,7 @@ static json_t *write_filter(const struct job *job)
     int failures = set(object, "method", json_string(filter_method_name(job->method)));
     failures += set(object, "indirect", json_string(indirect_method_name(job->indirect)));
     failures += set(object, "glossy", json_string(glossy_method_name(job->glossy)));
+    failures += set(object, "lens", json_string(lens_method_name(job->lens)));
     failures += set(object, "mu", job_number_write(job->mu));
     return checked(object, failures);
 }

@@ -120,6 +120,7 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u32(w, plan->shadow_filter);
     bytes_write_u32(w, plan->indirect_filter);
     bytes_write_u32(w, plan->glossy_filter);
+    bytes_write_u32(w, plan->lens_filter);
     bytes_write_f32(w, plan->mu);
     bytes_write_f32(w, plan->rate.mu);
     bytes_write_u32(w, plan->rate.rays_most);
@@ -128,6 +129,7 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u32(w, plan->sub_samples);
     bytes_write_u32(w, plan->bounces);
     bytes_write_u32(w, plan->indirect_strata_per_axis);
+    bytes_write_u32(w, plan->lens_strata_per_axis);
     bytes_write_f32(w, plan->radiance_scale);
     bytes_write_f32(w, plan->length_unit);
     bytes_write_u32(w, plan->capabilities);
@@ -152,6 +154,7 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->shadow_filter = bytes_read_u32(r);
     plan->indirect_filter = bytes_read_u32(r);
     plan->glossy_filter = bytes_read_u32(r);
+    plan->lens_filter = bytes_read_u32(r);
     plan->mu = bytes_read_f32(r);
     plan->rate.mu = bytes_read_f32(r);
     plan->rate.rays_most = bytes_read_u32(r);
@@ -160,6 +163,7 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->sub_samples = bytes_read_u32(r);
     plan->bounces = bytes_read_u32(r);
     plan->indirect_strata_per_axis = bytes_read_u32(r);
+    plan->lens_strata_per_axis = bytes_read_u32(r);
     plan->radiance_scale = bytes_read_f32(r);
     plan->length_unit = bytes_read_f32(r);
     plan->capabilities = bytes_read_u32(r);
@@ -269,8 +273,9 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 }
 
 #define PLANES_BOUNCE_MORE (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN))
-#define PLANES_SECOND_SET  (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN)) /* distances: the first's  \
-                                                                         */
+#define PLANES_SECOND_SET                                                                          \
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN)) /* distances: the first's                         \
+                                                  */
 
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {

@@ -121,6 +121,14 @@ enum glossy_filter {
     GLOSSY_FILTER_BANDLIMIT = 2    /* axis-aligned, by the lobes' bandlimits */
 };
 
+/* How the light field of the lens becomes a picture; of reconstruction, not of tracing. filters.md
+ * section 4. */
+enum lens_filter {
+    LENS_FILTER_NONE = 0, /* the plain average of a pixel's lens samples */
+    LENS_FILTER_AXIS_ALIGNED = 1,
+    LENS_FILTER_SHEARED = 2
+};
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -140,6 +148,7 @@ struct plan {
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
     uint32_t glossy_filter;   /* enum glossy_filter */
+    uint32_t lens_filter;     /* enum lens_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     struct plan_rate rate;
     uint64_t planes;       /* of PLANE_BIT, samples.h */
@@ -148,6 +157,8 @@ struct plan {
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field; l^2 rays
                                           of glossy lobes, too */
+    uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
+                                          where sample row * l + column lies */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

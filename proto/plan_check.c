@@ -365,6 +365,32 @@ static int check_glossy_filter(const struct place *at, const struct plan *plan)
     return 0;
 }
 
+/* Lens samples have their planes, and filters of them the slopes. */
+static int check_lens_planes(const struct place *at, const struct plan *plan)
+{
+    const uint64_t planes = plan->planes & PLANES_LENS;
+    const bool has_radiance = planes & PLANE_BIT(LENS_RADIANCE);
+    int error = check_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
+                            has_radiance ? 1 : 0, has_radiance ? LIMIT_PLANE_STRATA_PER_AXIS : 0);
+    if (error) return error;
+    if (planes && !has_radiance)
+        return refuse(at, ERR_RANGE, "planes", "asks for lens samples without their radiance",
+                      (double)plan->planes);
+    if (planes && !(plan->camera.aperture_radius > 0.0f))
+        return refuse(at, ERR_RANGE, "planes", "asks for lens samples of a pinhole",
+                      (double)plan->planes);
+    if (planes && plan->target_error > 0.0f)
+        return refuse(at, ERR_RANGE, "target_error", "is a target for a lens of unknown error",
+                      (double)plan->target_error);
+    if (plan->lens_filter > LENS_FILTER_SHEARED)
+        return refuse(at, ERR_RANGE, "lens_filter", "is no filter of lens samples",
+                      (double)plan->lens_filter);
+    if (plan->lens_filter != LENS_FILTER_NONE && !(planes & PLANE_BIT(LENS_SLOPE)))
+        return refuse(at, ERR_RANGE, "planes", "lacks the slopes that filters of lenses read",
+                      (double)plan->planes);
+    return 0;
+}
+
 static int check_filters(const struct place *at, const struct plan *plan)
 {
     int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
@@ -373,7 +399,8 @@ static int check_filters(const struct place *at, const struct plan *plan)
     if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
-    return error ? error : check_glossy_filter(at, plan);
+    if (!error) error = check_glossy_filter(at, plan);
+    return error ? error : check_lens_planes(at, plan);
 }
 
 static int check_image(const struct place *at, const struct plan *plan)

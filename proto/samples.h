@@ -13,6 +13,7 @@
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + 6 a sub-sample
+ *   + lens samples 8 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
  * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
@@ -76,11 +77,22 @@ enum plane_id {
                                    counting as 0 */
     PLANE_SUB_REFLECTANCE = 29, /* per sub-sample 3 x u16: unorm, directional albedo of its glossy
                                    lobe; 0: none */
-    PLANE_ID_COUNT = 30
+    PLANE_LENS_RADIANCE = 30,   /* per lens sample 3 x f16: what arrives through that point of the
+                                   lens * radiance_scale */
+    PLANE_LENS_SLOPE = 31,    /* per lens sample f16, finite: A f_px (1/z - 1/F), the way in pixels
+                                 of what it shows per unit of the lens; A aperture_radius, F
+                                 focus_distance, f_px = width_px / (2 half_width), z > 0 along
+                                 forward of its first hit (a miss: infinity); positive in front of
+                                 the focus */
+    PLANE_LENS_COVERAGE = 32, /* f16: share of the lens samples that meet a surface */
+    PLANE_ID_COUNT = 33
 };
 
 /* A set of planes is the sum of these. */
 #define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
+
+/* Planes of lens samples. */
+#define PLANES_LENS (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \
@@ -116,10 +128,12 @@ enum light_plane_id {
 #define SAMPLES_ABSENT UINT32_MAX
 struct samples_layout {
     int32_t width_px, height_px;
-    uint32_t light_count, sub_samples, indirect_strata; /* indirect_strata = l_i^2 */
-    uint32_t light_strata[LIMIT_LIGHTS];                /* l^2 */
-    uint64_t planes;                                    /* of PLANE_BIT */
-    uint8_t light_planes[LIMIT_LIGHTS];                 /* bits of enum light_plane_id */
+    uint32_t light_count, sub_samples;
+    uint32_t indirect_strata;            /* l_i^2 */
+    uint32_t lens_strata;                /* l_u^2 */
+    uint32_t light_strata[LIMIT_LIGHTS]; /* l^2 */
+    uint64_t planes;                     /* of PLANE_BIT */
+    uint8_t light_planes[LIMIT_LIGHTS];  /* bits of enum light_plane_id */
     uint32_t offset[PLANE_ID_COUNT];
     uint32_t light_offset[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
     uint32_t group_bytes[3]; /* sizes of the 4-, 2- and 1-byte groups */
@@ -147,7 +161,8 @@ void samples_destroy(struct samples **s);
 
 /* Component c of a plane, w*h elements; NULL when the plane is absent. Sub-sample planes: component
  * = sub * components_per_sub + c (depth, normal, id 1; albedo, reflectance 3); strata: stratum * 4
- * + c. The element size must match the plane (asserted). */
+ * + c; lens samples: sample * 3 + c and sample. The element size must match the plane (asserted).
+ */
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t component);

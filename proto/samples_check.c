@@ -42,6 +42,17 @@ static bool check_halves(const uint16_t *v, size_t count, uint32_t least, struct
     return false;
 }
 
+static bool check_finite_halves(const uint16_t *v, size_t count, struct finding *found)
+{
+    bool good = true;
+    for (size_t i = 0; i < count; i++) good &= half_is_finite(v[i]);
+    if (good) return true;
+    size_t i = 0;
+    while (half_is_finite(v[i])) i++;
+    *found = (struct finding){i, (double)half_to_float(v[i]), ERR_NOT_FINITE};
+    return false;
+}
+
 static bool float_is_good(float v)
 {
     return (v >= 0.0f) & (v <= FLT_MAX); /* neither holds for NaN */
@@ -112,6 +123,8 @@ static bool check_component(const struct samples *s, enum plane_id plane, uint32
         return check_halves(samples_u16(s, plane, c), area, HALF_SIGN, found);
     case SAMPLES_HALF_ABOVE_MISS:
         return check_halves(samples_u16(s, plane, c), area, HALF_MINUS_ONE, found);
+    case SAMPLES_HALF_FINITE:
+        return check_finite_halves(samples_u16(s, plane, c), area, found);
     default:
         return true;
     }

@@ -37,6 +37,9 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_GLOSSY_LOBE] = {"glossy_lobe", SAMPLES_GROUP_2, 4, SAMPLES_ANY},
     [PLANE_GLOSSY_NEARNESS] = {"glossy_nearness", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_SUB_REFLECTANCE] = {"sub_reflectance", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
+    [PLANE_LENS_RADIANCE] = {"lens_radiance", SAMPLES_GROUP_2, 3, SAMPLES_HALF_POSITIVE},
+    [PLANE_LENS_SLOPE] = {"lens_slope", SAMPLES_GROUP_2, 1, SAMPLES_HALF_FINITE},
+    [PLANE_LENS_COVERAGE] = {"lens_coverage", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
@@ -74,6 +77,9 @@ uint32_t samples_plane_components(const struct samples_layout *layout, enum plan
         return components * layout->sub_samples;
     case PLANE_INDIRECT_STRATA:
         return components * layout->indirect_strata;
+    case PLANE_LENS_RADIANCE:
+    case PLANE_LENS_SLOPE:
+        return components * layout->lens_strata;
     default:
         return components;
     }
@@ -143,6 +149,7 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .light_count = plan->light_count,
         .sub_samples = plan->sub_samples,
         .indirect_strata = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis,
+        .lens_strata = plan->lens_strata_per_axis * plan->lens_strata_per_axis,
         .planes = plan_pass_planes(plan, pass),
     };
     for (uint32_t k = 0; k < plan->light_count; k++) {

@@ -12,6 +12,7 @@ enum samples_values {
     SAMPLES_ID,              /* u32: at most LIMIT_INSTANCES */
     SAMPLES_HALF_POSITIVE,   /* f16: finite, not negative */
     SAMPLES_HALF_ABOVE_MISS, /* f16: finite, at least SUB_DEPTH_MISS */
+    SAMPLES_HALF_FINITE,     /* f16: finite */
     SAMPLES_SLOPES,          /* f16 pairs: finite, 0 <= first <= second */
     SAMPLES_BITS,            /* no bit past the last stratum */
 };

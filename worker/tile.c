@@ -10,6 +10,7 @@
 #include "worker/trace/glossy.h"
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/lens.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -37,6 +38,7 @@ struct tile_tracer {
     struct sky sky;
     struct path_scratch path;
     struct path_sums sums;
+    struct lens_scratch lens;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -69,9 +71,10 @@ struct stages {
     bool lights;           /* their light fields of lights */
     bool bounces;          /* bounce rays leave them */
     bool glossy;           /* and rays of their glossy lobes */
+    bool lens;             /* the lens's light field */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
-    struct path_context paths, field;
+    struct path_context paths, field, through_lens;
 };
 
 static bool has_rectangles(const struct plan *plan)
@@ -112,14 +115,16 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
     const bool first = pass->number == 0;
-    *out = (struct stages){
-        .centres = first && ((plan->planes & ~PLANES_PATH) != 0 || plan->light_planes != 0),
-        .lights = first,
-        .pass = *pass,
-        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
-        .first = pass->first,
-        .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out =
+        (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 ||
+                                             plan->light_planes != 0),
+                        .lights = first,
+                        .lens = first && plan->lens_strata_per_axis > 0,
+                        .pass = *pass,
+                        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
+                        .first = pass->first,
+                        .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,
@@ -141,6 +146,10 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
+    out->through_lens = out->paths;
+    out->through_lens.lens = true;
+    out->through_lens.demodulate = out->through_lens.leaves_diffuse = false;
+    out->through_lens.leaves_glossy = false;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -358,6 +367,8 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
             else if (stages->centres)
                 trace_centres(t, stages, plan, samples, counters);
             if (stages->count > 0) trace_paths(t, stages, samples);
+            if (stages->lens)
+                lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
             if (is_stopped(stop)) return ERR_STATE;
         }
         int32_t first = y > rect.y0 ? y : rect.y0;
@@ -407,8 +418,9 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
-    stages.field.progress = progress;
-    stages.field.stop = stop;
+    if (stages.lens) lens_scratch_init(&tracer->lens, plan);
+    stages.field.progress = stages.through_lens.progress = progress;
+    stages.field.stop = stages.through_lens.stop = stop;
     rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;

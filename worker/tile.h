@@ -27,9 +27,9 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer);
 
 /* Traces a pass of `rect` of the plan's image: samples of samples_layout_init for its number.
  * `environment` is the plan's map, NULL when it has none. *progress (may be NULL) grows by the rows
- * done so far, by rect_height in all, and within blocks of more than PATH_SAMPLES bounce rays a
- * pixel; *stop (may be NULL) is looked at after every block and as often within. What was
- * counted is added to *counters, also when the tile fails. The samples are the caller's.
+ * done so far, by rect_height in all, and within blocks of more than PATH_SAMPLES bounce rays or
+ * lens samples a pixel; *stop (may be NULL) is looked at after every block and as often within.
+ * What was counted is added to *counters, also when the tile fails. The samples are the caller's.
  *
  * Denormals are flushed to zero while it runs; the thread's own setting is restored.
  *

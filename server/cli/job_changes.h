@@ -11,6 +11,7 @@ struct job_changes {
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
     const char *glossy;      /* filter.glossy; NULL */
+    const char *lens;        /* filter.lens; NULL */
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
@@ -46,7 +47,9 @@ struct job_changes {
                         &(c)->indirect),                                                           \
         JOB_CHANGE_TEXT("glossy", 0, "NAME",                                                       \
                         "of glossy reflections: auto, average, virtual_hit, bandlimit",            \
-                        &(c)->glossy)
+                        &(c)->glossy),                                                             \
+        JOB_CHANGE_TEXT("lens", 0, "NAME",                                                         \
+                        "of what a lens blurs: auto, average, axis_aligned, sheared", &(c)->lens)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

@@ -240,6 +240,23 @@ static void gather_reflectance(const struct overlap *o)
                          p->sub_reflectance[k][c]);
 }
 
+/* Lens samples: those in the far halo are for a filter. */
+static void gather_lens(const struct overlap *o)
+{
+    struct patch *p = o->patch;
+    const uint32_t l = o->plan->lens_strata_per_axis;
+    const size_t area = (size_t)rect_area(p->rect);
+    const float scale = 1.0f / o->plan->radiance_scale;
+    for (uint32_t i = 0; p->lens_radiance && i < l * l * 3; i++)
+        widen_halves(o, samples_u16(o->samples, PLANE_LENS_RADIANCE, i), scale,
+                     p->lens_radiance + i * area);
+    for (uint32_t i = 0; p->lens_slope && i < l * l; i++)
+        widen_halves(o, samples_u16(o->samples, PLANE_LENS_SLOPE, i), 1.0f,
+                     p->lens_slope + i * area);
+    if (p->lens_coverage)
+        widen_halves(o, samples_u16(o->samples, PLANE_LENS_COVERAGE, 0), 1.0f, p->lens_coverage);
+}
+
 static void gather_irradiance(const struct overlap *o, uint32_t k)
 {
     float *irradiance = o->patch->lights[k].irradiance;
@@ -334,6 +351,7 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     if (!overlap_init(&o, plan, samples, tile, patch->rect, patch)) return;
     gather_geometry(&o);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
+    gather_lens(&o);
     const bool far = patch_has_far_indirect(plan);
     if (far) gather_indirect(&o);
     const bool far_lobes = plan->glossy_filter != GLOSSY_FILTER_NONE;

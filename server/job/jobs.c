@@ -313,6 +313,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
                                 .shadow_cpu_us = sum.shadow_cpu_us,
                                 .indirect_cpu_us = sum.indirect_cpu_us,
                                 .glossy_cpu_us = sum.glossy_cpu_us,
+                                .lens_cpu_us = sum.lens_cpu_us,
                                 .decode_cpu_us = sum.decode_cpu_us,
                                 .encode_cpu_us = sum.encode_cpu_us};
 }

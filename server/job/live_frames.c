@@ -270,7 +270,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
     struct jobs *jobs = job->jobs;
     const struct job *document = &job->prepared->job;
     struct plan plan = job->prepared->plan;
-    uint32_t l = job_strata_per_axis(document->spp);
+    const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
     plan.pattern.frame = (uint32_t)number_of(job, frame);
     struct frame_options options = {
         .id = ++jobs->next_frame_id,
@@ -279,7 +279,9 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .metadata = {.job = job->fingerprint,
                      .build = build_id(),
                      .seed = document->seed,
-                     .spp = plan.paths.spp > 0 ? plan.paths.spp : l * l,
+                     .spp = plan.paths.spp > 0 ? plan.paths.spp
+                            : u > 0            ? u * u
+                                               : l * l,
                      .frame = number_of(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,

@@ -158,15 +158,31 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
     plan_skip(report, "light fields of lights", "%s", why);
 }
 
-/* Who makes the picture; the report says why not the others. */
-static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
-                   struct plan_report *report)
+/* There is a lens. */
+static void choose_lens(const struct job *job, const struct plan *plan, struct plan_report *report)
 {
-    static const char none[] = "filter.method is none: samples are averaged";
+    static const char each[] = "with a lens every sample is a path, with light of its own";
     char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
-    if (job->method == FILTER_NONE) {
-        choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
-    } else if (!plan_light_field_possible(job, scene, plan, why)) {
+    if (!plan_lens_possible(job, plan, why)) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, filter_why, why, report);
+        plan_lens_none(job, why, report);
+        return;
+    }
+    report->integrator = INTEGRATOR_LENS_FIELD;
+    plan_filter_none(job, each, report);
+    plan_indirect_none(job, each, report);
+    plan_skip(report, "light fields of pixel centres", "%s", each);
+}
+
+/* Without one. */
+static void choose_pinhole(const struct job *job, const struct scene *scene,
+                           const struct plan *plan, struct plan_report *report)
+{
+    char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
+    plan_lens_none(job, "the camera is a pinhole", report);
+    if (!plan_light_field_possible(job, scene, why)) {
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, as light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
@@ -178,19 +194,38 @@ static void choose(const struct job *job, const struct scene *scene, const struc
     }
 }
 
+/* Who makes the picture; the report says why not the others. */
+static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
+                   struct plan_report *report)
+{
+    static const char none[] = "filter.method is none: samples are averaged";
+    if (job->method == FILTER_NONE) {
+        choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
+        plan_lens_none(job, none, report);
+    } else if (plan->camera.aperture_radius > 0) {
+        choose_lens(job, plan, report);
+    } else {
+        choose_pinhole(job, scene, plan, report);
+    }
+}
+
 /* All that comes of the choice. */
 static void arrange(const struct job *job, const struct scene *scene, struct plan *plan,
                     struct plan_report *report)
 {
     plan_bounces(job, plan, report);
-    if (report->integrator != INTEGRATOR_PATHS) plan_indirect(job, plan, report);
+    const enum plan_integrator who = report->integrator;
+    if (who == INTEGRATOR_LIGHT_FIELD || who == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
+        plan_indirect(job, plan, report);
     plan_glossy(job, scene, plan, report);
-    if (report->integrator == INTEGRATOR_LIGHT_FIELD)
+    if (who == INTEGRATOR_LIGHT_FIELD)
         plan_light_field(job, plan, report);
+    else if (who == INTEGRATOR_LENS_FIELD)
+        plan_lens(job, plan, report);
     else
         plan_paths(job, plan, report);
     if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&
-        plan->indirect_filter == INDIRECT_FILTER_NONE)
+        plan->indirect_filter == INDIRECT_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE)
         plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");
 }
 

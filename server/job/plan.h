@@ -6,10 +6,12 @@
  * where they cover all that scene and job ask for (pure Lambert surfaces, lights of the list alone,
  * a pinhole, layers that they give), with the shadow filter that is asked for or that auto chooses;
  * else beside paths, to which they bring diffuse indirect light and ambient occlusion. Both have
- * the filter of indirect light that filter.indirect asks for. What neither can do (a lens, a tent,
- * surfaces that let light through by their alpha, the layer error), what has nothing indirect, and
- * what has so many samples that paths alone show little noise is the path tracer, too, which
- * nothing filters.
+ * the filter of indirect light that filter.indirect asks for. With a lens it is the lens's light
+ * field, of paths that are sorted by where they pass the lens, with the filter that filter.lens
+ * asks for. What none can do (without a lens a tent and surfaces that let light through by their
+ * alpha; with one layers besides the picture, more samples than travel one by one; the layer
+ * error), what has nothing indirect, and what has so many samples that paths alone show little
+ * noise is the path tracer, too, which nothing filters.
  *
  * A pure function of the job and what it names; any thread. Everything that a person may ask about
  * the decision is in struct plan_report. */
@@ -40,7 +42,8 @@ enum plan_effect {
 enum plan_integrator {
     INTEGRATOR_LIGHT_FIELD,
     INTEGRATOR_PATHS,
-    INTEGRATOR_PATHS_AND_LIGHT_FIELD /* of diffuse indirect light and of occlusion */
+    INTEGRATOR_PATHS_AND_LIGHT_FIELD, /* of diffuse indirect light and of occlusion */
+    INTEGRATOR_LENS_FIELD
 };
 
 /* What is skipped ("plane reflector", "light /lights/2"), and why, as sentences. */
@@ -83,6 +86,7 @@ struct plan_report {
     char filter_why[PLAN_FILTER_WHY_BYTES];
     char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
     char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
+    char lens_filter_why[PLAN_FILTER_WHY_BYTES];
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -98,9 +102,9 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
 /* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
- * indirect_filter_why, glossy_filter, glossy_filter_why, skipped: [{what, why}], lights,
- * environment, emitters, camera, samples, tiles, warnings}. New reference; NULL on failed
- * allocation. */
+ * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, skipped:
+ * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. New reference;
+ * NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
 
 /* Adds a line; what does not fit is dropped. */
@@ -132,9 +136,9 @@ bool plan_wants_error(const struct job *job);
 
 #define PLAN_WHY_BYTES sizeof(((struct plan_skip *)0)->why)
 
-/* Whether light fields may have a part in the picture; else why not, a sentence. */
+/* Whether light fields may have a part in a pinhole's picture; else why not, a sentence. */
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
-                               const struct plan *plan, char why[PLAN_WHY_BYTES]);
+                               char why[PLAN_WHY_BYTES]);
 /* Where they may: whether they give all of it; else why not. */
 bool plan_light_field_covers(const struct job *job, const struct scene *scene,
                              const struct plan *plan, const struct plan_emitters *emitters,
@@ -173,7 +177,20 @@ const char *plan_glossy_filter_name(uint32_t filter);
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report);
 
+/* Of a plan with a lens: whether its light field makes the picture; else why not. */
+bool plan_lens_possible(const struct job *job, const struct plan *plan, char why[PLAN_WHY_BYTES]);
+/* enum lens_filter, and a sentence that says why: what filter.lens asks for, under its auto what
+ * filter.method does, and under that auto the sheared filter. */
+uint32_t plan_choose_lens_filter(const struct job *job, char why[PLAN_FILTER_WHY_BYTES]);
+const char *plan_lens_filter_name(uint32_t filter);
+/* No lens samples, because of `why`. */
+void plan_lens_none(const struct job *job, const char *why, struct plan_report *report);
+void plan_lens(const struct job *job, struct plan *plan, struct plan_report *report);
+
 /* What those parts share. */
+/* Lights keep strata only for the layers that show them: a path takes one point of one light. */
+void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report);
+void plan_path_effects(struct plan *plan, struct plan_report *report);
 /* Planes of the surfaces at pixel centres and beside them, for an anti-aliased resolve. */
 void plan_surfaces(struct plan *plan, struct plan_report *report);
 /* Light planes for the filter and the layers visibility and slopes, with a line for each that is

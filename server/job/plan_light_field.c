@@ -47,12 +47,10 @@ static const struct scene_material *first_blended(const struct scene *scene)
 }
 
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
-                               const struct plan *plan, char why[PLAN_WHY_BYTES])
+                               char why[PLAN_WHY_BYTES])
 {
     const struct scene_material *blended;
-    if (plan->camera.aperture_radius > 0)
-        snprintf(why, PLAN_WHY_BYTES, "there is a lens");
-    else if (job->pixel_filter != PIXEL_FILTER_BOX)
+    if (job->pixel_filter != PIXEL_FILTER_BOX)
         snprintf(why, PLAN_WHY_BYTES, "image.pixel_filter is not box");
     else if ((blended = first_blended(scene)))
         say_material(scene, blended, why);

@@ -56,8 +56,7 @@ static void plan_planes(struct plan *plan, struct plan_report *report)
     }
 }
 
-/* Lights keep strata only for the layers that show them: a path takes one point of one light. */
-static void plan_lights(const struct job *job, struct plan *plan, struct plan_report *report)
+void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan_strata_planes(plan, report);
     if (plan->light_planes) return;
@@ -66,11 +65,22 @@ static void plan_lights(const struct job *job, struct plan *plan, struct plan_re
         plan_skip(report, "sampling.light_spp", "paths take one point of one light each");
 }
 
+void plan_path_effects(struct plan *plan, struct plan_report *report)
+{
+    const bool environment = plan->environment.kind != ENVIRONMENT_NONE;
+    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+    if (plan->light_count > 0 || environment || report->emitters.flux > 0)
+        report->effects |= EFFECT_SHADOWS;
+    if (environment || report->emitters.any_seen) report->effects |= EFFECT_EMISSION;
+    if (plan_is_lit(plan, report))
+        report->effects |= EFFECT_DIRECT;
+    else
+        plan_skip(report, "effect direct", "nothing lights the scene");
+}
+
 void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     uint32_t l = job_strata_per_axis(job->spp);
-    bool environment = plan->environment.kind != ENVIRONMENT_NONE;
-    bool sources = plan->light_count > 0 || environment || report->emitters.flux > 0;
     plan->paths.spp = l * l;
     plan->paths.pixel_filter = job->pixel_filter;
     plan->paths.without_diffuse_indirect =
@@ -78,15 +88,9 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
          (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
-    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
-    if (sources) report->effects |= EFFECT_SHADOWS;
-    if (environment || report->emitters.any_seen) report->effects |= EFFECT_EMISSION;
     plan_planes(plan, report);
-    plan_lights(job, plan, report);
-    if (plan_is_lit(plan, report))
-        report->effects |= EFFECT_DIRECT;
-    else
-        plan_skip(report, "effect direct", "nothing lights the scene");
+    plan_path_lights(job, plan, report);
+    plan_path_effects(plan, report);
     if (job->indirect_spp && report->integrator == INTEGRATOR_PATHS)
         plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
     if (report->layers & LAYER_OCCLUSION) {

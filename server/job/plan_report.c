@@ -36,11 +36,15 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "glossy_mean",
                                                         "glossy_lobe",
                                                         "glossy_nearness",
-                                                        "sub_reflectance"};
+                                                        "sub_reflectance",
+                                                        "lens_radiance",
+                                                        "lens_slope",
+                                                        "lens_coverage"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
     [INTEGRATOR_PATHS_AND_LIGHT_FIELD] = "paths_and_light_field",
+    [INTEGRATOR_LENS_FIELD] = "lens_field",
 };
 static const char *const light_plane_names[LIGHT_PLANE_COUNT] = {"irradiance", "visibility",
                                                                  "slopes"};
@@ -132,6 +136,12 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     json_t *samples = NULL;
+    const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    if (lens > 0)
+        return json_pack("{s:i,s:i,s:I,s:i,s:I}", "primary",
+                         plan->planes & ~(PLANES_PATH | PLANES_LENS) ? 1 : 0, "antialias", 0,
+                         "light", plan->light_planes ? (json_int_t)light : 0, "indirect", 0, "lens",
+                         (json_int_t)lens);
     if (plan->paths.spp == 0)
         samples = json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
                             "light", (json_int_t)light, "indirect", (json_int_t)indirect);
@@ -193,9 +203,11 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         filter_method_name(report->method), "filter_why", report->filter_why, "indirect_filter",
         plan_indirect_filter_name(plan->indirect_filter), "indirect_filter_why",
         report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),
-        "glossy_filter_why", report->glossy_filter_why, "skipped", skips_of(report), "lights",
-        lights_of(plan, report), "environment", environment_of(plan), "emitters",
-        emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
-        "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
-        "length_unit", (double)plan->length_unit, "warnings", warnings_of(report));
+        "glossy_filter_why", report->glossy_filter_why, "lens_filter",
+        plan_lens_filter_name(plan->lens_filter), "lens_filter_why", report->lens_filter_why,
+        "skipped", skips_of(report), "lights", lights_of(plan, report), "environment",
+        environment_of(plan), "emitters", emitters_of(plan, report), "camera",
+        camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
+        scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
+        (double)plan->length_unit, "warnings", warnings_of(report));
 }

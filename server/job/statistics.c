@@ -19,6 +19,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->shadow_cpu_us += more->shadow_cpu_us;
     sum->indirect_cpu_us += more->indirect_cpu_us;
     sum->glossy_cpu_us += more->glossy_cpu_us;
+    sum->lens_cpu_us += more->lens_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -39,6 +40,9 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->glossy_pixels_filtered += more->glossy_pixels_filtered;
     sum->glossy_pixels_skipped += more->glossy_pixels_skipped;
     sum->glossy_blocks_skipped += more->glossy_blocks_skipped;
+    sum->lens_pixels_filtered += more->lens_pixels_filtered;
+    sum->lens_pixels_skipped += more->lens_pixels_skipped;
+    sum->lens_blocks_skipped += more->lens_blocks_skipped;
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
@@ -70,6 +74,7 @@ static const struct line lines[] = {
     {"cpu_s", "shadow", FIELD(shadow_cpu_us), true},
     {"cpu_s", "indirect", FIELD(indirect_cpu_us), true},
     {"cpu_s", "glossy", FIELD(glossy_cpu_us), true},
+    {"cpu_s", "lens", FIELD(lens_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -89,6 +94,9 @@ static const struct line lines[] = {
     {"glossy", "pixels_filtered", FIELD(glossy_pixels_filtered), false},
     {"glossy", "pixels_skipped", FIELD(glossy_pixels_skipped), false},
     {"glossy", "blocks_skipped", FIELD(glossy_blocks_skipped), false},
+    {"lens", "pixels_filtered", FIELD(lens_pixels_filtered), false},
+    {"lens", "pixels_skipped", FIELD(lens_pixels_skipped), false},
+    {"lens", "blocks_skipped", FIELD(lens_blocks_skipped), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

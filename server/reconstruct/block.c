@@ -4,6 +4,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/compose.h"
+#include "server/reconstruct/defocus.h"
 #include "server/reconstruct/path_error.h"
 #include "server/reconstruct/paths.h"
 #include "server/reconstruct/v_plane_filter.h"
@@ -27,7 +28,7 @@ static bool is_filtered(const struct plan *plan)
 {
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
            plan->indirect_filter != INDIRECT_FILTER_NONE ||
-           plan->glossy_filter != GLOSSY_FILTER_NONE;
+           plan->glossy_filter != GLOSSY_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
 }
 
 int32_t block_side_px(const struct plan *plan)
@@ -35,6 +36,7 @@ int32_t block_side_px(const struct plan *plan)
     int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
     bool heavy = (plan->planes >> PLANE_INDIRECT_STRATA & 1u) &&
                  plan->indirect_strata_per_axis > STRATA_HEAVY;
+    heavy = heavy || plan->lens_strata_per_axis > STRATA_HEAVY;
     if (!is_filtered(plan) || heavy) return SIDE_PX;
     return (int64_t)plan->width_px * plan->height_px < BLOCKS_ENOUGH * large
                ? SIDE_FILTERED_PX
@@ -53,9 +55,11 @@ int32_t block_halo_px(const struct plan *plan)
 {
     int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
     int32_t sheared = v_plane_halo_px(plan), glossy = glossy_halo_px(plan);
+    int32_t lens = lens_halo_px(plan);
     if (indirect < sheared) indirect = sheared;
     if (indirect < glossy) indirect = glossy;
-    return ring_px(plan) + (shadow > indirect ? shadow : indirect);
+    if (indirect < shadow) indirect = shadow;
+    return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
 
 static bool contains(struct rect outer, struct rect inner)
@@ -95,11 +99,13 @@ static int reconstruct(const struct plan *plan, const struct patch *patch, struc
                        struct image *image, struct block_squares *squares,
                        struct block_statistics *statistics)
 {
-    const bool paths = plan->paths.spp > 0;
+    const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
     if (paths) paths_compose(patch, block, image, statistics);
     if (paths && squares->memory) path_error_find(patch, squares);
-    if (!paths || (plan->planes & PLANES_BESIDE))
+    if (lens)
+        error = defocus_compose(plan, patch, block, image, statistics);
+    else if (!paths || (plan->planes & PLANES_BESIDE))
         error = reconstruct_light_field(plan, patch, block, image, squares, statistics);
     if (error) return error;
     compose_centre(plan, patch, block, image);

@@ -7,6 +7,7 @@
 #include "server/reconstruct/block_squares.h"
 #include "server/reconstruct/glossy.h"
 #include "server/reconstruct/indirect.h"
+#include "server/reconstruct/lens.h"
 #include "server/reconstruct/shadow.h"
 
 struct block_statistics {
@@ -16,7 +17,9 @@ struct block_statistics {
     struct shadow_statistics shadow; /* over the lights */
     struct indirect_statistics indirect;
     struct glossy_statistics glossy;
-    uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us; /* CPU time of their filters */
+    struct lens_statistics lens;
+    uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
+        lens_cpu_us; /* CPU time of the filters */
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far

@@ -68,6 +68,15 @@ static void carve_glossy(struct carver *c, const struct plan *plan, struct patch
         if (plan->planes >> PLANE_SUB_REFLECTANCE & 1u) carve_rgb(c, p->sub_reflectance[k]);
 }
 
+static void carve_lens(struct carver *c, const struct plan *plan, struct patch *p)
+{
+    const size_t samples = (size_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    if (plan->planes >> PLANE_LENS_RADIANCE & 1u)
+        p->lens_radiance = carve(c, samples * 3 * sizeof(float));
+    if (plan->planes >> PLANE_LENS_SLOPE & 1u) p->lens_slope = carve(c, samples * sizeof(float));
+    if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
+}
+
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)
 {
     uint32_t planes = plan_light_planes(plan, k);
@@ -115,6 +124,7 @@ static void carve_all(struct carver *c, const struct plan *plan, struct patch *p
     if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
     carve_indirect(c, plan, p);
     carve_glossy(c, plan, p);
+    carve_lens(c, plan, p);
     for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
     if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
 }

@@ -6,8 +6,8 @@
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
  * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light, alpha
- * and nearness. The other arrays are not set there. Distances are at most 1e16, so that their
- * squares are finite; normals are 0 without surface. */
+ * and nearness; lens samples. The other arrays are not set there. Distances are at most 1e16, so
+ * that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -62,6 +62,9 @@ struct patch {
     float *glossy_nearness; /* mean of 1 / distance, scene units */
     float *reflectance[3];
     float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
+    float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
+    float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
+    float *lens_coverage; /* share of the lens samples that meet a surface */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */

@@ -14,17 +14,17 @@ bench() { # missed bounds are no failure here: the picture is far too small for 
 lines() { jq -es "$1" "$tmp/bench/accuracy.jsonl"; }
 
 check "the bench runs" bench
-check "a line for each scene, method and count" lines '[.[] | [.scene, .method, .spp, .mu]] | length == 22 and (unique | length) == 22'
+check "a line for each scene, method and count" lines '[.[] | [.scene, .method, .spp, .mu]] | length == 33 and (unique | length) == 33'
 check "every figure is there" lines 'all(.[]; .finite and .judged.rmse > 0 and .judged.pixels > 100 and
     .judged.relmse > 0 and .judged.p999 > .judged.rmse and .cpu_s.trace > 0 and .cpu_s.judged > 0 and
-    .wall_s > 0 and .rays.shadow > 0 and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
-for effect in shadows indirect; do
+    .wall_s > 0 and .rays.shadow > 0 and (.effect != "lens" or .away.rmse > 0) and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
+for effect in shadows indirect lens; do
     check "$effect: more samples, less error" lines '[.[] | select(.effect == "'$effect'" and .method == "average") | .judged.rmse]
         | length == 3 and . == (sort | reverse)'
 done
 check "the references are closer than what they judge" lines 'all(.[]; .reference.halves_rmse < .judged.rmse)'
-check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect"}[.effect]] > 0)
-    == (.method != "average"))'
+check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect", lens: "lens"}[.effect]] > 0)
+    == (.method != "average" and .method != "paths"))'
 check "auto is one of the filters" lines '[.[] | select(.scene == "box" and .spp == 16)] | INDEX(.method)
     | .auto.judged.rmse == .constant.judged.rmse'
 check "pictures have the path tracer's light" lines 'all(.[] | select(.effect == "indirect"); .beauty.energy > 0.97 and .beauty.energy < 1.03)'

@@ -181,9 +181,16 @@ check_plan "an environment asks for paths" "{$scene_member, \"environment\": {\"
     '.integrator == "paths_and_light_field" and .environment.type == "map" and (.effects | index("environment"))
      and (.skipped | any(.what == "light fields of lights" and .why == "there is an environment"))
      and .indirect_filter == "constant" and (.planes | index("path_radiance") and index("indirect_mean"))'
-check_plan "a lens asks for paths alone" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
-    \"filter\": {\"indirect\": \"linear\"}}" \
-    '.integrator == "paths" and .indirect_filter == "none" and (.skipped | any(.what == "light fields" and .why == "there is a lens"))
+check_plan "a lens has a light field of its own" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
+    \"filter\": {\"indirect\": \"linear\"}, \"sampling\": {\"lens_spp\": 16}}" \
+    '.integrator == "lens_field" and .lens_filter == "sheared" and .samples.lens == 16 and .indirect_filter == "none"
+     and (.planes | index("lens_radiance") and index("lens_slope") and (index("path_radiance") | not))
+     and (.warnings | any(startswith("filter.indirect is linear, but indirect light is not filtered")))'
+check_plan "layers of paths ask for paths alone, with a lens" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
+    \"layers\": [\"beauty\", \"direct\"], \"filter\": {\"indirect\": \"linear\", \"lens\": \"sheared\"}}" \
+    '.integrator == "paths" and .lens_filter == "none"
+     and (.skipped | any(.what == "light fields" and .why == "with a lens only paths give the layer direct"))
+     and (.warnings | any(startswith("filter.lens is sheared, but no lens samples are filtered")))
      and (.warnings | any(startswith("filter.indirect is linear, but indirect light is not filtered")))'
 check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\": {\"indirect_bounces\": 0, \"ambient_occlusion\": {\"distance\": 1}},
     \"layers\": [\"occlusion\"], \"sampling\": {\"indirect_spp\": 64}}" \

@@ -206,13 +206,6 @@ static void store(const struct gloss *g, const struct glossy_sums *sums, struct 
     block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
 }
 
-/* Between batches: a block may take some 65536 samples, many seconds long. */
-static bool goes_on(const struct path_context *c)
-{
-    if (c->progress) atomic_fetch_add_explicit(c->progress, 1, memory_order_relaxed);
-    return !c->stop || !atomic_load_explicit(c->stop, memory_order_relaxed);
-}
-
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples)
@@ -223,7 +216,7 @@ void glossy_trace(const struct path_context *c, const struct block *block,
     if (lanes_count(&g.on) == 0) return;
     for (uint32_t done = 0; done < g.count;) {
         const uint32_t left = g.count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !goes_on(c)) return;
+        if (done > 0 && !path_goes_on(c)) return;
         trace_batch(&g, done, n, &scratch->sums, paths);
         done += n;
     }

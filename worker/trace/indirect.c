@@ -394,13 +394,6 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
     }
 }
 
-/* Between batches: a block may take some 65536 samples, many seconds long. */
-static bool goes_on(const struct path_context *c)
-{
-    if (c->progress) atomic_fetch_add_explicit(c->progress, 1, memory_order_relaxed);
-    return !c->stop || !atomic_load_explicit(c->stop, memory_order_relaxed);
-}
-
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
                     struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
@@ -409,7 +402,7 @@ void indirect_trace(const struct path_context *c, const struct block *block,
     bounce_init(c, block, from, lit, s, &b);
     for (uint32_t done = 0; done < b.most;) {
         uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !goes_on(c)) return;
+        if (done > 0 && !path_goes_on(c)) return;
         trace_batch(&b, done, n, s, paths, samples);
         done += n;
     }

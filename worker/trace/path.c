@@ -157,6 +157,20 @@ static void note_camera_surface(const struct path_packet *p, const struct path_v
     }
 }
 
+/* What paths of the lens see lies this far ahead of it. */
+static void note_depth(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, struct path_harvest *h)
+{
+    const float *ahead = c->plan->camera.forward;
+    const struct RTCRay16 *r = &p->rays.ray;
+    for (uint32_t i = 0; i < p->count; i++) {
+        float along = r->dir_x[i] * ahead[0] + r->dir_y[i] * ahead[1] + r->dir_z[i] * ahead[2];
+        float z = v->surface.distance[i] * along;
+        z = z > FLT_MIN ? z : FLT_MIN; /* a hit, at 0 too */
+        h->distance[p->slot[i]] = v->surface.hit.on[i] ? z : INFINITY;
+    }
+}
+
 /* Cosine-distributed rays that look for anything nearer than the plan's distance. */
 static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct RTCRayHit16 *rays,
@@ -294,7 +308,8 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     v->depth = depth;
     follow(c, p, v, &s->harvest);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
-    if (depth == 0 && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
+    if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
+    if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
@@ -323,8 +338,13 @@ static void trace_on(const struct path_context *c, uint32_t depth, struct path_s
 void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
                 struct path_scratch *s)
 {
-    memset(&s->harvest, 0, sizeof s->harvest);
     path_camera(c, b, first, count, &s->pools[0]);
+    path_trace_camera(c, s);
+}
+
+void path_trace_camera(const struct path_context *c, struct path_scratch *s)
+{
+    memset(&s->harvest, 0, sizeof s->harvest);
     trace_on(c, 0, s);
 }
 

@@ -31,6 +31,7 @@ struct path_context {
     bool demodulate; /* the plan wants the diffuse planes */
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
+    bool lens;       /* camera paths are those of the lens's light field */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
@@ -81,6 +82,10 @@ void path_scratch_init(struct path_scratch *s);
 void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
                 struct path_scratch *s);
 
+/* Traces the camera paths in s->pools[0] to their ends, into s->harvest, which begins empty. Those
+ * of the lens's light field set `distance`: of the first hit, along the camera's forward. */
+void path_trace_camera(const struct path_context *c, struct path_scratch *s);
+
 /* Forgets the light field's first `count` samples: `indirect` and `distance`. */
 void path_harvest_clear_field(struct path_harvest *h, uint32_t count);
 
@@ -99,7 +104,22 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v);
 
+/* Between batches of a block's samples, which may be many seconds' work: tells of progress. False:
+ * stop. */
+static inline bool path_goes_on(const struct path_context *c)
+{
+    if (c->progress) atomic_fetch_add_explicit(c->progress, 1, memory_order_relaxed);
+    return !c->stop || !atomic_load_explicit(c->stop, memory_order_relaxed);
+}
+
 /* The steps, in their order; each works on one packet. */
+
+/* A camera path of a pixel joins the pool; its ray is the caller's to aim. */
+void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool);
+
+/* Where the plan's pixel filter puts u in [0, 1), from the pixel's edge: paths are spread by the
+ * filter and all weigh the same, so that none contributes to two pixels. */
+float path_pixel_offset(const struct plan *plan, float u);
 
 /* Camera rays through the pixels and the lens. */
 void path_camera(const struct path_context *c, const struct block *b, uint32_t first,

@@ -12,7 +12,7 @@ void path_pool_init(struct path_pool *pool)
     for (int i = 0; i < PATH_SAMPLES; i++) queries_init_rays(&pool->packets[i].rays);
 }
 
-static void begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool)
+void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool)
 {
     uint32_t i;
     struct path_packet *p = path_pool_add(pool, &i);
@@ -56,23 +56,26 @@ static void bend_through_lens(const struct path_context *c, struct path_packet *
     c->queries->kernels->lens_rays(camera, s, t, &p->rays.ray);
 }
 
-/* Where in [-1, 1] a tent's density puts u (its distribution function, inverted): paths are spread
- * by the filter and all weigh the same, so that none contributes to two pixels. */
+/* Where in [-1, 1] a tent's density puts u: its distribution function, inverted. */
 static float on_tent(float u)
 {
     return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u);
+}
+
+float path_pixel_offset(const struct plan *plan, float u)
+{
+    return plan->paths.pixel_filter == PIXEL_FILTER_TENT ? 0.5f + on_tent(u) : u;
 }
 
 /* The pixel of a slot's lane lies in the block that the packet's paths came from. */
 static void aim(const struct path_context *c, const struct block *b, struct path_packet *p)
 {
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], x[LANES] = {0}, y[LANES] = {0};
-    const bool tent = c->plan->paths.pixel_filter == PIXEL_FILTER_TENT;
     c->queries->kernels->path_pairs(p, PATH_PIXEL, u, v);
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t lane = p->slot[i] % LANES;
-        x[i] = (float)b->x_px[lane] + (tent ? 0.5f + on_tent(u[i]) : u[i]);
-        y[i] = (float)b->y_px[lane] + (tent ? 0.5f + on_tent(v[i]) : v[i]);
+        x[i] = (float)b->x_px[lane] + path_pixel_offset(c->plan, u[i]);
+        y[i] = (float)b->y_px[lane] + path_pixel_offset(c->plan, v[i]);
     }
     c->queries->kernels->camera_rays(c->plan, x, y, &p->rays.ray);
     if (c->plan->camera.aperture_radius > 0.0f) bend_through_lens(c, p);
@@ -88,7 +91,7 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
         keys[i] = path_key(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i]);
     for (uint32_t k = 0; k < count; k++)
         for (uint32_t lane = 0; lane < LANES; lane++)
-            if (b->kept.on[lane]) begin(keys[lane], first + k, k * LANES + lane, pool);
+            if (b->kept.on[lane]) path_begin(keys[lane], first + k, k * LANES + lane, pool);
     for (uint32_t k = 0; k < path_pool_packets(pool); k++) aim(c, b, &pool->packets[k]);
     c->counters->value[COUNTER_PATHS] += pool->count;
 }

@@ -44,9 +44,10 @@ struct path_harvest {
     struct path_rgb albedo;
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];
-    _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces: to their
-                                                         first hit, > 0; INFINITY: they met nothing;
-                                                         0: not traced */
+    _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces, to their
+                                                         first hit, and of those of the lens, along
+                                                         the camera's forward: > 0; INFINITY: they
+                                                         met nothing; 0: not traced */
 };
 
 /* Sets the fields that no query changes. */

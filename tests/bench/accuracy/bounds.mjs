@@ -78,7 +78,24 @@ function indirect(rows) {
     monotone(rows, "auto")];
 }
 
-const FIGURES = { shadows, indirect };
+function lens(rows) {
+  const factors = (part) => equalError(rows, "average", part).filter((f) => f.method === "sheared" && f.spp === 9);
+  const toAxis = equalError(rows, "axis_aligned").filter((f) => f.method === "sheared" && f.spp === 9);
+  const all = factors("judged");
+  return [
+    ["sheared, 9 spp: average's RMSE over its", timesLower(pairs(rows, "sheared", "average", 9)), ">=", 2.2, "times"],
+    ["  the same away from silhouettes", pairs(rows, "sheared", "average", 9).map(([r, p]) => p.away.rmse / r.away.rmse), ">=", null, "times"],
+    ["sheared, 9 spp: plain paths' RMSE over its", timesLower(pairs(rows, "sheared", "paths", 9)), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's RMSE over its", timesLower(pairs(rows, "sheared", "axis_aligned", 9)), ">=", null, "times"],
+    ["sheared, 9 spp: average's samples for equal error", all.map((f) => f.samples), ">=", 4, "times"],
+    ["  the same away from silhouettes", factors("away").map((f) => f.samples), ">=", 8, "times"],
+    ["sheared, 9 spp: average's CPU time for equal error", all.map((f) => f.seconds), ">=", null, "times"],
+    ["sheared, 9 spp: axis-aligned's samples for equal error", toAxis.map((f) => f.samples), ">=", null, "times"],
+    ["sheared, 9 spp: filter's CPU time per megapixel", at(rows, "sheared", 9).map(secondsPerMegapixel), "<=", 0.4, "s"],
+    monotone(rows, "sheared")];
+}
+
+const FIGURES = { shadows, indirect, lens };
 
 function judge(line) {
   const b = Array.isArray(line)

@@ -6,6 +6,7 @@
 //   where: layer,above,below of the reference; times: the reference's layer that weighs the error
 //   relative: errors are divided by the reference's mean
 //   turned: methods whose rays hang on the scene, by filter.mu; their count of samples is measured
+//   parts: more pixels to judge by themselves, as where has them
 
 const shadows = {
   name: "shadows", title: "soft shadows", layer: "diffuse_direct", where: "visibility,0.02,0.98", region: "penumbra",
@@ -24,5 +25,15 @@ const indirect = {
   says: "of indirect light at pixel centres times the reference's albedo, over all surfaces, as parts of its mean there; the " +
     "variance of the reference itself, known from its two halves, is taken off" };
 
-export const effects = { shadows, indirect };
+// paths: the path tracer without strata for a filter, whose points are spread more evenly. Where all
+// that the lens shows of a pixel lies at about one depth, a filter has most to gain.
+const lens = {
+  name: "lens", title: "depth of field", layer: "beauty", region: "all pixels", parts: { away: "visibility,0.5,1.5" },
+  relative: true, samples: "lens samples a pixel", error: "RMSE over mean radiance",
+  methods: ["average", "paths", "axis_aligned", "sheared"], against: ["average", "paths", "axis_aligned"], at: 9, stage: "lens",
+  filter: (method) => method === "paths" ? { method: "none" } : { lens: method }, layers: ["beauty"],
+  says: "of the picture over all pixels, as parts of its mean; \"away\" are those whose slopes over 256 lens samples lie within " +
+    "one pixel; the variance of the reference itself, known from its two halves, is taken off" };
+
+export const effects = { shadows, indirect, lens };
 export const effectOf = (scene) => effects[scene.effect];

@@ -18,8 +18,9 @@ export function reach(points, error) {
   return { x: Math.exp(x0 + (x1 - x0) * (want - y0) / (y1 - y0)), outside };
 }
 
-export const curve = (rows, scene, method, x) => rows.filter((r) => r.scene === scene && r.method === method)
-  .sort((a, b) => a.spp - b.spp).map((r) => [x(r), r.judged.rmse]);
+// `part`: which of a row's figures are the errors.
+export const curve = (rows, scene, method, x, part = "judged") => rows.filter((r) => r.scene === scene && r.method === method)
+  .sort((a, b) => a.spp - b.spp).map((r) => [x(r), r[part].rmse]);
 
 // The error of a curve of [x, error] at x; NaN beyond its ends.
 export function errorAt(points, x) {
@@ -30,15 +31,15 @@ export function errorAt(points, x) {
 }
 
 // CPU seconds of the filter itself.
-export const filterSeconds = (row) => (row.cpu_s.shadow ?? 0) + (row.cpu_s.indirect ?? 0);
+export const filterSeconds = (row) => ["shadow", "indirect", "lens"].reduce((sum, stage) => sum + (row.cpu_s[stage] ?? 0), 0);
 
 // For every scene, method and count: factors against a plainer method.
-export function equalError(rows, against) {
+export function equalError(rows, against, part = "judged") {
   const found = [];
   for (const row of rows) {
     if (row.method === against) continue;
-    const samples = reach(curve(rows, row.scene, against, (r) => r.spp), row.judged.rmse);
-    const seconds = reach(curve(rows, row.scene, against, (r) => r.cpu_s.judged), row.judged.rmse);
+    const samples = reach(curve(rows, row.scene, against, (r) => r.spp, part), row[part].rmse);
+    const seconds = reach(curve(rows, row.scene, against, (r) => r.cpu_s.judged, part), row[part].rmse);
     if (!samples || !seconds) continue;
     found.push({ scene: row.scene, method: row.method, spp: row.spp, against,
       samples: samples.x / row.spp, seconds: seconds.x / row.cpu_s.judged,

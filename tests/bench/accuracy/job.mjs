@@ -7,6 +7,7 @@ const documentOf = (scene, o, file) => ({
   scene: { file, lights: false, ...(scene.camera ? { camera: scene.camera } : {}) },
   image: size(scene, o.side),
   lights: scene.lights,
+  ...(scene.lens ? { lens: scene.lens } : {}),
   ...(scene.environment ? { environment: scene.environment(o.shared) } : {}),
   effects: { indirect_bounces: scene.bounces ?? 0 } });
 
@@ -31,6 +32,9 @@ export const pathsJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o
 // Bounce rays of pixel centres, unfiltered; few paths, as they are not looked at.
 export const indirectJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o, file),
   sampling: { spp: 4, indirect_spp: spp, seed }, filter: { method: "average" }, layers: ["diffuse_indirect", "albedo", "id"] });
+
+// For exr_away: as many lens samples as travel one by one.
+export const lensJob = (scene, o) => ({ ...referenceJob(scene, o), sampling: { spp: 256, seed: 1 }, filter: { lens: "sheared" }, layers: ["beauty"] });
 
 // For exr_reference, which takes camera and lights from it; the file comes as a blob.
 export const referenceJob = (scene, o) => ({ ...documentOf(scene, o),

@@ -10,7 +10,7 @@ export const SEED = 3;
 const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
 
 // From samples to the picture, whoever does it: what the methods differ in.
-const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect"]
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect", "lens"]
   .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
 
 function cost(runs) {
@@ -33,8 +33,8 @@ function renderTest(tools, scene, o, file, method, step) {
   const times = (turned ? step === 1 : o.repeatSpp.includes(step)) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
     runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, SEED), picture));
-    const { paths, indirect } = runs[i].rays;
-    if (scene.effect === "indirect" ? indirect === 0 : paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
+    const { paths, indirect, lens } = runs[i].rays;
+    if ({ indirect: indirect === 0, lens: lens + paths === 0 }[scene.effect] ?? paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   const spp = turned ? meanRays(runs[0].adaptive) : step;
   return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: SEED, side_px: o.side,
@@ -60,7 +60,8 @@ function renderAll(tools, scene, o, file) {
 function judgeAll(tools, reference, rows, effect) {
   return rows.map((row) => {
     const found = tools.judge(reference.path, row.picture, effect);
-    found.judged.rmse = reference.corrected(found.judged.rmse);
+    for (const part of ["judged", ...Object.keys(effect.parts ?? {})])
+      found[part].rmse = reference.corrected(found[part].rmse, part);
     return { ...row, ...found };
   });
 }

@@ -21,10 +21,16 @@ export function programs(build, folder) {
   // All of the image's light over all of the reference's.
   const energy = (c) => c.mean_test.reduce((a, b) => a + b) / c.mean_reference.reduce((a, b) => a + b);
 
+  // The mean over all pixels that are judged.
+  const overMean = (d, effect) => {
+    const mean = d.mean_reference.reduce((a, b) => a + b) / d.mean_reference.length, unit = effect.relative ? mean : 1;
+    return { ...figures(d), pixels: d.pixels ?? d.width * d.height, rmse: d.rmse / unit, bias: d.bias / unit, p999: d.p999 / unit, ...(effect.relative ? { mean } : {}) };
+  };
+
   const weighed = (reference, test, { layer, times, where }) =>
     JSON.parse(run("tests/bench/exr_difference", [reference, test, layer, times, where]));
   const judged = (reference, test, effect) => {
-    if (!effect.times) return figures(compare(reference, test, effect.layer, "--where", effect.where));
+    if (!effect.times) return overMean(compare(reference, test, effect.layer, ...(effect.where ? ["--where", effect.where] : [])), effect);
     const d = weighed(reference, test, effect), unit = effect.relative ? d.mean : 1;
     return { ...figures(d), rmse: d.rmse / unit, bias: d.bias / unit, p999: d.p999 / unit, mean: d.mean };
   };
@@ -47,6 +53,13 @@ export function programs(build, folder) {
       run("tests/bench/exr_reference", [blob, path, String(strata), String(seed), out]);
     },
     mean: (out, inputs) => run("tests/bench/exr_mean", [out, ...inputs]),
+    // 1 in the layer visibility where the slopes of a job's lens samples are alike.
+    away: (blob, jobPath, out) => run("tests/bench/exr_away", [blob, jobPath, out]),
+    writeJob(job) {
+      const path = `${folder}/lens.json`;
+      writeFileSync(path, JSON.stringify(job));
+      return path;
+    },
     // How far two pictures are apart where the filters work: pixel centres, before albedo or weighed
     // by it, as `judged` has it.
     apart: (a, b, effect) => judged(a, b, effect).rmse,
@@ -54,7 +67,8 @@ export function programs(build, folder) {
     // All figures of a picture.
     judge(reference, test, effect) {
       const beauty = compare(reference, test, PICTURE);
-      return { ...figures(compare(reference, test, effect.layer)), judged: judged(reference, test, effect),
+      const parts = Object.entries(effect.parts ?? {}).map(([name, where]) => [name, judged(reference, test, { ...effect, where })]);
+      return { ...Object.fromEntries(parts), ...figures(compare(reference, test, effect.layer)), judged: judged(reference, test, effect),
         beauty: { ...figures(beauty), energy: energy(beauty) } };
     },
     piece(picture, layer, crop, zoom, scale, minus) {

@@ -5,7 +5,7 @@
 import { createHash } from "node:crypto";
 import { existsSync, mkdirSync, readdirSync, readFileSync } from "node:fs";
 import { effectOf } from "./effects.mjs";
-import { beautyJob, indirectJob, pathsJob, referenceJob } from "./job.mjs";
+import { beautyJob, indirectJob, lensJob, pathsJob, referenceJob } from "./job.mjs";
 
 // Strata per axis of each half, one after the other until they suffice.
 const LEVELS = [64, 128, 256, 512];
@@ -13,6 +13,8 @@ const LEVELS = [64, 128, 256, 512];
 // does, but for a fixed step, the whole picture: only halves of many seeds are independent.
 const BOUNCE_RAYS = 64, SEEDS = [8, 16, 32, 64, 128];
 const PATHS = 256;
+// Seeds in each half of a picture through a lens.
+const LENS_SEEDS = [2, 4, 8, 16, 32, 64, 128];
 
 function sourcesDigest() {
   const hash = createHash("sha256");
@@ -21,12 +23,12 @@ function sourcesDigest() {
     for (const name of readdirSync(folder).sort())
       if (wanted.test(name) && (folder !== "proto" || samples.test(name)))
         hash.update(name).update(readFileSync(`${folder}/${name}`));
-  return hash.update(readFileSync("tests/bench/exr_reference.c")).digest("hex");
+  return hash.update(readFileSync("tests/bench/exr_reference.c")).update(readFileSync("tests/bench/exr_away.c")).digest("hex");
 }
 
 function digestOf(scene, o, file) {
   return createHash("sha256").update(sourcesDigest()).update(readFileSync(file))
-    .update(JSON.stringify([scene.camera, scene.lights, o.side, scene.bounces, scene.sides, scene.environment?.("")]))
+    .update(JSON.stringify([scene.camera, scene.lights, o.side, scene.bounces, scene.sides, scene.environment?.(""), ...(scene.lens ? [scene.lens] : [])]))
     .digest("hex").slice(0, 16);
 }
 
@@ -63,6 +65,7 @@ export class Reference {
 
   // Means over every second of the seeds, from the first and from the second.
   makePictures(count) {
+    if (this.#effect.name === "lens") return;
     const indirect = this.#effect.name === "indirect", what = indirect ? "paths" : "beauty";
     const one = (seed) => this.#render(`${what}-${seed}.exr`, indirect
       ? pathsJob(this.#scene, this.#o, this.#file, seed, PATHS) : beautyJob(this.#scene, this.#o, this.#file, seed));
@@ -92,28 +95,47 @@ export class Reference {
     return [301, 501].map((first) => this.#mean(`half-${count * BOUNCE_RAYS}-${first}.exr`, seeds(first, count).map(one)));
   }
 
+  // Halves of a picture through a lens, by the path tracer, and where its pixels are away from edges.
+  #lens(most) {
+    const count = LENS_SEEDS[this.#level + 1];
+    if (!count || count * PATHS > most) return null;
+    const blob = this.#once("scene.blob", (path) => this.#tools.importScene(this.#file, path));
+    const away = this.#once("away.exr", (path) => this.#tools.away(blob, this.#tools.writeJob(lensJob(this.#scene, this.#o)), path));
+    const one = (seed) => this.#render(`lens-${seed}.exr`, pathsJob(this.#scene, this.#o, this.#file, seed, PATHS));
+    this.spp = 2 * count * PATHS;
+    const halves = [301, 501].map((first) => this.#mean(`lens-${count * PATHS}-${first}.exr`, seeds(first, count).map(one)));
+    this.pictures = [away];
+    this.picturesDifference = this.#tools.picturesApart(...halves);
+    return halves;
+  }
+
   // The next better one; false when it would take more than `most` samples.
   improve(most) {
-    const halves = this.#effect.name === "indirect" ? this.#indirect(most) : this.#direct(most);
+    const make = { indirect: () => this.#indirect(most), lens: () => this.#lens(most) }[this.#effect.name] ?? (() => this.#direct(most));
+    const halves = make();
     if (!halves) return false;
     this.#level++;
     this.path = `${this.folder}/reference.exr`;
     this.#tools.mean(this.path, [...halves, ...this.pictures]);
-    this.difference = this.#tools.apart(...halves, this.#effect);
+    this.differences = { judged: this.#tools.apart(...halves, this.#effect) };
+    for (const [part, where] of Object.entries(this.#effect.parts ?? {})) {
+      this.#tools.mean(`${this.folder}/marked.exr`, [halves[0], ...this.pictures]);
+      this.differences[part] = this.#tools.apart(`${this.folder}/marked.exr`, halves[1], { ...this.#effect, where });
+    }
     return true;
   }
 
   // `error` without what the reference itself adds to it, where that is allowed for: the mean of two
   // independent halves has a quarter of the variance of their difference.
-  corrected(error) {
+  corrected(error, part = "judged") {
     if (!this.#effect.relative) return error;
-    return Math.sqrt(Math.max(error * error - 0.25 * this.difference * this.difference, 0));
+    return Math.sqrt(Math.max(error * error - 0.25 * this.differences[part] ** 2, 0));
   }
 
   // `smallest`: the least error that is judged by it. Where the reference's own variance is taken off,
   // that may be as large as a quarter of what is judged: it is known to a tenth.
   said(smallest) {
-    return { spp: this.spp, halves_rmse: this.difference,
-      good: this.difference <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
+    return { spp: this.spp, halves_rmse: this.differences.judged,
+      good: this.differences.judged <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
   }
 }

@@ -120,23 +120,34 @@ export function gltfBase(file, without) {
   return { document, binary: bytes() };
 }
 
-// Another's GLB with every material made Lambert; meshes whose materials match `without` are dropped.
-export function lambertOf(glb, without) {
-  const { document, binary } = unpack(glb);
+// Drops meshes whose materials match `without`.
+function drop(document, without) {
   const gone = document.materials.map((m) => without.test(m.name ?? ""));
-  document.materials = document.materials.map((m) =>
-    lambert(m.name, (m.pbrMetallicRoughness?.baseColorFactor ?? [1, 1, 1]).slice(0, 3)));
   for (const mesh of document.meshes)
     mesh.primitives = mesh.primitives.filter((p) => !gone[p.material]);
-  for (const node of document.nodes) {
+  for (const node of document.nodes)
     if (node.mesh !== undefined && document.meshes[node.mesh].primitives.length === 0) delete node.mesh;
-    delete node.extensions;
-  }
   // A mesh without primitives is no glTF.
   const kept = document.meshes.map((m) => m.primitives.length > 0);
   const at = kept.map((_, i) => kept.slice(0, i).filter(Boolean).length);
   document.meshes = document.meshes.filter((_, i) => kept[i]);
   for (const node of document.nodes) if (node.mesh !== undefined) node.mesh = at[node.mesh];
+}
+
+// Another's GLB as it is; meshes whose materials match `without` are dropped.
+export function glbWithout(glb, without) {
+  const { document, binary } = unpack(glb);
+  drop(document, without);
+  return pack(document, binary);
+}
+
+// The same with every material made Lambert and lights left out.
+export function lambertOf(glb, without) {
+  const { document, binary } = unpack(glb);
+  document.materials = document.materials.map((m) =>
+    lambert(m.name, (m.pbrMetallicRoughness?.baseColorFactor ?? [1, 1, 1]).slice(0, 3)));
+  drop(document, without);
+  for (const node of document.nodes) delete node.extensions;
   delete document.extensions;
   delete document.extensionsRequired;
   document.extensionsUsed = ["KHR_materials_specular"];

@@ -4,6 +4,7 @@
 //   camera (the file's own without one), lights: as in a job document
 //   glb(shared): the scene file's bytes, `shared` being the folder of the shared scenes
 import { indirect } from "./indirect.mjs";
+import { lens } from "./lens.mjs";
 import { shadows } from "./shadows.mjs";
 
-export const scenes = [...shadows, ...indirect];
+export const scenes = [...shadows, ...indirect, ...lens];

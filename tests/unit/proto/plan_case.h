@@ -70,6 +70,7 @@ static inline void plan_case(struct plan *plan)
         .sub_samples = 3,
         .bounces = 1,
         .indirect_strata_per_axis = 3,
+        .lens_strata_per_axis = 2,
         .radiance_scale = 0.25f,
         .length_unit = 8,
         .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_PATHS,

@@ -205,7 +205,6 @@ static void sentences_help(void **state)
         {"lens-no-focus", "has to be focused"},
         {"lens-blades-2", "neither 0 (round) nor from 3 to 32"},
         {"lens-slip", "did you mean \"aperture_radius\"?"},
-        {"lens-spp", "spp samples it"},
         {"ambient-occlusion", "give {\"distance\": ...}"},
         {"layers-occlusion", "needs {\"distance\": ...}"},
         {"width-string", "it is a string and must be a whole number"},

@@ -106,6 +106,13 @@ static void cut_and_grown_plans_fail(void **state)
         bytes_writer_fini(&w);                                                                     \
     } while (0)
 
+static void without_lens(struct plan *plan)
+{
+    plan->camera.aperture_radius = 0;
+    plan->planes &= ~PLANES_LENS;
+    plan->lens_strata_per_axis = 0;
+}
+
 static void images_are_checked(void **state)
 {
     (void)state;
@@ -137,7 +144,7 @@ static void cameras_are_checked(void **state)
     EXPECT(plan.camera.half_width = 1e6f, ERR_RANGE, "camera.half_width");
     EXPECT(plan.camera.half_height = -1, ERR_RANGE, "camera.half_height");
     EXPECT(plan.camera.half_height = INFINITY, ERR_NOT_FINITE, "camera.half_height");
-    EXPECT((plan.camera.type = CAMERA_ORTHOGRAPHIC, plan.camera.aperture_radius = 0,
+    EXPECT((plan.camera.type = CAMERA_ORTHOGRAPHIC, without_lens(&plan),
             plan.camera.half_width = 1e6f),
            ERR_OK, "");
 }
@@ -151,7 +158,7 @@ static void lenses_are_checked(void **state)
     EXPECT(plan.camera.focus_distance = 0, ERR_RANGE, "camera.focus_distance");
     EXPECT(plan.camera.focus_distance = -4, ERR_RANGE, "camera.focus_distance");
     EXPECT(plan.camera.focus_distance = INFINITY, ERR_NOT_FINITE, "camera.focus_distance");
-    EXPECT((plan.camera.focus_distance = 0, plan.camera.aperture_radius = 0), ERR_OK, "");
+    EXPECT((plan.camera.focus_distance = 0, without_lens(&plan)), ERR_OK, "");
     EXPECT(plan.camera.blade_count = 0, ERR_OK, "");
     EXPECT(plan.camera.blade_count = 2, ERR_RANGE, "camera.blade_count");
     EXPECT(plan.camera.blade_count = 3, ERR_OK, "");
@@ -159,6 +166,30 @@ static void lenses_are_checked(void **state)
     EXPECT(plan.camera.blade_count = LIMIT_LENS_BLADES + 1, ERR_LIMIT, "camera.blade_count");
     EXPECT(plan.camera.blade_rotation_rad = NAN, ERR_NOT_FINITE, "camera.blade_rotation_rad");
     EXPECT(plan.camera.type = CAMERA_ORTHOGRAPHIC, ERR_RANGE, "camera.aperture_radius");
+}
+
+/* Samples of the lens belong to a lens and have a radiance; filters of them read slopes. */
+static void lens_samples_are_checked(void **state)
+{
+    const uint64_t radiance = PLANE_BIT(LENS_RADIANCE), slope = PLANE_BIT(LENS_SLOPE);
+    (void)state;
+    EXPECT(plan.lens_strata_per_axis = 1, ERR_OK, "");
+    EXPECT(plan.lens_strata_per_axis = LIMIT_PLANE_STRATA_PER_AXIS, ERR_OK, "");
+    EXPECT(plan.lens_strata_per_axis = 0, ERR_RANGE, "lens_strata_per_axis");
+    EXPECT(plan.lens_strata_per_axis = LIMIT_PLANE_STRATA_PER_AXIS + 1, ERR_LIMIT,
+           "lens_strata_per_axis");
+    EXPECT(plan.planes &= ~radiance, ERR_LIMIT, "lens_strata_per_axis");
+    EXPECT((plan.planes &= ~radiance, plan.lens_strata_per_axis = 0), ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~slope, ERR_OK, "");
+    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = 0), ERR_OK, "");
+    EXPECT(plan.camera.aperture_radius = 0, ERR_RANGE, "planes");
+    EXPECT(plan.lens_filter = LENS_FILTER_AXIS_ALIGNED, ERR_OK, "");
+    EXPECT(plan.lens_filter = LENS_FILTER_SHEARED, ERR_OK, "");
+    EXPECT(plan.lens_filter = LENS_FILTER_SHEARED + 1, ERR_RANGE, "lens_filter");
+    EXPECT((plan.lens_filter = LENS_FILTER_SHEARED, plan.planes &= ~slope), ERR_RANGE, "planes");
+    EXPECT((plan.target_error = 1, plan.spp_most = 256,
+            plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))),
+           ERR_RANGE, "target_error");
 }
 
 static void environments_are_checked(void **state)
@@ -334,12 +365,14 @@ static void paths_stand_alone(void **state)
 {
     (void)state;
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
-            plan.indirect_strata_per_axis = 0, plan.bounces = LIMIT_INDIRECT_BOUNCES),
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = 0,
+            plan.bounces = LIMIT_INDIRECT_BOUNCES),
            ERR_OK, "");
-    EXPECT((plan.planes = PLANES_PATH, plan.indirect_strata_per_axis = 0, plan.bounces = 0), ERR_OK,
-           "");
+    EXPECT((plan.planes = PLANES_PATH,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = 0, plan.bounces = 0),
+           ERR_OK, "");
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 1u << LIGHT_PLANE_SLOPES,
-            plan.indirect_strata_per_axis = 1),
+            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
 }
 
@@ -394,10 +427,10 @@ static void planes_and_counts_are_checked(void **state)
     EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~PLANE_BIT(INDIRECT_STRATA)),
            ERR_OK, "");
     EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
-            plan.occlusion_distance = 0),
+            plan.occlusion_distance = 0, plan.lens_strata_per_axis = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
     EXPECT((plan.planes = 0, plan.occlusion_distance = 0, plan.light_planes = 0,
-            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0,
+            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0, plan.lens_strata_per_axis = 0,
             plan.paths = (struct plan_paths){0}),
            ERR_OK, "");
     EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
@@ -613,8 +646,9 @@ static void targets_are_checked(void **state)
     const uint64_t other = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY;
     (void)state;
 #define TARGET(change, code, place)                                                                \
-    EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other, change), code,  \
-           place)
+    EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other,                 \
+            without_lens(&plan), change),                                                          \
+           code, place)
     TARGET(plan.spp_most = LIMIT_SPP, ERR_OK, "");
     TARGET(plan.spp_most = LIMIT_SPP + 1, ERR_LIMIT, "spp_most");
     TARGET(plan.spp_most = 0, ERR_RANGE, "spp_most");
@@ -638,6 +672,7 @@ int main(void)
         cmocka_unit_test(images_are_checked),
         cmocka_unit_test(cameras_are_checked),
         cmocka_unit_test(lenses_are_checked),
+        cmocka_unit_test(lens_samples_are_checked),
         cmocka_unit_test(environments_are_checked),
         cmocka_unit_test(paths_are_checked),
         cmocka_unit_test(indirect_filters_are_checked),

@@ -17,16 +17,17 @@ static const int32_t sizes[][2] = {{1, 1}, {7, 3}, {64, 64}, {33, 1}, {1, 19}};
 #define BIT(plane) PLANE_BIT(plane)
 
 /* One rectangle light at 9 samples, one bounce, as the size formula of samples.h counts. */
-static void plan_of_formula(uint32_t without)
+static void plan_of_formula(uint64_t without)
 {
     plan_case(&plan);
     plan.lights[0] = plan.lights[3];
     plan.light_count = 1;
     plan.planes &= ~(without | PLANES_PATH);
+    if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
-static uint32_t bytes_per_pixel(uint32_t without)
+static uint32_t bytes_per_pixel(uint64_t without)
 {
     struct samples_layout layout;
     plan_of_formula(without);
@@ -39,8 +40,8 @@ static uint32_t bytes_per_pixel(uint32_t without)
 static void sizes_follow_the_formula(void **state)
 {
     (void)state;
-    const uint32_t spare =
-        BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) | PLANES_GLOSSY;
+    const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) |
+                           PLANES_GLOSSY | PLANES_LENS;
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
@@ -48,6 +49,9 @@ static void sizes_follow_the_formula(void **state)
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
     const uint64_t others = spare & ~PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 2 + 3 * 6);
+    /* four lens samples */
+    assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
+                     74 + 8 * 4 + 2);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -163,7 +167,7 @@ static void planes_round_trip(void **state)
     plan_case(&plan);
     for (size_t i = 0; i < SIZES; i++) {
         struct samples *s = create(sizes[i][0], sizes[i][1]);
-        samples_case_fill(s, UINT32_MAX, 15, i);
+        samples_case_fill(s, UINT64_MAX, 15, i);
         round_trip(s, i == 0 ? ANY : 0);
         samples_destroy(&s);
     }
@@ -172,9 +176,9 @@ static void planes_round_trip(void **state)
 /* All sets of the light field's planes, each with some set of the paths'. */
 #define LIGHT_FIELD_SETS PLANE_BIT(PATH_RADIANCE)
 
-static uint32_t some_set(uint32_t i)
+static uint64_t some_set(uint32_t i)
 {
-    return (i | i * 2654435761u << PLANE_PATH_RADIANCE) & PLAN_CASE_PLANES;
+    return (i | i * UINT64_C(0x9e3779b97f4a7c15) << PLANE_PATH_RADIANCE) & PLAN_CASE_PLANES;
 }
 
 /* Planes that the buffer has but that hold nothing are left out on the way. */
@@ -183,10 +187,10 @@ static void every_set_of_filled_planes_round_trips(void **state)
     (void)state;
     plan_case(&plan);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
-        const uint32_t planes = some_set(i);
+        const uint64_t planes = some_set(i);
         struct samples *s = create(7, 3);
-        samples_case_fill(s, planes, planes, planes);
-        uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcount(planes);
+        samples_case_fill(s, planes, (uint32_t)planes, planes);
+        uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcountll(planes);
         for (uint32_t k = 0; k < 4; k++)
             if (!(planes >> k & 1)) dropped += k == 3 ? 3 : 1;
         round_trip(s, dropped);
@@ -199,15 +203,15 @@ static void every_set_of_planned_planes_round_trips(void **state)
 {
     (void)state;
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
-        const uint32_t planes = some_set(i);
+        const uint64_t planes = some_set(i);
         plan_case(&plan);
         plan.planes = planes;
-        plan.light_planes = planes & PLAN_CASE_LIGHT_PLANES;
-        plan.light_count = planes % 5;
+        plan.light_planes = (uint32_t)planes & PLAN_CASE_LIGHT_PLANES;
+        plan.light_count = (uint32_t)(planes % 5);
         struct samples *s = create(5, 4);
         for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
             assert_true((s->layout.offset[p] == SAMPLES_ABSENT) == !(planes >> p & 1));
-        samples_case_fill(s, UINT32_MAX, 15, planes);
+        samples_case_fill(s, UINT64_MAX, 15, planes);
         round_trip(s, 0);
         samples_destroy(&s);
     }
@@ -221,7 +225,7 @@ static void later_passes_round_trip(void **state)
     (void)state;
     plan_case(&plan);
     struct samples *s = create_pass(2, 7, 3);
-    samples_case_fill(s, UINT32_MAX, 0, 4);
+    samples_case_fill(s, UINT64_MAX, 0, 4);
     pack(s, &w, NULL);
     assert_int_equal(unpack_pass(w.data, w.size_bytes, 1, 7, 3, &back, &fault), 0);
     assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
@@ -295,7 +299,7 @@ static void cut_samples_fail(void **state)
     plan_case(&plan);
     for (size_t i = 0; i < 2; i++) {
         s = create(sizes[i][0] + 8, sizes[i][1]);
-        samples_case_fill(s, UINT32_MAX, 15, i);
+        samples_case_fill(s, UINT64_MAX, 15, i);
         pack(s, &w, NULL);
         for (size_t size_bytes = 0; size_bytes < w.size_bytes; size_bytes++)
             assert_int_equal(
@@ -317,7 +321,7 @@ static void foreign_sizes_and_planes_fail(void **state)
     (void)state;
     plan_case(&plan);
     struct samples *s = create(8, 8);
-    samples_case_fill(s, UINT32_MAX, 15, 1);
+    samples_case_fill(s, UINT64_MAX, 15, 1);
     pack(s, &w, NULL);
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 7, &back, &fault), ERR_MISMATCH);
     plan.planes &= ~BIT(REFLECTOR);
@@ -394,7 +398,7 @@ static void damage_does_no_harm(void **state)
         struct fault fault = {0};                                                                  \
         plan_case(&plan);                                                                          \
         s = create(7, 3);                                                                          \
-        samples_case_fill(s, UINT32_MAX, 15, 1);                                                   \
+        samples_case_fill(s, UINT64_MAX, 15, 1);                                                   \
         change;                                                                                    \
         pack(s, &w, NULL);                                                                         \
         const int error = unpack(w.data, w.size_bytes, 7, 3, &back, &fault);                       \
@@ -434,6 +438,16 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_f32(s, PLANE_PATH_SPREAD, 1)[at] = -1e-30f, ERR_RANGE, "path_spread[1]");
     EXPECT(samples_f32(s, PLANE_PATH_OCCLUSION, 0)[at] = -INFINITY, ERR_NOT_FINITE,
            "path_occlusion[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 11)[at] = HALF_NEGATIVE, ERR_RANGE,
+           "lens_radiance[11]");
+    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 3)[at] = HALF_NAN, ERR_NOT_FINITE,
+           "lens_radiance[3]");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = HALF_NEGATIVE, ERR_OK, "");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfbff, ERR_OK, "");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_slope[3]");
+    EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 0)[at] = HALF_NAN, ERR_NOT_FINITE, "lens_slope[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
+           "lens_coverage[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");

@@ -38,12 +38,17 @@ static void nothing_changes_nothing(void **state)
 
 static void numbers_and_words_replace(void **state)
 {
-    const struct job_changes all = {
-        .method = "none", .indirect = "linear", .bounces = 0, .spp = 64, .tile_px = 32};
+    const struct job_changes all = {.method = "none",
+                                    .indirect = "linear",
+                                    .lens = "average",
+                                    .bounces = 0,
+                                    .spp = 64,
+                                    .tile_px = 32};
     (void)state;
     check_change(&all, "{\"sampling\": {\"spp\": 9, \"seed\": 5}, \"filter\": {\"mu\": 2}}",
                  "{\"sampling\": {\"spp\": 64, \"seed\": 5, \"tile_px\": 32},"
-                 " \"filter\": {\"mu\": 2, \"method\": \"none\", \"indirect\": \"linear\"},"
+                 " \"filter\": {\"mu\": 2, \"method\": \"none\", \"indirect\": \"linear\", "
+                 "\"lens\": \"average\"},"
                  " \"effects\": {\"indirect_bounces\": 0}}");
     /* The server says better what is wrong. */
     check_change(&all, "{\"sampling\": 3, \"filter\": [], \"effects\": null}",

@@ -285,7 +285,8 @@ static void auto_tells_why_it_is_paths(void **state)
     PATHS("image.pixel_filter is not box");
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
-    PATHS("there is a lens");
+    s->job.layers |= LAYER_ALBEDO;
+    PATHS("with a lens only paths give the layer albedo");
     s->job.layers |= LAYER_ERROR;
     s->job.indirect_bounces = 0;
     PATHS("only along paths has light from areas a known error");

@@ -377,7 +377,7 @@ static void paths_alone_are_not_filtered(void **state)
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
     expect_filter(s, INDIRECT_FILTER_NONE,
-                  "paths make the picture, as light fields cannot: there is a lens");
+                  "with a lens every sample is a path, with light of its own");
     assert_true(has_warning(s, "filter.indirect is blend, but"));
 }
 

@@ -1,0 +1,83 @@
+#include "server/reconstruct/defocus.h"
+
+#include <math.h>
+#include <time.h>
+
+#include "server/reconstruct/lens.h"
+#include "server/reconstruct/lighting.h"
+
+/* What lens_filter writes; arrays of the patch's size. */
+struct defocused {
+    float *rgb[3], *width_px;
+    void *memory;
+};
+
+static uint64_t thread_cpu_us(void)
+{
+    struct timespec t;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+static int filter(const struct plan *plan, const struct patch *patch, struct rect block,
+                  struct defocused *out, struct block_statistics *statistics)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    const uint64_t start_us = thread_cpu_us();
+    struct lens_statistics lens = {0};
+    float *at = out->memory = scratch_take(patch->scratch, area * 4 * sizeof *at);
+    if (!at) return ERR_MEMORY;
+    for (int c = 0; c < 3; c++, at += area) out->rgb[c] = at;
+    out->width_px = at;
+    const int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
+    if (plan->lens_filter == LENS_FILTER_NONE) return error;
+    statistics->lens = lens;
+    statistics->lens_cpu_us = thread_cpu_us() - start_us;
+    return error;
+}
+
+static void put(const struct patch *patch, const float *in, struct rect block,
+                const struct plane *out)
+{
+    for (int32_t y = block.y0; out && y < block.y1; y++) {
+        const float *from = in + patch_pixel(patch, block.x0, y);
+        float *to = plane_at(out, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++) to[x] = fminf(from[x], LIGHTING_MAX);
+    }
+}
+
+static void put_coverage(const struct patch *patch, struct rect block, struct image *image,
+                         struct block_statistics *statistics)
+{
+    const struct plane *out = image_plane(image, "A");
+    for (int32_t y = block.y0; patch->lens_coverage && y < block.y1; y++) {
+        const float *in = patch->lens_coverage + patch_pixel(patch, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++) {
+            statistics->pixels_background += in[x] > 0.0f ? 0 : 1;
+            if (out) plane_at(out, block.x0, y)[x] = fminf(in[x], 1.0f);
+        }
+    }
+}
+
+static void fill(const struct plane *out, struct rect block, float value)
+{
+    for (int32_t y = block.y0; out && y < block.y1; y++)
+        for (int32_t x = block.x0; x < block.x1; x++) *plane_at(out, x, y) = value;
+}
+
+int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
+                    struct image *image, struct block_statistics *statistics)
+{
+    static const char *const channels[] = {"R", "G", "B"};
+    const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    struct defocused seen = {0};
+    const int error = filter(plan, patch, block, &seen, statistics);
+    for (int c = 0; c < 3 && !error; c++)
+        put(patch, seen.rgb[c], block, image_plane(image, channels[c]));
+    if (!error) put(patch, seen.width_px, block, image_plane(image, "filter_width.W"));
+    scratch_give(patch->scratch, seen.memory);
+    if (error) return error;
+    put_coverage(patch, block, image, statistics);
+    fill(image_plane(image, "samples.N"), block, (float)samples);
+    return 0;
+}

@@ -1,0 +1,14 @@
+#pragma once
+/* The picture of a plan with lens samples: what all of a pixel's points of the lens see, filtered
+ * as the plan says or averaged. */
+#include "server/image/image.h"
+#include "server/reconstruct/block.h"
+
+/* Writes, of `block`:
+ *   R G B A       radiance; the share of lens samples that meet a surface
+ *   samples       lens samples of the pixel
+ *   filter_width  sigma in pixels; 0: not filtered
+ *
+ * pixels_background counts pixels of which no sample meets a surface. ERR_MEMORY. */
+int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
+                    struct image *image, struct block_statistics *statistics);

@@ -1,0 +1,201 @@
+#include "server/reconstruct/lens.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/samples.h"
+#include "server/reconstruct/lens_axis_aligned.h"
+#include "server/reconstruct/lens_cells.h"
+#include "server/reconstruct/lens_residual.h"
+
+#define FLAG_RANGE_PX    2.0f
+#define FLAG_OPPOSITE_PX 0.3f
+
+int32_t lens_halo_px(const struct plan *plan)
+{
+    if (plan->lens_filter == LENS_FILTER_SHEARED)
+        return lens_reach_px(LENS_SLOPE_MOST) + lens_residual_reach_px(plan);
+    return plan->lens_filter == LENS_FILTER_AXIS_ALIGNED ? LENS_AXIS_ALIGNED_REACH_PX : 0;
+}
+
+static bool can_filter(const struct plan *plan, const struct patch *p, struct rect inner)
+{
+    const struct rect common = rect_intersect(inner, p->rect);
+    return plan->lens_filter <= LENS_FILTER_SHEARED && plan->lens_strata_per_axis > 0 &&
+           p->lens_radiance && (plan->lens_filter == LENS_FILTER_NONE || p->lens_slope) &&
+           !rect_is_empty(inner) && rect_area(common) == rect_area(inner);
+}
+
+/* Mean of the samples, in their order; those of a row. */
+static void average_row(const struct plan *plan, const struct patch *patch, uint32_t channel,
+                        size_t first, size_t count, float *out)
+{
+    const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    const size_t area = (size_t)rect_area(patch->rect);
+    memset(out, 0, count * sizeof *out);
+    for (uint32_t j = 0; j < samples; j++) {
+        const float *in = patch->lens_radiance + (j * 3 + channel) * area + first;
+        for (size_t x = 0; x < count; x++) out[x] += in[x];
+    }
+    for (size_t x = 0; x < count; x++) out[x] /= (float)samples;
+}
+
+static void average(const struct plan *plan, const struct patch *patch, struct rect inner,
+                    float *const out[3], float *width_px)
+{
+    const size_t count = (size_t)rect_width(inner);
+    for (int32_t y = inner.y0; y < inner.y1; y++) {
+        const size_t first = patch_pixel(patch, inner.x0, y);
+        for (uint32_t c = 0; c < 3; c++) average_row(plan, patch, c, first, count, out[c] + first);
+        if (width_px) memset(width_px + first, 0, count * sizeof *width_px);
+    }
+}
+
+/* What pixels' own samples say of what is in focus, under what nearer layers let through. */
+static void look_at_focus(struct lens_field *f)
+{
+    const uint32_t n = f->l * f->l;
+    float low, high;
+    lens_layer_slopes(LENS_FOCUS, &low, &high);
+    for (int32_t y = f->wide.y0; y < f->wide.y1; y++) {
+        for (int32_t x = f->wide.x0; x < f->wide.x1; x++) {
+            const size_t p = lens_wide(f, x, y);
+            float light[LENS_LIGHTS] = {0}, met = 0.0f, all = 0.0f, through = 0.0f;
+            for (uint32_t j = 0; j < n; j++) {
+                const float s = *lens_slopes(f, j, x, y);
+                if (s >= high) continue;
+                all += 1.0f;
+                if (s < low) continue;
+                met += 1.0f;
+                for (uint32_t k = 0; k < 3; k++) {
+                    const float c = *lens_light(f, j, k, x, y);
+                    light[k] += c;
+                    light[3] += c * c;
+                }
+            }
+            if (!(met > 0.0f)) continue;
+            for (int g = 0; g < LENS_GROUPS; g++) {
+                through += f->through[g][p] * f->shape.share[g];
+                f->through[g][p] *= 1.0f - met / all;
+            }
+            const float by = through / all;
+            for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += light[k] * by;
+            f->share[p] += met * by;
+        }
+    }
+}
+
+static int look_at(struct lens_field *f, uint32_t layer)
+{
+    struct lens_cells cells;
+    if (layer == LENS_FOCUS) {
+        look_at_focus(f);
+        return 0;
+    }
+    const int error = lens_cells_create(f, layer, &cells);
+    if (!error && !rect_is_empty(cells.targets)) {
+        lens_cells_fill(f, &cells);
+        lens_cells_look(f, &cells);
+    }
+    lens_cells_fini(f, &cells);
+    return error;
+}
+
+/* Means from sums; nothing but the pixel's average where layers brought nothing. */
+static void divide(struct lens_field *f)
+{
+    const size_t area = (size_t)rect_area(f->wide);
+    for (size_t p = 0; p < area; p++) {
+        const float share = f->share[p];
+        for (int k = 0; k < LENS_LIGHTS; k++)
+            f->light[k][p] = share > 0.0f ? f->light[k][p] / share : 0.0f;
+        f->spread[p] = share > 0.0f ? f->spread[p] / share : 0.0f;
+    }
+}
+
+static void count_pixels(const struct lens_field *f, struct rect inner, float *width_px,
+                         struct lens_statistics *statistics)
+{
+    for (int32_t y = inner.y0; y < inner.y1; y++) {
+        for (int32_t x = inner.x0; x < inner.x1; x++) {
+            const float slope = f->spread[lens_wide(f, x, y)];
+            if (width_px) width_px[patch_pixel(f->patch, x, y)] = 0.5f * slope;
+            statistics->pixels_filtered += slope > 0.0f ? 1 : 0;
+            statistics->pixels_skipped += slope > 0.0f ? 0 : 1;
+        }
+    }
+}
+
+static int shear(const struct plan *plan, const struct patch *patch, struct rect inner,
+                 float *const out[3], float *width_px, struct lens_statistics *statistics)
+{
+    const int32_t ring = lens_residual_reach_px(plan);
+    const struct rect wide = rect_intersect(rect_grow(inner, ring), patch->rect);
+    const struct rect seen = rect_intersect(rect_grow(inner, lens_halo_px(plan)), patch->rect);
+    struct lens_field f;
+    int error = lens_field_create(plan, patch, wide, seen, &f);
+    const bool focused = !error && f.all == 1u << LENS_FOCUS;
+    if (focused) {
+        average(plan, patch, inner, out, width_px);
+        statistics->pixels_skipped += (uint64_t)rect_area(inner);
+        statistics->blocks_skipped++;
+    }
+    for (uint32_t layer = 0; !error && !focused && layer < LENS_LAYERS; layer++)
+        if (f.all >> layer & 1u) error = look_at(&f, layer);
+    if (!error && !focused) {
+        divide(&f);
+        error = lens_residual(&f, inner, out);
+        count_pixels(&f, inner, width_px, statistics);
+    }
+    lens_field_fini(&f);
+    return error;
+}
+
+int lens_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
+                float *const out[3], float *width_px, struct lens_statistics *statistics)
+{
+    if (!can_filter(plan, patch, inner)) return ERR_RANGE;
+    if (plan->lens_filter == LENS_FILTER_SHEARED)
+        return shear(plan, patch, inner, out, width_px, statistics);
+    if (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED)
+        return lens_axis_aligned(plan, patch, inner, out, width_px, statistics);
+    average(plan, patch, inner, out, width_px);
+    statistics->pixels_skipped += (uint64_t)rect_area(inner);
+    statistics->blocks_skipped++;
+    return 0;
+}
+
+static bool is_flagged(const struct plan *plan, const struct patch *patch, int32_t x, int32_t y)
+{
+    const uint32_t n = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    const float *slope = patch->lens_slope + patch_pixel(patch, x, y);
+    float least = slope[0], most = slope[0];
+    for (uint32_t j = 1; j < n; j++) {
+        const float s = slope[j * (size_t)rect_area(patch->rect)];
+        least = fminf(least, s);
+        most = fmaxf(most, s);
+    }
+    return most - least > FLAG_RANGE_PX ||
+           (least < 0.0f && most > 0.0f && most - least > FLAG_OPPOSITE_PX);
+}
+
+uint64_t lens_flags(const struct plan *plan, const struct patch *patch, struct rect inner,
+                    uint8_t *flags)
+{
+    const struct rect around = rect_intersect(rect_grow(inner, 1), patch->rect);
+    uint64_t count = 0;
+    memset(flags, 0, (size_t)rect_area(inner));
+    for (int32_t y = around.y0; y < around.y1; y++) {
+        for (int32_t x = around.x0; x < around.x1; x++) {
+            const struct rect beside = {x - 1, y - 1, x + 2, y + 2};
+            const struct rect marked = rect_intersect(beside, inner);
+            if (rect_is_empty(marked) || !is_flagged(plan, patch, x, y)) continue;
+            for (int32_t v = marked.y0; v < marked.y1; v++)
+                memset(flags + (size_t)(v - inner.y0) * (size_t)rect_width(inner) +
+                           (size_t)(marked.x0 - inner.x0),
+                       1, (size_t)rect_width(marked));
+        }
+    }
+    for (size_t i = 0; i < (size_t)rect_area(inner); i++) count += flags[i];
+    return count;
+}

@@ -1,0 +1,337 @@
+#include "server/reconstruct/lens_cells.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SUMS        8
+#define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
+
+/* Cells are between a fourth and an eighth of the layer's largest slope, or half a pixel. */
+static void find_scale(struct lens_cells *c)
+{
+    c->fine = c->most <= 3.0f ? 1 : 0;
+    c->coarse = lens_coarse_of(c->most);
+    c->scale = (c->fine ? 2.0f : 1.0f) / (float)(1 << c->coarse);
+}
+
+static void find_slopes(uint32_t layer, struct lens_cells *c)
+{
+    lens_layer_slopes(layer, &c->low, &c->high);
+    c->layer = layer;
+    c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
+    c->most = c->fixed ? FIXED_SHARE * LENS_SLOPE_MOST : fmaxf(fabsf(c->low), fabsf(c->high));
+    c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
+}
+
+static int32_t reach_of(const struct lens_cells *c)
+{
+    return (int32_t)ceilf(c->most) + (2 << c->coarse);
+}
+
+/* Where in `pixels` the layer's samples are. */
+static struct rect find_box(const struct lens_field *f, uint32_t layer, struct rect pixels)
+{
+    struct rect box = {pixels.x1, pixels.y1, pixels.x0, pixels.y0};
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        for (int32_t y = pixels.y0; y < pixels.y1; y++)
+            for (uint32_t k = 0; k < f->segments; k++) {
+                const int32_t x = f->seen.x0 + (int32_t)k * LENS_SEGMENT;
+                if (!(lens_present(f, j, y, k) >> layer & 1u)) continue;
+                box.x0 = x < box.x0 ? x : box.x0;
+                box.x1 = x + LENS_SEGMENT > box.x1 ? x + LENS_SEGMENT : box.x1;
+                box.y0 = y < box.y0 ? y : box.y0;
+                box.y1 = y + 1 > box.y1 ? y + 1 : box.y1;
+            }
+    return box;
+}
+
+/* Who can see the layer, which cells they look at, and which pixels those show. */
+static void find_rects(const struct lens_field *f, struct lens_cells *c)
+{
+    const int32_t reach = reach_of(c), down = c->coarse, up = c->fine;
+    const struct rect near = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
+    const struct rect box = find_box(f, c->layer, near);
+    if (rect_is_empty(box)) return;
+    c->targets = rect_intersect(rect_grow(box, 2 * reach), f->wide);
+    if (rect_is_empty(c->targets)) return;
+    const struct rect looked = rect_grow(c->targets, reach);
+    c->rect = (struct rect){looked.x0 >> down << up, looked.y0 >> down << up,
+                            ((looked.x1 >> down) + 1) << up, ((looked.y1 >> down) + 1) << up};
+    c->pixels = rect_intersect(rect_grow(c->targets, 2 * reach), f->seen);
+    c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
+                             (c->rect.y1 >> 3) + 1};
+}
+_Static_assert(LENS_TILE == 1 << 3, "tiles are found by shifts");
+
+int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out)
+{
+    struct lens_cells *c = out;
+    *c = (struct lens_cells){.memory = NULL};
+    find_slopes(layer, c);
+    find_scale(c);
+    find_rects(f, c);
+    if (rect_is_empty(c->targets)) return 0;
+    const int32_t width = rect_width(c->rect);
+    c->columns = (c->fine ? (width + 1) / 2 : width) + LENS_LANES;
+    c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
+    c->stride = c->fine ? 2 * c->columns : c->columns;
+    c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
+    const size_t tiles = (size_t)rect_area(c->tiles);
+    const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
+    c->memory = scratch_take(f->patch->scratch, floats * sizeof(float) + 4 * tiles);
+    if (!c->memory) return ERR_MEMORY;
+    c->sums = c->memory;
+    for (int k = 0; k < LENS_CELL_PLANES; k++) c->plane[k] = c->sums + (SUMS + (size_t)k) * c->area;
+    c->near = (uint8_t *)c->memory + floats * sizeof(float);
+    c->read = c->near + tiles;
+    c->from = c->read + tiles;
+    c->spare = c->from + tiles;
+    memset(c->sums, 0, SUMS * c->area * sizeof(float));
+    memset(c->near, 0, tiles);
+    return 0;
+}
+
+void lens_cells_fini(const struct lens_field *f, struct lens_cells *c)
+{
+    scratch_give(f->patch->scratch, c->memory);
+}
+
+typedef float quad __attribute__((vector_size(16), aligned(16)));
+
+/* Which of a segment's samples lie in cells. */
+static uint32_t list_cells(const int32_t *cell, int32_t count, uint32_t hits[LENS_SEGMENT])
+{
+    uint32_t n = 0;
+    for (int32_t i = 0; i < count; i++) {
+        hits[n] = (uint32_t)i;
+        n += cell[i] >= 0 ? 1 : 0;
+    }
+    return n;
+}
+
+/* Samples of a row, `count` from column x on, into their cells. */
+static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t sample, int32_t x,
+                    int32_t y, int32_t count)
+{
+    const float *slope = lens_slopes(f, sample, x, y), *light[3];
+    uint32_t hits[LENS_SEGMENT];
+    for (uint32_t k = 0; k < 3; k++) light[k] = lens_light(f, sample, k, x, y);
+    const uint32_t n = list_cells(f->cell, count, hits);
+    for (uint32_t k = 0; k < n; k++) {
+        const uint32_t i = hits[k];
+        const float r = light[0][i], g = light[1][i], b = light[2][i];
+        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[i]);
+        to[0] += (quad){r, g, b, r * r + g * g + b * b};
+        to[1] += (quad){1.0f, fabsf(slope[i]), 1.0f, 1.0f};
+    }
+}
+
+/* Sums of the slopes of pixels' samples that lie in the layer. */
+static void add_slopes(const struct lens_field *f, const struct lens_cells *c, const float *slope,
+                       size_t at, int32_t count)
+{
+    float *restrict slopes = f->slopes + at, *restrict counts = f->count + at;
+    for (int32_t i = 0; i < count; i++) {
+        const bool own = slope[i] >= c->low && slope[i] < c->high;
+        slopes[i] += own ? slope[i] : 0.0f;
+        counts[i] += own ? 1.0f : 0.0f;
+    }
+}
+
+/* Samples of a row that pass the layer. */
+static void pass_run(const struct lens_field *f, struct lens_cells *c, int32_t x, int32_t y,
+                     int32_t count)
+{
+    const size_t at = lens_seen(f, x, y);
+    uint32_t hits[LENS_SEGMENT];
+    const uint32_t n = list_cells(f->cell, count, hits);
+    for (uint32_t k = 0; k < n; k++) {
+        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[hits[k]]);
+        to[1] += *(const quad *)(const void *)(f->passed + 4 * (at + hits[k]));
+    }
+}
+
+/* Slopes by which pixels' samples pass the layer: those with which others of the pixel lie in it.
+ */
+static void find_pass(const struct lens_field *f, const struct lens_cells *c)
+{
+    const size_t area = (size_t)rect_area(f->seen);
+    for (size_t i = 0; i < area; i++) {
+        const bool known = f->count[i] > 0.0f;
+        f->pass[i] = known && !c->fixed ? f->slopes[i] / f->count[i] : c->middle;
+        float *passed = f->passed + 4 * i;
+        passed[0] = 0.0f;
+        passed[1] = known ? fabsf(f->pass[i]) : 0.0f;
+        passed[2] = 1.0f;
+        passed[3] = known ? 1.0f : 0.0f;
+    }
+}
+
+static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
+                                  bool beyond)
+{
+    return (struct lens_place){
+        .strata_inverse = 1.0f / (float)f->l, /* l is at least 1 */
+        .cells = c->scale,
+        .fine = c->fine,
+        .coarse = c->coarse,
+        .low = c->low,
+        .high = c->high,
+        .beyond = beyond,
+        .fixed = c->fixed,
+        .column = c->rect.x0,
+        .columns = rect_width(c->rect),
+        .rows = rect_height(c->rect),
+        .stride = c->stride,
+        .half_step = c->columns,
+    };
+}
+
+static size_t tile_at(const struct lens_cells *c, int32_t column, int32_t row)
+{
+    return (size_t)(row - c->tiles.y0) * (size_t)rect_width(c->tiles) +
+           (size_t)(column - c->tiles.x0);
+}
+
+/* Can samples of pixels x .. end - 1 of row y lie where somebody looks? */
+static bool is_looked_at(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
+{
+    const struct rect t = c->tiles;
+    int32_t row = y >> c->coarse << c->fine >> 3;
+    row = row < t.y0 ? t.y0 : row >= t.y1 ? t.y1 - 1 : row;
+    for (int32_t k = x >> c->coarse << c->fine >> 3; k <= (end - 1) >> c->coarse << c->fine >> 3;
+         k++)
+        if (c->from[tile_at(c, k < t.x0 ? t.x0 : k >= t.x1 ? t.x1 - 1 : k, row)]) return true;
+    return false;
+}
+
+/* Samples j of row y, segment by segment. */
+static void add_row(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t y,
+                    uint32_t wanted, struct lens_place *place)
+{
+    const size_t area = (size_t)rect_area(f->seen);
+    place->row_phase = (float)(y & ((1 << c->coarse) - 1));
+    place->row = c->rect.y0 - (y >> c->coarse << c->fine);
+    for (uint32_t k = 0; k < f->segments; k++) {
+        const int32_t left = f->seen.x0 + (int32_t)k * LENS_SEGMENT, right = left + LENS_SEGMENT;
+        const int32_t x = left > c->pixels.x0 ? left : c->pixels.x0;
+        const int32_t end = right < c->pixels.x1 ? right : c->pixels.x1;
+        if (x >= end || !(lens_present(f, j, y, k) & wanted)) continue;
+        if (place->beyond && !is_looked_at(c, x, end, y)) continue;
+        const size_t at = lens_seen(f, x, y), line = j / f->l * area + at;
+        place->slope = lens_slopes(f, j, x, y);
+        place->along = f->along + at;
+        place->pass = f->pass + at;
+        place->left = f->left + line;
+        place->chord = f->chord + line;
+        place->height = f->height + line;
+        place->x = x;
+        f->kernels->place(place, (uint32_t)(end - x), f->cell);
+        if (place->beyond) {
+            pass_run(f, c, x, y, end - x);
+        } else {
+            add_slopes(f, c, place->slope, at, end - x);
+            add_run(f, c, j, x, y, end - x);
+        }
+    }
+}
+
+/* All samples in the layer, or all beyond it, row by row: the cells of a row's samples are near
+ * each other. */
+static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
+{
+    const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
+    struct lens_place place = place_of(f, c, beyond);
+    for (int32_t y = c->pixels.y0; y < c->pixels.y1; y++) {
+        for (uint32_t j = 0; j < f->l * f->l; j++) {
+            place.stratum = (float)(j % f->l);
+            add_row(f, c, j, y, wanted, &place);
+        }
+    }
+}
+
+/* Where cell (column, row) of the picture is. */
+static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
+{
+    const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
+    return (size_t)y * (size_t)c->stride + (size_t)((x & c->fine) * c->columns + (x >> c->fine));
+}
+
+/* Sums of a row of cells, from `at` on, into planes. Areas of the lens are 1 / slope^2 of those of
+ * the image. */
+static void finish_row(const struct lens_field *f, struct lens_cells *c, size_t at, size_t count)
+{
+    const float inradius = f->shape.inradius * c->scale;
+    const float middle = c->fixed ? c->most : fabsf(c->middle);
+    for (size_t i = at; i < at + count; i++) {
+        const float *sum = c->sums + SUMS * i;
+        const float samples = sum[4], all = sum[6];
+        const float slope = sum[7] > 0.0f && !c->fixed ? sum[5] / sum[7] : middle;
+        const float weight = all > 0.0f ? 1.0f / (slope * slope) : 0.0f; /* slopes: 1 at least */
+        const float each = all > 0.0f ? weight / all : 0.0f;
+        c->plane[LENS_CELL_REACH][i] = slope * inradius + 0.5f;
+        c->plane[LENS_CELL_WEIGHT][i] = weight;
+        c->plane[LENS_CELL_SHARE][i] = samples * each;
+        for (int k = 0; k < LENS_LIGHTS; k++) c->plane[LENS_CELL_LIGHT + k][i] = sum[k] * each;
+    }
+}
+
+static void mark(struct lens_cells *c)
+{
+    for (int32_t y = c->rect.y0; y < c->rect.y1; y++)
+        for (int32_t x = c->rect.x0; x < c->rect.x1; x++)
+            if (c->sums[SUMS * cell_at(c, x, y) + 4] > 0.0f)
+                c->near[tile_at(c, x >> 3, y >> 3)] = 1;
+}
+
+/* Spreads marks by `tiles` to all sides. */
+static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in, uint8_t *out)
+{
+    const int32_t width = rect_width(c->tiles), height = rect_height(c->tiles);
+    memset(c->spare, 0, (size_t)width * (size_t)height);
+    memset(out, 0, (size_t)width * (size_t)height);
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++)
+            for (int32_t k = x - tiles; in[y * width + x] && k <= x + tiles; k++)
+                if (k >= 0 && k < width) c->spare[y * width + k] = 1;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t k = y - tiles; k <= y + tiles; k++)
+            for (int32_t x = 0; k >= 0 && k < height && x < width; x++)
+                out[k * width + x] |= c->spare[y * width + x];
+}
+
+/* Cells that somebody looks at, row by row, in runs of tiles. */
+static void finish(const struct lens_field *f, struct lens_cells *c)
+{
+    const struct rect r = c->rect, t = c->tiles;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        for (int32_t k = t.x0; k < t.x1; k++) {
+            const int32_t first = k;
+            while (k < t.x1 && c->read[tile_at(c, k, y >> 3)]) k++;
+            const int32_t x = first << 3 > r.x0 ? first << 3 : r.x0;
+            const int32_t end = k << 3 < r.x1 ? k << 3 : r.x1;
+            if (k == first || x >= end) continue;
+            const size_t count = (size_t)((end - x + c->fine) >> c->fine);
+            for (int32_t half = 0; half <= c->fine; half++)
+                finish_row(f, c, cell_at(c, x + half, y), count);
+        }
+    }
+}
+
+void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
+{
+    const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
+    const size_t seen = (size_t)rect_area(f->seen);
+    memset(f->slopes, 0, seen * sizeof(float));
+    memset(f->count, 0, seen * sizeof(float));
+    for (size_t i = 0; i < seen; i++) f->pass[i] = c->middle;
+    add(f, c, false);
+    find_pass(f, c);
+    mark(c);
+    memcpy(c->read, c->near, (size_t)rect_area(c->tiles));
+    dilate(c, tiles, c->read, c->near);
+    dilate(c, tiles, c->near, c->read);
+    dilate(c, tiles, c->read, c->from);
+    if (f->all & ~((2u << c->layer) - 1u)) add(f, c, true);
+    finish(f, c);
+}

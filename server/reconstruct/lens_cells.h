@@ -1,0 +1,42 @@
+#pragma once
+/* One layer's image, made of the samples that lie in it or pass it: square cells over the picture's
+ * plane, larger where the layer is farther out of focus. A sample (x, u) of slope s is projected to
+ * x + s u. */
+#include <stdbool.h>
+
+#include "server/reconstruct/lens_field.h"
+
+#define LENS_TILE 8 /* cells a side that are marked together where there is something to see */
+
+struct lens_cells {
+    uint32_t layer;
+    float low, high;      /* slopes */
+    float most, middle;   /* of their sizes; the middle has a sign */
+    bool fixed;           /* too far out of focus to be projected */
+    int32_t fine, coarse; /* cells a pixel: 2^(fine - coarse) */
+    float scale;          /* that */
+    struct rect targets;  /* pixels of the field's `wide` that can see the layer; may be empty */
+    struct rect rect;     /* cells, in those of the whole picture */
+    struct rect pixels;   /* whose samples can lie in them */
+    int32_t columns;      /* of one half (of the cells that are even, or odd) if fine, else all */
+    int32_t stride;       /* of rows */
+    size_t area;          /* of a plane */
+    float *sums;          /* 8 a cell: light, samples, slopes, samples in or beyond the layer */
+    float *plane[LENS_CELL_PLANES];
+    struct rect tiles; /* in tiles of the whole picture */
+    uint8_t *near;     /* of tiles: can a pixel there see the layer? */
+    uint8_t *read;     /* of tiles: can such a pixel see the tile? */
+    uint8_t *from;     /* of tiles: can samples of pixels there lie in what such pixels see? */
+    uint8_t *spare;
+    void *memory;
+};
+
+/* ERR_MEMORY; then fini still has to be called. */
+int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out);
+void lens_cells_fini(const struct lens_field *f, struct lens_cells *c);
+
+/* Makes the layer's image. */
+void lens_cells_fill(const struct lens_field *f, struct lens_cells *c);
+
+/* Adds what each pixel sees of the layer through what nearer layers leave of its lens. */
+void lens_cells_look(struct lens_field *f, const struct lens_cells *c);

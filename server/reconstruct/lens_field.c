@@ -1,0 +1,175 @@
+#include "server/reconstruct/lens_field.h"
+
+#include <math.h>
+#include <string.h>
+
+#define PLANES_WIDE (LENS_GROUPS + LENS_LIGHTS + 2)
+
+/* 1, 1.5, 2, 3, 4, 6, ... */
+static float bound(uint32_t k)
+{
+    return (k & 1 ? 1.5f : 1.0f) * (float)(1u << k / 2);
+}
+_Static_assert(LENS_BANDS == 9, "bound(9) is LENS_SLOPE_MOST");
+
+/* Exponent and first digit of the slope count the bands. */
+uint32_t lens_layer_of(float slope)
+{
+    const float size = fabsf(slope);
+    uint32_t bits;
+    memcpy(&bits, &size, sizeof bits);
+    const uint32_t least = 127u << 1, k = bits >> 22;
+    if (k < least) return LENS_FOCUS;
+    const uint32_t band = k - least < LENS_BANDS ? k - least : LENS_BANDS;
+    return slope > 0.0f ? LENS_FOCUS - 1 - band : LENS_FOCUS + 1 + band;
+}
+
+void lens_layer_slopes(uint32_t layer, float *low, float *high)
+{
+    if (layer < LENS_FOCUS) {
+        const uint32_t band = LENS_FOCUS - 1 - layer;
+        *low = bound(band);
+        *high = band < LENS_BANDS ? bound(band + 1) : INFINITY;
+    } else if (layer > LENS_FOCUS) {
+        const uint32_t band = layer - LENS_FOCUS - 1;
+        *low = band < LENS_BANDS ? nextafterf(-bound(band + 1), 0.0f) : -INFINITY;
+        *high = nextafterf(-bound(band), 0.0f);
+    } else {
+        *low = nextafterf(-1.0f, 0.0f);
+        *high = 1.0f;
+    }
+}
+
+/* Cells of a band up to `most` are up to a fourth of it large. */
+int32_t lens_reach_px(float most)
+{
+    uint32_t band = 1;
+    while (band < LENS_BANDS && bound(band) <= most) band++;
+    const float end = bound(band);
+    return 2 * ((int32_t)ceilf(end) + (2 << lens_coarse_of(end)));
+}
+
+int32_t lens_coarse_of(float most)
+{
+    return most <= 8.0f ? 0 : most <= 16.0f ? 1 : 2;
+}
+
+static void place_lines(struct lens_field *f)
+{
+    const size_t area = (size_t)rect_area(f->seen);
+    const uint32_t width = (uint32_t)rect_width(f->seen);
+    const struct lens_aperture *aperture = &f->pattern.aperture;
+    float *across = (float *)(void *)f->cell; /* a row; nothing is placed yet */
+    for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
+        const size_t row = lens_seen(f, f->seen.x0, y);
+        lens_pattern_jitters(&f->pattern, f->seen.x0, y, width, f->along + row, across);
+        for (uint32_t i = 0; i < f->l; i++) {
+            float *height = f->height + i * area + row, *left = f->left + i * area + row;
+            float *chord = f->chord + i * area + row;
+            if (aperture->bands == 0)
+                f->kernels->lines(f->l, i, width, across, height, left, chord);
+            else
+                lens_aperture_lines(aperture, f->l, i, width, across, height, left, chord);
+        }
+    }
+}
+
+/* The largest size of slopes in a rectangle of the patch. */
+static float most_in(const struct lens_field *f, struct rect rect)
+{
+    const int32_t width = rect_width(rect);
+    float most = 0.0f;
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        for (int32_t y = rect.y0; y < rect.y1; y++) {
+            const float *slope = lens_slopes(f, j, rect.x0, y);
+            for (int32_t x = 0; x < width; x++) {
+                const float size = fabsf(slope[x]);
+                most = size > most ? size : most;
+            }
+        }
+    return most;
+}
+
+static uint32_t layers_of(const float *slope, int32_t count)
+{
+    uint32_t bits = 0;
+    for (int32_t x = 0; x < count; x++) bits |= 1u << lens_layer_of(slope[x]);
+    return bits;
+}
+
+static void find_layers(struct lens_field *f)
+{
+    const int32_t width = rect_width(f->seen);
+    uint32_t *out = f->present;
+    f->all = 0;
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
+            const float *slope = lens_slopes(f, j, f->seen.x0, y);
+            for (int32_t x = 0; x < width; x += LENS_SEGMENT) {
+                const int32_t left = width - x;
+                *out = layers_of(slope + x, left < LENS_SEGMENT ? left : LENS_SEGMENT);
+                f->all |= *out++;
+            }
+        }
+    }
+}
+
+static size_t padded(size_t floats)
+{
+    return (floats + 2 * LENS_LANES - 1) / LENS_LANES * LENS_LANES;
+}
+
+static int allocate(struct lens_field *f)
+{
+    const size_t seen = padded((size_t)rect_area(f->seen)),
+                 lines = padded(f->l * (size_t)rect_area(f->seen));
+    const size_t wide = padded((size_t)rect_area(f->wide));
+    const size_t row = padded((size_t)rect_width(f->seen));
+    const size_t present = padded((size_t)rect_height(f->seen) * f->l * f->l * f->segments);
+    const size_t floats = 8 * seen + 3 * lines + PLANES_WIDE * wide + row + present;
+    float *at = f->memory = scratch_take(f->patch->scratch, floats * sizeof *at);
+    if (!at) return ERR_MEMORY;
+    f->along = at;
+    f->slopes = f->along + seen;
+    f->count = f->slopes + seen;
+    f->pass = f->count + seen;
+    f->passed = f->pass + seen;
+    f->height = f->passed + 4 * seen;
+    f->left = f->height + lines;
+    f->chord = f->left + lines;
+    f->cell = (int32_t *)(void *)(f->chord + lines);
+    f->present = (uint32_t *)(void *)(f->cell + row);
+    at = (float *)(void *)(f->present + present);
+    float **const planes[PLANES_WIDE] = {
+        &f->through[0], &f->through[1], &f->through[2], &f->through[3], &f->light[0],
+        &f->light[1],   &f->light[2],   &f->light[3],   &f->share,      &f->spread};
+    for (size_t k = 0; k < PLANES_WIDE; k++) *planes[k] = at + k * wide;
+    memset(f->light[0], 0, (LENS_LIGHTS + 2) * wide * sizeof(float));
+    for (size_t k = 0; k < LENS_GROUPS * wide; k++) f->through[0][k] = 1.0f;
+    return 0;
+}
+
+int lens_field_create(const struct plan *plan, const struct patch *patch, struct rect wide,
+                      struct rect seen, struct lens_field *out)
+{
+    *out = (struct lens_field){.plan = plan,
+                               .patch = patch,
+                               .kernels = lens_kernels_best(),
+                               .l = plan->lens_strata_per_axis,
+                               .wide = wide,
+                               .seen = seen};
+    out->seen = rect_intersect(rect_grow(wide, lens_reach_px(most_in(out, seen))), seen);
+    out->segments = ((uint32_t)rect_width(out->seen) + LENS_SEGMENT - 1) / LENS_SEGMENT;
+    const int error = allocate(out);
+    if (error) return error;
+    lens_pattern_init(&out->pattern, plan);
+    lens_shape_init(&out->shape, &out->pattern.aperture);
+    find_layers(out);
+    if (out->all != 1u << LENS_FOCUS) place_lines(out);
+    return 0;
+}
+
+void lens_field_fini(struct lens_field *f)
+{
+    scratch_give(f->patch->scratch, f->memory);
+}

@@ -1,0 +1,91 @@
+#pragma once
+/* What the sheared filter of lens samples works with: where samples lie, and of each pixel that is
+ * filtered what the layers so far have brought. */
+#include "server/reconstruct/lens_shape.h"
+#include "server/reconstruct/patch.h"
+
+/* Layers, nearest first: what is farther out of focus than LENS_SLOPE_MOST before it; bands of
+ * slopes between powers of two and the numbers half-way between them; what is in focus; bands
+ * behind it; what is beyond. */
+#define LENS_BANDS      9 /* to one side of the focus */
+#define LENS_SLOPE_MOST 24.0f
+#define LENS_LAYERS     (2 * LENS_BANDS + 3)
+#define LENS_SEGMENT    32               /* pixels of a row that are looked through together */
+#define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
+
+struct lens_field {
+    const struct plan *plan;
+    const struct patch *patch;
+    const struct lens_kernels *kernels;
+    struct lens_pattern pattern;
+    struct lens_shape shape;
+    uint32_t l;
+    struct rect wide; /* filtered */
+    struct rect seen; /* whose samples are read, which slopes tell */
+
+    /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
+    float *along, *height, *left, *chord;
+    uint32_t *present; /* bits of layers; of each sample, row and segment of `seen` */
+    uint32_t segments; /* of a row: LENS_SEGMENT pixels each */
+    uint32_t all;      /* of them all */
+    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass, and
+     * four numbers that cells get of each that does. */
+    float *slopes, *count, *pass, *passed;
+    int32_t *cell; /* of a row of `seen` */
+
+    /* Of `wide`: what the layers so far let through of each quarter of the lens; sums of light, of
+     * shares, and of shares times slopes. */
+    float *through[LENS_GROUPS], *light[LENS_LIGHTS], *share, *spread;
+    void *memory;
+};
+
+/* Where arrays of `seen` and `wide` have an image pixel. */
+static inline size_t lens_seen(const struct lens_field *f, int32_t x, int32_t y)
+{
+    return (size_t)(y - f->seen.y0) * (size_t)rect_width(f->seen) + (size_t)(x - f->seen.x0);
+}
+static inline size_t lens_wide(const struct lens_field *f, int32_t x, int32_t y)
+{
+    return (size_t)(y - f->wide.y0) * (size_t)rect_width(f->wide) + (size_t)(x - f->wide.x0);
+}
+
+/* Layers that sample j has in segment k of row y. */
+static inline uint32_t lens_present(const struct lens_field *f, uint32_t sample, int32_t y,
+                                    uint32_t segment)
+{
+    const uint32_t row = (uint32_t)(y - f->seen.y0), rows = (uint32_t)rect_height(f->seen);
+    return f->present[(sample * rows + row) * f->segments + segment];
+}
+
+/* Samples of a row of the patch from column x on. */
+static inline const float *lens_slopes(const struct lens_field *f, uint32_t sample, int32_t x,
+                                       int32_t y)
+{
+    const size_t area = (size_t)rect_area(f->patch->rect);
+    return f->patch->lens_slope + sample * area + patch_pixel(f->patch, x, y);
+}
+static inline const float *lens_light(const struct lens_field *f, uint32_t sample, uint32_t channel,
+                                      int32_t x, int32_t y)
+{
+    const size_t area = (size_t)rect_area(f->patch->rect);
+    return f->patch->lens_radiance + (sample * 3 + channel) * area + patch_pixel(f->patch, x, y);
+}
+
+/* ERR_MEMORY; then fini still has to be called. `seen`: at most. */
+int lens_field_create(const struct plan *plan, const struct patch *patch, struct rect wide,
+                      struct rect seen, struct lens_field *out);
+void lens_field_fini(struct lens_field *f);
+
+/* log2 of the pixels of a cell's side in a layer of slopes up to `most`, where that is not below 0.
+ */
+int32_t lens_coarse_of(float most);
+
+/* How far apart pixels are at most of which one sees what the other has samples of, with slopes up
+ * to `most`. */
+int32_t lens_reach_px(float most);
+
+/* The layer that a slope belongs to. */
+uint32_t lens_layer_of(float slope);
+
+/* The slopes of a layer: from `low`, below `high`. */
+void lens_layer_slopes(uint32_t layer, float *low, float *high);

@@ -1,0 +1,10 @@
+/* The table of kernels, compiled once for each instruction set: define LENS_KERNELS as its name and
+ * include this. The same operations in the same order everywhere: pictures do not depend on the
+ * CPU. */
+#include "server/reconstruct/lens_lanes.h"
+
+const struct lens_kernels LENS_KERNELS = {
+    .gather = kernel_gather,
+    .lines = kernel_lines,
+    .place = kernel_place,
+};

@@ -1,0 +1,115 @@
+/* What pixels see of a layer. */
+#include <math.h>
+#include <string.h>
+
+#include "server/reconstruct/lens_cells.h"
+
+#define TAPS_MOST 512 /* a square around a reach of 11 cells at most */
+
+/* A row's pixels of one phase: those that lie in the same place of their cells. */
+struct look {
+    struct lens_field *f;
+    const struct lens_cells *c;
+    struct lens_tap taps[TAPS_MOST];
+    struct lens_gather gather;
+    float *sums; /* of the pixels of a row */
+    size_t stride;
+};
+
+/* Cells around that of a pixel whose centre is px cells to the right and py down of the corner of
+ * its first cell. */
+static void find_taps(struct look *look, float px, float py)
+{
+    const struct lens_cells *c = look->c;
+    const float most = c->most * c->scale * look->f->shape.inradius + 0.5f;
+    const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
+    const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
+    uint32_t n = 0;
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) {
+        for (int32_t y = -reach; y <= reach; y++) {
+            for (int32_t x = -reach; x <= reach; x++) {
+                const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
+                const float distance = lens_shape_distance(&look->f->shape, dx, dy);
+                if (lens_shape_group(dx, dy) != g || distance >= most || n == TAPS_MOST) continue;
+                look->taps[n].at = y * c->stride + (x & c->fine) * c->columns + (x >> c->fine);
+                look->taps[n++].distance = distance;
+            }
+        }
+        look->gather.end[g] = n;
+    }
+}
+
+/* Pixel i of the row buffer, which is pixel p of `wide`: the layer under what nearer ones let
+ * through. */
+static void composite(const struct look *look, size_t i, size_t p)
+{
+    struct lens_field *f = look->f;
+    float sum[LENS_GROUPS][LENS_SUMS], all = 0.0f, met = 0.0f;
+    for (size_t g = 0; g < LENS_GROUPS; g++) {
+        const float *at = look->sums + g * LENS_SUMS * look->stride + i;
+        met += at[LENS_SUM_SHARE * look->stride];
+        all += at[LENS_SUM_WEIGHT * look->stride];
+    }
+    if (!(met > 0.0f)) return; /* then there is weight, too */
+    for (size_t g = 0; g < LENS_GROUPS; g++)
+        for (size_t s = 0; s < LENS_SUMS; s++)
+            sum[g][s] = look->sums[(g * LENS_SUMS + s) * look->stride + i];
+    const float inverse = 1.0f / all;
+    for (size_t g = 0; g < LENS_GROUPS; g++) {
+        const float weight = sum[g][LENS_SUM_WEIGHT], share = sum[g][LENS_SUM_SHARE];
+        const float through = f->through[g][p], by = through * inverse;
+        for (size_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum[g][LENS_SUM_LIGHT + k] * by;
+        f->share[p] += share * by;
+        f->spread[p] += share * by * fabsf(look->c->fixed ? look->c->most : look->c->middle);
+        if (weight > 0.0f)
+            f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;
+    }
+}
+
+/* Is the layer near any of the cells from `column` on? */
+static bool is_near(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
+{
+    const uint8_t *tiles =
+        c->near + (size_t)((row >> 3) - c->tiles.y0) * (size_t)rect_width(c->tiles);
+    for (int32_t x = column >> 3; x <= (end - 1) >> 3; x++)
+        if (tiles[x - c->tiles.x0]) return true;
+    return false;
+}
+
+/* Pixels x, x + step, ... of row y. */
+static void look_row(struct look *look, int32_t x, int32_t y)
+{
+    const struct lens_cells *c = look->c;
+    const struct rect targets = c->targets;
+    const int32_t step = 1 << c->coarse, cells = LENS_LANES << c->fine;
+    const int32_t row = y >> c->coarse << c->fine;
+    for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
+        const int32_t column = first >> c->coarse << c->fine;
+        const int32_t left = (targets.x1 - first + step - 1) / step;
+        const int32_t end = column + cells < c->rect.x1 ? column + cells : c->rect.x1;
+        if (!is_near(c, column, end, row)) continue;
+        const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
+                          (size_t)((column - c->rect.x0) >> c->fine);
+        look->f->kernels->gather(&look->gather, at, LENS_LANES, look->sums, look->stride);
+        for (int32_t i = 0; i < LENS_LANES && i < left; i++)
+            if (is_near(c, column + (i << c->fine), column + (i << c->fine) + 1, row))
+                composite(look, (size_t)i, lens_wide(look->f, first + i * step, y));
+    }
+}
+
+void lens_cells_look(struct lens_field *f, const struct lens_cells *c)
+{
+    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES];
+    struct look look = {.f = f, .c = c, .sums = sums, .stride = LENS_LANES};
+    const int32_t step = 1 << c->coarse;
+    for (int k = 0; k < LENS_CELL_PLANES; k++) look.gather.plane[k] = c->plane[k];
+    look.gather.taps = look.taps;
+    for (int32_t py = 0; py < step; py++) {
+        for (int32_t px = 0; px < step; px++) {
+            find_taps(&look, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);
+            for (int32_t y = c->targets.y0 + ((py - c->targets.y0) & (step - 1)); y < c->targets.y1;
+                 y += step)
+                look_row(&look, c->targets.x0 + ((px - c->targets.x0) & (step - 1)), y);
+        }
+    }
+}

@@ -1,0 +1,194 @@
+#include "server/reconstruct/lens_residual.h"
+
+#include <math.h>
+#include <string.h>
+
+#define STEPS_MOST   3
+#define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
+#define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
+#define NOISE_LENS   2.0f /* at 9 samples */
+
+/* Half the sides of the windows, largest first. */
+struct steps {
+    int32_t radius[STEPS_MOST];
+    int32_t count;
+};
+
+static struct steps steps_of(const struct plan *plan)
+{
+    const uint32_t l = plan->lens_strata_per_axis;
+    if (l < 6) return (struct steps){{2}, 1};
+    if (l < 12) return (struct steps){{2, 1}, 2};
+    return (struct steps){{2, 1, 0}, 3};
+}
+
+int32_t lens_residual_reach_px(const struct plan *plan)
+{
+    const struct steps steps = steps_of(plan);
+    int32_t reach = 0;
+    for (int32_t k = 0; k < steps.count; k++) reach += steps.radius[k] + SMOOTH_PX;
+    return reach;
+}
+
+/* Planes of `wide`. */
+struct residual {
+    const struct lens_field *field;
+    int32_t width, height;
+    size_t area;
+    float *average[3], *picture[3], *mean[3]; /* mean: of the difference over the window */
+    float *square, *found, *spare, *noise;
+    void *memory;
+};
+
+static int create(const struct lens_field *f, struct residual *r)
+{
+    *r = (struct residual){.field = f,
+                           .width = rect_width(f->wide),
+                           .height = rect_height(f->wide),
+                           .area = (size_t)rect_area(f->wide)};
+    float **const planes[] = {&r->average[0], &r->average[1], &r->average[2], &r->picture[0],
+                              &r->picture[1], &r->picture[2], &r->mean[0],    &r->mean[1],
+                              &r->mean[2],    &r->square,     &r->found,      &r->spare,
+                              &r->noise};
+    const size_t count = sizeof planes / sizeof *planes;
+    float *at = r->memory = scratch_take(f->patch->scratch, count * r->area * sizeof *at);
+    if (!at) return ERR_MEMORY;
+    for (size_t k = 0; k < count; k++) *planes[k] = at + k * r->area;
+    return 0;
+}
+
+/* How many of the pixels x - radius .. x + radius lie in 0 .. length - 1. */
+static float pixels_around(int32_t x, int32_t radius, int32_t length)
+{
+    const int32_t from = x - radius > 0 ? x - radius : 0;
+    const int32_t to = x + radius < length - 1 ? x + radius : length - 1;
+    return (float)(to - from + 1);
+}
+
+/* Sums along rows, in one order wherever the row begins. */
+static void sum_rows(const struct residual *r, int32_t radius, const float *restrict in,
+                     float *restrict out)
+{
+    for (int32_t y = 0; y < r->height; y++, in += r->width, out += r->width) {
+        memset(out, 0, (size_t)r->width * sizeof *out);
+        for (int32_t k = -radius; k <= radius; k++) {
+            const int32_t from = k < 0 ? -k : 0, to = k > 0 ? r->width - k : r->width;
+            for (int32_t x = from; x < to; x++) out[x] += in[x + k];
+        }
+    }
+}
+
+/* Means over squares; where the picture ends, over what there is. */
+static void smooth(const struct residual *r, int32_t radius, const float *in, float *out)
+{
+    const int32_t width = r->width;
+    sum_rows(r, radius, in, r->spare);
+    for (int32_t y = 0; y < r->height; y++) {
+        const float rows = pixels_around(y, radius, r->height);
+        float *to = out + (size_t)y * (size_t)width;
+        memset(to, 0, (size_t)width * sizeof *to);
+        for (int32_t k = y - radius; k <= y + radius; k++) {
+            if (k < 0 || k >= r->height) continue;
+            const float *from = r->spare + (size_t)k * (size_t)width;
+            for (int32_t x = 0; x < width; x++) to[x] += from[x];
+        }
+        for (int32_t x = 0; x < width; x++) to[x] /= rows * pixels_around(x, radius, width);
+    }
+}
+
+/* Averages, and how much their squared errors may be, summed over the channels: the samples'
+ * variance over the lens, as the layers know it, over their number. Strata keep most errors below
+ * that, the more of them the farther, but not those of small bright lights. */
+static void load(struct residual *r)
+{
+    const struct lens_field *f = r->field;
+    const uint32_t n = f->l * f->l;
+    const float strata = NOISE_LENS * sqrtf(sqrtf(9.0f / (float)n)) / (float)n;
+    for (uint32_t c = 0; c < 3; c++) {
+        memset(r->average[c], 0, r->area * sizeof(float));
+        memcpy(r->picture[c], f->light[c], r->area * sizeof(float));
+        for (uint32_t j = 0; j < n; j++)
+            for (int32_t y = 0; y < r->height; y++) {
+                const float *in = lens_light(f, j, c, f->wide.x0, f->wide.y0 + y);
+                float *out = r->average[c] + (size_t)y * (size_t)r->width;
+                for (int32_t x = 0; x < r->width; x++) out[x] += in[x];
+            }
+        for (size_t p = 0; p < r->area; p++) r->average[c][p] /= (float)n;
+    }
+    for (size_t p = 0; p < r->area; p++) {
+        const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];
+        const float variance = f->light[3][p] - (a * a + b * b + c * c);
+        r->noise[p] = variance > 0.0f ? variance * strata : 0.0f;
+    }
+}
+
+/* Means of the difference, of its square, and the square of its mean. */
+static void find_difference(struct residual *r, int32_t radius)
+{
+    float *difference = r->found;
+    memset(r->square, 0, r->area * sizeof(float));
+    for (int c = 0; c < 3; c++) {
+        for (size_t p = 0; p < r->area; p++) {
+            difference[p] = r->average[c][p] - r->picture[c][p];
+            r->square[p] += difference[p] * difference[p];
+        }
+        smooth(r, radius, difference, r->mean[c]);
+    }
+    smooth(r, radius, r->square, r->square);
+    for (size_t p = 0; p < r->area; p++) {
+        const float a = r->mean[0][p], b = r->mean[1][p], c = r->mean[2][p];
+        r->found[p] = a * a + b * b + c * c;
+    }
+}
+
+/* The squared error that noise leaves in the mean over `pixels`: by what the differences around
+ * say, or by what the lens does. */
+static float noise_of(const struct residual *r, size_t p, float pixels)
+{
+    const float seen = r->square[p] - r->found[p];
+    return (seen > r->noise[p] ? seen : r->noise[p]) / pixels;
+}
+
+/* Adds as much of the difference as is not noise. */
+static void give_back(struct residual *r, int32_t radius)
+{
+    find_difference(r, radius);
+    float *noise = r->square;
+    for (int32_t y = 0; y < r->height; y++) {
+        const float rows = pixels_around(y, radius, r->height);
+        for (int32_t x = 0; x < r->width; x++) {
+            const size_t p = (size_t)y * (size_t)r->width + (size_t)x;
+            noise[p] = noise_of(r, p, rows * pixels_around(x, radius, r->width));
+        }
+    }
+    smooth(r, SMOOTH_PX, r->found, r->found);
+    for (size_t p = 0; p < r->area; p++) {
+        const float rest = r->found[p] - NOISE_FACTOR * noise[p];
+        const float share = rest > 0.0f ? rest / r->found[p] : 0.0f;
+        for (int c = 0; c < 3; c++) r->picture[c][p] += share * r->mean[c][p];
+    }
+}
+
+static void store(const struct residual *r, struct rect inner, float *const out[3])
+{
+    const struct lens_field *f = r->field;
+    for (int32_t y = inner.y0; y < inner.y1; y++)
+        for (int c = 0; c < 3; c++) {
+            const float *in = r->picture[c] + lens_wide(f, inner.x0, y);
+            float *to = out[c] + patch_pixel(f->patch, inner.x0, y);
+            for (int32_t x = 0; x < rect_width(inner); x++) to[x] = in[x] > 0.0f ? in[x] : 0.0f;
+        }
+}
+
+int lens_residual(const struct lens_field *field, struct rect inner, float *const out[3])
+{
+    const struct steps steps = steps_of(field->plan);
+    struct residual r;
+    const int error = create(field, &r);
+    if (error) return error;
+    load(&r);
+    for (int32_t k = 0; k < steps.count; k++) give_back(&r, steps.radius[k]);
+    store(&r, inner, out);
+    scratch_give(field->patch->scratch, r.memory);
+    return 0;
+}

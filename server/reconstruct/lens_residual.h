@@ -1,0 +1,14 @@
+#pragma once
+/* What the layers miss of the plain average, given back.
+ *
+ * The plain average is right but noisy; the layers' picture is smooth but may be biased. Their
+ * difference, averaged over a few pixels, is the bias and what is left of the noise; it is added as
+ * far as it is larger than that noise can be. More samples leave less noise, so more is added, over
+ * fewer pixels, and errors fall for ever. */
+#include "server/reconstruct/lens_field.h"
+
+/* Pixels around a block whose layers are looked at. */
+int32_t lens_residual_reach_px(const struct plan *plan);
+
+/* Writes the picture of `inner` from field->light, the means of `wide`. ERR_MEMORY. */
+int lens_residual(const struct lens_field *field, struct rect inner, float *const out[3]);

@@ -1,0 +1,240 @@
+/* Plans with a lens: when its light field makes the picture, and with which filter. */
+#include <math.h>
+
+#include "proto/message.h"
+#include "proto/samples.h"
+#include "tests/unit/server/plan_stage.h"
+
+#define BIT(plane) PLANE_BIT(plane)
+
+static int set_up_lens(void **state)
+{
+    set_up(state);
+    struct stage *s = *state;
+    s->job.aperture_radius = 0.1f;
+    s->job.focus_distance = 4;
+    return 0;
+}
+
+static void must_make(struct stage *s)
+{
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+}
+
+static void lenses_have_light_fields(void **state)
+{
+    struct stage *s = *state;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+    assert_int_equal(s->plan.planes, PLANES_LENS);
+    assert_int_equal(s->plan.lens_strata_per_axis, 3);
+    assert_int_equal(s->plan.paths.spp, 0);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 0);
+    assert_int_equal(s->plan.light_planes, 0);
+    assert_int_equal(s->plan.sub_samples, 0);
+    assert_int_equal(s->plan.bounces, 1);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_LENS | CAPABILITY_PATHS);
+    assert_int_equal(plan_pass_count(&s->plan), 1);
+    assert_true(s->report.effects & EFFECT_LENS && s->report.effects & EFFECT_INDIRECT);
+    assert_int_equal(s->report.warning_count, 0);
+    assert_non_null(why(s, "light fields of pixel centres"));
+    assert_null(why(s, "effect lens"));
+}
+
+/* Without a lens nothing of it is in the plan, whatever is said of it. */
+static void pinholes_have_none(void **state)
+{
+    struct stage *s = *state;
+    static struct plan plain;
+    s->job.aperture_radius = s->job.focus_distance = 0;
+    must_make(s);
+    plain = s->plan;
+    s->job.lens_spp = 64;
+    s->job.lens = LENS_SHEARED;
+    must_make(s);
+    assert_memory_equal(&plain, &s->plan, sizeof plain);
+    assert_int_equal(s->plan.planes & PLANES_LENS, 0);
+    assert_int_equal(s->plan.lens_filter, LENS_FILTER_NONE);
+    assert_string_equal(why(s, "effect lens"), "the camera is a pinhole");
+    assert_string_equal(why(s, "filter of the lens"), "the camera is a pinhole");
+    assert_string_equal(why(s, "sampling.lens_spp"), "the camera is a pinhole");
+    assert_true(has_warning(s, "filter.lens is sheared, but no lens samples are filtered: "));
+}
+
+static void samples_are_those_asked_for(void **state)
+{
+    struct stage *s = *state;
+    s->job.spp = 25;
+    must_make(s);
+    assert_int_equal(s->plan.lens_strata_per_axis, 5);
+    s->job.lens_spp = 4;
+    must_make(s);
+    assert_int_equal(s->plan.lens_strata_per_axis, 2);
+    s->job.lens_spp = 256;
+    must_make(s);
+    assert_int_equal(s->plan.lens_strata_per_axis, 16);
+}
+
+static void filters_are_taken_as_asked(void **state)
+{
+    struct stage *s = *state;
+    static const struct {
+        enum filter_method method;
+        enum lens_method lens;
+        uint32_t filter;
+        const char *why;
+    } cases[] = {
+        {FILTER_AUTO, LENS_AUTO, LENS_FILTER_SHEARED,
+         "filtering along the slopes of what is out of focus needs the fewest samples"},
+        {FILTER_SHEARED, LENS_AUTO, LENS_FILTER_SHEARED, "filter.method asks for it"},
+        {FILTER_AXIS_ALIGNED, LENS_AUTO, LENS_FILTER_AXIS_ALIGNED, "filter.method asks for it"},
+        {FILTER_AVERAGE, LENS_AUTO, LENS_FILTER_NONE, "filter.method is average"},
+        {FILTER_AUTO, LENS_AVERAGE, LENS_FILTER_NONE, "filter.lens is average"},
+        {FILTER_SHEARED, LENS_AVERAGE, LENS_FILTER_NONE, "filter.lens is average"},
+        {FILTER_AUTO, LENS_AXIS_ALIGNED, LENS_FILTER_AXIS_ALIGNED, "filter.lens asks for it"},
+        {FILTER_AVERAGE, LENS_SHEARED, LENS_FILTER_SHEARED, "filter.lens asks for it"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        s->job.method = cases[k].method;
+        s->job.lens = cases[k].lens;
+        must_make(s);
+        assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+        assert_int_equal(s->plan.lens_filter, cases[k].filter);
+        assert_string_equal(s->report.lens_filter_why, cases[k].why);
+        const bool none = cases[k].filter == LENS_FILTER_NONE;
+        assert_int_equal((s->plan.planes & BIT(LENS_SLOPE)) != 0, !none);
+        assert_int_equal(why(s, "filter of the lens") != NULL, none);
+        assert_int_equal(why(s, "plane lens_slope") != NULL, none);
+    }
+}
+
+static void expect_paths(struct stage *s, const char *sentence)
+{
+    const struct job job = s->job;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->plan.lens_strata_per_axis, 0);
+    assert_int_equal(s->plan.planes & PLANES_LENS, 0);
+    assert_string_equal(s->report.lens_filter_why, sentence);
+    assert_string_equal(why(s, "filter of the lens"), sentence);
+    s->job.lens = LENS_AXIS_ALIGNED;
+    must_make(s);
+    assert_true(has_warning(s, "filter.lens is axis_aligned, but no lens samples are filtered: "));
+    s->job = job;
+}
+
+static void paths_take_what_lens_samples_cannot(void **state)
+{
+    struct stage *s = *state;
+    const struct job job = s->job;
+    s->job.method = FILTER_NONE;
+    expect_paths(s, "filter.method is none: samples are averaged");
+    s->job = job;
+    s->job.layers = LAYER_BEAUTY | LAYER_DIRECT | LAYER_ERROR;
+    expect_paths(s, "with a lens only paths give the layer direct");
+    s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
+    expect_paths(s, "with a lens only paths give the layer error");
+    s->job = job;
+    s->job.target_error = 0.1f;
+    s->job.max_spp = 64;
+    expect_paths(s, "sampling.target_error needs samples of known error");
+    s->job = job;
+    s->job.lens_spp = 289;
+    expect_paths(s, "289 lens samples are more than the 256 that travel one by one");
+    s->job.lens_spp = 256;
+    s->job.width_px = s->job.height_px = 2048;
+    expect_paths(s, "4194304 pixels of 2050 bytes of lens samples are above 4294967296 in all");
+    s->job.lens_spp = 121;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+}
+
+/* What the path machinery does by itself. */
+static void any_scene_will_do(void **state)
+{
+    struct stage *s = *state;
+    s->material.alpha_mode = ALPHA_BLEND;
+    s->material.metallic = 0.5f;
+    s->job.pixel_filter = PIXEL_FILTER_TENT;
+    s->job.environment = (struct job_environment){.kind = ENVIRONMENT_MAP, .intensity = 1};
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+    assert_int_equal(s->plan.paths.pixel_filter, PIXEL_FILTER_TENT);
+    s->scene.count[SCENE_LIGHTS] = 0;
+    s->job.environment.kind = ENVIRONMENT_NONE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+    assert_true(has_warning(s, "nothing lights this scene"));
+}
+
+static void layers_of_pixel_centres_have_their_planes(void **state)
+{
+    struct stage *s = *state;
+    s->job.layers = LAYER_BEAUTY | LAYER_NORMAL | LAYER_ID | LAYER_SAMPLES | LAYER_FILTER_WIDTH;
+    must_make(s);
+    assert_int_equal(s->plan.planes, PLANES_LENS | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
+    s->job.layers = LAYER_VISIBILITY | LAYER_SLOPE_MAX;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+    assert_int_equal(s->plan.planes, BIT(LENS_RADIANCE) | BIT(LENS_SLOPE) | BIT(DEPTH));
+    assert_int_equal(s->plan.light_planes, 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES);
+    assert_int_equal(s->plan.lights[0].strata_per_axis, 3);
+}
+
+/* Wherever the focus lies and however wide the lens, the plan is refused or can be traced. */
+static void odd_lenses_are_refused_or_planned(void **state)
+{
+    struct stage *s = *state;
+    static const float radii[] = {1e-30f, 1e-3f, 1, 1e4f, LIMIT_COORDINATE};
+    static const float focuses[] = {1e-30f, 1e-3f, 1e6f, LIMIT_COORDINATE};
+    for (size_t i = 0; i < sizeof radii / sizeof radii[0]; i++)
+        for (size_t k = 0; k < sizeof focuses / sizeof focuses[0]; k++) {
+            s->job.aperture_radius = radii[i];
+            s->job.focus_distance = focuses[k];
+            must_make(s);
+            assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+        }
+    static const float none[] = {0, -1, INFINITY, NAN};
+    for (size_t k = 0; k < sizeof none / sizeof none[0]; k++) {
+        s->job.focus_distance = none[k];
+        assert_true(make(s) < 0);
+        assert_string_equal(s->fault.pointer, "/lens");
+    }
+}
+
+static void reports_the_lens_as_json(void **state)
+{
+    struct stage *s = *state;
+    must_make(s);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_string_equal(json_string_value(json_object_get(json, "integrator")), "lens_field");
+    assert_string_equal(json_string_value(json_object_get(json, "lens_filter")), "sheared");
+    assert_string_equal(json_string_value(json_object_get(json, "lens_filter_why")),
+                        s->report.lens_filter_why);
+    const json_t *samples = json_object_get(json, "samples");
+    assert_int_equal(json_integer_value(json_object_get(samples, "lens")), 9);
+    assert_int_equal(json_integer_value(json_object_get(samples, "primary")), 0);
+    assert_null(json_object_get(samples, "paths"));
+    assert_string_equal(json_string_value(json_array_get(json_object_get(json, "planes"), 1)),
+                        "lens_slope");
+    json_decref(json);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up_lens, tear_down)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(lenses_have_light_fields),
+        TEST(pinholes_have_none),
+        TEST(samples_are_those_asked_for),
+        TEST(filters_are_taken_as_asked),
+        TEST(paths_take_what_lens_samples_cannot),
+        TEST(any_scene_will_do),
+        TEST(layers_of_pixel_centres_have_their_planes),
+        TEST(odd_lenses_are_refused_or_planned),
+        TEST(reports_the_lens_as_json),
+    };
+    return cmocka_run_group_tests_name("plan_lens", tests, NULL, NULL);
+}
