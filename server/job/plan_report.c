@@ -135,22 +135,22 @@ static json_t *samples_of(const struct plan *plan)
     for (uint32_t k = 0; k < plan->light_count; k++)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
-    json_t *samples = NULL;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS);
+    json_t *samples = NULL;
     if (lens > 0)
-        return json_pack("{s:i,s:i,s:I,s:i,s:I}", "primary",
-                         plan->planes & ~(PLANES_PATH | PLANES_LENS) ? 1 : 0, "antialias", 0,
-                         "light", plan->light_planes ? (json_int_t)light : 0, "indirect", 0, "lens",
-                         (json_int_t)lens);
-    if (plan->paths.spp == 0)
+        samples = json_pack("{s:i,s:i,s:I,s:i,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
+                            "light", plan->light_planes ? (json_int_t)light : 0, "indirect", 0,
+                            "lens", (json_int_t)lens);
+    else if (plan->paths.spp == 0)
         samples = json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
                             "light", (json_int_t)light, "indirect", (json_int_t)indirect);
     else
-        samples = json_pack(
-            "{s:i,s:i,s:I,s:I,s:I,s:I}", "primary", plan->planes & ~PLANES_PATH ? 1 : 0,
-            "antialias", (int)plan->sub_samples, "light",
-            plan->light_planes ? (json_int_t)light : 0, "indirect", (json_int_t)indirect, "paths",
-            (json_int_t)plan->paths.spp, "passes", (json_int_t)plan_pass_count(plan));
+        samples =
+            json_pack("{s:i,s:i,s:I,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias",
+                      (int)plan->sub_samples, "light", plan->light_planes ? (json_int_t)light : 0,
+                      "indirect", (json_int_t)indirect, "paths", (json_int_t)plan->paths.spp,
+                      "passes", (json_int_t)plan_pass_count(plan));
     if (samples && plan->rate.rays_most > 0)
         json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
     return samples;
@@ -195,7 +195,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,s:f,s:o}",
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,"
+        "s:f,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
         "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
