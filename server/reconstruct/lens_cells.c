@@ -6,12 +6,14 @@
 #define SUMS        8
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
-/* Cells are between a fourth and an eighth of the layer's largest slope, or half a pixel. */
-static void find_scale(struct lens_cells *c)
+/* More samples show finer cells. */
+static void find_scale(const struct lens_field *f, struct lens_cells *c)
 {
-    c->fine = c->most <= 3.0f ? 1 : 0;
-    c->coarse = lens_coarse_of(c->most);
-    c->scale = (c->fine ? 2.0f : 1.0f) / (float)(1 << c->coarse);
+    const int32_t level = lens_cell_level(c->most, f->l);
+    c->coarse = level > 0 ? level : 0;
+    c->fine = level < 0 ? -level : 0;
+    c->phase = (1 << c->fine) - 1;
+    c->scale = (float)(1 << c->fine) / (float)(1 << c->coarse);
 }
 
 static void find_slopes(uint32_t layer, struct lens_cells *c)
@@ -68,13 +70,13 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     struct lens_cells *c = out;
     *c = (struct lens_cells){.memory = NULL};
     find_slopes(layer, c);
-    find_scale(c);
+    find_scale(f, c);
     find_rects(f, c);
     if (rect_is_empty(c->targets)) return 0;
     const int32_t width = rect_width(c->rect);
-    c->columns = (c->fine ? (width + 1) / 2 : width) + LENS_LANES;
+    c->columns = (width >> c->fine) + 1 + LENS_LANES;
     c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
-    c->stride = c->fine ? 2 * c->columns : c->columns;
+    c->stride = c->columns << c->fine;
     c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
     const size_t tiles = (size_t)rect_area(c->tiles);
     const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
@@ -183,7 +185,7 @@ static struct lens_place place_of(const struct lens_field *f, const struct lens_
         .columns = rect_width(c->rect),
         .rows = rect_height(c->rect),
         .stride = c->stride,
-        .half_step = c->columns,
+        .phase_step = c->columns,
     };
 }
 
@@ -254,7 +256,7 @@ static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
 static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
 {
     const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
-    return (size_t)y * (size_t)c->stride + (size_t)((x & c->fine) * c->columns + (x >> c->fine));
+    return (size_t)y * (size_t)c->stride + (size_t)((x & c->phase) * c->columns + (x >> c->fine));
 }
 
 /* Sums of a row of cells, from `at` on, into planes. Areas of the lens are 1 / slope^2 of those of
@@ -311,9 +313,9 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
             const int32_t x = first << 3 > r.x0 ? first << 3 : r.x0;
             const int32_t end = k << 3 < r.x1 ? k << 3 : r.x1;
             if (k == first || x >= end) continue;
-            const size_t count = (size_t)((end - x + c->fine) >> c->fine);
-            for (int32_t half = 0; half <= c->fine; half++)
-                finish_row(f, c, cell_at(c, x + half, y), count);
+            for (int32_t phase = 0; phase <= c->phase && x + phase < end; phase++)
+                finish_row(f, c, cell_at(c, x + phase, y),
+                           (size_t)((end - 1 - x - phase) >> c->fine) + 1);
         }
     }
 }

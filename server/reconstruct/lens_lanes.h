@@ -90,7 +90,8 @@ static inline lanes_mask lens_place_vector(const struct lens_place *p, uint32_t 
     const lanes_mask row = lens_floor(y) - p->row;
     const lanes_mask inside = (column >= 0) & (column < p->columns) & (row >= 0) & (row < p->rows);
     const lanes_mask none = inside | -1;
-    const lanes_mask at = row * p->stride + (column & p->fine) * p->half_step + (column >> p->fine);
+    const lanes_mask at =
+        row * p->stride + (column & ((1 << p->fine) - 1)) * p->phase_step + (column >> p->fine);
     return lens_select_whole(taken & inside, at, none);
 }
 

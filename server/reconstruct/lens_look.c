@@ -4,7 +4,7 @@
 
 #include "server/reconstruct/lens_cells.h"
 
-#define TAPS_MOST 512 /* a square around a reach of 11 cells at most */
+#define TAPS_MOST 1024 /* a disc of 17 cells' radius */
 
 /* A row's pixels of one phase: those that lie in the same place of their cells. */
 struct look {
@@ -31,7 +31,7 @@ static void find_taps(struct look *look, float px, float py)
                 const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
                 const float distance = lens_shape_distance(&look->f->shape, dx, dy);
                 if (lens_shape_group(dx, dy) != g || distance >= most || n == TAPS_MOST) continue;
-                look->taps[n].at = y * c->stride + (x & c->fine) * c->columns + (x >> c->fine);
+                look->taps[n].at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
                 look->taps[n++].distance = distance;
             }
         }

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MOST   3
+#define STEPS_MOST   2
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
@@ -14,12 +14,12 @@ struct steps {
     int32_t count;
 };
 
+/* Not down to single pixels: a small bright light that one of them happens to have met would stand
+ * out from all noise around. */
 static struct steps steps_of(const struct plan *plan)
 {
-    const uint32_t l = plan->lens_strata_per_axis;
-    if (l < 6) return (struct steps){{2}, 1};
-    if (l < 12) return (struct steps){{2, 1}, 2};
-    return (struct steps){{2, 1, 0}, 3};
+    if (plan->lens_strata_per_axis < 6) return (struct steps){{2}, 1};
+    return (struct steps){{2, 1}, 2};
 }
 
 int32_t lens_residual_reach_px(const struct plan *plan)
