@@ -50,15 +50,16 @@ static struct rect find_box(const struct lens_field *f, uint32_t layer, struct r
 /* Who can see the layer, which cells they look at, and which pixels those show. */
 static void find_rects(const struct lens_field *f, struct lens_cells *c)
 {
-    const int32_t reach = reach_of(c), down = c->coarse, up = c->fine;
+    const int32_t reach = reach_of(c), down = c->coarse;
     const struct rect near = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
     const struct rect box = find_box(f, c->layer, near);
     if (rect_is_empty(box)) return;
     c->targets = rect_intersect(rect_grow(box, 2 * reach), f->wide);
     if (rect_is_empty(c->targets)) return;
     const struct rect looked = rect_grow(c->targets, reach);
-    c->rect = (struct rect){looked.x0 >> down << up, looked.y0 >> down << up,
-                            ((looked.x1 >> down) + 1) << up, ((looked.y1 >> down) + 1) << up};
+    const int32_t cells = 1 << c->fine;
+    c->rect = (struct rect){(looked.x0 >> down) * cells, (looked.y0 >> down) * cells,
+                            ((looked.x1 >> down) + 1) * cells, ((looked.y1 >> down) + 1) * cells};
     c->pixels = rect_intersect(rect_grow(c->targets, 2 * reach), f->seen);
     c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
                              (c->rect.y1 >> 3) + 1};
@@ -310,8 +311,8 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
         for (int32_t k = t.x0; k < t.x1; k++) {
             const int32_t first = k;
             while (k < t.x1 && c->read[tile_at(c, k, y >> 3)]) k++;
-            const int32_t x = first << 3 > r.x0 ? first << 3 : r.x0;
-            const int32_t end = k << 3 < r.x1 ? k << 3 : r.x1;
+            const int32_t x = first * LENS_TILE > r.x0 ? first * LENS_TILE : r.x0;
+            const int32_t end = k * LENS_TILE < r.x1 ? k * LENS_TILE : r.x1;
             if (k == first || x >= end) continue;
             for (int32_t phase = 0; phase <= c->phase && x + phase < end; phase++)
                 finish_row(f, c, cell_at(c, x + phase, y),
