@@ -3,7 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#define SUMS        8
+#define SUMS 8
+#define CLOSE_SHARE                                                                                \
+    0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
 /* More samples show finer cells. */
@@ -180,6 +182,7 @@ static struct lens_place place_of(const struct lens_field *f, const struct lens_
         .coarse = c->coarse,
         .low = c->low,
         .high = c->high,
+        .close = c->low - CLOSE_SHARE * fabsf(c->low),
         .beyond = beyond,
         .fixed = c->fixed,
         .column = c->rect.x0,

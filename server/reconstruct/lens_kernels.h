@@ -45,6 +45,7 @@ struct lens_place {
     float cells;                   /* a pixel: 2^(fine - coarse) */
     int32_t fine, coarse;          /* one of them is 0 */
     float low, high;               /* slopes of the layer, from low, below high */
+    float close;                   /* from there on samples beyond it pass it by their own slope */
     const float *pass;          /* of the pixels: slope by which samples beyond the layer pass it */
     int32_t beyond;             /* place those that lie beyond instead of the layer's */
     int32_t fixed;              /* all have the slope that others pass by */

@@ -82,7 +82,7 @@ static inline lanes_mask lens_place_vector(const struct lens_place *p, uint32_t 
     const lanes_vector s = lanes_load_vector(p->slope + i);
     const lanes_mask near = s >= p->low, own = near & (s < p->high);
     const lanes_mask taken = p->beyond ? ~near : own;
-    const lanes_mask moves = own & (p->fixed ? 0 : -1);
+    const lanes_mask moves = (s >= p->close) & (s < p->high) & (p->fixed ? 0 : -1);
     const lanes_vector slope = lanes_select(moves, s, lanes_load_vector(p->pass + i));
     const lanes_vector u = lanes_load_vector(p->left + i) +
                            lanes_load_vector(p->chord + i) *

@@ -70,6 +70,7 @@ static void compare_place(const struct lens_kernels *tested, uint32_t seed, int3
                                .cells =
                                    level < 0 ? (float)(1 << -level) : 1.0f / (float)(1 << level),
                                .low = 3.0f,
+                               .close = 2.25f,
                                .high = 8.0f,
                                .column = level < 0 ? 1010 << -level : 1010 >> level,
                                .row = -5,
@@ -132,6 +133,7 @@ static void places_are_projections(void **state)
                                .x = 10,
                                .cells = 1.0f,
                                .low = 3.0f,
+                               .close = 2.0f,
                                .high = 8.0f,
                                .column = 0,
                                .row = -20,
