@@ -3,15 +3,19 @@
 #include <math.h>
 #include <string.h>
 
-#define SUMS        8
+#define SUMS 8
+#define CLOSE_SHARE                                                                                \
+    0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
-/* Cells are between a fourth and an eighth of the layer's largest slope, or half a pixel. */
-static void find_scale(struct lens_cells *c)
+/* More samples show finer cells. */
+static void find_scale(const struct lens_field *f, struct lens_cells *c)
 {
-    c->fine = c->most <= 3.0f ? 1 : 0;
-    c->coarse = lens_coarse_of(c->most);
-    c->scale = (c->fine ? 2.0f : 1.0f) / (float)(1 << c->coarse);
+    const int32_t level = lens_cell_level(c->most, f->l);
+    c->coarse = level > 0 ? level : 0;
+    c->fine = level < 0 ? -level : 0;
+    c->phase = (1 << c->fine) - 1;
+    c->scale = (float)(1 << c->fine) / (float)(1 << c->coarse);
 }
 
 static void find_slopes(uint32_t layer, struct lens_cells *c)
@@ -48,15 +52,16 @@ static struct rect find_box(const struct lens_field *f, uint32_t layer, struct r
 /* Who can see the layer, which cells they look at, and which pixels those show. */
 static void find_rects(const struct lens_field *f, struct lens_cells *c)
 {
-    const int32_t reach = reach_of(c), down = c->coarse, up = c->fine;
+    const int32_t reach = reach_of(c), down = c->coarse;
     const struct rect near = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
     const struct rect box = find_box(f, c->layer, near);
     if (rect_is_empty(box)) return;
     c->targets = rect_intersect(rect_grow(box, 2 * reach), f->wide);
     if (rect_is_empty(c->targets)) return;
     const struct rect looked = rect_grow(c->targets, reach);
-    c->rect = (struct rect){looked.x0 >> down << up, looked.y0 >> down << up,
-                            ((looked.x1 >> down) + 1) << up, ((looked.y1 >> down) + 1) << up};
+    const int32_t cells = 1 << c->fine;
+    c->rect = (struct rect){(looked.x0 >> down) * cells, (looked.y0 >> down) * cells,
+                            ((looked.x1 >> down) + 1) * cells, ((looked.y1 >> down) + 1) * cells};
     c->pixels = rect_intersect(rect_grow(c->targets, 2 * reach), f->seen);
     c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
                              (c->rect.y1 >> 3) + 1};
@@ -68,13 +73,13 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     struct lens_cells *c = out;
     *c = (struct lens_cells){.memory = NULL};
     find_slopes(layer, c);
-    find_scale(c);
+    find_scale(f, c);
     find_rects(f, c);
     if (rect_is_empty(c->targets)) return 0;
     const int32_t width = rect_width(c->rect);
-    c->columns = (c->fine ? (width + 1) / 2 : width) + LENS_LANES;
+    c->columns = (width >> c->fine) + 1 + LENS_LANES;
     c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
-    c->stride = c->fine ? 2 * c->columns : c->columns;
+    c->stride = c->columns << c->fine;
     c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
     const size_t tiles = (size_t)rect_area(c->tiles);
     const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
@@ -177,13 +182,14 @@ static struct lens_place place_of(const struct lens_field *f, const struct lens_
         .coarse = c->coarse,
         .low = c->low,
         .high = c->high,
+        .close = c->low - CLOSE_SHARE * fabsf(c->low),
         .beyond = beyond,
         .fixed = c->fixed,
         .column = c->rect.x0,
         .columns = rect_width(c->rect),
         .rows = rect_height(c->rect),
         .stride = c->stride,
-        .half_step = c->columns,
+        .phase_step = c->columns,
     };
 }
 
@@ -254,7 +260,7 @@ static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
 static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
 {
     const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
-    return (size_t)y * (size_t)c->stride + (size_t)((x & c->fine) * c->columns + (x >> c->fine));
+    return (size_t)y * (size_t)c->stride + (size_t)((x & c->phase) * c->columns + (x >> c->fine));
 }
 
 /* Sums of a row of cells, from `at` on, into planes. Areas of the lens are 1 / slope^2 of those of
@@ -308,12 +314,12 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
         for (int32_t k = t.x0; k < t.x1; k++) {
             const int32_t first = k;
             while (k < t.x1 && c->read[tile_at(c, k, y >> 3)]) k++;
-            const int32_t x = first << 3 > r.x0 ? first << 3 : r.x0;
-            const int32_t end = k << 3 < r.x1 ? k << 3 : r.x1;
+            const int32_t x = first * LENS_TILE > r.x0 ? first * LENS_TILE : r.x0;
+            const int32_t end = k * LENS_TILE < r.x1 ? k * LENS_TILE : r.x1;
             if (k == first || x >= end) continue;
-            const size_t count = (size_t)((end - x + c->fine) >> c->fine);
-            for (int32_t half = 0; half <= c->fine; half++)
-                finish_row(f, c, cell_at(c, x + half, y), count);
+            for (int32_t phase = 0; phase <= c->phase && x + phase < end; phase++)
+                finish_row(f, c, cell_at(c, x + phase, y),
+                           (size_t)((end - 1 - x - phase) >> c->fine) + 1);
         }
     }
 }

@@ -13,12 +13,13 @@ struct lens_cells {
     float low, high;      /* slopes */
     float most, middle;   /* of their sizes; the middle has a sign */
     bool fixed;           /* too far out of focus to be projected */
-    int32_t fine, coarse; /* cells a pixel: 2^(fine - coarse) */
+    int32_t fine, coarse; /* cells a pixel: 2^(fine - coarse); one of them is 0 */
+    int32_t phase;        /* 2^fine - 1: columns are stored by their last digits first */
     float scale;          /* that */
     struct rect targets;  /* pixels of the field's `wide` that can see the layer; may be empty */
     struct rect rect;     /* cells, in those of the whole picture */
     struct rect pixels;   /* whose samples can lie in them */
-    int32_t columns;      /* of one half (of the cells that are even, or odd) if fine, else all */
+    int32_t columns;      /* of one phase */
     int32_t stride;       /* of rows */
     size_t area;          /* of a plane */
     float *sums;          /* 8 a cell: light, samples, slopes, samples in or beyond the layer */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#define FINE_STRATA 8 /* an axis: from there on cells are half as large */
 #define PLANES_WIDE (LENS_GROUPS + LENS_LIGHTS + 2)
 
 /* 1, 1.5, 2, 3, 4, 6, ... */
@@ -40,18 +41,18 @@ void lens_layer_slopes(uint32_t layer, float *low, float *high)
     }
 }
 
-/* Cells of a band up to `most` are up to a fourth of it large. */
+int32_t lens_cell_level(float most, uint32_t l)
+{
+    const int32_t level = most <= 3.0f ? -1 : most <= 8.0f ? 0 : most <= 16.0f ? 1 : 2;
+    return l < FINE_STRATA ? level : level - 1;
+}
+
 int32_t lens_reach_px(float most)
 {
     uint32_t band = 1;
     while (band < LENS_BANDS && bound(band) <= most) band++;
-    const float end = bound(band);
-    return 2 * ((int32_t)ceilf(end) + (2 << lens_coarse_of(end)));
-}
-
-int32_t lens_coarse_of(float most)
-{
-    return most <= 8.0f ? 0 : most <= 16.0f ? 1 : 2;
+    const int32_t level = lens_cell_level(bound(band), 1);
+    return 2 * ((int32_t)ceilf(bound(band)) + (level > 0 ? 2 << level : 2));
 }
 
 static void place_lines(struct lens_field *f)

@@ -76,9 +76,9 @@ int lens_field_create(const struct plan *plan, const struct patch *patch, struct
                       struct rect seen, struct lens_field *out);
 void lens_field_fini(struct lens_field *f);
 
-/* log2 of the pixels of a cell's side in a layer of slopes up to `most`, where that is not below 0.
- */
-int32_t lens_coarse_of(float most);
+/* log2 of the pixels of a cell's side in a layer of slopes up to `most`: where samples are few, a
+ * fourth to an eighth of those, and half a pixel at least. */
+int32_t lens_cell_level(float most, uint32_t l);
 
 /* How far apart pixels are at most of which one sees what the other has samples of, with slopes up
  * to `most`. */

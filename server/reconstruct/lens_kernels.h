@@ -43,16 +43,16 @@ struct lens_place {
     int32_t x;                     /* column of the first pixel */
     float row_phase;               /* row of the pixels within its cell, in pixels */
     float cells;                   /* a pixel: 2^(fine - coarse) */
-    int32_t fine, coarse;          /* one of them is 0; fine at most 1 */
+    int32_t fine, coarse;          /* one of them is 0 */
     float low, high;               /* slopes of the layer, from low, below high */
-    const float *pass;     /* of the pixels: slope by which samples beyond the layer pass it */
-    int32_t beyond;        /* place those that lie beyond instead of the layer's */
-    int32_t fixed;         /* all have the slope that others pass by */
-    int32_t column, row;   /* of the first cell; row: from the pixels' own */
-    int32_t columns, rows; /* of all cells */
-    int32_t stride,
-        half_step; /* where cell (c, r) is: r stride + (c & fine) half_step + (c >> fine)
-                    */
+    float close;                   /* from there on samples beyond it pass it by their own slope */
+    const float *pass;          /* of the pixels: slope by which samples beyond the layer pass it */
+    int32_t beyond;             /* place those that lie beyond instead of the layer's */
+    int32_t fixed;              /* all have the slope that others pass by */
+    int32_t column, row;        /* of the first cell; row: from the pixels' own */
+    int32_t columns, rows;      /* of all cells */
+    int32_t stride, phase_step; /* cell (c, r): r stride + (c & (2^fine - 1)) phase_step + (c >>
+                                   fine) */
 };
 
 struct lens_kernels {

@@ -69,19 +69,26 @@ static inline lanes_mask lens_columns(int32_t first)
     return out;
 }
 
+/* A mask of the last `count` digits. */
+static inline lanes_mask lens_digits(int32_t count)
+{
+    const int32_t digits = (1 << count) - 1;
+    return (lanes_mask){0} + digits;
+}
+
 /* Samples i on: those of the layer lie where their slope takes them. */
 static inline lanes_mask lens_place_vector(const struct lens_place *p, uint32_t i)
 {
     const lanes_vector s = lanes_load_vector(p->slope + i);
     const lanes_mask near = s >= p->low, own = near & (s < p->high);
     const lanes_mask taken = p->beyond ? ~near : own;
-    const lanes_mask moves = own & (p->fixed ? 0 : -1);
+    const lanes_mask moves = (s >= p->close) & (s < p->high) & (p->fixed ? 0 : -1);
     const lanes_vector slope = lanes_select(moves, s, lanes_load_vector(p->pass + i));
     const lanes_vector u = lanes_load_vector(p->left + i) +
                            lanes_load_vector(p->chord + i) *
                                ((p->stratum + lanes_load_vector(p->along + i)) * p->strata_inverse);
     const lanes_mask pixel = lens_columns(p->x + (int32_t)i),
-                     phase = pixel & ((1 << p->coarse) - 1);
+                     phase = pixel & lens_digits(p->coarse);
     const lanes_vector x =
         p->cells * (__builtin_convertvector(phase, lanes_vector) + 0.5f + slope * u);
     const lanes_vector y =
@@ -90,7 +97,8 @@ static inline lanes_mask lens_place_vector(const struct lens_place *p, uint32_t 
     const lanes_mask row = lens_floor(y) - p->row;
     const lanes_mask inside = (column >= 0) & (column < p->columns) & (row >= 0) & (row < p->rows);
     const lanes_mask none = inside | -1;
-    const lanes_mask at = row * p->stride + (column & p->fine) * p->half_step + (column >> p->fine);
+    const lanes_mask at =
+        row * p->stride + (column & lens_digits(p->fine)) * p->phase_step + (column >> p->fine);
     return lens_select_whole(taken & inside, at, none);
 }
 

@@ -4,7 +4,7 @@
 
 #include "server/reconstruct/lens_cells.h"
 
-#define TAPS_MOST 512 /* a square around a reach of 11 cells at most */
+#define TAPS_MOST 1024 /* a disc of 17 cells' radius */
 
 /* A row's pixels of one phase: those that lie in the same place of their cells. */
 struct look {
@@ -12,9 +12,29 @@ struct look {
     const struct lens_cells *c;
     struct lens_tap taps[TAPS_MOST];
     struct lens_gather gather;
-    float *sums; /* of the pixels of a row */
+    float share[LENS_GROUPS]; /* of the cells that make up the lens */
+    float *sums;              /* of the pixels of a row */
     size_t stride;
 };
+
+/* Which part of the lens groups of taps are, at the layer's middle. */
+static void find_shares(struct look *look)
+{
+    const struct lens_cells *c = look->c;
+    const float middle = c->fixed ? c->most : fabsf(c->middle);
+    const float reach = middle * c->scale * look->f->shape.inradius + 0.5f;
+    float all = 0.0f;
+    uint32_t tap = 0;
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) {
+        look->share[g] = 0.0f;
+        for (; tap < look->gather.end[g]; tap++) {
+            const float in = reach - look->taps[tap].distance;
+            look->share[g] += in > 1.0f ? 1.0f : in > 0.0f ? in : 0.0f;
+        }
+        all += look->share[g];
+    }
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) look->share[g] /= all; /* the nearest tap is in */
+}
 
 /* Cells around that of a pixel whose centre is px cells to the right and py down of the corner of
  * its first cell. */
@@ -31,12 +51,13 @@ static void find_taps(struct look *look, float px, float py)
                 const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
                 const float distance = lens_shape_distance(&look->f->shape, dx, dy);
                 if (lens_shape_group(dx, dy) != g || distance >= most || n == TAPS_MOST) continue;
-                look->taps[n].at = y * c->stride + (x & c->fine) * c->columns + (x >> c->fine);
+                look->taps[n].at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
                 look->taps[n++].distance = distance;
             }
         }
         look->gather.end[g] = n;
     }
+    find_shares(look);
 }
 
 /* Pixel i of the row buffer, which is pixel p of `wide`: the layer under what nearer ones let
@@ -44,25 +65,17 @@ static void find_taps(struct look *look, float px, float py)
 static void composite(const struct look *look, size_t i, size_t p)
 {
     struct lens_field *f = look->f;
-    float sum[LENS_GROUPS][LENS_SUMS], all = 0.0f, met = 0.0f;
     for (size_t g = 0; g < LENS_GROUPS; g++) {
-        const float *at = look->sums + g * LENS_SUMS * look->stride + i;
-        met += at[LENS_SUM_SHARE * look->stride];
-        all += at[LENS_SUM_WEIGHT * look->stride];
-    }
-    if (!(met > 0.0f)) return; /* then there is weight, too */
-    for (size_t g = 0; g < LENS_GROUPS; g++)
-        for (size_t s = 0; s < LENS_SUMS; s++)
-            sum[g][s] = look->sums[(g * LENS_SUMS + s) * look->stride + i];
-    const float inverse = 1.0f / all;
-    for (size_t g = 0; g < LENS_GROUPS; g++) {
-        const float weight = sum[g][LENS_SUM_WEIGHT], share = sum[g][LENS_SUM_SHARE];
-        const float through = f->through[g][p], by = through * inverse;
-        for (size_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum[g][LENS_SUM_LIGHT + k] * by;
+        const float *sum = look->sums + g * LENS_SUMS * look->stride + i;
+        const float weight = sum[LENS_SUM_WEIGHT * look->stride];
+        const float share = sum[LENS_SUM_SHARE * look->stride];
+        if (!(share > 0.0f)) continue; /* then there is weight, too */
+        const float through = f->through[g][p], by = through * look->share[g] / weight;
+        for (size_t k = 0; k < LENS_LIGHTS; k++)
+            f->light[k][p] += sum[(LENS_SUM_LIGHT + k) * look->stride] * by;
         f->share[p] += share * by;
         f->spread[p] += share * by * fabsf(look->c->fixed ? look->c->most : look->c->middle);
-        if (weight > 0.0f)
-            f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;
+        f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;
     }
 }
 

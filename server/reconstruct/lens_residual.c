@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MOST   3
+#define STEPS_MOST   2
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
@@ -14,12 +14,12 @@ struct steps {
     int32_t count;
 };
 
+/* Not down to single pixels: a small bright light that one of them happens to have met would stand
+ * out from all noise around. */
 static struct steps steps_of(const struct plan *plan)
 {
-    const uint32_t l = plan->lens_strata_per_axis;
-    if (l < 6) return (struct steps){{2}, 1};
-    if (l < 12) return (struct steps){{2, 1}, 2};
-    return (struct steps){{2, 1, 0}, 3};
+    if (plan->lens_strata_per_axis < 6) return (struct steps){{2}, 1};
+    return (struct steps){{2, 1}, 2};
 }
 
 int32_t lens_residual_reach_px(const struct plan *plan)
@@ -35,7 +35,8 @@ struct residual {
     const struct lens_field *field;
     int32_t width, height;
     size_t area;
-    float *average[3], *picture[3], *mean[3]; /* mean: of the difference over the window */
+    float *average[3], *picture[3];
+    float *mean[3], *there[3]; /* of the difference and of the picture, over the window */
     float *square, *found, *spare, *noise;
     void *memory;
 };
@@ -48,8 +49,8 @@ static int create(const struct lens_field *f, struct residual *r)
                            .area = (size_t)rect_area(f->wide)};
     float **const planes[] = {&r->average[0], &r->average[1], &r->average[2], &r->picture[0],
                               &r->picture[1], &r->picture[2], &r->mean[0],    &r->mean[1],
-                              &r->mean[2],    &r->square,     &r->found,      &r->spare,
-                              &r->noise};
+                              &r->mean[2],    &r->there[0],   &r->there[1],   &r->there[2],
+                              &r->square,     &r->found,      &r->spare,      &r->noise};
     const size_t count = sizeof planes / sizeof *planes;
     float *at = r->memory = scratch_take(f->patch->scratch, count * r->area * sizeof *at);
     if (!at) return ERR_MEMORY;
@@ -133,6 +134,7 @@ static void find_difference(struct residual *r, int32_t radius)
             r->square[p] += difference[p] * difference[p];
         }
         smooth(r, radius, difference, r->mean[c]);
+        smooth(r, radius, r->picture[c], r->there[c]);
     }
     smooth(r, radius, r->square, r->square);
     for (size_t p = 0; p < r->area; p++) {
@@ -149,7 +151,9 @@ static float noise_of(const struct residual *r, size_t p, float pixels)
     return (seen > r->noise[p] ? seen : r->noise[p]) / pixels;
 }
 
-/* Adds as much of the difference as is not noise. */
+/* Adds as much of the difference as is not noise. What is to be taken away, pixels give by what
+ * they have: those beside brighter ones must not pay for them. Their mean is more than that, as
+ * averages are not below 0. */
 static void give_back(struct residual *r, int32_t radius)
 {
     find_difference(r, radius);
@@ -165,7 +169,13 @@ static void give_back(struct residual *r, int32_t radius)
     for (size_t p = 0; p < r->area; p++) {
         const float rest = r->found[p] - NOISE_FACTOR * noise[p];
         const float share = rest > 0.0f ? rest / r->found[p] : 0.0f;
-        for (int c = 0; c < 3; c++) r->picture[c][p] += share * r->mean[c][p];
+        for (int c = 0; c < 3; c++) {
+            const float old = r->picture[c][p], around = r->mean[c][p] + r->there[c][p];
+            const float more = share * r->mean[c][p], most = around - old;
+            const bool within = more > 0.0f ? most > more : most < more;
+            const bool apart = more > 0.0f ? most > 0.0f : most < 0.0f;
+            r->picture[c][p] = within ? old + more : apart ? around : old;
+        }
     }
 }
 
@@ -176,7 +186,7 @@ static void store(const struct residual *r, struct rect inner, float *const out[
         for (int c = 0; c < 3; c++) {
             const float *in = r->picture[c] + lens_wide(f, inner.x0, y);
             float *to = out[c] + patch_pixel(f->patch, inner.x0, y);
-            for (int32_t x = 0; x < rect_width(inner); x++) to[x] = in[x] > 0.0f ? in[x] : 0.0f;
+            for (int32_t x = 0; x < rect_width(inner); x++) to[x] = in[x];
         }
 }
 
