@@ -95,7 +95,7 @@ static inline void lens_picture_create(enum lens_scene scene, uint32_t l, uint32
     out->plan.camera.blade_rotation_rad = 0.2f;
     out->plan.lens_strata_per_axis = l;
     out->plan.lens_filter = LENS_FILTER_SHEARED;
-    out->plan.planes = 1u << PLANE_LENS_RADIANCE | 1u << PLANE_LENS_SLOPE;
+    out->plan.planes = PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE);
     out->plan.radiance_scale = out->plan.mu = 1.0f;
     out->patch.rect = out->patch.core = (struct rect){0, 0, LENS_SIDE, LENS_SIDE};
     out->patch.lens_radiance = malloc(n * 3 * area * sizeof(float));
