@@ -62,6 +62,9 @@ struct lens_kernels {
     void (*gather)(const struct lens_gather *gather, size_t first, uint32_t count, float *out,
                    size_t stride);
 
+    /* Bits of the layers (lens_layer_of) of `count` slopes. */
+    uint32_t (*layers)(const float *slope, uint32_t count);
+
     /* lens_disc_lines of proto/lens_pattern.h. */
     void (*lines)(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
                   float *left, float *length);

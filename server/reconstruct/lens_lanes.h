@@ -6,6 +6,7 @@
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lens_kernels.h"
+#include "server/reconstruct/lens_layer.h"
 
 static inline lanes_vector lens_covered(lanes_vector reach, float distance)
 {
@@ -41,6 +42,13 @@ static void kernel_gather(const struct lens_gather *g, size_t first, uint32_t co
                 *(lanes_stored *)(out + (size_t)(group * LENS_SUMS + s) * stride + i) = sum[s];
         }
     }
+}
+
+static uint32_t kernel_layers(const float *slope, uint32_t count)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < count; i++) bits |= 1u << lens_layer_of(slope[i]);
+    return bits;
 }
 
 static void kernel_lines(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
