@@ -24,7 +24,9 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     lens_layer_slopes(layer, &c->low, &c->high);
     c->layer = layer;
     c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
-    c->most = c->fixed ? FIXED_SHARE * LENS_SLOPE_MOST : fmaxf(fabsf(c->low), fabsf(c->high));
+    const float size = FIXED_SHARE * LENS_SLOPE_MOST;
+    c->least = c->fixed ? size : fminf(fabsf(c->low), fabsf(c->high));
+    c->most = c->fixed ? size : fmaxf(fabsf(c->low), fabsf(c->high));
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
 }
 

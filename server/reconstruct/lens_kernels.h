@@ -26,11 +26,11 @@ struct lens_tap {
     float distance; /* in cells; the same for all points of a scaled aperture's edge */
 };
 
-/* Taps of group g end before tap end[g]. */
+/* Taps of group g end before tap end[g]; those before inner[g] count in full wherever they are. */
 struct lens_gather {
     const float *plane[LENS_CELL_PLANES];
     const struct lens_tap *taps;
-    uint32_t end[LENS_GROUPS];
+    uint32_t inner[LENS_GROUPS], end[LENS_GROUPS];
 };
 
 /* Where in a layer samples of a row of pixels lie. */

@@ -31,7 +31,7 @@ static void compare_gather(const struct lens_kernels *tested, uint32_t seed)
     float *planes = malloc(LENS_CELL_PLANES * STRIDE * ROWS * sizeof *planes);
     float expected[LENS_GROUPS * LENS_SUMS * COUNT], result[LENS_GROUPS * LENS_SUMS * COUNT];
     struct lens_tap taps[TAPS];
-    struct lens_gather gather = {.taps = taps, .end = {13, 13, 40, TAPS}};
+    struct lens_gather gather = {.taps = taps, .inner = {5, 13, 13, 40}, .end = {13, 13, 40, TAPS}};
     for (size_t k = 0; k < LENS_CELL_PLANES; k++) {
         gather.plane[k] = planes + k * STRIDE * ROWS;
         for (size_t i = 0; i < STRIDE * ROWS; i++)
