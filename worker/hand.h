@@ -39,8 +39,8 @@ void hand_destroy(struct hand **hand);
 int hand_add_frame(struct hand *hand, const struct message_frame_plan *m);
 
 /* A lease. ERR_STATE when its frame is not known, ERR_RANGE when the rectangle does not lie in the
- * frame or the plan has no such pass, ERR_CORRUPT for counts that are not the tile's, ERR_LIMIT above
- * LIMIT_TILES_IN_HAND, ERR_MEMORY. */
+ * frame or the plan has no such pass, ERR_CORRUPT for counts that are not the tile's, ERR_LIMIT
+ * above LIMIT_TILES_IN_HAND, ERR_MEMORY. */
 int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m);
 
 /* The result arrived: it need not be kept any longer. */

@@ -165,8 +165,8 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
 
 const struct tracing tracing_embree = {
     .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY |
-                    CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS |
-                    CAPABILITY_SIDES,
+                    CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT |
+                    CAPABILITY_LENS | CAPABILITY_SIDES,
     .embree_version = embree_version,
     .load = load,
     .unload = unload,

@@ -34,11 +34,10 @@ struct film;
 int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile's pass, which must be of this pass's layout; its sides are borrowed for
- * the film's life. Not taken: ERR_EXISTS
- * when the pass has landed before, ERR_RANGE for a tile or a pass that is none or comes before its
- * turn, ERR_MISMATCH for samples of another size. Blocks that are now ready are queued;
- * film_next_ready takes them in order. */
+/* Takes the samples of a tile's pass, which must be of this pass's layout; its sides are borrowed
+ * for the film's life. Not taken: ERR_EXISTS when the pass has landed before, ERR_RANGE for a tile
+ * or a pass that is none or comes before its turn, ERR_MISMATCH for samples of another size. Blocks
+ * that are now ready are queued; film_next_ready takes them in order. */
 int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pass,
                    struct samples *samples);
 

@@ -17,8 +17,8 @@ struct fleet_tile {
     uint32_t index, generation;
     struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
-    const uint8_t *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL: the
-                              pass has none */
+    const uint8_t *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL:
+                              the pass has none */
     uint32_t counts_bytes;
 };
 

@@ -51,9 +51,9 @@ struct patch {
     float *indirect_even[3], *indirect_odd[3];
     float
         *reflector; /* scene units; from REFLECTOR_NONE * length_unit on: nothing met; 0: no rays */
-    float *reflector_far; /* scene units; the farthest that was met; 0: nothing */
-    float *bounces; /* bounce rays of the pixel so far, also in the far halo; NULL unless
-                       pixels may differ: under a plan that has rounds */
+    float *reflector_far;   /* scene units; the farthest that was met; 0: nothing */
+    float *bounces;         /* bounce rays of the pixel so far, also in the far halo; NULL unless
+                               pixels may differ: under a plan that has rounds */
     float *indirect_strata; /* l_i^2 * 4 planes */
     float *open;            /* share of the bounce rays that meet nothing near */
     float *glossy[3];       /* mean of weight times radiance, scale taken out, over reflectance */

@@ -28,8 +28,8 @@ struct bounce {
     uint32_t key[LANES];
     uint32_t rays[LANES]; /* of each lane to trace */
     uint32_t most;        /* of these */
-    bool sheared; /* strata of the v-plane, not of the disc */
-    bool light;   /* rays go on as paths; else they only look how far they come */
+    bool sheared;         /* strata of the v-plane, not of the disc */
+    bool light;           /* rays go on as paths; else they only look how far they come */
 };
 
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,

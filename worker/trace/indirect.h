@@ -24,7 +24,7 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
                        struct lanes3 *tangent, struct lanes3 *bitangent);
 
 struct indirect_sums {
-    struct lanes3 half[2]; /* of even samples, of odd ones */
+    struct lanes3 half[2];                                       /* of even samples, of odd ones */
     _Alignas(LANES_ALIGN) float nearest[LANES], farthest[LANES]; /* INFINITY and 0: none */
     _Alignas(LANES_ALIGN) float open[LANES]; /* rays that come as far as the plan's distance */
 };

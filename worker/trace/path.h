@@ -32,13 +32,13 @@ struct path_context {
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
-    uint32_t strata;     /* l of the field's bounce rays */
-    const uint8_t *sides;   /* where each of the tile's pixels has its own (plan_pass); else NULL */
-    uint32_t pass;       /* that they belong to: each has random numbers of its own */
-    bool listed;         /* lights of the plan are all that shines */
-    bool leaves_diffuse; /* the first surface's diffuse lobe sends on direct light alone: a light
-                            field brings the rest */
-    bool leaves_glossy;  /* nor does its glossy lobe, with leaves_diffuse: another field */
+    uint32_t strata;      /* l of the field's bounce rays */
+    const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
+    uint32_t pass;        /* that they belong to: each has random numbers of its own */
+    bool listed;          /* lights of the plan are all that shines */
+    bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
+                             field brings the rest */
+    bool leaves_glossy;   /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
 };
