@@ -42,10 +42,10 @@ struct job_changes {
         JOB_CHANGE_TEXT("method", 'm', "NAME",                                                     \
                         "auto, sheared, axis_aligned, average; none: paths", &(c)->method),        \
         JOB_CHANGE_TEXT("indirect", 0, "NAME",                                                     \
-                        "of indirect light: auto, average, constant, linear, blend, sheared",      \
+                        "its filter: auto, average, constant, linear, blend, adaptive, sheared",   \
                         &(c)->indirect),                                                           \
         JOB_CHANGE_TEXT("glossy", 0, "NAME",                                                       \
-                        "of glossy reflections: auto, average, virtual_hit, bandlimit",            \
+                        "filter of reflections: auto, average, virtual_hit, bandlimit",            \
                         &(c)->glossy)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,

@@ -18,10 +18,8 @@
 #define BLOCKS_ENOUGH          64
 #define STRATA_HEAVY           8 /* per axis: above, a patch of single rays is 1 kB a pixel and more */
 
-/* Bounce rays of pixel centres, which a light field beside paths consists of. */
-#define PLANES_INDIRECT                                                                            \
-    (1u << PLANE_INDIRECT_MEAN | 1u << PLANE_INDIRECT_HALVES | 1u << PLANE_INDIRECT_STRATA)
-#define PLANES_BESIDE (PLANES_INDIRECT | 1u << PLANE_OPEN)
+/* Of bounce rays of pixel centres, which a light field beside paths consists of. */
+#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | 1u << PLANE_OPEN)
 
 static bool is_filtered(const struct plan *plan)
 {
@@ -44,7 +42,7 @@ int32_t block_side_px(const struct plan *plan)
 /* Pixels beside a block whose lighting the resolve borrows. */
 static int32_t ring_px(const struct plan *plan)
 {
-    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_INDIRECT);
+    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_BOUNCE_LIGHT);
     return resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
 }
 

@@ -108,6 +108,8 @@ good=("{$scene_member}"
     "{$scene_member, \"filter\": {\"method\": \"axis_aligned\"}}"
     "{$scene_member, \"filter\": {\"indirect\": \"average\"}}"
     "{$scene_member, \"filter\": {\"method\": \"average\", \"indirect\": \"blend\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"adaptive\", \"mu\": 2}}"
+    "{$scene_member, \"filter\": {\"glossy\": \"bandlimit\"}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
@@ -130,7 +132,7 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"sampling\": {\"spp\": 0}}" "{$scene_member, \"sampling\": {\"spp\": 65537}}"
     "{$scene_member, \"sampling\": {\"seed\": -1}}" "{$scene_member, \"sampling\": {\"tile_px\": 7}}"
     "{$scene_member, \"sampling\": {\"target_error\": 1001}}" "{$scene_member, \"sampling\": {\"max_spp\": 65537}}" "{$scene_member, \"filter\": {\"method\": \"shear\"}}"
-    "{$scene_member, \"filter\": {\"indirect\": \"none\"}}" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"none\"}}" "{$scene_member, \"filter\": {\"glossy\": \"none\"}}"
     "{$scene_member, \"filter\": {\"mu\": 0}}" "{$scene_member, \"layers\": []}"
     "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_widths\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
@@ -189,6 +191,9 @@ check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\":
     \"layers\": [\"occlusion\"], \"sampling\": {\"indirect_spp\": 64}}" \
     '.integrator == "light_field" and (.planes | index("open")) and (.planes | index("indirect_mean") | not) and
      .indirect_filter == "linear" and .samples.indirect == 64'
+check_plan "adaptive sampling begins with sixteen rays" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
+    '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and
+     (.planes | index("reflector_far"))'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
 check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \
@@ -201,8 +206,11 @@ check_fault "ambient occlusion needs a distance" "{$scene_member, \"layers\": [\
     /effects/ambient_occlusion distance
 check_fault "no filter has no width" "{$scene_member, \"layers\": [\"filter_width\"], \"filter\": {\"method\": \"none\"}}" \
     /filter/method "filters nothing"
-check_fault "adaptive sampling of indirect light comes later" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
-    /filter/indirect "not available yet"
+check_fault "adaptive sampling does not know its error" \
+    "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}, \"layers\": [\"beauty\", \"error\"]}" \
+    /filter/indirect "does not know its error"
+check_fault "a target is the picture's" "{$scene_member, \"sampling\": {\"target_error\": 0.1}, \"layers\": [\"depth\"]}" \
+    /layers "target_error is of the layer beauty"
 for document in "${bad[@]}"; do check "schema and server refuse $document" agree 422 "$document"; done
 
 p=/v1/jobs

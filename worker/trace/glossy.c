@@ -36,7 +36,7 @@ void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
     for (int i = 0; v->any_general && i < LANES; i++) {
         float albedo[3];
         const bool general = v->active.on[i] && !v->lambert.on[i];
-        if (!general || v->back.z[i] < DIRECTION_GRAZING || !glossy_has(&v->bsdf[i])) continue;
+        if (!general || !(v->back.z[i] >= DIRECTION_GRAZING) || !glossy_has(&v->bsdf[i])) continue;
         glossy_reflectance(&v->bsdf[i], v->back.z[i], albedo);
         out->on.on[i] = -1;
         out->reflectance.x[i] = albedo[0];
