@@ -322,7 +322,8 @@ int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
         return same ? 0 : ERR_RANGE;
     }
     if (!(plan->target_error > 0.0f)) return ERR_RANGE;
-    if (pass->count > LIMIT_PASS_SPP || pass->strata * pass->strata > LIMIT_PASS_SPP)
+    if (pass->count > LIMIT_PASS_SPP || pass->strata > LIMIT_STRATA_PER_AXIS ||
+        pass->strata * pass->strata > LIMIT_PASS_SPP)
         return ERR_LIMIT;
     if (pass->first > LIMIT_SPP || pass->first + pass->count > LIMIT_SPP) return ERR_LIMIT;
     if (pass->count + pass->strata == 0 || pass->strata % 2 != 0) return ERR_RANGE;

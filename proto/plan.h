@@ -82,7 +82,7 @@ struct plan_paths {
                                           light field's indirect planes bring it */
     uint32_t without_glossy_indirect;  /* 1: the same of the glossy lobe of surfaces that have one
                                           (worker/shade/glossy.h), which the glossy planes bring;
-                                          only  beside the above */
+                                          only beside the above */
 };
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */

@@ -68,9 +68,10 @@ enum plane_id {
                                  or none were traced */
     /* Of surfaces with a glossy lobe (worker/shade/glossy.h), by l^2 rays of that lobe's visible
      * facets; all 0 on others. A ray brings its weight, what the lobe sends on of light along it,
-     * times the light; weights are taken over the lobe's reflectance of their channel. */
+     * times the light; weights are taken over the lobe's reflectance of their channel, the
+     * weight alone, added up over channels, over that of all. */
     PLANE_GLOSSY_MEAN = 26, /* 4 x f16: mean of weight * radiance * radiance_scale, rgb, and of the
-                               weight alone, over channels, too */
+                               weight alone */
     PLANE_GLOSSY_LOBE = 27, /* 4 x u16: unorm, directional albedo of the lobe, rgb, and its
                                roughness alpha; 0: no glossy lobe */
     PLANE_GLOSSY_NEARNESS = 28, /* f16: mean of length_unit / distance of the rays' hits, a miss

@@ -76,7 +76,8 @@ static void add_bounces(struct samples *sum, uint32_t count, const struct sample
                         uint32_t more_count)
 {
     const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    const float odd = (float)(count / 2), even = (float)count - odd,
+    const uint32_t odd_count = count / 2;
+    const float odd = (float)odd_count, even = (float)(count - odd_count),
                 half = 0.5f * (float)more_count;
     for (uint32_t c = 0; c < 6 && samples_u16(sum, PLANE_INDIRECT_HALVES, c); c++)
         merge_means(samples_u16(sum, PLANE_INDIRECT_HALVES, c),

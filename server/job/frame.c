@@ -209,12 +209,12 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
     if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
     f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
     const uint32_t number = tile_queue_pass(f->tiles, tile);
-    const bool scheduled = number < plan_pass_count(&f->plan);
     *out = (struct fleet_tile){.frame_id = f->options.id,
                                .index = tile,
                                .generation = generation,
                                .rect = tile_grid_rect(&f->grid, tile)};
-    out->pass = scheduled ? (struct plan_pass){.number = number} : frame_pass(f, tile, number);
+    out->pass.number = number;
+    if (number >= plan_pass_count(&f->plan)) out->pass = frame_pass(f, tile, number);
     if (out->pass.sides) {
         out->counts = f->rate.packed.data + f->rate.tiles[tile].packed;
         out->counts_bytes = f->rate.tiles[tile].packed_bytes;

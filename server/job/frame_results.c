@@ -147,13 +147,14 @@ static void block_over(struct frame *f, const struct block_task *t)
         frame_fail(f, error, "", "a block could not be reconstructed");
         return;
     }
+    f->tasks++; /* held: what comes next may fail, and the owner drop the frame */
     if (film_complete(f->film)) {
         if (frame_has_rounds(f))
             frame_rounds_decide(f);
         else
             frame_encode(f);
     }
-    f->options.events.drawn(f->options.events.ctx, f, t->rect);
+    if (frame_task_over(f)) f->options.events.drawn(f->options.events.ctx, f, t->rect);
 }
 
 static void block_done(struct team_task *task)

@@ -78,7 +78,8 @@ static void warn(struct frame *f, const struct rounds_report *report)
 {
     const double target = (double)f->plan.target_error;
     if (report->met) return;
-    if (report->fixed > target)
+    if (report->fixed > target &&
+        2.0 * report->fixed * report->fixed > report->reached * report->reached)
         snprintf(
             f->target.warning, sizeof f->target.warning,
             "frame %d: sampling ended at an estimated error of %.3g, above the target of %.3g: "
@@ -90,7 +91,7 @@ static void warn(struct frame *f, const struct rounds_report *report)
             "frame %d: sampling ended at an estimated error of %.3g, above the target of %.3g: "
             "%s",
             f->options.number, report->reached, target,
-            "pixels have the most samples that sampling.max_spp allows");
+            "pixels have the most samples that sampling.max_spp and the passes of a frame allow");
 }
 
 void frame_target_end(struct frame *f)

@@ -60,8 +60,8 @@ struct frame {
     struct image *image;        /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
-    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel, with rounds of all its
-                                pixels */
+    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
+                                of all its pixels */
     uint64_t blocks_drawn;
     uint32_t blocks_out; /* on the team */
     uint32_t tasks;      /* on the team, of any kind */

@@ -11,6 +11,8 @@
 #define AIM          0.985 /* of the target: estimates that end just above it would take a round more */
 #define CHUNK        LIMIT_PASS_SPP
 #define CHUNK_SIDE   8u
+#define BOUNCES_MOST 16384 /* means travel as half floats: beyond, rounding is what is left */
+#define REST_LEAST   0.25  /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
@@ -80,23 +82,28 @@ void rounds_destroy(struct rounds **rounds)
 
 /* -- growth -- */
 
-/* x^(1/5) by Newton from above, without the C library's powers, whose bits hang on the CPU. */
-static double fifth_root(double x)
+/* The root of an order of x >= 1 by Newton from above, without the C library's, whose bits hang on
+ * the CPU. Factors of 2^order are taken out first: from far away Newton creeps. */
+static double root_of(double x, int order)
 {
-    double root = fmax(1.0, x);
-    for (int i = 0; i < 256; i++) {
-        const double fourth = root * root * root * root;
-        const double next = root - (root * fourth - x) / (5.0 * fourth);
+    const double step = (double)(1u << order);
+    double scale = 1.0, root;
+    for (; x >= step && x < INFINITY; x /= step) scale *= 2.0;
+    root = x;
+    for (int i = 0; i < 64; i++) {
+        double power = root; /* root^(order - 1) */
+        for (int k = 2; k < order; k++) power *= root;
+        const double next = root - (root * power - x) / (order * power);
         if (!(next < root)) break;
         root = next;
     }
-    return root;
+    return scale * root;
 }
 
 /* x^(3/5) of any x > 0. */
 static double three_fifths(double x)
 {
-    const double root = x < 1.0 ? 1.0 / fifth_root(1.0 / x) : fifth_root(x);
+    const double root = x < 1.0 ? 1.0 / root_of(1.0 / x, 5) : root_of(x, 5);
     return root * root * root;
 }
 
@@ -117,11 +124,18 @@ static struct level level_at(double lambda)
     return (struct level){lambda, {sqrt(lambda), three_fifths(lambda)}};
 }
 
+static uint32_t most_of(const struct rounds *r, int kind)
+{
+    const uint32_t most = r->plan->spp_most;
+    return kind == BOUNCES && most > BOUNCES_MOST ? BOUNCES_MOST : most;
+}
+
 static double growth(const struct rounds *r, const struct kind *k, int kind,
                      const struct level *level)
 {
     if (k->n == 0 || !(k->square > 0.0)) return 1.0;
-    const double most = (double)r->plan->spp_most / k->n, free = k->scale / level->divisor[kind];
+    const double most = (double)most_of(r, kind) / k->n;
+    const double free = k->scale / level->divisor[kind];
     return fmax(fmin(free, most), 1.0);
 }
 
@@ -129,7 +143,8 @@ static double growth(const struct rounds *r, const struct kind *k, int kind,
 static double remains(double square, int kind, double r)
 {
     if (kind == PATHS) return square / r;
-    return square / (cbrt(r) * cbrt(r));
+    const double root = root_of(r, 3);
+    return square / (root * root);
 }
 
 /* Squared errors at a level, of what samples lower. */
@@ -209,12 +224,14 @@ static uint32_t side_of(uint32_t bounces)
     return l;
 }
 
-static uint32_t more_of(const struct rounds *r, const struct kind *k, int kind, double by)
+/* `room` samples fit the passes that are left. */
+static uint32_t more_of(const struct rounds *r, const struct kind *k, int kind, double by,
+                        uint32_t room)
 {
     const double wanted = fmin(by, GROWTH_MOST);
-    const uint32_t most = r->plan->spp_most;
+    const uint32_t most = most_of(r, kind);
     if (wanted < GROWTH_LEAST || k->n >= most) return 0;
-    const uint32_t left = most - k->n;
+    const uint32_t left = most - k->n < room ? most - k->n : room;
     if (kind == PATHS) {
         const uint32_t paths = rounded(wanted * k->n, k->n) - k->n;
         return paths < left ? paths : left;
@@ -239,15 +256,12 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
     uint64_t sum = 0;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
+        const uint32_t room = (LIMIT_PASSES - t->first_pass) * CHUNK;
         uint32_t passes = 0;
         for (int kind = 0; kind < KINDS; kind++) {
             struct kind *k = &t->kinds[kind];
-            k->more = k->n > 0 ? more_of(r, k, kind, growth(r, k, kind, level)) : 0;
+            k->more = k->n > 0 ? more_of(r, k, kind, growth(r, k, kind, level), room) : 0;
             passes = passes_of(k->more) > passes ? passes_of(k->more) : passes;
-        }
-        if (t->first_pass + passes > LIMIT_PASSES) {
-            t->kinds[PATHS].more = t->kinds[BOUNCES].more = 0;
-            passes = 0;
         }
         t->passes = more_passes[i] = passes;
         sum += passes;
@@ -285,6 +299,15 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
     report->met = report->reached <= (double)r->plan->target_error;
 }
 
+/* What samples lower may have left, squared and over mean luminance: what is left of the target
+ * beside the rest, or, where that alone is above it, little beside that. */
+static double rest_wanted(const struct rounds *r)
+{
+    const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
+    const double rest = error * error - fixed * fixed;
+    return rest > 0.0 ? rest : REST_LEAST * fixed * fixed;
+}
+
 /* What the target is thought to take in the end, and this round. */
 static void foresee(struct rounds *r, const struct level *level)
 {
@@ -311,12 +334,12 @@ static double mean_luminance(const struct rounds *r, const struct rounds_error *
 bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t *more_passes)
 {
     const double mean = mean_luminance(r, errors);
-    const double error = AIM * (double)r->plan->target_error * mean;
     end_round(r, errors);
     for (uint32_t i = 0; i < r->count; i++) more_passes[i] = 0;
     if (r->report.met || r->report.rounds >= ROUNDS_MOST) return false;
-    const double fixed = r->report.fixed * mean;
-    struct level level = solve(r, (error * error - fixed * fixed) * r->pixels);
+    const double wanted = rest_wanted(r), reached = r->report.reached, fixed = r->report.fixed;
+    if (reached * reached - fixed * fixed <= wanted) return false;
+    struct level level = solve(r, wanted * mean * mean * r->pixels);
     uint64_t passes = deal(r, &level, more_passes);
     for (int i = 0; i < 64 && passes == 0; i++) {
         level = level_at(0.5 * level.lambda);

@@ -58,7 +58,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
 struct line {
     const char *group, *key; /* group NULL: at the top */
     size_t offset;
-    bool seconds; /* microseconds here, seconds there; or millionths here, ones there */
+    bool millionths; /* here, of a second or of one */
 };
 #define COUNTED(name)                                                                              \
     offsetof(struct statistics, counters.value) + sizeof(uint64_t) * COUNTER_##name
@@ -140,8 +140,8 @@ json_t *statistics_json(const struct statistics *s)
         uint64_t value = get(s, line);
         json_t *into = line->group ? group_of(root, line->group) : root;
         json_object_set_new(into, line->key,
-                            line->seconds ? json_real((double)value * 1e-6)
-                                          : json_integer((json_int_t)value));
+                            line->millionths ? json_real((double)value * 1e-6)
+                                             : json_integer((json_int_t)value));
         if (line->group && !strcmp(line->group, "cpu_s")) total_us += value;
     }
     json_object_set_new(group_of(root, "cpu_s"), "total", json_real((double)total_us * 1e-6));
@@ -165,7 +165,7 @@ void statistics_read(const json_t *json, struct statistics *out)
     for (size_t i = 0; i < LINE_COUNT; i++) {
         const struct line *line = &lines[i];
         const json_t *from = line->group ? json_object_get(json, line->group) : json;
-        uint64_t value = number_of(json_object_get(from, line->key), line->seconds ? 1e6 : 1);
+        uint64_t value = number_of(json_object_get(from, line->key), line->millionths ? 1e6 : 1);
         memcpy((char *)out + line->offset, &value, sizeof value);
     }
     for (unsigned i = 0; i < COUNTER_COUNT; i++) {

@@ -23,6 +23,8 @@
 #define PLANES_INDIRECT                                                                            \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
 #define PLANES_BESIDE (PLANES_INDIRECT | PLANE_BIT(OPEN))
+/* Of bounce rays of pixel centres, which a light field beside paths consists of. */
+#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | 1u << PLANE_OPEN)
 
 static bool is_filtered(const struct plan *plan)
 {
@@ -46,7 +48,7 @@ int32_t block_side_px(const struct plan *plan)
 /* Pixels beside a block whose lighting the resolve borrows. */
 static int32_t ring_px(const struct plan *plan)
 {
-    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_INDIRECT);
+    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_BOUNCE_LIGHT);
     return resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
 }
 

@@ -13,14 +13,16 @@
  *   direct, indirect, emission, albedo   with albedo where it is light; mean over the samples
  *   diffuse_direct, diffuse_indirect     the pixel centre's, before albedo
  *   occlusion    share of the hemisphere that is open; 1 without surface
- *   samples      light and bounce rays of the pixel; 0 without surface
+ *   samples      light and bounce rays of the pixel, those of its glossy lobe among them; 0 without
+ *                surface
  *   filter_width sigma in pixels, largest over all filters; 0: not filtered */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_squares *squares, struct block_statistics *statistics);
 
 /* Adds what bounce rays of pixel centres bring to a picture of paths that leave it out:
- *   R G B, indirect    diffuse indirect light times albedo, anti-aliased
- *   samples            bounce rays
+ *   R G B, indirect    diffuse indirect light times albedo and what glossy lobes see times their
+ *                      reflectance, anti-aliased
+ *   samples            bounce rays and those of the glossy lobe
  * and writes diffuse_indirect (where the plan has indirect planes), occlusion, filter_width. */
 void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
                           struct block_squares *squares, struct block_statistics *statistics);

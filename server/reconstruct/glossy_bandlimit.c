@@ -2,11 +2,9 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect.h"
+#include "server/reconstruct/indirect_rate.h"
 
-#define COSINE_BAND 2.8f /* what rule A is made for */
-#define BAND        3.6f
-#define BAND_SLOPE  0.084f
-#define NEAR_LEAST  1e-6f /* of length_unit / distance: as good as nothing met */
+#define NEAR_LEAST 1e-6f /* of length_unit / distance: as good as nothing met */
 
 /* The plan as the filter of indirect light understands it. */
 static struct plan as_indirect(const struct plan *plan)
@@ -30,8 +28,9 @@ static float reflector_of(const struct plan *plan, const struct patch *patch, si
     if (!patch_is_glossy(patch, i)) return 0.0f;
     if (!(near * plan->length_unit > NEAR_LEAST)) return REFLECTOR_NONE * plan->length_unit;
     const float exponent = 2.0f / (alpha * alpha) - 2.0f; /* alpha: at least a step of its plane */
-    const float band = BAND + BAND_SLOPE * (exponent > 0.0f ? exponent : 0.0f);
-    return COSINE_BAND / (band * near);
+    const struct indirect_bandlimit band =
+        indirect_bandlimit_blinn_phong(exponent > 0.0f ? exponent : 0.0f);
+    return INDIRECT_OMEGA_LAMBERT / (band.omega * near); /* rule A is made for that */
 }
 
 int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,

@@ -1,7 +1,6 @@
 #include "server/reconstruct/glossy_field.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "server/reconstruct/surface.h"
@@ -55,7 +54,7 @@ static int carve(struct glossy_place *p, int32_t reach)
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
     const size_t bytes = (OWN_ARRAYS + 1 + 2 * GLOSSY_CHANNELS) * p->area * sizeof(float);
-    p->memory = aligned_alloc(GLOSSY_LANES * sizeof(float), bytes);
+    p->memory = scratch_take(p->scratch, bytes); /* on a cache line, as vectors want */
     if (!p->memory) return ERR_MEMORY;
     memset(p->memory, 0, bytes);
     float *next = p->memory;
@@ -157,10 +156,8 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
         p->channel[3][at] = patch->glossy_weight[q];
         p->own[NEARNESS][at] = near < NEARNESS_MOST ? near : NEARNESS_MOST;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
-        if (!patch_is_glossy(patch, q) || !set_lobe(view, patch->glossy_alpha[q], at, p->own))
-            continue;
-        p->object[at] = (int32_t)patch->id[q];
-        p->lobes++;
+        if (patch_is_glossy(patch, q) && set_lobe(view, patch->glossy_alpha[q], at, p->own))
+            p->object[at] = (int32_t)patch->id[q];
     }
 }
 
@@ -168,7 +165,7 @@ int glossy_place_create(const struct plan *plan, const struct patch *patch, stru
                         int32_t reach, struct glossy_place *out)
 {
     struct surface_view view;
-    *out = (struct glossy_place){.rect = rect};
+    *out = (struct glossy_place){.rect = rect, .scratch = patch->scratch};
     const int error = carve(out, reach);
     if (error) return error;
     show(out);
@@ -179,7 +176,7 @@ int glossy_place_create(const struct plan *plan, const struct patch *patch, stru
 
 void glossy_place_fini(struct glossy_place *place)
 {
-    free(place->memory);
+    scratch_give(place->scratch, place->memory);
     *place = (struct glossy_place){0};
 }
 

@@ -12,10 +12,10 @@ struct glossy_place {
     float *channel[GLOSSY_CHANNELS], *between[GLOSSY_CHANNELS];
     size_t area;    /* numbers of an array */
     size_t origin;  /* where the rect's first pixel lies in it */
-    uint64_t lobes; /* pixels whose lobe takes part */
     float *own[18]; /* the field's arrays */
     int32_t *object;
-    void *memory; /* owned */
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
 };
 
 /* All of `rect`, which lies in the patch's, with room for runs that look `reach` pixels beyond it.

@@ -11,6 +11,7 @@
  * in two coordinates at right angles to the receiver's mirrored direction: 0 for a lobe and itself
  * (after Tokuyoshi 2015, with parallax; filters.md section 7). */
 #include <math.h>
+#include <string.h>
 
 #include "server/reconstruct/glossy_kernels.h"
 #include "server/reconstruct/indirect_vector.h"
@@ -52,7 +53,7 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct lanes 
             lanes_select(squared > GLOSSY_DET_LEAST, squared, lanes_all(1.0f).v[v]);
         float root[LANES_PER_VECTOR];
         lanes_vector length;
-        *(lanes_stored *)root = fit;
+        memcpy(root, &fit, sizeof root);
         for (int i = 0; i < LANES_PER_VECTOR; i++) root[i] = sqrtf(root[i]);
         length = lanes_load_vector(root);
         for (int k = 0; k < 3; k++) unit[k].v[v] = a[k] / length;

@@ -114,12 +114,13 @@ static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
     const struct rect tall = indirect_pass_tall(place, rect, pass.reach);
     float *channels[INDIRECT_CHANNELS_MAX], *between[INDIRECT_CHANNELS_MAX];
     float *beta = indirect_place_spare(place, count);
+    float *counts = f->patch->bounces ? indirect_place_spare(place, count + 1) : NULL;
     for (uint32_t c = 0; c < count; c++) {
         channels[c] = indirect_place_spare(place, c);
         between[c] = indirect_place_spare(place, count + 1 + c);
     }
-    if (f->patch->bounces) load_plane(f, place, f->patch->bounces, between[0]);
-    indirect_widths(rule, kernels, place, f->patch->bounces ? between[0] : NULL, tall, beta);
+    if (counts) load_plane(f, place, f->patch->bounces, counts); /* before it is between */
+    indirect_widths(rule, kernels, place, counts, tall, beta);
     indirect_set_widths(rule, place, tall, beta, 1.0f);
     indirect_pass_run(&pass, place, rect, (const float *const *)channels, between, channels);
 }

@@ -90,7 +90,7 @@ uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most)
     return l;
 }
 
-/* One call. Spares: 1 / z_far, both pooled. */
+/* One call. Spares: z_far, both pooled. */
 struct rate {
     const struct plan *plan;
     struct rect inner;
@@ -99,6 +99,8 @@ struct rate {
     float near_px;
 };
 
+/* Nearest distances are pooled as for widths, by their inverses; farthest ones as they are: a pixel
+ * in a crack, whose rays all end at once, must not make others look as if all were near. */
 static void load_far(const struct rate *r, const struct patch *patch)
 {
     const struct rect all = r->place->rect;
@@ -108,7 +110,7 @@ static void load_far(const struct rate *r, const struct patch *patch)
         const float *near = r->place->nearness + to;
         float *out = indirect_place_spare(r->place, 0) + to;
         for (size_t i = 0; i < (size_t)rect_width(all); i++)
-            out[i] = near[i] > 0.0f ? fminf(1.0f / far[i], near[i]) : 0.0f;
+            out[i] = near[i] > 0.0f ? far[i] : 0.0f;
     }
 }
 
@@ -116,8 +118,8 @@ static uint32_t side_of(const struct rate *r, float near, float far, float pixel
 {
     const uint32_t l = r->plan->indirect_strata_per_axis;
     if (!(pixel > 0.0f && near > 0.0f && far > 0.0f)) return 0;
-    const float least = r->near_px * pixel, z = 1.0f / near, beyond = 1.0f / far;
-    const struct indirect_span span = {fmaxf(z, least), fmaxf(beyond, least), pixel};
+    const float least = r->near_px * pixel;
+    const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
     const float mu = r->plan->rate.mu, rays = indirect_rate_rays(&r->band, mu, &span);
     return indirect_rate_side(fmaxf(rays, indirect_rate_least(mu, l * l)), l * l,
                               r->plan->rate.rays_most);

@@ -4,9 +4,9 @@
  *   S (F(half) - F(mean))^2 + max(0, S (F - F')^2 - S (noise of F - F')^2) / (1 - r^2)^2
  *
  * F is the filter, F' the same at r times its width: where light is smooth, bias grows with the
- * square of the width. A half is off the mean by as much as the mean is
- * off the truth. Where F and F' differ by more than their noise, of which the halves tell again,
- * the filter is biased. S is a mean over the surface around. */
+ * square of the width. A half is off the mean by as much as the mean is off the truth. Where F and
+ * F' differ by more than their noise, of which the halves tell again, the filter is biased. S is a
+ * mean over the surface around. */
 #include "server/reconstruct/indirect_pass.h"
 
 /* Squares to find: in spares of the place. */

@@ -34,8 +34,7 @@ struct lighting_statistics {
 /* Of the pixels of `lit`, which lies in patch->core: every light's and the bounce's Monte Carlo
  * mean as they came; of rectangles under a shadow filter what that makes of their strata; of
  * bounces under a filter of indirect light what that makes of their means, and so of glossy lobes.
- * Adds to *statistics.
- * ERR_MEMORY. */
+ * Adds to *statistics. ERR_MEMORY. */
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
                     struct lighting *out, struct lighting_statistics *statistics);
 void lighting_fini(struct lighting *lighting);

@@ -247,8 +247,11 @@ static float mean_square(float squares, float sum, float share)
 static void scale(struct resolved *out, float share)
 {
     for (int c = 0; c < 3; c++) {
-        out->spread[c] = mean_square(out->spread[c], out->total[c], share);
         out->error[c] *= share;
+        /* Neighbours that light is taken from differ by their noise, too. */
+        const float noise = out->error[c] * out->error[c];
+        const float square = mean_square(out->spread[c], out->total[c], share);
+        out->spread[c] = fmaxf(square - noise, 0.0f);
         out->direct[c] *= share;
         out->indirect[c] *= share;
         out->total[c] *= share;

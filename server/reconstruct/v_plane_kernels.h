@@ -58,9 +58,8 @@ struct v_plane_field {
     uint32_t lanes;                      /* v_plane_lanes(l) */
 
     /* Of each cell, V_PLANE_CELLS of a column, V_PLANE_POWERS times V_PLANE_NODE_FLOATS, each
-     * number four times: at the node's shift a sample of cosine^2 c weighs the first + c times the
-     * second
-     * + c^2 times the third, as nearly as a parabola can. 64-byte aligned. */
+     * number four times: at the node's shift a sample of cosine^2 c weighs the first, plus c times
+     * the second, plus c^2 times the third, as nearly as a parabola can. 64-byte aligned. */
     const float *ratios;
 };
 

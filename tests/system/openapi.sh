@@ -108,6 +108,8 @@ good=("{$scene_member}"
     "{$scene_member, \"filter\": {\"method\": \"axis_aligned\"}}"
     "{$scene_member, \"filter\": {\"indirect\": \"average\"}}"
     "{$scene_member, \"filter\": {\"method\": \"average\", \"indirect\": \"blend\"}}"
+    "{$scene_member, \"filter\": {\"indirect\": \"adaptive\", \"mu\": 2}}"
+    "{$scene_member, \"filter\": {\"glossy\": \"bandlimit\"}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
@@ -204,6 +206,9 @@ check_plan "a lens leaves nothing to other light fields" "{$scene_member, \"lens
     '.integrator == "lens_field" and .indirect_filter == "none" and .glossy_filter == "none" and (.samples | has("indirect_most") | not)
      and (.planes | any(startswith("glossy_") or startswith("reflector")) | not)
      and (.warnings | any(startswith("filter.indirect is adaptive")) and any(startswith("filter.glossy is virtual_hit")))'
+check_plan "adaptive sampling begins with sixteen rays" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
+    '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and
+     (.planes | index("reflector_far"))'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
 check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \
@@ -218,6 +223,11 @@ check_fault "no filter has no width" "{$scene_member, \"layers\": [\"filter_widt
     /filter/method "filters nothing"
 check_fault "adaptive sampling knows no error" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}, \"sampling\": {\"target_error\": 0.1}}" \
     /filter/indirect "does not know its error"
+check_fault "adaptive sampling does not know its error" \
+    "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}, \"layers\": [\"beauty\", \"error\"]}" \
+    /filter/indirect "does not know its error"
+check_fault "a target is the picture's" "{$scene_member, \"sampling\": {\"target_error\": 0.1}, \"layers\": [\"depth\"]}" \
+    /layers "target_error is of the layer beauty"
 for document in "${bad[@]}"; do check "schema and server refuse $document" agree 422 "$document"; done
 
 p=/v1/jobs

@@ -26,6 +26,7 @@ struct gloss {
     uint32_t count;                    /* rays a pixel */
     uint32_t frame_key;                /* of the sequence of directions */
     struct lanes3 inverse;             /* 1 / reflectance */
+    float whole[LANES];                /* 1 / its sum over channels */
     uint32_t key[LANES], first[LANES]; /* of later numbers; of the pixel's directions */
     struct lanes_mask on;
 };
@@ -36,7 +37,7 @@ void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
     for (int i = 0; v->any_general && i < LANES; i++) {
         float albedo[3];
         const bool general = v->active.on[i] && !v->lambert.on[i];
-        if (!general || v->back.z[i] < DIRECTION_GRAZING || !glossy_has(&v->bsdf[i])) continue;
+        if (!general || !(v->back.z[i] >= DIRECTION_GRAZING) || !glossy_has(&v->bsdf[i])) continue;
         glossy_reflectance(&v->bsdf[i], v->back.z[i], albedo);
         out->on.on[i] = -1;
         out->reflectance.x[i] = albedo[0];
@@ -100,6 +101,8 @@ static void gloss_init(const struct path_context *c, const struct block *block,
         g->inverse.x[i] = inverse(lobes->reflectance.x[i]);
         g->inverse.y[i] = inverse(lobes->reflectance.y[i]);
         g->inverse.z[i] = inverse(lobes->reflectance.z[i]);
+        g->whole[i] =
+            inverse(lobes->reflectance.x[i] + lobes->reflectance.y[i] + lobes->reflectance.z[i]);
     }
 }
 
@@ -134,10 +137,11 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
     float u[2], wi[3], weight[3];
     path_pair(g->frame_key, g->first[i] + sample, PATH_DIRECTION, &u[0], &u[1]);
     if (!glossy_sample(&v->bsdf[i], wo, u, wi, weight)) return;
+    /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
+    sums->weight[i] += (weight[0] + weight[1] + weight[2]) * g->whole[i];
     weight[0] *= g->inverse.x[i];
     weight[1] *= g->inverse.y[i];
     weight[2] *= g->inverse.z[i];
-    sums->weight[i] += (weight[0] + weight[1] + weight[2]) * (1.0f / 3.0f);
     uint32_t lane;
     struct path_packet *p = path_pool_add(pool, &lane);
     if (!aim(g, i, wi, &p->rays.ray, lane)) {

@@ -213,8 +213,8 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
     }
 }
 
-/* Beyond what it has met a path carries only what the first surface's diffuse lobe did not send;
- * by chance, in proportion to that share. */
+/* Beyond what it has met a path carries only what no light field brings of the first surface's
+ * lobes; by chance, in proportion to that share. */
 static void leave_diffuse(const struct path_context *c, struct path_packet *p,
                           struct path_vertex *v, struct path_harvest *h)
 {

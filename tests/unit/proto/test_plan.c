@@ -608,6 +608,7 @@ static void passes_after_the_schedule_are_checked(void **state)
     PASS(pass.strata = 3, ERR_RANGE);
     PASS(pass.strata = 8, 0);
     PASS(pass.strata = 10, ERR_LIMIT);
+    PASS(pass.strata = 0x10000, ERR_LIMIT); /* whose square is 0 in 32 bits */
     PASS(pass.count = 0, 0);
     PASS((pass.count = 0, pass.strata = 0), ERR_RANGE);
     PASS(pass.count = LIMIT_PASS_SPP + 1, ERR_LIMIT);

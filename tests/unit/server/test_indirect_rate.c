@@ -160,6 +160,11 @@ static void patches_ask_for_rays(void **state)
         assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
         assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
         assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
+        /* a pixel in a crack sees nothing but it */
+        patch->reflector_far[8 * SIDE + 8] = 0.01f * units[k];
+        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
+        assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
         uint8_t cut[7 * 6];
         assert_int_equal(indirect_rate_find(&plan, patch, part, cut), 0);
         for (int y = part.y0; y < part.y1; y++)

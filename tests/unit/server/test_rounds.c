@@ -162,6 +162,36 @@ static void caps_end_it(void **state)
     rounds_destroy(&w.rounds);
 }
 
+/* Once the rest is small beside what no sample lowers, more of them are in vain. */
+static void nothing_is_sampled_in_vain(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.02f, 65536);
+    w.fixed = 0.0025; /* 0.1 */
+    run(&w);
+    const struct rounds_report report = rounds_report(w.rounds);
+    assert_true(!report.met && report.fixed > 0.09 && report.reached < 1.2 * report.fixed);
+    for (uint32_t t = 0; t < TILES; t++) assert_true(w.n[t][0] < 65536 && w.n[t][1] < 16384);
+    rounds_destroy(&w.rounds);
+}
+
+/* A target that is out of reach costs no kind of samples their share. */
+static void kinds_share_what_is_out_of_reach(void **state)
+{
+    static const uint32_t caps[] = {1024, 16384, 65536};
+    struct world w;
+    (void)state;
+    for (size_t i = 0; i < sizeof caps / sizeof *caps; i++) {
+        begin(&w, 1e-4f, caps[i]);
+        run(&w);
+        for (uint32_t t = 0; t < TILES; t++)
+            assert_true(w.n[t][0] > caps[i] / 2 &&
+                        w.n[t][1] > (caps[i] < 16384 ? caps[i] : 16384) / 2);
+        rounds_destroy(&w.rounds);
+    }
+}
+
 static void what_is_met_costs_nothing(void **state)
 {
     struct world w;
@@ -222,6 +252,8 @@ int main(void)
         cmocka_unit_test(targets_are_reached_at_less_cost),
         cmocka_unit_test(what_gains_most_gets_most),
         cmocka_unit_test(caps_end_it),
+        cmocka_unit_test(nothing_is_sampled_in_vain),
+        cmocka_unit_test(kinds_share_what_is_out_of_reach),
         cmocka_unit_test(what_is_met_costs_nothing),
         cmocka_unit_test(odd_errors_end),
         cmocka_unit_test(the_schedule_stands),
