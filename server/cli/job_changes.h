@@ -46,12 +46,10 @@ struct job_changes {
                         "its filter: auto, average, constant, linear, blend, adaptive, sheared",   \
                         &(c)->indirect),                                                           \
         JOB_CHANGE_TEXT("glossy", 0, "NAME",                                                       \
-                        "of glossy reflections: auto, average, virtual_hit, bandlimit",            \
+                        "filter of reflections: auto, average, virtual_hit, bandlimit",            \
                         &(c)->glossy),                                                             \
         JOB_CHANGE_TEXT("lens", 0, "NAME",                                                         \
-                        "of what a lens blurs: auto, average, axis_aligned, sheared", &(c)->lens)
-                        "filter of reflections: auto, average, virtual_hit, bandlimit",            \
-                        &(c)->glossy)
+                        "filter of the lens: auto, average, axis_aligned, sheared", &(c)->lens)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

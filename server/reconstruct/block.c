@@ -19,12 +19,8 @@
 #define BLOCKS_ENOUGH          64
 #define STRATA_HEAVY           8 /* per axis: above, a patch of single rays is 1 kB a pixel and more */
 
-/* Bounce rays of pixel centres, which a light field beside paths consists of. */
-#define PLANES_INDIRECT                                                                            \
-    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
-#define PLANES_BESIDE (PLANES_INDIRECT | PLANE_BIT(OPEN))
 /* Of bounce rays of pixel centres, which a light field beside paths consists of. */
-#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | 1u << PLANE_OPEN)
+#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | PLANE_BIT(OPEN))
 
 static bool is_filtered(const struct plan *plan)
 {

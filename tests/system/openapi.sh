@@ -206,9 +206,6 @@ check_plan "a lens leaves nothing to other light fields" "{$scene_member, \"lens
     '.integrator == "lens_field" and .indirect_filter == "none" and .glossy_filter == "none" and (.samples | has("indirect_most") | not)
      and (.planes | any(startswith("glossy_") or startswith("reflector")) | not)
      and (.warnings | any(startswith("filter.indirect is adaptive")) and any(startswith("filter.glossy is virtual_hit")))'
-check_plan "adaptive sampling begins with sixteen rays" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
-    '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and
-     (.planes | index("reflector_far"))'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'
 check_fault "a scene is no environment" "{$scene_member, \"environment\": {\"asset\": \"$asset\"}}" \
