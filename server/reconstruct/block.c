@@ -12,7 +12,8 @@
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
  * 0.85 times as much as those of 128; of memory, 1.6 times as much for 256. Those are for pictures
- * that are still cut into BLOCKS_ENOUGH. */
+ * that are still cut into BLOCKS_ENOUGH, and for filters of the lens, whose halo is as wide as half
+ * a block of those. */
 #define SIDE_PX                64
 #define SIDE_FILTERED_PX       128
 #define SIDE_FILTERED_LARGE_PX 256
@@ -36,9 +37,9 @@ int32_t block_side_px(const struct plan *plan)
                  plan->indirect_strata_per_axis > STRATA_HEAVY;
     heavy = heavy || plan->lens_strata_per_axis > STRATA_HEAVY;
     if (!is_filtered(plan) || heavy) return SIDE_PX;
-    return (int64_t)plan->width_px * plan->height_px < BLOCKS_ENOUGH * large
-               ? SIDE_FILTERED_PX
-               : SIDE_FILTERED_LARGE_PX;
+    const bool wide = plan->lens_filter != LENS_FILTER_NONE;
+    const bool many = (int64_t)plan->width_px * plan->height_px >= BLOCKS_ENOUGH * large;
+    return wide || many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
 }
 
 /* Pixels beside a block whose lighting the resolve borrows. */
