@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "proto/message.h"
+#include "proto/plan_filters.h"
 #include "proto/samples.h"
 
 /* Floats that were orthonormal before they were rounded, or came from a decimal text. */
@@ -28,48 +29,7 @@
 #define PLANES_KNOWN (PLANE_BIT(ID_COUNT) - 1)
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
-#define LIGHT_PLANES_KNOWN  ((1u << LIGHT_PLANE_COUNT) - 1)
-#define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)
-
-/* Where the check stands: a prefix that each field's name is put behind. */
-struct place {
-    const char *prefix;
-    struct fault *fault;
-};
-
-static int refuse(const struct place *at, int code, const char *field, const char *why,
-                  double value)
-{
-    char pointer[LIMIT_POINTER_BYTES];
-    snprintf(pointer, sizeof pointer, "%s%s%s", at->prefix, at->prefix[0] ? "." : "", field);
-    return fault_set(at->fault, code, pointer, "%.9g %s", value, why);
-}
-
-static int check_number(const struct place *at, const char *field, float v, float min, float max)
-{
-    if (!isfinite(v)) return refuse(at, ERR_NOT_FINITE, field, "is not finite", (double)v);
-    if (v < min) return refuse(at, ERR_RANGE, field, "is too small", (double)v);
-    if (v > max) return refuse(at, ERR_RANGE, field, "is too large", (double)v);
-    return 0;
-}
-
-static int check_vector(const struct place *at, const char *field, const float v[3], float min,
-                        float max)
-{
-    for (int i = 0; i < 3; i++) {
-        const int error = check_number(at, field, v[i], min, max);
-        if (error) return error;
-    }
-    return 0;
-}
-
-static int check_count(const struct place *at, const char *field, int64_t v, int64_t min,
-                       int64_t max)
-{
-    if (v < min) return refuse(at, ERR_RANGE, field, "is too small", (double)v);
-    if (v > max) return refuse(at, ERR_LIMIT, field, "is above the limit", (double)v);
-    return 0;
-}
+#define LIGHT_PLANES_KNOWN ((1u << LIGHT_PLANE_COUNT) - 1)
 
 static double dot(const float a[3], const float b[3])
 {
@@ -84,17 +44,17 @@ static void cross(const float a[3], const float b[3], double out[3])
     }
 }
 
-static int check_unit(const struct place *at, const char *field, const float v[3])
+static int check_unit(const struct plan_place *at, const char *field, const float v[3])
 {
-    const int error = check_vector(at, field, v, -2.0f, 2.0f);
+    const int error = plan_place_vector(at, field, v, -2.0f, 2.0f);
     if (error) return error;
     const double length = sqrt(dot(v, v));
     if (fabs(length - 1.0) > ORTHONORMAL_TOLERANCE)
-        return refuse(at, ERR_RANGE, field, "is its length, which must be 1", length);
+        return plan_place_refuse(at, ERR_RANGE, field, "is its length, which must be 1", length);
     return 0;
 }
 
-static int check_axes(const struct place *at, const struct plan_camera *c)
+static int check_axes(const struct plan_place *at, const struct plan_camera *c)
 {
     int error = check_unit(at, "right", c->right);
     if (!error) error = check_unit(at, "up", c->up);
@@ -102,54 +62,57 @@ static int check_axes(const struct place *at, const struct plan_camera *c)
     if (error) return error;
     const double skew = dot(c->right, c->up);
     if (fabs(skew) > ORTHONORMAL_TOLERANCE)
-        return refuse(at, ERR_RANGE, "up", "is its part along right, which must be 0", skew);
+        return plan_place_refuse(at, ERR_RANGE, "up", "is its part along right, which must be 0",
+                                 skew);
     double back[3];
     cross(c->right, c->up, back);
     for (int i = 0; i < 3; i++)
         if (fabs(back[i] + (double)c->forward[i]) > 2 * ORTHONORMAL_TOLERANCE)
-            return refuse(at, ERR_RANGE, "forward", "is not up x right", (double)c->forward[i]);
+            return plan_place_refuse(at, ERR_RANGE, "forward", "is not up x right",
+                                     (double)c->forward[i]);
     return 0;
 }
 
 /* A lens needs something in focus; without one its other fields travel all the same. */
-static int check_lens(const struct place *at, const struct plan_camera *c)
+static int check_lens(const struct plan_place *at, const struct plan_camera *c)
 {
     const float far = LIMIT_COORDINATE;
     const bool has_lens = c->aperture_radius > 0.0f;
-    int error = check_number(at, "aperture_radius", c->aperture_radius, 0.0f, far);
-    if (!error) error = check_number(at, "focus_distance", c->focus_distance, 0.0f, far);
-    if (!error) error = check_number(at, "blade_rotation_rad", c->blade_rotation_rad, -far, far);
+    int error = plan_place_number(at, "aperture_radius", c->aperture_radius, 0.0f, far);
+    if (!error) error = plan_place_number(at, "focus_distance", c->focus_distance, 0.0f, far);
+    if (!error)
+        error = plan_place_number(at, "blade_rotation_rad", c->blade_rotation_rad, -far, far);
     if (!error && c->blade_count != 0)
-        error = check_count(at, "blade_count", c->blade_count, 3, LIMIT_LENS_BLADES);
+        error = plan_place_count(at, "blade_count", c->blade_count, 3, LIMIT_LENS_BLADES);
     if (error || !has_lens) return error;
     if (c->type != CAMERA_PERSPECTIVE)
-        return refuse(at, ERR_RANGE, "aperture_radius", "is a lens before parallel rays",
-                      (double)c->aperture_radius);
+        return plan_place_refuse(at, ERR_RANGE, "aperture_radius", "is a lens before parallel rays",
+                                 (double)c->aperture_radius);
     if (!(c->focus_distance > 0.0f))
-        return refuse(at, ERR_RANGE, "focus_distance", "is no distance to focus on",
-                      (double)c->focus_distance);
+        return plan_place_refuse(at, ERR_RANGE, "focus_distance", "is no distance to focus on",
+                                 (double)c->focus_distance);
     return 0;
 }
 
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
 {
-    const struct place at = {place, fault};
+    const struct plan_place at = {place, fault};
     if (camera->type > CAMERA_ORTHOGRAPHIC)
-        return refuse(&at, ERR_RANGE, "type", "is no camera type", (double)camera->type);
+        return plan_place_refuse(&at, ERR_RANGE, "type", "is no camera type", (double)camera->type);
     const float max = camera->type == CAMERA_ORTHOGRAPHIC ? LIMIT_COORDINATE : VIEW_MAX;
-    int error = check_vector(&at, "eye", camera->eye, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    int error = plan_place_vector(&at, "eye", camera->eye, -LIMIT_COORDINATE, LIMIT_COORDINATE);
     if (!error) error = check_axes(&at, camera);
-    if (!error) error = check_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
-    if (!error) error = check_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
+    if (!error) error = plan_place_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
+    if (!error) error = plan_place_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
     if (!error) error = check_lens(&at, camera);
     return error;
 }
 
-static int check_rectangle(const struct place *at, const struct plan_light *light)
+static int check_rectangle(const struct plan_place *at, const struct plan_light *light)
 {
-    int error = check_vector(at, "half_u", light->half_u, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    int error = plan_place_vector(at, "half_u", light->half_u, -LIMIT_COORDINATE, LIMIT_COORDINATE);
     if (!error)
-        error = check_vector(at, "half_v", light->half_v, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+        error = plan_place_vector(at, "half_v", light->half_v, -LIMIT_COORDINATE, LIMIT_COORDINATE);
     if (error) return error;
     double n[3];
     cross(light->half_u, light->half_v, n);
@@ -158,28 +121,31 @@ static int check_rectangle(const struct place *at, const struct plan_light *ligh
         sqrt(dot(light->half_u, light->half_u) * dot(light->half_v, light->half_v));
     /* Four times it is the area that the tracer computes in float. */
     if (!(length >= 1e-30))
-        return refuse(at, ERR_RANGE, "half_u", "is a quarter of the area: too small", length);
+        return plan_place_refuse(at, ERR_RANGE, "half_u", "is a quarter of the area: too small",
+                                 length);
     if (length < SINE_MIN * sides)
-        return refuse(at, ERR_RANGE, "half_v", "is its sine to half_u: parallel", length / sides);
+        return plan_place_refuse(at, ERR_RANGE, "half_v", "is its sine to half_u: parallel",
+                                 length / sides);
     const double along = (n[0] * (double)light->direction[0] + n[1] * (double)light->direction[1] +
                           n[2] * (double)light->direction[2]) /
                          length;
     if (along < 1.0 - ORTHONORMAL_TOLERANCE)
-        return refuse(at, ERR_RANGE, "direction", "is its cosine to half_u x half_v", along);
+        return plan_place_refuse(at, ERR_RANGE, "direction", "is its cosine to half_u x half_v",
+                                 along);
     return 0;
 }
 
-static int check_cone(const struct place *at, const struct plan_light *light)
+static int check_cone(const struct plan_place *at, const struct plan_light *light)
 {
-    int error = check_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
-    if (!error) error = check_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
+    int error = plan_place_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
+    if (!error) error = plan_place_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
     if (!error && !(light->cos_inner > light->cos_outer))
-        error =
-            refuse(at, ERR_RANGE, "cos_inner", "is not above cos_outer", (double)light->cos_inner);
+        error = plan_place_refuse(at, ERR_RANGE, "cos_inner", "is not above cos_outer",
+                                  (double)light->cos_inner);
     return error;
 }
 
-static int check_shape(const struct place *at, const struct plan_light *light)
+static int check_shape(const struct plan_place *at, const struct plan_light *light)
 {
     int error = 0;
     if (light->type == LIGHT_POINT) return 0;
@@ -192,34 +158,35 @@ static int check_shape(const struct place *at, const struct plan_light *light)
 /* Fields that the type does not use travel all the same, so they must at least be numbers. */
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault)
 {
-    const struct place at = {place, fault};
+    const struct plan_place at = {place, fault};
     const float far = LIMIT_COORDINATE;
     if (light->type > LIGHT_RECTANGLE)
-        return refuse(&at, ERR_RANGE, "type", "is no light type", (double)light->type);
+        return plan_place_refuse(&at, ERR_RANGE, "type", "is no light type", (double)light->type);
     if (light->profile > PROFILE_GAUSSIAN)
-        return refuse(&at, ERR_RANGE, "profile", "is no light profile", (double)light->profile);
-    int error = check_vector(&at, "position", light->position, -far, far);
-    if (!error) error = check_vector(&at, "direction", light->direction, -2.0f, 2.0f);
-    if (!error) error = check_vector(&at, "half_u", light->half_u, -far, far);
-    if (!error) error = check_vector(&at, "half_v", light->half_v, -far, far);
-    if (!error) error = check_vector(&at, "color", light->color, 0.0f, LIMIT_RADIANCE);
-    if (!error) error = check_number(&at, "cos_inner", light->cos_inner, -1.0f, 1.0f);
-    if (!error) error = check_number(&at, "cos_outer", light->cos_outer, -1.0f, 1.0f);
-    if (!error) error = check_number(&at, "range", light->range, 0.0f, far);
+        return plan_place_refuse(&at, ERR_RANGE, "profile", "is no light profile",
+                                 (double)light->profile);
+    int error = plan_place_vector(&at, "position", light->position, -far, far);
+    if (!error) error = plan_place_vector(&at, "direction", light->direction, -2.0f, 2.0f);
+    if (!error) error = plan_place_vector(&at, "half_u", light->half_u, -far, far);
+    if (!error) error = plan_place_vector(&at, "half_v", light->half_v, -far, far);
+    if (!error) error = plan_place_vector(&at, "color", light->color, 0.0f, LIMIT_RADIANCE);
+    if (!error) error = plan_place_number(&at, "cos_inner", light->cos_inner, -1.0f, 1.0f);
+    if (!error) error = plan_place_number(&at, "cos_outer", light->cos_outer, -1.0f, 1.0f);
+    if (!error) error = plan_place_number(&at, "range", light->range, 0.0f, far);
     return error ? error : check_shape(&at, light);
 }
 
 static int check_light_sampling(const struct plan *plan, const struct plan_light *light,
                                 const char *prefix, struct fault *fault)
 {
-    const struct place at = {prefix, fault};
+    const struct plan_place at = {prefix, fault};
     const bool has_area = light->type == LIGHT_RECTANGLE;
     const bool per_stratum = has_area && (plan->light_planes & LIGHT_PLANES_STRATA);
     const int64_t max =
         !has_area ? 1 : (per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS : LIMIT_STRATA_PER_AXIS);
-    const int error = check_number(&at, "power", light->power, POWER_MIN, POWER_MAX);
+    const int error = plan_place_number(&at, "power", light->power, POWER_MIN, POWER_MAX);
     if (error) return error;
-    return check_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
+    return plan_place_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
 }
 
 static int check_lights(const struct plan *plan, struct fault *fault)
@@ -236,224 +203,111 @@ static int check_lights(const struct plan *plan, struct fault *fault)
 
 static int check_environment(const struct plan_environment *e, struct fault *fault)
 {
-    const struct place at = {"environment", fault};
+    const struct plan_place at = {"environment", fault};
     if (e->kind > ENVIRONMENT_MAP)
-        return refuse(&at, ERR_RANGE, "kind", "is no kind of environment", (double)e->kind);
+        return plan_place_refuse(&at, ERR_RANGE, "kind", "is no kind of environment",
+                                 (double)e->kind);
     const float least_power = e->kind == ENVIRONMENT_NONE ? 0.0f : POWER_MIN;
-    int error = check_vector(&at, "radiance", e->radiance, 0.0f, LIMIT_RADIANCE);
+    int error = plan_place_vector(&at, "radiance", e->radiance, 0.0f, LIMIT_RADIANCE);
     if (!error)
-        error =
-            check_number(&at, "rotation_rad", e->rotation_rad, -LIMIT_COORDINATE, LIMIT_COORDINATE);
-    if (!error) error = check_number(&at, "power", e->power, least_power, POWER_MAX);
+        error = plan_place_number(&at, "rotation_rad", e->rotation_rad, -LIMIT_COORDINATE,
+                                  LIMIT_COORDINATE);
+    if (!error) error = plan_place_number(&at, "power", e->power, least_power, POWER_MAX);
     return error;
 }
 
 static int check_paths(const struct plan_paths *paths, struct fault *fault)
 {
-    const struct place at = {"paths", fault};
-    int error = check_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
-    if (!error) error = check_count(&at, "pixel_filter", paths->pixel_filter, 0, PIXEL_FILTER_TENT);
-    if (!error) error = check_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
+    const struct plan_place at = {"paths", fault};
+    int error = plan_place_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
     if (!error)
-        error = check_count(&at, "without_diffuse_indirect", paths->without_diffuse_indirect, 0, 1);
+        error = plan_place_count(&at, "pixel_filter", paths->pixel_filter, 0, PIXEL_FILTER_TENT);
     if (!error)
-        error = check_count(&at, "without_glossy_indirect", paths->without_glossy_indirect, 0,
-                            paths->without_diffuse_indirect);
+        error = plan_place_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
+    if (!error)
+        error = plan_place_count(&at, "without_diffuse_indirect", paths->without_diffuse_indirect,
+                                 0, 1);
+    if (!error)
+        error = plan_place_count(&at, "without_glossy_indirect", paths->without_glossy_indirect, 0,
+                                 paths->without_diffuse_indirect);
     return error;
 }
 
 /* Errors are known where halves of the samples, or their spread, tell of them. */
-static int check_target(const struct place *at, const struct plan *plan)
+static int check_target(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
-    int error = check_number(at, "target_error", plan->target_error, 0.0f, 1e6f);
-    if (!error) error = check_count(at, "spp_most", plan->spp_most, 0, LIMIT_SPP);
+    int error = plan_place_number(at, "target_error", plan->target_error, 0.0f, 1e6f);
+    if (!error) error = plan_place_count(at, "spp_most", plan->spp_most, 0, LIMIT_SPP);
     if (error) return error;
     if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
-        return refuse(at, ERR_RANGE, "spp_most", "belongs to a target, and every target has it",
-                      (double)plan->spp_most);
+        return plan_place_refuse(at, ERR_RANGE, "spp_most",
+                                 "belongs to a target, and every target has it",
+                                 (double)plan->spp_most);
     if (!(plan->target_error > 0.0f)) return 0;
     if (plan->paths.spp > 0 && (plan->planes & paths) != paths)
-        return refuse(at, ERR_RANGE, "target_error", "is a target for paths of unknown error",
-                      (double)plan->target_error);
+        return plan_place_refuse(at, ERR_RANGE, "target_error",
+                                 "is a target for paths of unknown error",
+                                 (double)plan->target_error);
     if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY)) ||
         ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
-        return refuse(at, ERR_RANGE, "target_error", "is a target for bounces of unknown error",
-                      (double)plan->target_error);
+        return plan_place_refuse(at, ERR_RANGE, "target_error",
+                                 "is a target for bounces of unknown error",
+                                 (double)plan->target_error);
     return 0;
 }
 
-#define PLANES_GEOMETRY (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL))
-
-/* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
-static int check_shadow_filter(const struct place *at, const struct plan *plan)
+static int check_image(const struct plan_place *at, const struct plan *plan)
 {
-    if (plan->shadow_filter > SHADOW_FILTER_SHEARED)
-        return refuse(at, ERR_RANGE, "shadow_filter", "is no shadow filter",
-                      (double)plan->shadow_filter);
-    if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
-    if (plan->paths.spp > 0)
-        return refuse(at, ERR_RANGE, "shadow_filter", "filters a picture that is made of paths",
-                      (double)plan->shadow_filter);
-    if ((plan->planes & PLANES_GEOMETRY) != PLANES_GEOMETRY)
-        return refuse(at, ERR_RANGE, "planes", "lacks the depth and normal that filters read",
-                      (double)plan->planes);
-    if ((plan->light_planes & LIGHT_PLANES_STRATA) != LIGHT_PLANES_STRATA)
-        return refuse(at, ERR_RANGE, "light_planes",
-                      "lacks the visibility and slopes that filters read",
-                      (double)plan->light_planes);
-    return 0;
-}
-
-/* A second set of rays adds to means; its size comes of the first's distances. Errors are not known
- * of such means, nor can targets ask for other rays still. */
-static int check_rate(const struct place *at, const struct plan *plan)
-{
-    const struct plan_rate *rate = &plan->rate;
-    const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
-    const uint32_t l = plan->indirect_strata_per_axis;
-    const uint64_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
-    int error = check_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
-    if (!error) error = check_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
-    if (error) return error;
-    if ((rate->mu > 0.0f) != second || (rate->rays_most > 0) != second)
-        return refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
-                      (double)rate->mu);
-    if (!second) return 0;
-    if (l > LIMIT_PLANE_STRATA_PER_AXIS || rate->rays_most < l * l)
-        return refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
-                      (double)rate->rays_most);
-    if (plan->planes & others || plan->target_error > 0.0f)
-        return refuse(at, ERR_RANGE, "indirect_filter", "knows means alone, and no errors",
-                      (double)plan->indirect_filter);
-    return 0;
-}
-
-/* What filters of indirect light read: surfaces, and how far away they are from what lights them;
- * the sheared one single rays, too. */
-static int check_indirect_filter(const struct place *at, const struct plan *plan)
-{
-    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
-    const bool rate = plan->indirect_filter == INDIRECT_FILTER_RATE;
-    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
-                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
-                           (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
-    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
-        return refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
-                      (double)plan->indirect_filter);
-    if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
-    if (!(plan->planes & PLANES_BOUNCE_RAYS))
-        return refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
-                      (double)plan->indirect_filter);
-    if ((plan->planes & needs) != needs)
-        return refuse(at, ERR_RANGE, "planes", "lacks what filters of indirect light read",
-                      (double)plan->planes);
-    return 0;
-}
-
-/* Of glossy lobes: surfaces, and all that their rays have measured. */
-static int check_glossy_filter(const struct place *at, const struct plan *plan)
-{
-    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
-    if (plan->glossy_filter > GLOSSY_FILTER_BANDLIMIT)
-        return refuse(at, ERR_RANGE, "glossy_filter", "is no filter of glossy lobes",
-                      (double)plan->glossy_filter);
-    if (plan->glossy_filter == GLOSSY_FILTER_NONE) return 0;
-    if ((plan->planes & needs) != needs)
-        return refuse(at, ERR_RANGE, "planes", "lacks what filters of glossy lobes read",
-                      (double)plan->planes);
-    return 0;
-}
-
-/* Lens samples have their planes, and filters of them the slopes. */
-static int check_lens_planes(const struct place *at, const struct plan *plan)
-{
-    const uint64_t planes = plan->planes & PLANES_LENS;
-    const bool has_radiance = planes & PLANE_BIT(LENS_RADIANCE);
-    int error = check_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
-                            has_radiance ? 1 : 0, has_radiance ? LIMIT_PLANE_STRATA_PER_AXIS : 0);
-    if (error) return error;
-    if (planes && !has_radiance)
-        return refuse(at, ERR_RANGE, "planes", "asks for lens samples without their radiance",
-                      (double)plan->planes);
-    if (planes && !(plan->camera.aperture_radius > 0.0f))
-        return refuse(at, ERR_RANGE, "planes", "asks for lens samples of a pinhole",
-                      (double)plan->planes);
-    if (planes && plan->target_error > 0.0f)
-        return refuse(at, ERR_RANGE, "target_error", "is a target for a lens of unknown error",
-                      (double)plan->target_error);
-    if (plan->lens_filter > LENS_FILTER_SHEARED)
-        return refuse(at, ERR_RANGE, "lens_filter", "is no filter of lens samples",
-                      (double)plan->lens_filter);
-    if (plan->lens_filter != LENS_FILTER_NONE && !(planes & PLANE_BIT(LENS_SLOPE)))
-        return refuse(at, ERR_RANGE, "planes", "lacks the slopes that filters of lenses read",
-                      (double)plan->planes);
-    return 0;
-}
-
-static int check_filters(const struct place *at, const struct plan *plan)
-{
-    int error = check_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
-    if (!error && !(plan->mu > 0.0f))
-        error = refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
-    if (!error) error = check_shadow_filter(at, plan);
-    if (!error) error = check_indirect_filter(at, plan);
-    if (!error) error = check_rate(at, plan);
-    if (!error) error = check_glossy_filter(at, plan);
-    return error ? error : check_lens_planes(at, plan);
-}
-
-static int check_image(const struct place *at, const struct plan *plan)
-{
-    int error = check_count(at, "width_px", plan->width_px, 1, LIMIT_IMAGE_SIDE_PX);
-    if (!error) error = check_count(at, "height_px", plan->height_px, 1, LIMIT_IMAGE_SIDE_PX);
+    int error = plan_place_count(at, "width_px", plan->width_px, 1, LIMIT_IMAGE_SIDE_PX);
+    if (!error) error = plan_place_count(at, "height_px", plan->height_px, 1, LIMIT_IMAGE_SIDE_PX);
     if (!error)
-        error = check_count(at, "height_px", (int64_t)plan->width_px * plan->height_px, 1,
-                            LIMIT_IMAGE_PIXELS);
+        error = plan_place_count(at, "height_px", (int64_t)plan->width_px * plan->height_px, 1,
+                                 LIMIT_IMAGE_PIXELS);
     if (!error)
-        error =
-            check_count(at, "tile_px", plan->tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX);
+        error = plan_place_count(at, "tile_px", plan->tile_px, LIMIT_TILE_SIDE_MIN_PX,
+                                 LIMIT_TILE_SIDE_PX);
     return error;
 }
 
-static int check_bits(const struct place *at, const char *field, uint64_t bits, uint64_t known)
+static int check_bits(const struct plan_place *at, const char *field, uint64_t bits, uint64_t known)
 {
     if (bits & ~known)
-        return refuse(at, ERR_RANGE, field, "is a set with unknown bits", (double)bits);
+        return plan_place_refuse(at, ERR_RANGE, field, "is a set with unknown bits", (double)bits);
     return 0;
 }
 
 /* Paths are traced for their planes, and planes are made from paths. */
-static int check_path_planes(const struct place *at, const struct plan *plan)
+static int check_path_planes(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
     if ((planes & PLANES_PATH) && plan->paths.spp == 0)
-        return refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
+                                 (double)planes);
     if (!(planes & PLANES_PATH) && plan->paths.spp > 0)
-        return refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
+                                 (double)planes);
     if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
-        return refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
+                                 (double)planes);
     if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
-        return refuse(at, ERR_RANGE, "planes", "has no place for indirect light that paths omit",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "has no place for indirect light that paths omit", (double)planes);
     if (plan->paths.without_glossy_indirect &&
         (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return refuse(at, ERR_RANGE, "planes", "has no place for glossy light that paths omit",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "has no place for glossy light that paths omit", (double)planes);
     if (open != (plan->occlusion_distance > 0.0f))
-        return refuse(at, ERR_RANGE, "planes",
-                      open ? "asks for occlusion without a distance"
-                           : "has a distance of occlusion but no plane of it",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 open ? "asks for occlusion without a distance"
+                                      : "has a distance of occlusion but no plane of it",
+                                 (double)planes);
     return 0;
 }
 
 /* Planes and what they are made from. */
-static int check_planes(const struct place *at, const struct plan *plan)
+static int check_planes(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     int error = check_bits(at, "planes", planes, PLANES_KNOWN);
@@ -461,17 +315,18 @@ static int check_planes(const struct place *at, const struct plan *plan)
     if (!error) error = check_bits(at, "capabilities", plan->capabilities, CAPABILITIES_KNOWN);
     if (error) return error;
     if ((planes & (PLANES_SUB | PLANE_BIT(SUB_REFLECTANCE))) && plan->sub_samples == 0)
-        return refuse(at, ERR_RANGE, "planes", "asks for sub-samples, of which there are none",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "asks for sub-samples, of which there are none", (double)planes);
     if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
-        return refuse(at, ERR_RANGE, "planes", "has sub_depth without depth", (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has sub_depth without depth",
+                                 (double)planes);
     if ((planes & (PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)) && plan->bounces == 0)
-        return refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
-                      (double)planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
+                                 (double)planes);
     return check_path_planes(at, plan);
 }
 
-static int check_counts(const struct place *at, const struct plan *plan)
+static int check_counts(const struct plan_place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
     /* Paths bounce without strata. */
@@ -479,38 +334,38 @@ static int check_counts(const struct place *at, const struct plan *plan)
     const int64_t max = !has_strata   ? 0
                         : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
                                       : LIMIT_STRATA_PER_AXIS;
-    int error = check_count(at, "sub_samples", plan->sub_samples, 0, LIMIT_SUB_SAMPLES);
-    if (!error) error = check_count(at, "bounces", plan->bounces, 0, LIMIT_INDIRECT_BOUNCES);
+    int error = plan_place_count(at, "sub_samples", plan->sub_samples, 0, LIMIT_SUB_SAMPLES);
+    if (!error) error = plan_place_count(at, "bounces", plan->bounces, 0, LIMIT_INDIRECT_BOUNCES);
     if (!error)
-        error = check_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
-                            has_strata ? 1 : 0, max);
+        error = plan_place_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
+                                 has_strata ? 1 : 0, max);
     return error;
 }
 
 /* Scales are powers of two so that applying and undoing them is exact. */
-static int check_scale(const struct place *at, const char *field, float scale)
+static int check_scale(const struct plan_place *at, const char *field, float scale)
 {
     int exponent;
-    const int error = check_number(at, field, scale, 0x1p-100f, 0x1p100f);
+    const int error = plan_place_number(at, field, scale, 0x1p-100f, 0x1p100f);
     if (error) return error;
     if (frexpf(scale, &exponent) != 0.5f)
-        return refuse(at, ERR_RANGE, field, "is no power of two", (double)scale);
+        return plan_place_refuse(at, ERR_RANGE, field, "is no power of two", (double)scale);
     return 0;
 }
 
 int plan_check(const struct plan *plan, struct fault *fault)
 {
-    const struct place at = {"", fault};
+    const struct plan_place at = {"", fault};
     int error = check_image(&at, plan);
     if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
     if (!error) error = check_environment(&plan->environment, fault);
     if (!error) error = check_paths(&plan->paths, fault);
     if (!error) error = check_target(&at, plan);
     if (!error)
-        error = check_number(&at, "occlusion_distance", plan->occlusion_distance, 0.0f,
-                             LIMIT_COORDINATE);
+        error = plan_place_number(&at, "occlusion_distance", plan->occlusion_distance, 0.0f,
+                                  LIMIT_COORDINATE);
     if (!error) error = check_planes(&at, plan);
-    if (!error) error = check_filters(&at, plan);
+    if (!error) error = plan_filters_check(&at, plan);
     if (!error) error = check_counts(&at, plan);
     if (!error) error = check_lights(plan, fault);
     if (!error) error = check_scale(&at, "radiance_scale", plan->radiance_scale);

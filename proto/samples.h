@@ -123,6 +123,9 @@ enum light_plane_id {
     LIGHT_PLANE_COUNT = 3
 };
 
+/* Light planes that hold a rectangle's strata. */
+#define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)
+
 #define SUB_DEPTH_MISS (-1.0f)
 
 /* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */

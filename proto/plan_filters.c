@@ -1,0 +1,134 @@
+/* What filters, and sampling for them, ask of a plan. */
+#include "proto/plan_filters.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "proto/samples.h"
+
+#define PLANES_GEOMETRY (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL))
+
+/* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
+static int check_shadow_filter(const struct plan_place *at, const struct plan *plan)
+{
+    if (plan->shadow_filter > SHADOW_FILTER_SHEARED)
+        return plan_place_refuse(at, ERR_RANGE, "shadow_filter", "is no shadow filter",
+                                 (double)plan->shadow_filter);
+    if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
+    if (plan->paths.spp > 0)
+        return plan_place_refuse(at, ERR_RANGE, "shadow_filter",
+                                 "filters a picture that is made of paths",
+                                 (double)plan->shadow_filter);
+    if ((plan->planes & PLANES_GEOMETRY) != PLANES_GEOMETRY)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "lacks the depth and normal that filters read",
+                                 (double)plan->planes);
+    if ((plan->light_planes & LIGHT_PLANES_STRATA) != LIGHT_PLANES_STRATA)
+        return plan_place_refuse(at, ERR_RANGE, "light_planes",
+                                 "lacks the visibility and slopes that filters read",
+                                 (double)plan->light_planes);
+    return 0;
+}
+
+/* A second set of rays adds to means; its size comes of the first's distances. Errors are not known
+ * of such means, nor can targets ask for other rays still. */
+static int check_rate(const struct plan_place *at, const struct plan *plan)
+{
+    const struct plan_rate *rate = &plan->rate;
+    const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    const uint64_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
+    int error = plan_place_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
+    if (!error) error = plan_place_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
+    if (error) return error;
+    if ((rate->mu > 0.0f) != second || (rate->rays_most > 0) != second)
+        return plan_place_refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
+                                 (double)rate->mu);
+    if (!second) return 0;
+    if (l > LIMIT_PLANE_STRATA_PER_AXIS || rate->rays_most < l * l)
+        return plan_place_refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
+                                 (double)rate->rays_most);
+    if (plan->planes & others || plan->target_error > 0.0f)
+        return plan_place_refuse(at, ERR_RANGE, "indirect_filter",
+                                 "knows means alone, and no errors", (double)plan->indirect_filter);
+    return 0;
+}
+
+/* What filters of indirect light read: surfaces, and how far away they are from what lights them;
+ * the sheared one single rays, too. */
+static int check_indirect_filter(const struct plan_place *at, const struct plan *plan)
+{
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const bool rate = plan->indirect_filter == INDIRECT_FILTER_RATE;
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+                           (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
+                           (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
+    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
+        return plan_place_refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
+                                 (double)plan->indirect_filter);
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
+    if (!(plan->planes & PLANES_BOUNCE_RAYS))
+        return plan_place_refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
+                                 (double)plan->indirect_filter);
+    if ((plan->planes & needs) != needs)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "lacks what filters of indirect light read", (double)plan->planes);
+    return 0;
+}
+
+/* Of glossy lobes: surfaces, and all that their rays have measured. */
+static int check_glossy_filter(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
+    if (plan->glossy_filter > GLOSSY_FILTER_BANDLIMIT)
+        return plan_place_refuse(at, ERR_RANGE, "glossy_filter", "is no filter of glossy lobes",
+                                 (double)plan->glossy_filter);
+    if (plan->glossy_filter == GLOSSY_FILTER_NONE) return 0;
+    if ((plan->planes & needs) != needs)
+        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks what filters of glossy lobes read",
+                                 (double)plan->planes);
+    return 0;
+}
+
+/* Lens samples have their planes, and filters of them the slopes. */
+static int check_lens_planes(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t planes = plan->planes & PLANES_LENS;
+    const bool has_radiance = planes & PLANE_BIT(LENS_RADIANCE);
+    int error =
+        plan_place_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
+                         has_radiance ? 1 : 0, has_radiance ? LIMIT_PLANE_STRATA_PER_AXIS : 0);
+    if (error) return error;
+    if (planes && !has_radiance)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "asks for lens samples without their radiance",
+                                 (double)plan->planes);
+    if (planes && !(plan->camera.aperture_radius > 0.0f))
+        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for lens samples of a pinhole",
+                                 (double)plan->planes);
+    if (planes && plan->target_error > 0.0f)
+        return plan_place_refuse(at, ERR_RANGE, "target_error",
+                                 "is a target for a lens of unknown error",
+                                 (double)plan->target_error);
+    if (plan->lens_filter > LENS_FILTER_SHEARED)
+        return plan_place_refuse(at, ERR_RANGE, "lens_filter", "is no filter of lens samples",
+                                 (double)plan->lens_filter);
+    if (plan->lens_filter != LENS_FILTER_NONE && !(planes & PLANE_BIT(LENS_SLOPE)))
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "lacks the slopes that filters of lenses read",
+                                 (double)plan->planes);
+    return 0;
+}
+
+int plan_filters_check(const struct plan_place *at, const struct plan *plan)
+{
+    int error = plan_place_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
+    if (!error && !(plan->mu > 0.0f))
+        error =
+            plan_place_refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
+    if (!error) error = check_shadow_filter(at, plan);
+    if (!error) error = check_indirect_filter(at, plan);
+    if (!error) error = check_rate(at, plan);
+    if (!error) error = check_glossy_filter(at, plan);
+    return error ? error : check_lens_planes(at, plan);
+}
