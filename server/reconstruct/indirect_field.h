@@ -9,12 +9,12 @@ struct indirect_place {
     struct indirect_field field; /* its arrays are those below */
     float *point[3], *normal[3];
     int32_t *object;
-    float *falloff, *off; /* not set yet */
-    float *pixel;         /* world size of a pixel at the receiver; 0: nothing was measured */
-    float *nearness;      /* 1 / z of the nearest reflector; 0: none, or nothing was measured */
-    size_t area;          /* numbers of an array */
-    size_t origin;        /* where the rect's first pixel lies in it */
-    float *spare;         /* more such arrays, zeroed: indirect_place_spare */
+    float *falloff, *off;    /* not set yet */
+    float *pixel;            /* world size of a pixel at the receiver; 0: nothing was measured */
+    float *nearness;         /* 1 / z of the nearest reflector; 0: none, or nothing was measured */
+    size_t area;             /* numbers of an array */
+    size_t origin;           /* where the rect's first pixel lies in it */
+    float *spare;            /* more such arrays, zeroed: indirect_place_spare */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };
