@@ -92,11 +92,10 @@ void lens_aperture_init(const struct plan_camera *camera, struct lens_aperture *
     init_bands(corners, camera->blade_count, out);
 }
 
-/* Within a band the chord grows evenly: an area of w0 y + (w1 - w0) y^2 / (2 h) lies below y. */
-static float bands_height(const struct lens_aperture *a, float share)
+/* How high in band i `share` lies: there the chord grows evenly, and w0 y + (w1 - w0) y^2 / (2 h)
+ * of the area lies below y. */
+static float band_height(const struct lens_aperture *a, uint32_t i, float share)
 {
-    uint32_t i = 0;
-    while (i + 1 < a->bands && a->below[i + 1] < share) i++;
     const float w0 = a->right[i] - a->left[i], w1 = a->right[i + 1] - a->left[i + 1];
     const float h = a->height[i + 1] - a->height[i];
     const float more = share - a->below[i], area = (more > 0.0f ? more : 0.0f) * a->area;
@@ -106,15 +105,22 @@ static float bands_height(const struct lens_aperture *a, float share)
     return a->height[i] + (y < h ? y : h);
 }
 
-float lens_aperture_height(const struct lens_aperture *a, float share)
-{
-    return a->bands > 0 ? bands_height(a, share) : lens_disc_height(share);
-}
-
-static void bands_chord(const struct lens_aperture *a, float height, float *left, float *right)
+/* The band of a share of the area. */
+static uint32_t band_of(const struct lens_aperture *a, float share)
 {
     uint32_t i = 0;
-    while (i + 1 < a->bands && a->height[i + 1] < height) i++;
+    while (i + 1 < a->bands && a->below[i + 1] < share) i++;
+    return i;
+}
+
+float lens_aperture_height(const struct lens_aperture *a, float share)
+{
+    return a->bands > 0 ? band_height(a, band_of(a, share), share) : lens_disc_height(share);
+}
+
+static void band_chord(const struct lens_aperture *a, uint32_t i, float height, float *left,
+                       float *right)
+{
     const float h = a->height[i + 1] - a->height[i]; /* above SAME_HEIGHT */
     const float t = (height - a->height[i]) / h;
     *left = a->left[i] + t * (a->left[i + 1] - a->left[i]);
@@ -126,7 +132,9 @@ static void bands_chord(const struct lens_aperture *a, float height, float *left
 void lens_aperture_chord(const struct lens_aperture *a, float height, float *left, float *right)
 {
     if (a->bands > 0) {
-        bands_chord(a, height, left, right);
+        uint32_t i = 0;
+        while (i + 1 < a->bands && a->height[i + 1] < height) i++;
+        band_chord(a, i, height, left, right);
         return;
     }
     const float square = (1.0f - height) * (1.0f + height);
@@ -142,9 +150,11 @@ void lens_aperture_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, 
         return;
     }
     for (uint32_t k = 0; k < count; k++) {
+        const float share = pattern_axis(across[k], l, i);
+        const uint32_t band = band_of(a, share);
         float right;
-        height[k] = bands_height(a, pattern_axis(across[k], l, i));
-        bands_chord(a, height[k], &left[k], &right);
+        height[k] = band_height(a, band, share);
+        band_chord(a, band, height[k], &left[k], &right);
         length[k] = right - left[k];
     }
 }

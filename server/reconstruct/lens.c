@@ -101,7 +101,7 @@ static int look_at(struct lens_field *f, uint32_t layer)
     return error;
 }
 
-/* Means from sums; nothing but the pixel's average where layers brought nothing. */
+/* Means from sums. */
 static void divide(struct lens_field *f)
 {
     const size_t area = (size_t)rect_area(f->wide);

@@ -3,7 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#define SUMS 8
+#define SUMS        8
+#define SPARE_LEVEL 2 /* of cells, in digits of their side in pixels */
 #define CLOSE_SHARE                                                                                \
     0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
@@ -23,7 +24,9 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     lens_layer_slopes(layer, &c->low, &c->high);
     c->layer = layer;
     c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
-    c->most = c->fixed ? FIXED_SHARE * LENS_SLOPE_MOST : fmaxf(fabsf(c->low), fabsf(c->high));
+    const float size = FIXED_SHARE * LENS_SLOPE_MOST;
+    c->least = c->fixed ? size : fminf(fabsf(c->low), fabsf(c->high));
+    c->most = c->fixed ? size : fmaxf(fabsf(c->low), fabsf(c->high));
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
 }
 
@@ -248,7 +251,8 @@ static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
 {
     const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
     struct lens_place place = place_of(f, c, beyond);
-    for (int32_t y = c->pixels.y0; y < c->pixels.y1; y++) {
+    const int32_t last = c->coarse >= SPARE_LEVEL ? 1 : 0;
+    for (int32_t y = (c->pixels.y0 + last) & ~last; y < c->pixels.y1; y += 1 + last) {
         for (uint32_t j = 0; j < f->l * f->l; j++) {
             place.stratum = (float)(j % f->l);
             add_row(f, c, j, y, wanted, &place);

@@ -11,7 +11,8 @@
 struct lens_cells {
     uint32_t layer;
     float low, high;      /* slopes */
-    float most, middle;   /* of their sizes; the middle has a sign */
+    float least, most;    /* of their sizes */
+    float middle;         /* of them */
     bool fixed;           /* too far out of focus to be projected */
     int32_t fine, coarse; /* cells a pixel: 2^(fine - coarse); one of them is 0 */
     int32_t phase;        /* 2^fine - 1: columns are stored by their last digits first */

@@ -13,18 +13,6 @@ static float bound(uint32_t k)
 }
 _Static_assert(LENS_BANDS == 9, "bound(9) is LENS_SLOPE_MOST");
 
-/* Exponent and first digit of the slope count the bands. */
-uint32_t lens_layer_of(float slope)
-{
-    const float size = fabsf(slope);
-    uint32_t bits;
-    memcpy(&bits, &size, sizeof bits);
-    const uint32_t least = 127u << 1, k = bits >> 22;
-    if (k < least) return LENS_FOCUS;
-    const uint32_t band = k - least < LENS_BANDS ? k - least : LENS_BANDS;
-    return slope > 0.0f ? LENS_FOCUS - 1 - band : LENS_FOCUS + 1 + band;
-}
-
 void lens_layer_slopes(uint32_t layer, float *low, float *high)
 {
     if (layer < LENS_FOCUS) {
@@ -91,13 +79,6 @@ static float most_in(const struct lens_field *f, struct rect rect)
     return most;
 }
 
-static uint32_t layers_of(const float *slope, int32_t count)
-{
-    uint32_t bits = 0;
-    for (int32_t x = 0; x < count; x++) bits |= 1u << lens_layer_of(slope[x]);
-    return bits;
-}
-
 static void find_layers(struct lens_field *f)
 {
     const int32_t width = rect_width(f->seen);
@@ -108,7 +89,8 @@ static void find_layers(struct lens_field *f)
             const float *slope = lens_slopes(f, j, f->seen.x0, y);
             for (int32_t x = 0; x < width; x += LENS_SEGMENT) {
                 const int32_t left = width - x;
-                *out = layers_of(slope + x, left < LENS_SEGMENT ? left : LENS_SEGMENT);
+                *out = f->kernels->layers(slope + x,
+                                          (uint32_t)(left < LENS_SEGMENT ? left : LENS_SEGMENT));
                 f->all |= *out++;
             }
         }

@@ -1,17 +1,11 @@
 #pragma once
 /* What the sheared filter of lens samples works with: where samples lie, and of each pixel that is
  * filtered what the layers so far have brought. */
+#include "server/reconstruct/lens_layer.h"
 #include "server/reconstruct/lens_shape.h"
 #include "server/reconstruct/patch.h"
 
-/* Layers, nearest first: what is farther out of focus than LENS_SLOPE_MOST before it; bands of
- * slopes between powers of two and the numbers half-way between them; what is in focus; bands
- * behind it; what is beyond. */
-#define LENS_BANDS      9 /* to one side of the focus */
-#define LENS_SLOPE_MOST 24.0f
-#define LENS_LAYERS     (2 * LENS_BANDS + 3)
-#define LENS_SEGMENT    32               /* pixels of a row that are looked through together */
-#define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
+#define LENS_SEGMENT 32 /* pixels of a row that are looked through together */
 
 struct lens_field {
     const struct plan *plan;
@@ -83,9 +77,6 @@ int32_t lens_cell_level(float most, uint32_t l);
 /* How far apart pixels are at most of which one sees what the other has samples of, with slopes up
  * to `most`. */
 int32_t lens_reach_px(float most);
-
-/* The layer that a slope belongs to. */
-uint32_t lens_layer_of(float slope);
 
 /* The slopes of a layer: from `low`, below `high`. */
 void lens_layer_slopes(uint32_t layer, float *low, float *high);

@@ -26,11 +26,11 @@ struct lens_tap {
     float distance; /* in cells; the same for all points of a scaled aperture's edge */
 };
 
-/* Taps of group g end before tap end[g]. */
+/* Taps of group g end before tap end[g]; those before inner[g] count in full wherever they are. */
 struct lens_gather {
     const float *plane[LENS_CELL_PLANES];
     const struct lens_tap *taps;
-    uint32_t end[LENS_GROUPS];
+    uint32_t inner[LENS_GROUPS], end[LENS_GROUPS];
 };
 
 /* Where in a layer samples of a row of pixels lie. */
@@ -61,6 +61,9 @@ struct lens_kernels {
      * clamped to 0 .. 1. */
     void (*gather)(const struct lens_gather *gather, size_t first, uint32_t count, float *out,
                    size_t stride);
+
+    /* Bits of the layers (lens_layer_of) of `count` slopes. */
+    uint32_t (*layers)(const float *slope, uint32_t count);
 
     /* lens_disc_lines of proto/lens_pattern.h. */
     void (*lines)(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,

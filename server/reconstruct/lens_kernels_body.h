@@ -5,6 +5,7 @@
 
 const struct lens_kernels LENS_KERNELS = {
     .gather = kernel_gather,
+    .layers = kernel_layers,
     .lines = kernel_lines,
     .place = kernel_place,
 };

@@ -6,6 +6,7 @@
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lens_kernels.h"
+#include "server/reconstruct/lens_layer.h"
 
 static inline lanes_vector lens_covered(lanes_vector reach, float distance)
 {
@@ -14,33 +15,69 @@ static inline lanes_vector lens_covered(lanes_vector reach, float distance)
     return lanes_select(least < one, least, one);
 }
 
-/* Taps tap .. end - 1 of a vector of pixels. */
-static inline void lens_gather_group(const struct lens_gather *g, size_t first, uint32_t tap,
-                                     uint32_t end, lanes_vector sum[LENS_SUMS])
+/* Vectors that are summed at once: as many as registers hold sums of. */
+#ifdef __AVX512F__
+#define LENS_VECTORS 1
+#elif defined __AVX__
+#define LENS_VECTORS 2
+#else
+#define LENS_VECTORS 1
+#endif
+
+struct lens_sums {
+    lanes_vector v[LENS_VECTORS][LENS_SUMS];
+};
+
+static inline void lens_sum_inner(const struct lens_gather *g, size_t first, uint32_t tap,
+                                  uint32_t end, struct lens_sums *sum)
 {
-    for (int s = 0; s < LENS_SUMS; s++) sum[s] = (lanes_vector){0};
     for (; tap < end; tap++) {
         const size_t at = (size_t)((ptrdiff_t)first + g->taps[tap].at);
-        const lanes_vector in =
-            lens_covered(lanes_load_vector(g->plane[LENS_CELL_REACH] + at), g->taps[tap].distance);
-        for (int s = 0; s < LENS_SUMS; s++)
-            sum[s] += in * lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + at);
+        for (size_t v = 0; v < LENS_VECTORS; v++)
+            for (int s = 0; s < LENS_SUMS; s++)
+                sum->v[v][s] +=
+                    lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + at + v * LANES_PER_VECTOR);
+    }
+}
+
+static inline void lens_sum_outer(const struct lens_gather *g, size_t first, uint32_t tap,
+                                  uint32_t end, struct lens_sums *sum)
+{
+    for (; tap < end; tap++) {
+        const size_t at = (size_t)((ptrdiff_t)first + g->taps[tap].at);
+        for (size_t v = 0; v < LENS_VECTORS; v++) {
+            const size_t to = at + v * LANES_PER_VECTOR;
+            const lanes_vector in = lens_covered(lanes_load_vector(g->plane[LENS_CELL_REACH] + to),
+                                                 g->taps[tap].distance);
+            for (int s = 0; s < LENS_SUMS; s++)
+                sum->v[v][s] += in * lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + to);
+        }
     }
 }
 
 static void kernel_gather(const struct lens_gather *g, size_t first, uint32_t count, float *out,
                           size_t stride)
 {
-    for (uint32_t i = 0; i < count; i += LANES_PER_VECTOR) {
+    for (uint32_t i = 0; i < count; i += LENS_VECTORS * LANES_PER_VECTOR) {
         uint32_t tap = 0;
         for (int group = 0; group < LENS_GROUPS; group++) {
-            lanes_vector sum[LENS_SUMS];
-            lens_gather_group(g, first + i, tap, g->end[group], sum);
+            struct lens_sums sum = {{{{0}}}};
+            lens_sum_inner(g, first + i, tap, g->inner[group], &sum);
+            lens_sum_outer(g, first + i, g->inner[group], g->end[group], &sum);
             tap = g->end[group];
-            for (int s = 0; s < LENS_SUMS; s++)
-                *(lanes_stored *)(out + (size_t)(group * LENS_SUMS + s) * stride + i) = sum[s];
+            for (size_t v = 0; v < LENS_VECTORS; v++)
+                for (int s = 0; s < LENS_SUMS; s++)
+                    *(lanes_stored *)(out + (size_t)(group * LENS_SUMS + s) * stride + i +
+                                      v * LANES_PER_VECTOR) = sum.v[v][s];
         }
     }
+}
+
+static uint32_t kernel_layers(const float *slope, uint32_t count)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < count; i++) bits |= 1u << lens_layer_of(slope[i]);
+    return bits;
 }
 
 static void kernel_lines(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,

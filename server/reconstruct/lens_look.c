@@ -36,25 +36,38 @@ static void find_shares(struct look *look)
     for (uint32_t g = 0; g < LENS_GROUPS; g++) look->share[g] /= all; /* the nearest tap is in */
 }
 
+/* Taps of one group, after the first n: those that are within the reach of every slope of the
+ * layer, or the others. */
+static uint32_t add_taps(struct look *look, float px, float py, uint32_t group, bool inner,
+                         uint32_t n)
+{
+    const struct lens_cells *c = look->c;
+    const float size = c->scale * look->f->shape.inradius;
+    const float most = c->most * size + 0.5f, least = c->least * size - 0.5f;
+    const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
+    const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
+    for (int32_t y = -reach; y <= reach; y++) {
+        for (int32_t x = -reach; x <= reach; x++) {
+            const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
+            if (lens_shape_group(dx, dy) != group || n == TAPS_MOST) continue;
+            const float distance = lens_shape_distance(&look->f->shape, dx, dy);
+            if (distance >= most || (distance <= least) != inner) continue;
+            look->taps[n].at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
+            look->taps[n++].distance = distance;
+        }
+    }
+    return n;
+}
+
 /* Cells around that of a pixel whose centre is px cells to the right and py down of the corner of
  * its first cell. */
 static void find_taps(struct look *look, float px, float py)
 {
-    const struct lens_cells *c = look->c;
-    const float most = c->most * c->scale * look->f->shape.inradius + 0.5f;
-    const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
-    const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
     uint32_t n = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {
-        for (int32_t y = -reach; y <= reach; y++) {
-            for (int32_t x = -reach; x <= reach; x++) {
-                const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
-                const float distance = lens_shape_distance(&look->f->shape, dx, dy);
-                if (lens_shape_group(dx, dy) != g || distance >= most || n == TAPS_MOST) continue;
-                look->taps[n].at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
-                look->taps[n++].distance = distance;
-            }
-        }
+        n = add_taps(look, px, py, g, true, n);
+        look->gather.inner[g] = n;
+        n = add_taps(look, px, py, g, false, n);
         look->gather.end[g] = n;
     }
     find_shares(look);

@@ -114,7 +114,10 @@ static void load(struct residual *r)
                 float *out = r->average[c] + (size_t)y * (size_t)r->width;
                 for (int32_t x = 0; x < r->width; x++) out[x] += in[x];
             }
-        for (size_t p = 0; p < r->area; p++) r->average[c][p] /= (float)n;
+        for (size_t p = 0; p < r->area; p++) {
+            r->average[c][p] /= (float)n;
+            if (!(f->share[p] > 0.0f)) r->picture[c][p] = r->average[c][p];
+        }
     }
     for (size_t p = 0; p < r->area; p++) {
         const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];

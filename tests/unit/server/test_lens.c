@@ -171,11 +171,13 @@ static void blocks_do_not_matter(void **state)
     static const struct rect blocks[] = {
         {0, 0, 16, 16}, {16, 0, 48, 32}, {33, 47, 34, 48}, {1, 50, 96, 57}, {70, 71, 96, 96}};
     static const uint32_t strata[] = {2, 3, 6};
-    for (size_t scene = 0; scene < LENS_SCENES; scene++)
+    for (size_t scene = 0; scene < 2 * LENS_SCENES; scene++)
         for (size_t f = 0; f < 3; f++) {
             struct lens_picture p;
             struct lens_statistics statistics;
-            lens_picture_create((enum lens_scene)scene, strata[scene % 3], scene % 2 ? 5 : 0, &p);
+            lens_picture_create((enum lens_scene)(scene % LENS_SCENES), strata[scene % 3],
+                                scene % 2 ? 5 : 0, &p);
+            if (scene >= LENS_SCENES) scatter_slopes(&p, strata[scene % 3]);
             assert_int_equal(lens_run(&p, filters[f], &statistics), 0);
             for (size_t k = 0; k < sizeof blocks / sizeof *blocks; k++)
                 compare_block(&p, blocks[k]);

@@ -6,12 +6,13 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/build.h"
 #include "proto/lens_pattern.h"
-#include "server/reconstruct/lens_kernels.h"
+#include "server/reconstruct/lens_field.h"
 
 #define STRIDE  96
 #define ROWS    24
@@ -30,7 +31,7 @@ static void compare_gather(const struct lens_kernels *tested, uint32_t seed)
     float *planes = malloc(LENS_CELL_PLANES * STRIDE * ROWS * sizeof *planes);
     float expected[LENS_GROUPS * LENS_SUMS * COUNT], result[LENS_GROUPS * LENS_SUMS * COUNT];
     struct lens_tap taps[TAPS];
-    struct lens_gather gather = {.taps = taps, .end = {13, 13, 40, TAPS}};
+    struct lens_gather gather = {.taps = taps, .inner = {5, 13, 13, 40}, .end = {13, 13, 40, TAPS}};
     for (size_t k = 0; k < LENS_CELL_PLANES; k++) {
         gather.plane[k] = planes + k * STRIDE * ROWS;
         for (size_t i = 0; i < STRIDE * ROWS; i++)
@@ -101,12 +102,41 @@ static void compare_lines(const struct lens_kernels *tested, uint32_t seed)
         }
 }
 
+static void compare_layers(const struct lens_kernels *tested, uint32_t seed)
+{
+    float slope[NUMBERS];
+    for (int i = 0; i < NUMBERS; i++) slope[i] = between(&seed, -30.0f, 30.0f);
+    for (uint32_t count = 1; count <= NUMBERS; count++) {
+        uint32_t expected = 0;
+        for (uint32_t i = 0; i < count; i++) expected |= 1u << lens_layer_of(slope[i]);
+        assert_int_equal(tested->layers(slope, count), expected);
+    }
+}
+
+/* Slopes lie in the layers that they are said to lie in. */
+static void layers_cover_all_slopes(void **state)
+{
+    (void)state;
+    static const float slopes[] = {0.0f,  -0.0f,  0.99f,  1.0f,     -1.0f,     1.5f,       -1.5f,
+                                   23.9f, 24.0f,  -24.0f, -23.9f,   6.0f,      -6.0f,      -5.99f,
+                                   11.0f, -17.0f, 1e-30f, 65504.0f, -65504.0f, -0.9999999f};
+    for (size_t k = 0; k < sizeof slopes / sizeof *slopes; k++)
+        for (uint32_t layer = 0; layer < LENS_LAYERS; layer++) {
+            float low, high;
+            lens_layer_slopes(layer, &low, &high);
+            const bool in = slopes[k] >= low && slopes[k] < high;
+            if (in != (lens_layer_of(slopes[k]) == layer))
+                fail_msg("slope %g and layer %u", (double)slopes[k], layer);
+        }
+}
+
 static void compare(const struct lens_kernels *tested)
 {
     for (uint32_t seed = 1; seed <= 20; seed++) {
         compare_gather(tested, seed);
         for (int32_t level = -2; level <= 2; level++) compare_place(tested, seed, level);
         compare_lines(tested, seed);
+        compare_layers(tested, seed);
     }
 }
 
@@ -174,6 +204,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reference),
+        cmocka_unit_test(layers_cover_all_slopes),
         cmocka_unit_test(places_are_projections),
         cmocka_unit_test(avx2),
         cmocka_unit_test(avx512),

@@ -1,0 +1,25 @@
+#pragma once
+/* Which layer a lens sample belongs to, by its slope. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* Layers, nearest first: what is farther out of focus than LENS_SLOPE_MOST before it; bands of
+ * slopes between powers of two and the numbers half-way between them; what is in focus; bands
+ * behind it; what is beyond. */
+#define LENS_BANDS      9 /* to one side of the focus */
+#define LENS_SLOPE_MOST 24.0f
+#define LENS_LAYERS     (2 * LENS_BANDS + 3)
+#define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
+
+/* Exponent and first digit of the slope count the bands. */
+static inline uint32_t lens_layer_of(float slope)
+{
+    const float size = fabsf(slope);
+    uint32_t bits;
+    memcpy(&bits, &size, sizeof bits);
+    const uint32_t least = 127u << 1, k = bits >> 22;
+    if (k < least) return LENS_FOCUS;
+    const uint32_t band = k - least < LENS_BANDS ? k - least : LENS_BANDS;
+    return slope > 0.0f ? LENS_FOCUS - 1 - band : LENS_FOCUS + 1 + band;
+}
