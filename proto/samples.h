@@ -13,7 +13,7 @@
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + 6 a sub-sample
- *   + lens samples 8 l_u^2 + coverage 2
+ *   + lens samples 14 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
  * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
@@ -78,8 +78,9 @@ enum plane_id {
                                    counting as 0 */
     PLANE_SUB_REFLECTANCE = 29, /* per sub-sample 3 x u16: unorm, directional albedo of its glossy
                                    lobe; 0: none */
-    PLANE_LENS_RADIANCE = 30,   /* per lens sample 3 x f16: what arrives through that point of the
-                                   lens * radiance_scale */
+    PLANE_LENS_RADIANCE = 30,   /* per lens sample 3 x f32: what arrives through that point of the
+                                   lens, LENS_RADIANCE_MAX at most. Halves are too narrow for
+                                   suns, and for what is dim beside one */
     PLANE_LENS_SLOPE = 31,    /* per lens sample f16, finite: A f_px (1/z - 1/F), the way in pixels
                                  of what it shows per unit of the lens; A aperture_radius, F
                                  focus_distance, f_px = width_px / (2 half_width), z > 0 along
@@ -109,6 +110,8 @@ enum plane_id {
 #define PLANES_GLOSSY_LIGHT                                                                        \
     (PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_LOBE) | PLANE_BIT(GLOSSY_NEARNESS))
 #define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | PLANE_BIT(SUB_REFLECTANCE))
+
+#define LENS_RADIANCE_MAX 1e30f
 
 #define REFLECTOR_NONE 65504.0f /* the largest half float */
 

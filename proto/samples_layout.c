@@ -37,7 +37,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_GLOSSY_LOBE] = {"glossy_lobe", SAMPLES_GROUP_2, 4, SAMPLES_ANY},
     [PLANE_GLOSSY_NEARNESS] = {"glossy_nearness", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_SUB_REFLECTANCE] = {"sub_reflectance", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
-    [PLANE_LENS_RADIANCE] = {"lens_radiance", SAMPLES_GROUP_2, 3, SAMPLES_HALF_POSITIVE},
+    [PLANE_LENS_RADIANCE] = {"lens_radiance", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
     [PLANE_LENS_SLOPE] = {"lens_slope", SAMPLES_GROUP_2, 1, SAMPLES_HALF_FINITE},
     [PLANE_LENS_COVERAGE] = {"lens_coverage", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
 };

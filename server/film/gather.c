@@ -246,10 +246,8 @@ static void gather_lens(const struct overlap *o)
     struct patch *p = o->patch;
     const uint32_t l = o->plan->lens_strata_per_axis;
     const size_t area = (size_t)rect_area(p->rect);
-    const float scale = 1.0f / o->plan->radiance_scale;
     for (uint32_t i = 0; p->lens_radiance && i < l * l * 3; i++)
-        widen_halves(o, samples_u16(o->samples, PLANE_LENS_RADIANCE, i), scale,
-                     p->lens_radiance + i * area);
+        copy_words(o, samples_f32(o->samples, PLANE_LENS_RADIANCE, i), p->lens_radiance + i * area);
     for (uint32_t i = 0; p->lens_slope && i < l * l; i++)
         widen_halves(o, samples_u16(o->samples, PLANE_LENS_SLOPE, i), 1.0f,
                      p->lens_slope + i * area);

@@ -22,7 +22,7 @@ static uint32_t strata_of(const struct job *job)
 /* Bytes a pixel of what lens samples travel in. */
 static uint64_t bytes_of(uint32_t l)
 {
-    return (uint64_t)l * l * 4 * sizeof(uint16_t) + sizeof(uint16_t);
+    return (uint64_t)l * l * (3 * sizeof(float) + sizeof(uint16_t)) + sizeof(uint16_t);
 }
 
 static const char *first_other_layer(const struct job *job)

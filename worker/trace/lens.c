@@ -80,17 +80,17 @@ static void store_radiance(const struct path_context *c, const struct block *b,
     struct lanes3 sum;
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
-        sum.x[i] = e->r[k] + d->r[k] + n->r[k];
-        sum.y[i] = e->g[k] + d->g[k] + n->g[k];
-        sum.z[i] = e->b[k] + d->b[k] + n->b[k];
-        if (sum.x[i] < INFINITY && sum.y[i] < INFINITY && sum.z[i] < INFINITY) continue;
-        sum.x[i] = sum.y[i] = sum.z[i] = 0.0f;
-        c->counters->value[COUNTER_REJECTED_NOT_FINITE]++;
+        const float x = e->r[k] + d->r[k] + n->r[k], y = e->g[k] + d->g[k] + n->g[k];
+        const float z = e->b[k] + d->b[k] + n->b[k];
+        const bool finite = x < INFINITY && y < INFINITY && z < INFINITY;
+        sum.x[i] = finite ? fminf(x, LENS_RADIANCE_MAX) : 0.0f;
+        sum.y[i] = finite ? fminf(y, LENS_RADIANCE_MAX) : 0.0f;
+        sum.z[i] = finite ? fminf(z, LENS_RADIANCE_MAX) : 0.0f;
+        c->counters->value[COUNTER_REJECTED_NOT_FINITE] += !finite;
     }
     const float *planes[3] = {sum.x, sum.y, sum.z};
     for (uint32_t k = 0; k < 3; k++)
-        block_store_half(b, planes[k], c->plan->radiance_scale,
-                         samples_u16(samples, PLANE_LENS_RADIANCE, sample * 3 + k));
+        block_store_f32(b, planes[k], samples_f32(samples, PLANE_LENS_RADIANCE, sample * 3 + k));
 }
 
 /* How far what a sample shows moves in the image from the lens's centre to its edge; what is nearly

@@ -30,7 +30,7 @@ static inline void samples_case_plane(struct samples *s, enum plane_id plane, ui
     if (plane == PLANE_LENS_RADIANCE || plane == PLANE_LENS_SLOPE) count *= s->layout.lens_strata;
     for (uint32_t c = 0; c < count; c++)
         for (size_t i = 0; i < area; i++) {
-            if (plane == PLANE_DEPTH || (PLANES_PATH >> plane & 1u))
+            if (plane == PLANE_DEPTH || plane == PLANE_LENS_RADIANCE || (PLANES_PATH >> plane & 1u))
                 samples_f32(s, plane, c)[i] = (float)samples_case_random(state) * 1e-6f;
             else if (plane == PLANE_NORMAL)
                 samples_u32(s, plane, c)[i] = samples_case_random(state);

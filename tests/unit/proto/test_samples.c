@@ -51,7 +51,7 @@ static void sizes_follow_the_formula(void **state)
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 2 + 3 * 6);
     /* four lens samples */
     assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
-                     74 + 8 * 4 + 2);
+                     74 + 14 * 4 + 2);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -438,10 +438,8 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_f32(s, PLANE_PATH_SPREAD, 1)[at] = -1e-30f, ERR_RANGE, "path_spread[1]");
     EXPECT(samples_f32(s, PLANE_PATH_OCCLUSION, 0)[at] = -INFINITY, ERR_NOT_FINITE,
            "path_occlusion[0]");
-    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 11)[at] = HALF_NEGATIVE, ERR_RANGE,
-           "lens_radiance[11]");
-    EXPECT(samples_u16(s, PLANE_LENS_RADIANCE, 3)[at] = HALF_NAN, ERR_NOT_FINITE,
-           "lens_radiance[3]");
+    EXPECT(samples_f32(s, PLANE_LENS_RADIANCE, 11)[at] = -1.0f, ERR_RANGE, "lens_radiance[11]");
+    EXPECT(samples_f32(s, PLANE_LENS_RADIANCE, 3)[at] = NAN, ERR_NOT_FINITE, "lens_radiance[3]");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = HALF_NEGATIVE, ERR_OK, "");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfbff, ERR_OK, "");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_slope[3]");

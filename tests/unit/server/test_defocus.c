@@ -69,8 +69,7 @@ static struct samples *tile_of(const struct plan *plan, struct rect r)
             for (uint32_t k = 0; k < n; k++) {
                 samples_u16(s, PLANE_LENS_SLOPE, k)[at] = half_from_float(slope_at(x, y, k));
                 for (uint32_t c = 0; c < 3; c++)
-                    samples_u16(s, PLANE_LENS_RADIANCE, k * 3 + c)[at] =
-                        half_from_float(radiance_at(x, y, k, c) * plan->radiance_scale);
+                    samples_f32(s, PLANE_LENS_RADIANCE, k * 3 + c)[at] = radiance_at(x, y, k, c);
             }
         }
     return s;
