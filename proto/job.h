@@ -12,7 +12,7 @@
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, target_error, max_spp, seed, tile_px}
- *   filter    {method, indirect, lens, mu}
+ *   filter    {method, indirect, glossy, lens, mu}
  *   layers    [names]      frames {first, last}      priority
  *
  * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */

@@ -70,6 +70,24 @@ static void results_lie_among_samples(void **state)
     lens_picture_destroy(&p);
 }
 
+/* The filter adds up squares. */
+static void the_brightest_samples_stay_finite(void **state)
+{
+    (void)state;
+    struct lens_picture p;
+    lens_picture_create(LENS_LAMPS, 3, 0, &p);
+    scatter_slopes(&p, 3);
+    for (size_t i = 0; i < 27 * AREA; i++)
+        if (i % 7 < 3) p.patch.lens_radiance[i] = LENS_RADIANCE_MAX;
+    for (size_t f = 0; f < 3; f++) {
+        struct lens_statistics statistics;
+        assert_int_equal(lens_run(&p, filters[f], &statistics), 0);
+        for (size_t i = 0; i < 3 * AREA; i++)
+            assert_true(p.out[0][i] >= 0.0f && p.out[0][i] <= 1.0001f * LENS_RADIANCE_MAX);
+    }
+    lens_picture_destroy(&p);
+}
+
 /* Light of another unit gives the same picture in that unit. */
 static void scale_is_of_no_account(void **state)
 {
@@ -334,6 +352,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(constants_stay),
         cmocka_unit_test(results_lie_among_samples),
+        cmocka_unit_test(the_brightest_samples_stay_finite),
         cmocka_unit_test(scale_is_of_no_account),
         cmocka_unit_test(what_is_in_focus_is_averaged),
         cmocka_unit_test(nothing_is_black),
