@@ -1,6 +1,6 @@
 #include "server/image/exr_zip.h"
 
-#include <isa-l/igzip_lib.h>
+#include <libdeflate.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,25 +23,15 @@ static void differ(uint8_t *bytes, size_t size_bytes)
     for (size_t i = size_bytes; i-- > 1;) bytes[i] = (uint8_t)(bytes[i] - bytes[i - 1] + 128);
 }
 
-/* False when `in` does not get smaller. The library's tables are zeroed first, so that the output
- * depends on the input alone. */
-static bool deflate_all(const uint8_t *in, size_t size_bytes, uint8_t *out, size_t *out_bytes)
+/* A zlib stream of `in`; of 0 bytes when there is no room for it. */
+static exr_result_t deflate_all(const uint8_t *in, size_t size_bytes, uint8_t *out,
+                                size_t *out_bytes)
 {
-    uint8_t tables[ISAL_DEF_LVL1_DEFAULT] = {0};
-    struct isal_zstream z;
-    isal_deflate_init(&z);
-    z.level = 1;
-    z.level_buf = tables;
-    z.level_buf_size = sizeof tables;
-    z.gzip_flag = IGZIP_ZLIB;
-    z.end_of_stream = 1;
-    z.next_in = (uint8_t *)(uintptr_t)in; /* read only */
-    z.avail_in = (uint32_t)size_bytes;
-    z.next_out = out;
-    z.avail_out = (uint32_t)size_bytes;
-    bool ended = isal_deflate(&z) == COMP_OK && z.internal_state.state == ZSTATE_END;
-    *out_bytes = z.total_out;
-    return ended && *out_bytes < size_bytes;
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(1);
+    if (!compressor) return EXR_ERR_OUT_OF_MEMORY;
+    *out_bytes = libdeflate_zlib_compress(compressor, in, size_bytes, out, size_bytes);
+    libdeflate_free_compressor(compressor);
+    return EXR_ERR_SUCCESS;
 }
 
 /* Room for a chunk as it is: what does not shrink is written so (the format's rule). The library
@@ -64,10 +54,11 @@ exr_result_t exr_zip_compress(exr_encode_pipeline_t *encoder)
     uint8_t *scratch = encoder->scratch_buffer_1, *out = encoder->compressed_buffer;
     split(encoder->packed_buffer, scratch, size_bytes);
     differ(scratch, size_bytes);
-    if (!deflate_all(scratch, size_bytes, out, &out_bytes)) {
+    exr_result_t result = deflate_all(scratch, size_bytes, out, &out_bytes);
+    if (result == EXR_ERR_SUCCESS && (out_bytes == 0 || out_bytes == size_bytes)) {
         memcpy(out, encoder->packed_buffer, size_bytes);
         out_bytes = size_bytes;
     }
     encoder->compressed_bytes = out_bytes;
-    return EXR_ERR_SUCCESS;
+    return result;
 }

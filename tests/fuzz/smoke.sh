@@ -18,7 +18,7 @@ for source in "${targets[@]}"; do
     # shellcheck disable=SC2086 # sources are several words
     if ! ${CC:-gcc} -std=c17 -D_GNU_SOURCE -O1 -g -march=x86-64-v2 -ffp-contract=off -I. -I"$build" \
         "$source" tests/fuzz/replay.c $sources "$build/libproto.a" -o "$out/$name" \
-        -lblosc -lgnutls -ljansson -lisal -lm -lpthread >"$log" 2>&1; then
+        -lblosc -lgnutls -ljansson -ldeflate -lisal -lm -lpthread >"$log" 2>&1; then
         echo "not ok $n - fuzz $name does not build"
     elif [ ${#inputs[@]} -eq 0 ]; then
         echo "not ok $n - fuzz $name has no corpus in tests/fuzz/corpus/$name"
