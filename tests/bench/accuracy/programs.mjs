@@ -64,6 +64,7 @@ export function programs(build, folder) {
     // by it, as `judged` has it.
     apart: (a, b, effect) => judged(a, b, effect).rmse,
     picturesApart: (a, b) => compare(a, b, PICTURE).rmse,
+    same: (a, b, layer) => compare(a, b, layer).rmse === 0,
     // All figures of a picture.
     judge(reference, test, effect) {
       const beauty = compare(reference, test, PICTURE);
