@@ -17,8 +17,8 @@ static const struct rect tile = {0, 0, SIDE, SIDE};
 static void picture_plan(struct plan *plan, uint32_t filter)
 {
     floor_plan(plan, SIDE, filter, 2);
-    plan->planes |= PLANES_GLOSSY | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) |
-                    BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(REFLECTOR);
+    plan->planes |= PLANES_GLOSSY_LIGHT | BIT(SUB_REFLECTANCE) | BIT(ALBEDO) | BIT(SUB_DEPTH) |
+                    BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(REFLECTOR);
     plan->sub_samples = 3;
 }
 
