@@ -111,20 +111,26 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
 
 #define PLANES_DEMODULATED (PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT))
 
+/* With bounce rays, but those of second sets. */
+static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
+{
+    return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides;
+}
+
 static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
     const bool first = pass->number == 0;
-    *out = (struct stages){
-        .centres = first &&
-                   ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 || plan->light_planes != 0),
-        .lights = first,
-        .lens = first && plan->lens_strata_per_axis > 0,
-        .pass = *pass,
-        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides,
-        .first = pass->first,
-        .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out =
+        (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 ||
+                                             plan->light_planes != 0),
+                        .lights = first,
+                        .lens = first && plan->lens_strata_per_axis > 0,
+                        .pass = *pass,
+                        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                        .glossy = traces_lobes(plan, pass),
+                        .first = pass->first,
+                        .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,

@@ -12,7 +12,7 @@ static struct plan as_indirect(const struct plan *plan)
 {
     struct plan out = *plan;
     out.indirect_filter = INDIRECT_FILTER_CONSTANT;
-    out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* of which it would make errors */
+    out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* diffuse light's, of which errors would be made */
     if (patch_knows_glossy_errors(plan))
         out.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR);
     return out;
