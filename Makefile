@@ -75,7 +75,7 @@ test: deps-browser
 unit: all $(unit)
 	@tests/run $(B) unit
 ## system: the tests of real processes alone
-system: all $(fakes) $(benches) $(pictures)
+system: all $(fakes) $(benches) $(pictures) $(goldens)
 	@tests/run $(B) system
 ## browser: the browser tests alone
 browser: all
@@ -113,7 +113,7 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory -j$$(nproc) B=build/tsan EXTRA="-fsanitize=thread -fno-omit-frame-pointer" sanitized
 .PHONY: sanitized fuzzers
-sanitized: $(programs) $(unit) $(fakes) $(benches) $(pictures)
+sanitized: $(programs) $(unit) $(fakes) $(benches) $(pictures) $(goldens)
 	@tests/run $(B) unit system
 ## lint: layout, clang-tidy, cppcheck, include arrows
 lint: deps-dev

@@ -272,7 +272,9 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
     return pass;
 }
 
-#define PLANES_BOUNCE_MORE (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN))
+#define PLANES_BOUNCE_MORE                                                                         \
+    (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN) |                         \
+     PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(GLOSSY_NEARNESS))
 #define PLANES_SECOND_SET                                                                          \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN)) /* distances: the first's                         \
                                                   */

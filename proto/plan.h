@@ -197,7 +197,7 @@ void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, ui
 struct plan_pass {
     uint32_t number;       /* of the tile's passes */
     uint32_t first, count; /* samples of every pixel: first .. first + count - 1 */
-    uint32_t strata;       /* l of the bounce rays; 0: none */
+    uint32_t strata;       /* l of the bounce rays, and of those of glossy lobes; 0: none */
     const uint8_t *sides;  /* of a second set: each pixel's own l, row by row of the tile; `strata`
                               is the largest. NULL: all pixels have l. Borrowed */
 };

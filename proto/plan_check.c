@@ -249,7 +249,8 @@ static int check_target(const struct plan_place *at, const struct plan *plan)
         return plan_place_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for paths of unknown error",
                                  (double)plan->target_error);
-    if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY)) ||
+    if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) ||
+        ((plan->planes & PLANES_GLOSSY) && !(plan->planes & PLANE_BIT(GLOSSY_HALF))) ||
         ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
         return plan_place_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for bounces of unknown error",
@@ -322,6 +323,9 @@ static int check_planes(const struct plan_place *at, const struct plan *plan)
                                  (double)planes);
     if ((planes & (PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)) && plan->bounces == 0)
         return plan_place_refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
+                                 (double)planes);
+    if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
                                  (double)planes);
     return check_path_planes(at, plan);
 }

@@ -12,7 +12,7 @@
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
- *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + 6 a sub-sample
+ *   + glossy surfaces: mean 8 + half 8 + lobe 8 + nearness 2 + 6 a sub-sample
  *   + lens samples 14 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
@@ -87,7 +87,10 @@ enum plane_id {
                                  forward of its first hit (a miss: infinity); positive in front of
                                  the focus */
     PLANE_LENS_COVERAGE = 32, /* f16: share of the lens samples that meet a surface */
-    PLANE_ID_COUNT = 33
+    PLANE_GLOSSY_HALF = 33, /* 4 x f16: as GLOSSY_MEAN, over half of the rays: where column and row
+                               of the pixel add up to an even number the first ceil(n/2), elsewhere
+                               the others; for l = 1 all. Where an error is wanted */
+    PLANE_ID_COUNT = 34
 };
 
 /* A set of planes is the sum of these. */
@@ -109,7 +112,7 @@ enum plane_id {
 /* Planes of glossy lobes: what their rays bring, and all. */
 #define PLANES_GLOSSY_LIGHT                                                                        \
     (PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_LOBE) | PLANE_BIT(GLOSSY_NEARNESS))
-#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | PLANE_BIT(SUB_REFLECTANCE))
+#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | PLANE_BIT(SUB_REFLECTANCE) | PLANE_BIT(GLOSSY_HALF))
 
 #define LENS_RADIANCE_MAX 1e30f
 

@@ -111,6 +111,12 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
 
 #define PLANES_DEMODULATED (PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT))
 
+/* With bounce rays, but those of second sets. */
+static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
+{
+    return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides;
+}
+
 static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
@@ -122,7 +128,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         .lens = first && plan->lens_strata_per_axis > 0,
                         .pass = *pass,
                         .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
+                        .glossy = traces_lobes(plan, pass),
                         .first = pass->first,
                         .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;

@@ -221,8 +221,11 @@ static void gather_lobes(const struct overlap *o)
     struct patch *p = o->patch;
     if (p->id && p->glossy[0]) copy_words(o, samples_u32(s, PLANE_ID, 0), p->id);
     gather_rgb(o, PLANE_GLOSSY_MEAN, 0, p->glossy);
+    gather_rgb(o, PLANE_GLOSSY_HALF, 0, p->glossy_half);
     if (p->glossy_weight)
         widen_halves(o, samples_u16(s, PLANE_GLOSSY_MEAN, 3), 1.0f, p->glossy_weight);
+    if (p->glossy_half_weight)
+        widen_halves(o, samples_u16(s, PLANE_GLOSSY_HALF, 3), 1.0f, p->glossy_half_weight);
     if (p->glossy_alpha) widen_unorms(o, samples_u16(s, PLANE_GLOSSY_LOBE, 3), p->glossy_alpha);
     if (p->glossy_nearness)
         widen_halves(o, samples_u16(s, PLANE_GLOSSY_NEARNESS, 0), 1.0f / o->plan->length_unit,
@@ -352,7 +355,7 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     gather_lens(&o);
     const bool far = patch_has_far_indirect(plan);
     if (far) gather_indirect(&o);
-    const bool far_lobes = plan->glossy_filter != GLOSSY_FILTER_NONE;
+    const bool far_lobes = patch_has_far_lobes(plan);
     if (far_lobes) gather_lobes(&o);
     if (patch->bounces) gather_counts(&o, counts, patch->bounces);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;

@@ -72,6 +72,21 @@ static void take_nearer(uint16_t *to, const uint16_t *from, size_t area)
     for (size_t i = 0; i < area; i++) to[i] = from[i] < to[i] ? from[i] : to[i];
 }
 
+/* Rays of glossy lobes: as many as bounce rays. Their halves are of one size but for one ray. */
+static void add_lobes(struct samples *sum, uint32_t count, const struct samples *more,
+                      uint32_t more_count)
+{
+    static const enum plane_id planes[] = {PLANE_GLOSSY_MEAN, PLANE_GLOSSY_HALF,
+                                           PLANE_GLOSSY_NEARNESS};
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    for (size_t k = 0; k < sizeof planes / sizeof planes[0]; k++) {
+        const uint32_t components = planes[k] == PLANE_GLOSSY_NEARNESS ? 1 : 4;
+        for (uint32_t c = 0; c < components && samples_u16(sum, planes[k], c); c++)
+            merge_means(samples_u16(sum, planes[k], c), samples_u16(more, planes[k], c), area,
+                        (float)count, (float)more_count);
+    }
+}
+
 static void add_bounces(struct samples *sum, uint32_t count, const struct samples *more,
                         uint32_t more_count)
 {
@@ -123,6 +138,9 @@ void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct
                 struct pass_counts more_counts)
 {
     if (more_counts.paths > 0) add_paths(sum, sum_counts.paths, more, more_counts.paths);
-    if (more_counts.bounces > 0) add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
+    if (more_counts.bounces > 0) {
+        add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
+        add_lobes(sum, sum_counts.bounces, more, more_counts.bounces);
+    }
     if (more_counts.sides) add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
 }

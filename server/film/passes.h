@@ -35,7 +35,8 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
 
 /* Adds `more` to `sum`: sums of paths, and means over bounce rays, weighted by their number. Both
  * have the plan's planes of what they have samples of; other planes of `sum` stay as they are. Of
- * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size; a
+ * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size; rays
+ * of glossy lobes are as many; a
  * second set has its mean radiance and open shares alone.
  *
  * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and

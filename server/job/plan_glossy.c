@@ -25,7 +25,7 @@ static bool has_glossy(const struct scene *scene)
 }
 
 /* Whether there is such a field; else why not, a sentence. */
-static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
+static bool is_possible(const struct scene *scene, const struct plan *plan,
                         const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
@@ -33,8 +33,6 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
         snprintf(why, n, "glossy lobes have a field beside paths and light fields only");
     else if (!(plan->planes & PLANES_BOUNCE_LIGHT))
         snprintf(why, n, "there is no indirect light");
-    else if (plan_wants_error(job))
-        snprintf(why, n, "its error is asked for, which only along paths is known");
     else if (!has_glossy(scene))
         snprintf(why, n, "no surface has a glossy lobe, isotropic and not too sharp");
     else
@@ -72,13 +70,21 @@ const char *plan_glossy_filter_name(uint32_t filter)
     return names[filter];
 }
 
+static void plan_planes(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+    if (plan_wants_error(job)) return;
+    plan->planes &= ~PLANE_BIT(GLOSSY_HALF);
+    plan_skip(report, "plane glossy_half", "nobody asks for errors");
+}
+
 void plan_glossy(const struct job *job, const struct scene *scene, struct plan *plan,
                  struct plan_report *report)
 {
     char *why = report->glossy_filter_why;
     const bool asked = job->glossy == GLOSSY_VIRTUAL_HIT || job->glossy == GLOSSY_BANDLIMIT;
-    if (is_possible(job, scene, plan, report, why)) {
-        plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+    if (is_possible(scene, plan, report, why)) {
+        plan_planes(job, plan, report);
         plan->glossy_filter = choose(job, plan, why);
         if (plan->glossy_filter != GLOSSY_FILTER_NONE) return;
     } else {

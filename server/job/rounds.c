@@ -271,6 +271,13 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
 
 /* -- rounds -- */
 
+/* Passes with bounce rays trace as many of glossy lobes. */
+static double square_of(const struct rounds_error *error, int kind)
+{
+    return kind == PATHS ? error->square[SOURCE_PATHS]
+                         : error->square[SOURCE_BOUNCES] + error->square[SOURCE_LOBES];
+}
+
 /* Takes the round's samples and errors in. */
 static void end_round(struct rounds *r, const struct rounds_error *errors)
 {
@@ -285,7 +292,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
             struct kind *k = &t->kinds[kind];
             k->n += k->more;
             k->more = 0;
-            k->square = errors[i].square[kind == PATHS ? SOURCE_PATHS : SOURCE_BOUNCES];
+            k->square = square_of(&errors[i], kind);
             k->scale = k->n > 0 ? scale_of(k->square / t->area / k->n, kind) : 0.0;
             squares += k->square;
         }

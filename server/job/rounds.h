@@ -11,6 +11,9 @@
  *   paths     V / r          falls at V / (area n r^2)        = lambda
  *   bounces   V / r^(2/3)    falls at 2 V / (3 area n r^(5/3)) = lambda
  *
+ * Bounce rays bring as many of glossy lobes with them, and V of both is one: counts of their own
+ * would save 3 to 12 % of the samples of a floor like varnish, 0 to 4 % where little is glossy.
+ *
  * wherever r > 1; what gains less than lambda already gets nothing. Lambda is solved for so that
  * the frame's squared errors add up to the target. (Bringing all tiles down to one error instead
  * costs as many samples as giving all the same.)

@@ -7,6 +7,7 @@
 enum block_source {
     SOURCE_PATHS,   /* more paths */
     SOURCE_BOUNCES, /* more bounce rays */
+    SOURCE_LOBES,   /* more rays of glossy lobes, which come with bounce rays */
     SOURCE_CENTRES, /* nothing: the few surface samples of a pixel that light fields are spread over
                      */
     SOURCE_COUNT

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/glossy_pass.h"
+
 /* The image's planes by what goes into them; NULL where the image has none. */
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
@@ -61,6 +63,7 @@ static void put_squares(const struct resolver *r, const struct resolved *pixel, 
     const size_t i = block_squares_index(squares, x, y);
     for (int c = 0; c < 3; c++) {
         squares->square[SOURCE_BOUNCES][c][i] = pixel->error[c] * pixel->error[c];
+        squares->square[SOURCE_LOBES][c][i] = pixel->glossy_error[c] * pixel->glossy_error[c];
         squares->square[SOURCE_CENTRES][c][i] = pixel->spread[c];
     }
 }
@@ -134,7 +137,7 @@ static uint32_t bounce_rays(const struct plan *plan)
 static void add_samples(const struct plan *plan, const struct patch *patch, uint32_t rays,
                         struct rect block, const struct plane *out)
 {
-    const float bounces = (float)bounce_rays(plan);
+    const float bounces = (float)bounce_rays(plan), *lobes = glossy_rays(plan, patch);
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(patch, block.x0, y);
@@ -142,7 +145,8 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
         for (int32_t x = 0; x < rect_width(block); x++, i++) {
             if (!patch_has_surface(patch, i)) continue;
             to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
-            if (patch->glossy_alpha && patch_is_glossy(patch, i)) to[x] += bounces;
+            if (!patch->glossy_alpha || !patch_is_glossy(patch, i)) continue;
+            to[x] += lobes ? lobes[i] : bounces;
         }
     }
 }
@@ -313,9 +317,9 @@ void compose_error(const struct block_squares *squares, struct image *image)
         for (int32_t y = r.y0; y < r.y1; y++) {
             size_t i = block_squares_index(squares, r.x0, y);
             for (int32_t x = r.x0; x < r.x1; x++, i++)
-                *plane_at(out, x, y) = sqrtf(squares->square[SOURCE_PATHS][c][i] +
-                                             squares->square[SOURCE_BOUNCES][c][i] +
-                                             squares->square[SOURCE_CENTRES][c][i]);
+                *plane_at(out, x, y) = sqrtf(
+                    squares->square[SOURCE_PATHS][c][i] + squares->square[SOURCE_BOUNCES][c][i] +
+                    squares->square[SOURCE_LOBES][c][i] + squares->square[SOURCE_CENTRES][c][i]);
         }
     }
 }

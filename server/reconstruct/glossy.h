@@ -16,6 +16,8 @@
  * = 2 / alpha^2 - 2 (Walter et al. 2007); z is 1 / the mean of 1 / distance. Kept to be compared
  * with: it knows neither how lobes turn with normals nor edges of roughness.
  *
+ * Under a plan that has rounds n is a pixel's own.
+ *
  * What comes out is radiance that the reflectance multiplies. A pure function of its arguments; any
  * thread. */
 #include "server/reconstruct/patch.h"
@@ -27,7 +29,7 @@ struct glossy_statistics {
 };
 
 /* Pixels around a block that the plan's filter reads; 0 for GLOSSY_FILTER_NONE. It depends on the
- * plan alone and is at most GLOSSY_REACH_MAX_PX. */
+ * plan alone and is at most 1.5 GLOSSY_REACH_MAX_PX, or what indirect.h says for bandlimits. */
 int32_t glossy_halo_px(const struct plan *plan);
 
 /* Filters over `inner`, which lies in patch->rect; the patch needs depth, normal, id and the planes
@@ -36,3 +38,9 @@ int32_t glossy_halo_px(const struct plan *plan);
  * another filter, a plane that is not there or an `inner` outside. */
 int glossy_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                   float *const out[3], struct glossy_statistics *statistics);
+
+/* The same, and square[c], squared standard errors of out[c] (glossy_squares.h), for a plan of
+ * which patch_knows_glossy_errors. */
+int glossy_filter_with_error(const struct plan *plan, const struct patch *patch, struct rect inner,
+                             float *const out[3], float *const square[3],
+                             struct glossy_statistics *statistics);

@@ -1,6 +1,7 @@
 #include "server/reconstruct/glossy_bandlimit.h"
 
 #include "proto/samples.h"
+#include "server/reconstruct/glossy_pass.h"
 #include "server/reconstruct/indirect.h"
 #include "server/reconstruct/indirect_rate.h"
 
@@ -11,7 +12,9 @@ static struct plan as_indirect(const struct plan *plan)
 {
     struct plan out = *plan;
     out.indirect_filter = INDIRECT_FILTER_CONSTANT;
-    out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* of which it would make errors */
+    out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* diffuse light's, of which errors would be made */
+    if (patch_knows_glossy_errors(plan))
+        out.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR);
     return out;
 }
 
@@ -34,18 +37,26 @@ static float reflector_of(const struct plan *plan, const struct patch *patch, si
 }
 
 int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,
-                     float *const out[3], uint64_t *filtered)
+                     float *const out[3], float *const square[3], uint64_t *filtered)
 {
     const struct plan indirect = as_indirect(plan);
     const size_t area = (size_t)rect_area(patch->rect);
+    const float *const *in = (const float *const *)patch->glossy;
     struct indirect_statistics statistics = {0};
     struct patch lobes = *patch;
-    lobes.bounces = NULL;
+    lobes.bounces = glossy_rays(plan, patch);
     lobes.reflector = scratch_take(patch->scratch, area * sizeof *lobes.reflector);
     if (!lobes.reflector) return ERR_MEMORY;
     for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);
-    const int error = indirect_filter(&indirect, &lobes, inner, 3,
-                                      (const float *const *)patch->glossy, out, NULL, &statistics);
+    struct indirect_error e = {.half = {NULL}};
+    for (int c = 0; c < 3 && square; c++) {
+        e.half[c] = patch->glossy_half[c];
+        e.square[c] = square[c];
+    }
+    const int error =
+        square ? indirect_filter_with_error(&indirect, &lobes, inner, 3, in, out, NULL, &e,
+                                            &statistics)
+               : indirect_filter(&indirect, &lobes, inner, 3, in, out, NULL, &statistics);
     scratch_give(patch->scratch, lobes.reflector);
     *filtered = statistics.pixels_filtered;
     return error;

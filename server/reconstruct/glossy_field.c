@@ -53,14 +53,17 @@ static int carve(struct glossy_place *p, int32_t reach)
     p->field.stride = rounded(room + rect_width(p->rect) + GLOSSY_LANES + room);
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
-    const size_t bytes = (OWN_ARRAYS + 1 + 2 * GLOSSY_CHANNELS) * p->area * sizeof(float);
+    const bool halves = p->channels == GLOSSY_MEASURED;
+    const size_t arrays = OWN_ARRAYS + 1 + (halves ? 3 : 2) * p->channels;
+    const size_t bytes = arrays * p->area * sizeof(float);
     p->memory = scratch_take(p->scratch, bytes); /* on a cache line, as vectors want */
     if (!p->memory) return ERR_MEMORY;
     memset(p->memory, 0, bytes);
     float *next = p->memory;
     for (int k = 0; k < OWN_ARRAYS; k++, next += p->area) p->own[k] = next;
-    for (int c = 0; c < GLOSSY_CHANNELS; c++, next += p->area) p->channel[c] = next;
-    for (int c = 0; c < GLOSSY_CHANNELS; c++, next += p->area) p->between[c] = next;
+    for (uint32_t c = 0; c < p->channels; c++, next += p->area) p->channel[c] = next;
+    for (uint32_t c = 0; c < p->channels; c++, next += p->area) p->between[c] = next;
+    for (uint32_t c = 0; c < p->channels && halves; c++, next += p->area) p->wide[c] = next;
     p->object = (int32_t *)(void *)next;
     return 0;
 }
@@ -154,6 +157,10 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
             p->channel[k][at] = patch->glossy[k][q];
         }
         p->channel[3][at] = patch->glossy_weight[q];
+        if (p->channels == GLOSSY_MEASURED) {
+            for (int k = 0; k < 3; k++) p->channel[4 + k][at] = patch->glossy_half[k][q];
+            p->channel[7][at] = patch->glossy_half_weight[q];
+        }
         p->own[NEARNESS][at] = near < NEARNESS_MOST ? near : NEARNESS_MOST;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
         if (patch_is_glossy(patch, q) && set_lobe(view, patch->glossy_alpha[q], at, p->own))
@@ -162,10 +169,12 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
 }
 
 int glossy_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                        int32_t reach, struct glossy_place *out)
+                        int32_t reach, bool halves, struct glossy_place *out)
 {
     struct surface_view view;
-    *out = (struct glossy_place){.rect = rect, .scratch = patch->scratch};
+    *out = (struct glossy_place){.rect = rect,
+                                 .channels = halves ? GLOSSY_MEASURED : GLOSSY_CHANNELS,
+                                 .scratch = patch->scratch};
     const int error = carve(out, reach);
     if (error) return error;
     show(out);

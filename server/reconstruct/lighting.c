@@ -181,14 +181,15 @@ static void take_halves(const struct patch *patch, float *const half[3])
         }
 }
 
-static void find_errors(const struct patch *patch, struct rect lit, float *const square[3],
-                        const struct lighting *out)
+/* Standard errors of squared ones; `error` may be `square`. */
+static void root(const struct patch *patch, struct rect lit, float *const square[3],
+                 float *const error[3])
 {
     for (int32_t y = lit.y0; y < lit.y1; y++) {
         const struct run run = row_of(patch, lit, y);
         for (int c = 0; c < 3; c++)
             for (size_t i = run.first; i < run.first + run.count; i++)
-                out->error[c][i] = sqrtf(square[c][i]);
+                error[c][i] = sqrtf(square[c][i]);
     }
 }
 
@@ -206,7 +207,7 @@ static int filter_halves(const struct plan *plan, const struct patch *patch, str
     const int error = indirect_filter_with_error(plan, patch, lit, m->count, m->in, m->out,
                                                  width_px, &e, statistics);
     if (error) return error;
-    find_errors(patch, lit, e.square, out);
+    root(patch, lit, e.square, out->error);
     for (int32_t y = lit.y0; y < lit.y1 && plan->indirect_filter == INDIRECT_FILTER_NONE; y++)
         fill_unfiltered(plan, patch, row_of(patch, lit, y), out);
     return 0;
@@ -240,16 +241,27 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
 }
 
 /* Surfaces without a lobe lend what they see all around. */
+static void lend_indirect(const struct patch *patch, struct run run, const struct lighting *out)
+{
+    for (int c = 0; c < 3; c++)
+        for (size_t i = run.first; i < run.first + run.count; i++) {
+            if (patch_is_glossy(patch, i)) continue;
+            out->glossy[c][i] = out->indirect[c][i];
+            if (out->glossy_error[c])
+                out->glossy_error[c][i] = out->error[c] ? out->error[c][i] : 0;
+        }
+}
+
 static int fill_glossy(const struct plan *plan, const struct patch *patch, struct rect lit,
                        const struct lighting *out, struct glossy_statistics *statistics)
 {
-    const int error = glossy_filter(plan, patch, lit, out->glossy, statistics);
-    for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
-        const struct run run = row_of(patch, lit, y);
-        for (int c = 0; c < 3; c++)
-            for (size_t i = run.first; i < run.first + run.count; i++)
-                if (!patch_is_glossy(patch, i)) out->glossy[c][i] = out->indirect[c][i];
-    }
+    float *const *square = out->glossy_error;
+    const int error =
+        square[0] ? glossy_filter_with_error(plan, patch, lit, out->glossy, square, statistics)
+                  : glossy_filter(plan, patch, lit, out->glossy, statistics);
+    if (!error && square[0]) root(patch, lit, square, square);
+    for (int32_t y = lit.y0; !error && y < lit.y1; y++)
+        lend_indirect(patch, row_of(patch, lit, y), out);
     return error;
 }
 
@@ -297,7 +309,9 @@ static int allocate(const struct plan *plan, const struct patch *patch, struct l
     const size_t area = (size_t)rect_area(patch->rect);
     const bool halves = patch_knows_errors(plan);
     const bool glossy = patch->glossy[0] != NULL;
-    const size_t lobes = halves ? 14 : 11, arrays = lobes + (glossy ? 3 : 0);
+    const bool lobe_halves = glossy && patch_knows_glossy_errors(plan);
+    const size_t lobes = halves ? 14 : 11;
+    const size_t arrays = lobes + (glossy ? 3 : 0) + (lobe_halves ? 3 : 0);
     const size_t bytes = area * arrays * sizeof(float);
     float *memory = scratch_take(patch->scratch, bytes);
     *out = (struct lighting){.scratch = patch->scratch, .memory = memory};
@@ -312,6 +326,8 @@ static int allocate(const struct plan *plan, const struct patch *patch, struct l
     out->width_px = memory + 10 * area;
     for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
     for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;
+    for (size_t c = 0; c < 3 && lobe_halves; c++)
+        out->glossy_error[c] = memory + (lobes + 3 + c) * area;
     return 0;
 }
 

@@ -20,6 +20,7 @@ struct lighting {
     float *open;             /* share of the hemisphere that is open; zero where it is not traced */
     float *width_px;         /* of all filters the largest; 0: not filtered */
     float *error[3];         /* standard error of `indirect`; NULL without halves to tell of it */
+    float *glossy_error[3];  /* the same of `glossy` */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };

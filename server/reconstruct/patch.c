@@ -59,6 +59,10 @@ static void carve_glossy(struct carver *c, const struct plan *plan, struct patch
         carve_rgb(c, p->glossy);
         p->glossy_weight = carve(c, sizeof(float));
     }
+    if (plan->planes >> PLANE_GLOSSY_HALF & 1u) {
+        carve_rgb(c, p->glossy_half);
+        p->glossy_half_weight = carve(c, sizeof(float));
+    }
     if (plan->planes >> PLANE_GLOSSY_LOBE & 1u) {
         carve_rgb(c, p->reflectance);
         p->glossy_alpha = carve(c, sizeof(float));
@@ -170,6 +174,18 @@ bool patch_knows_errors(const struct plan *plan)
 bool patch_has_far_indirect(const struct plan *plan)
 {
     return plan->indirect_filter != INDIRECT_FILTER_NONE || patch_knows_errors(plan);
+}
+
+bool patch_knows_glossy_errors(const struct plan *plan)
+{
+    const uint64_t needs = PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(ID) |
+                           PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
+    return (plan->planes & needs) == needs;
+}
+
+bool patch_has_far_lobes(const struct plan *plan)
+{
+    return plan->glossy_filter != GLOSSY_FILTER_NONE || patch_knows_glossy_errors(plan);
 }
 
 bool patch_has_surface(const struct patch *patch, size_t i)

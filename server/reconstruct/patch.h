@@ -5,9 +5,9 @@
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light, alpha
- * and nearness; lens samples. The other arrays are not set there. Distances are at most 1e16, so
- * that their squares are finite; normals are 0 without surface. */
+ * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light and
+ * its half, alpha and nearness; lens samples. The other arrays are not set there. Distances are at
+ * most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -58,6 +58,8 @@ struct patch {
     float *open;            /* share of the bounce rays that meet nothing near */
     float *glossy[3];       /* mean of weight times radiance, scale taken out, over reflectance */
     float *glossy_weight;   /* of weight alone, over reflectance */
+    float *glossy_half[3];  /* the same two of half of the pixel's rays */
+    float *glossy_half_weight;
     float *glossy_alpha;    /* 0: no glossy lobe */
     float *glossy_nearness; /* mean of 1 / distance, scene units */
     float *reflectance[3];
@@ -80,6 +82,10 @@ bool patch_knows_errors(const struct plan *plan);
 
 /* Whether the far halo has indirect light. */
 bool patch_has_far_indirect(const struct plan *plan);
+
+/* The same of glossy lobes. */
+bool patch_knows_glossy_errors(const struct plan *plan);
+bool patch_has_far_lobes(const struct plan *plan);
 
 /* True when pixel i's centre shows a surface, as far as the patch can tell. */
 bool patch_has_surface(const struct patch *patch, size_t i);

@@ -144,8 +144,9 @@ static float blend(const struct lenders *l, const float *channel)
     return fmaxf(sum, 0.0f);
 }
 
+/* `sent` becomes what that is in all. */
 static void add_lit(const struct resolver *r, const struct lenders *l, const float albedo[3],
-                    struct resolved *sum)
+                    float sent[3], struct resolved *sum)
 {
     if (l->count == 0) return;
     for (int c = 0; c < 3; c++) {
@@ -153,7 +154,7 @@ static void add_lit(const struct resolver *r, const struct lenders *l, const flo
         sum->direct[c] += albedo[c] * blend(l, r->lighting->direct[c]);
         sum->indirect[c] += albedo[c] * blend(l, r->lighting->indirect[c]);
         sum->total[c] += total;
-        if (r->errors) sum->spread[c] += total * total;
+        sent[c] = total;
         if (r->errors && r->lighting->error[0])
             sum->error[c] += albedo[c] * blend(l, r->lighting->error[c]);
     }
@@ -161,7 +162,7 @@ static void add_lit(const struct resolver *r, const struct lenders *l, const flo
 
 /* What the glossy lobe of a sub-sample sends on. */
 static void add_shine(const struct resolver *r, const struct lenders *l, uint32_t k, size_t i,
-                      struct resolved *sum)
+                      float sent[3], struct resolved *sum)
 {
     float *const *reflectance = r->patch->sub_reflectance[k];
     if (!r->lighting->glossy[0] || !reflectance[0] || l->count == 0) return;
@@ -170,6 +171,9 @@ static void add_shine(const struct resolver *r, const struct lenders *l, uint32_
         const float shine = reflectance[c][i] * blend(l, r->lighting->glossy[c]);
         sum->indirect[c] += shine;
         sum->total[c] += shine;
+        sent[c] += shine;
+        if (r->errors && r->lighting->glossy_error[0])
+            sum->glossy_error[c] += reflectance[c][i] * blend(l, r->lighting->glossy_error[c]);
     }
 }
 
@@ -186,27 +190,19 @@ static void add_foreign_sub(const struct resolver *r, size_t i, uint32_t k, stru
 {
     struct surface sub;
     struct lenders lenders;
-    float offset[2], albedo[3];
+    float offset[2], albedo[3], sent[3] = {0.0f, 0.0f, 0.0f};
     pixel_offset(r, i, k, offset);
     if (!surface_of_sub(&r->view, r->patch, i, k, offset, &sub)) return;
     for (int c = 0; c < 3; c++) albedo[c] = r->patch->sub_albedo[k][c][i];
     find_lenders(r, i, &sub, offset, &lenders);
-    add_lit(r, &lenders, albedo, sum);
-    add_shine(r, &lenders, k, i, sum);
-    for (int c = 0; c < 3; c++) sum->albedo[c] += albedo[c];
+    add_lit(r, &lenders, albedo, sent, sum);
+    add_shine(r, &lenders, k, i, sent, sum);
+    for (int c = 0; c < 3; c++) {
+        sum->albedo[c] += albedo[c];
+        if (r->errors) sum->spread[c] += sent[c] * sent[c];
+    }
     sum->coverage += 1.0f;
     sum->unmatched += lenders.unmatched;
-}
-
-/* `squares` are those of the albedos that `albedo` is the sum of. */
-static void add_own_errors(const struct resolver *r, size_t i, const float albedo[3],
-                           const float squares[3], struct resolved *sum)
-{
-    for (int c = 0; c < 3; c++) {
-        const float total = r->lighting->total[c][i];
-        sum->spread[c] += squares[c] * total * total;
-        if (r->lighting->error[0]) sum->error[c] += albedo[c] * r->lighting->error[c][i];
-    }
 }
 
 static void add_own(const struct resolver *r, size_t i, const float albedo[3], float samples,
@@ -221,18 +217,53 @@ static void add_own(const struct resolver *r, size_t i, const float albedo[3], f
     sum->coverage += samples;
 }
 
-/* Of the pixel's centre and of sub-samples that show its surface, marked in `own`. */
+/* What the glossy lobe of a sample of the pixel reflects, of sub-sample k - 1 or, for 0, the
+ * centre.
+ */
+static float reflectance_of(const struct patch *p, int c, uint32_t k, size_t i)
+{
+    if (k == 0) return p->reflectance[c][i];
+    return p->sub_reflectance[k - 1][0] ? p->sub_reflectance[k - 1][c][i] : 0.0f;
+}
+
+/* Of the pixel's centre, bit 0 of `own`, and of sub-samples that show its surface, the bits after
+ * it. */
 static void add_own_shine(const struct resolver *r, size_t i, uint32_t own, struct resolved *sum)
 {
     const struct patch *p = r->patch;
     if (!r->lighting->glossy[0] || !p->reflectance[0]) return;
     for (int c = 0; c < 3; c++) {
-        float reflectance = p->reflectance[c][i];
-        for (uint32_t k = 0; k < r->subs; k++)
-            if ((own >> k & 1u) && p->sub_reflectance[k][0])
-                reflectance += p->sub_reflectance[k][c][i];
+        float reflectance = 0.0f;
+        for (uint32_t k = 0; k <= r->subs; k++)
+            if (own >> k & 1u) reflectance += reflectance_of(p, c, k, i);
         sum->indirect[c] += reflectance * r->lighting->glossy[c][i];
         sum->total[c] += reflectance * r->lighting->glossy[c][i];
+        if (r->errors && r->lighting->glossy_error[0])
+            sum->glossy_error[c] += reflectance * r->lighting->glossy_error[c][i];
+    }
+}
+
+static float albedo_of(const struct patch *p, int c, uint32_t k, size_t i)
+{
+    if (k > 0) return p->sub_albedo[k - 1][c][i];
+    return p->albedo[0] ? p->albedo[c][i] : 1.0f;
+}
+
+/* What such samples send on, each by itself; `albedo` is the sum of theirs. */
+static void add_own_errors(const struct resolver *r, size_t i, uint32_t own, const float albedo[3],
+                           struct resolved *sum)
+{
+    const struct patch *p = r->patch;
+    const struct lighting *l = r->lighting;
+    const bool shines = l->glossy[0] && p->reflectance[0];
+    for (int c = 0; c < 3; c++) {
+        for (uint32_t k = 0; k <= r->subs; k++) {
+            if (!(own >> k & 1u)) continue;
+            const float shine = shines ? reflectance_of(p, c, k, i) * l->glossy[c][i] : 0.0f;
+            const float sent = albedo_of(p, c, k, i) * l->total[c][i] + shine;
+            sum->spread[c] += sent * sent;
+        }
+        if (l->error[0]) sum->error[c] += albedo[c] * l->error[c][i];
     }
 }
 
@@ -248,8 +279,10 @@ static void scale(struct resolved *out, float share)
 {
     for (int c = 0; c < 3; c++) {
         out->error[c] *= share;
+        out->glossy_error[c] *= share;
         /* Neighbours that light is taken from differ by their noise, too. */
-        const float noise = out->error[c] * out->error[c];
+        const float noise =
+            out->error[c] * out->error[c] + out->glossy_error[c] * out->glossy_error[c];
         const float square = mean_square(out->spread[c], out->total[c], share);
         out->spread[c] = fmaxf(square - noise, 0.0f);
         out->direct[c] *= share;
@@ -263,34 +296,27 @@ static void scale(struct resolved *out, float share)
 void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
 {
     const struct patch *p = r->patch;
-    float squares[3] = {0.0f, 0.0f, 0.0f};
     float own[3] = {0.0f, 0.0f, 0.0f}; /* albedo of all samples that show the pixel's surface */
     float samples = 0.0f;
-    uint32_t same = 0; /* bits: sub-samples among them */
+    uint32_t same = 0; /* bits: the centre and sub-samples among them */
     struct surface_facing facing = {.known = false};
     *out = (struct resolved){.unmatched = 0};
     if (patch_has_surface(r->patch, i)) {
-        for (int c = 0; c < 3; c++) {
-            own[c] = p->albedo[0] ? p->albedo[c][i] : 1.0f;
-            squares[c] = own[c] * own[c];
-        }
+        for (int c = 0; c < 3; c++) own[c] = albedo_of(p, c, 0, i);
         samples = 1.0f;
+        same = 1u;
     }
     for (uint32_t k = 0; k < r->subs; k++) {
         if (surface_surely_same(&r->view, p, i, k, &facing)) {
-            for (int c = 0; c < 3; c++) {
-                const float albedo = p->sub_albedo[k][c][i];
-                own[c] += albedo;
-                squares[c] += albedo * albedo;
-            }
+            for (int c = 0; c < 3; c++) own[c] += albedo_of(p, c, k + 1, i);
             samples += 1.0f;
-            same |= 1u << k;
+            same |= 2u << k;
         } else if (p->sub_depth[k][i] > 0.0f) {
             add_foreign_sub(r, i, k, out);
         }
     }
     if (samples > 0.0f) add_own(r, i, own, samples, out);
     if (samples > 0.0f) add_own_shine(r, i, same, out);
-    if (samples > 0.0f && r->errors) add_own_errors(r, i, own, squares, out);
+    if (samples > 0.0f && r->errors) add_own_errors(r, i, same, own, out);
     scale(out, r->share);
 }

@@ -10,7 +10,8 @@ struct resolved {
                                                reflectance is indirect */
     float albedo[3];                        /* mean; samples without surface count as black */
     float coverage;                         /* share of samples that hit a surface */
-    float error[3];  /* standard error of indirect; 0 unless the lighting tells */
+    float error[3];        /* standard error of diffuse indirect; 0 unless the lighting tells */
+    float glossy_error[3]; /* of what glossy lobes send on; the same */
     float spread[3]; /* squared standard error of total, as a mean of so few samples of the pixel; 0
                         unless wanted */
     uint32_t unmatched; /* sub-samples whose surface no pixel around shows */

@@ -5,7 +5,8 @@
  *   estimate  that of the test's layer `error`
  *   within    the share of all numbers that are off by at most two of their estimates, where the
  *             truth's own error, as it is around, is added to the estimate
- *   mean      the truth's mean luminance */
+ *   mean      the truth's mean luminance
+ *   samples   the mean of the test's layer `samples`, if it has one */
 #include <math.h>
 #include <stdio.h>
 
@@ -86,6 +87,17 @@ static int compare(char **paths, struct calibration *c)
     return 0;
 }
 
+/* Below 0: the picture does not tell. */
+static double mean_samples(const struct image *image)
+{
+    const struct plane *plane = image_plane(image, "samples.N");
+    double sum = 0;
+    if (!plane) return -1;
+    for (int32_t y = 0; y < image->height_px; y++)
+        for (int32_t x = 0; x < image->width_px; x++) sum += at(plane, x, y);
+    return sum / ((double)image->width_px * image->height_px);
+}
+
 int main(int argc, char **argv)
 {
     struct calibration c = {.off = 0};
@@ -96,9 +108,12 @@ int main(int argc, char **argv)
     int rc = compare(argv + 1, &c) ? 1 : 0;
     if (rc == 0) {
         const double n = (double)c.numbers, mean = c.luminance / (n / 3);
-        printf("{\"error\":%.6g,\"estimate\":%.6g,\"within\":%.4f,\"mean\":%.6g}\n",
+        const double samples = mean_samples(c.images[2]);
+        printf("{\"error\":%.6g,\"estimate\":%.6g,\"within\":%.4f,\"mean\":%.6g",
                sqrt(fmax(c.off - c.noise, 0) / n) / mean, sqrt(c.estimate / n) / mean,
                (double)c.within / n, mean);
+        if (samples >= 0) printf(",\"samples\":%.6g", samples);
+        printf("}\n");
     }
     for (int k = 0; k < 3; k++) image_destroy(&c.images[k]);
     return rc;

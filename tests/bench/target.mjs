@@ -37,12 +37,12 @@ function referencesOf(scene, file) {
   });
 }
 
-// Samples a pixel of both kinds at which uniform sampling has the error: between two counts its logarithm
+// Samples a pixel of all kinds at which uniform sampling has the error: between two counts its logarithm
 // is taken to go straight. Where none of the counts has it, the largest: uniform sampling takes more.
 function uniformSamples(render, error) {
   let before = null;
   for (const n of UNIFORM) {
-    const now = { error: render({ spp: n }).error, samples: 2 * n };
+    const now = render({ spp: n });
     if (now.error <= error) {
       if (!before) return now.samples;
       const share = Math.log(before.error / error) / Math.log(before.error / now.error);
@@ -59,18 +59,16 @@ function measure(scene) {
   const references = referencesOf(scene, file);
   const render = (sampling) => {
     const job = { ...pathsJob(scene, o, file, SEED, FIRST), sampling: { seed: SEED, tile_px: 32, ...sampling },
-      filter: {}, layers: ["beauty", "error"] };
+      filter: {}, layers: ["beauty", "error", "samples"] };
     const statistics = tools.render(job, picture);
     return { ...known(references, picture), target: statistics.target, wall_s: statistics.wall_s };
   };
   const reached = render({ spp: FIRST, target_error: asked });
-  const { width, height } = pathsJob(scene, o, file, SEED, FIRST).image;
-  const samples = (reached.target.paths + reached.target.bounces) / (width * height);
   // Uniform rounds of one have the same parts: paths beside the light field, by an unreachable cap.
   const uniform = uniformSamples(({ spp }) => render({ spp, target_error: 1e-5, max_spp: spp }), reached.error);
   return { scene: scene.name, asked, reached: reached.error, estimate: reached.estimate, within: reached.within,
-    over_asked: reached.error / asked, rounds: reached.target.rounds, samples, uniform_samples: uniform,
-    over_uniform: samples / uniform };
+    over_asked: reached.error / asked, rounds: reached.target.rounds, samples: reached.samples,
+    uniform_samples: uniform, over_uniform: reached.samples / uniform };
 }
 
 const wanted = given.scene?.split(",") ?? Object.keys(TARGETS);

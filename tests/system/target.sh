@@ -63,6 +63,30 @@ check "... and changes nothing" render plain plain --tile 16
 same() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty | tee /dev/stderr | jq -e '.rmse == 0'; }
 check "... the picture is that without a target" same met plain
 
+# A box like varnish: glossy lobes keep their filter, and it knows its error.
+cat >"$tmp/varnish.json" <<'J'
+{"Floor": {"pbrMetallicRoughness": {"baseColorFactor": [0.3, 0.25, 0.2, 1], "metallicFactor": 0, "roughnessFactor": 0.3},
+           "extensions": {"KHR_materials_specular": {"specularFactor": 1}}}}
+J
+check "a glossy box" "$build/tests/golden/glb_edit" "$scene" "$tmp/varnish.json" "$tmp/glossy.glb"
+jq --arg scene "$tmp/glossy.glb" '.scene.file = $scene' "$tmp/box.json" >"$tmp/glossy.json"
+check "glossy: converged twice" truth glossy
+for spp in 9 16; do
+    check "glossy: $spp samples" render glossy few --spp $spp
+    check "... know their error" calibrated glossy few
+    check "... are filtered" counts few '.glossy.pixels_filtered > 1000'
+done
+check "glossy: tiles of 64" render glossy a --spp 9 --tile 64
+check "... and of 16, other workers" render glossy b --spp 9 --tile 16 --workers 2 --worker-threads 2
+check "... know the same" cmp "$tmp/a.exr" "$tmp/b.exr"
+jq '.sampling.spp = 9 | .sampling.target_error = 0.012' "$tmp/glossy.json" >"$tmp/shining.json"
+check "glossy: sampling until a target" render shining a --workers 1 --worker-threads 1 --tile 16
+check "... reaches it" reached glossy a 0.012
+check "... in rounds" counts a '.target.rounds > 1 and .target.error <= 0.012'
+check "... of filtered lobes" counts a '.glossy.pixels_filtered > 1000'
+check "other workers and threads" render shining b --workers 3 --worker-threads 2 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+
 # Over the API: progress, warnings, workers that die.
 serve_start "$tmp/data" --workers 2
 "$build/shearwater" submit "$tmp/most.json" --server "$url" --quiet >"$tmp/id"

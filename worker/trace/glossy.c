@@ -24,11 +24,13 @@ struct gloss {
     const struct block *block;
     const struct path_vertex *from;
     uint32_t count;                    /* rays a pixel */
+    uint32_t first_half;               /* rays 0 .. first_half - 1 */
     uint32_t frame_key;                /* of the sequence of directions */
     struct lanes3 inverse;             /* 1 / reflectance */
     float whole[LANES];                /* 1 / its sum over channels */
     uint32_t key[LANES], first[LANES]; /* of later numbers; of the pixel's directions */
     struct lanes_mask on;
+    struct lanes_mask later; /* lanes whose half is the second */
 };
 
 void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
@@ -87,15 +89,17 @@ static void gloss_init(const struct path_context *c, const struct block *block,
                        const struct path_vertex *from, const struct glossy_lobes *lobes,
                        struct gloss *g)
 {
-    const struct pattern *p = &c->plan->pattern;
+    const struct pattern pattern = path_pass_pattern(c), *p = &pattern;
     g->context = c;
     g->block = block;
     g->from = from;
     g->count = c->strata * c->strata;
+    g->first_half = (g->count + 1) / 2;
     g->frame_key = path_frame_key(p->seed, p->frame);
     for (int i = 0; i < LANES; i++) {
         const int32_t x = block->x_px[i], y = block->y_px[i];
         g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
+        g->later.on[i] = g->count > 1 && ((x + y) & 1) ? -1 : 0;
         g->key[i] = path_glossy_key(path_key(p->seed, p->frame, x, y));
         g->first[i] = path_morton(x, y) * g->count; /* may wrap: far away then comes the same */
         g->inverse.x[i] = inverse(lobes->reflectance.x[i]);
@@ -128,6 +132,13 @@ static bool aim(const struct gloss *g, int i, const float wi[3], struct RTCRay16
     return true;
 }
 
+/* Is sample `sample` of lane i's half? Halves are runs of the sequence, which are as evenly spread
+ * as all of it; its even numbers lie on one side of the lobe. */
+static bool is_half(const struct gloss *g, uint32_t sample, int i)
+{
+    return (sample >= g->first_half) == (g->later.on[i] != 0);
+}
+
 /* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
 static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, int i,
                        struct glossy_sums *sums, struct path_pool *pool)
@@ -138,7 +149,9 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
     path_pair(g->frame_key, g->first[i] + sample, PATH_DIRECTION, &u[0], &u[1]);
     if (!glossy_sample(&v->bsdf[i], wo, u, wi, weight)) return;
     /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
-    sums->weight[i] += (weight[0] + weight[1] + weight[2]) * g->whole[i];
+    const float whole = (weight[0] + weight[1] + weight[2]) * g->whole[i];
+    sums->weight[i] += whole;
+    sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
     weight[0] *= g->inverse.x[i];
     weight[1] *= g->inverse.y[i];
     weight[2] *= g->inverse.z[i];
@@ -160,7 +173,7 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
 
 /* Samples that are not finite count as black. Nothing is negative. */
 static void add_sample(const struct gloss *g, const struct path_harvest *h, size_t first,
-                       struct glossy_sums *sums)
+                       uint32_t sample, struct glossy_sums *sums)
 {
     uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
     for (size_t i = 0; i < LANES; i++) {
@@ -168,9 +181,13 @@ static void add_sample(const struct gloss *g, const struct path_harvest *h, size
                     b = h->indirect.b[first + i], t = h->distance[first + i];
         const bool finite = (r < INFINITY) & (y < INFINITY) & (b < INFINITY);
         *rejected += !finite;
+        const bool half = finite && is_half(g, sample, (int)i);
         sums->light.x[i] += finite ? r : 0.0f;
         sums->light.y[i] += finite ? y : 0.0f;
         sums->light.z[i] += finite ? b : 0.0f;
+        sums->half.x[i] += half ? r : 0.0f;
+        sums->half.y[i] += half ? y : 0.0f;
+        sums->half.z[i] += half ? b : 0.0f;
         sums->traced[i] += t > 0.0f ? 1.0f : 0.0f;
         sums->nearness[i] += t > 0.0f ? 1.0f / t : 0.0f; /* of a miss 0 */
     }
@@ -187,7 +204,25 @@ static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
         for (int i = 0; i < LANES; i++)
             if (g->on.on[i]) begin_path(g, first + k, k * LANES, i, sums, pool);
     path_trace_field(g->context, paths);
-    for (uint32_t k = 0; k < count; k++) add_sample(g, &paths->harvest, (size_t)k * LANES, sums);
+    for (uint32_t k = 0; k < count; k++)
+        add_sample(g, &paths->harvest, (size_t)k * LANES, first + k, sums);
+}
+
+/* Means over the pixels' halves. */
+static void store_half(const struct gloss *g, const struct glossy_sums *sums,
+                       struct samples *samples)
+{
+    const float *const light[4] = {sums->half.x, sums->half.y, sums->half.z, sums->half_weight};
+    _Alignas(LANES_ALIGN) float v[LANES];
+    if (!samples_u16(samples, PLANE_GLOSSY_HALF, 0)) return;
+    for (uint32_t c = 0; c < 4; c++) {
+        const float scale = c < 3 ? g->context->plan->radiance_scale : 1.0f;
+        for (int i = 0; i < LANES; i++) {
+            const uint32_t n = g->later.on[i] ? g->count - g->first_half : g->first_half;
+            v[i] = fminf(light[c][i], MOST) / (float)n;
+        }
+        block_store_half(g->block, v, scale, samples_u16(samples, PLANE_GLOSSY_HALF, c));
+    }
 }
 
 static void store(const struct gloss *g, const struct glossy_sums *sums, struct samples *samples)
@@ -208,6 +243,7 @@ static void store(const struct gloss *g, const struct glossy_sums *sums, struct 
         v[i] = fminf(mean * plan->length_unit, NEARNESS_MOST);
     }
     block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
+    store_half(g, sums, samples);
 }
 
 void glossy_trace(const struct path_context *c, const struct block *block,

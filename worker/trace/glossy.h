@@ -28,7 +28,9 @@ void glossy_store_sub(const struct path_context *c, const struct block *b, uint3
 
 struct glossy_sums {
     struct lanes3 light; /* weight times radiance, over the reflectance */
+    struct lanes3 half;  /* the same of the pixel's half of the samples (PLANE_GLOSSY_HALF) */
     _Alignas(LANES_ALIGN) float weight[LANES], nearness[LANES], traced[LANES];
+    _Alignas(LANES_ALIGN) float half_weight[LANES];
 };
 
 struct glossy_scratch {

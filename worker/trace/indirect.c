@@ -317,14 +317,6 @@ static void strata_of_plane(struct indirect_scratch *s)
         }
 }
 
-/* Later passes' rays go elsewhere: as under another seed. */
-static struct pattern pass_pattern(const struct pattern *pattern, uint32_t pass)
-{
-    struct pattern out = *pattern;
-    if (pass > 0) out.seed ^= pass * 0x9e3779b97f4a7c15u;
-    return out;
-}
-
 /* Strata, and how many rays leave each lane. */
 static void deal_rays(struct bounce *b, const struct pattern *pattern, struct strata *strata)
 {
@@ -348,7 +340,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
                         struct indirect_scratch *s, struct bounce *b)
 {
     const struct plan *plan = c->plan;
-    const struct pattern pattern = pass_pattern(&plan->pattern, c->pass);
+    const struct pattern pattern = path_pass_pattern(c);
     const uint32_t l = c->strata;
     b->context = c;
     b->block = block;

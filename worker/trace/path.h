@@ -44,6 +44,14 @@ struct path_context {
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
 };
 
+/* Random numbers of the context's pass: later passes' rays go elsewhere, as under another seed. */
+static inline struct pattern path_pass_pattern(const struct path_context *c)
+{
+    struct pattern out = c->plan->pattern;
+    if (c->pass > 0) out.seed ^= c->pass * 0x9e3779b97f4a7c15u;
+    return out;
+}
+
 /* One surface of sixteen paths, or of sixteen pixels. */
 struct path_vertex {
     uint32_t depth;           /* scatterings before it */

@@ -659,7 +659,9 @@ static void targets_are_checked(void **state)
     TARGET(plan.planes &= ~PLANE_BIT(PATH_SPREAD), ERR_RANGE, "target_error");
     TARGET(plan.planes &= ~PLANE_BIT(PATH_SPLIT), ERR_RANGE, "target_error");
     TARGET(plan.planes |= PLANE_BIT(INDIRECT_MEAN), ERR_RANGE, "target_error");
-    TARGET(plan.planes |= PLANES_GLOSSY, ERR_RANGE, "target_error");
+    TARGET(plan.planes |= PLANES_GLOSSY, ERR_OK, "");
+    TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_HALF), ERR_RANGE, "target_error");
+    TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_MEAN), ERR_RANGE, "planes");
     TARGET(plan.planes &= ~PLANE_BIT(REFLECTOR), ERR_RANGE, "target_error");
 #undef TARGET
 }

@@ -48,7 +48,7 @@ static void sizes_follow_the_formula(void **state)
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
     const uint64_t others = spare & ~PLANES_GLOSSY;
-    assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 2 + 3 * 6);
+    assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 8 + 2 + 3 * 6);
     /* four lens samples */
     assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
                      74 + 14 * 4 + 2);

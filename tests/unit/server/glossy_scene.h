@@ -116,6 +116,28 @@ static inline struct patch *floor_patch(const struct plan *plan, struct rect rec
     return p;
 }
 
+/* Halves of the rays of a patch, and the means of both, in place of what it has: rays of any two
+ * halves are independent here. */
+static inline void floor_halves(const struct plan *plan, struct patch *p, float alpha, uint32_t n)
+{
+    for (int32_t y = p->rect.y0; y < p->rect.y1; y++)
+        for (int32_t x = p->rect.x0; x < p->rect.x1; x++) {
+            const size_t i = patch_pixel(p, x, y);
+            float at[3], d[3], half, other, near, far;
+            uint32_t state =
+                path_mix((uint32_t)(y * plan->width_px + x) + 7919u * (plan->pattern.frame + 1));
+            floor_point(plan, x, y, at, d);
+            floor_lobe(at, d, alpha, n / 2, &state, &half, &near);
+            floor_lobe(at, d, alpha, n / 2, &state, &other, &far);
+            for (int k = 0; k < 3; k++) {
+                p->glossy[k][i] = 0.5f * (half + other);
+                p->glossy_half[k][i] = half;
+            }
+            p->glossy_half_weight[i] = 1.0f;
+            p->glossy_nearness[i] = 0.5f * (near + far);
+        }
+}
+
 struct floor_picture {
     float *channel[3];
     struct glossy_statistics statistics;

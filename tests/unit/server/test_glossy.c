@@ -116,6 +116,156 @@ static void blocks_are_the_whole(void **state)
     }
 }
 
+struct known {
+    double error, estimate, within; /* RMS, RMS, share of pixels within two estimates */
+};
+
+enum { FRAMES = 8 };
+
+/* Adds how well a filter knows its own error in one frame. */
+static void add_known(const struct plan *plan, const float *truth, float alpha, struct known *k)
+{
+    static float square[3][AREA], out[3][AREA];
+    const uint32_t l = plan->indirect_strata_per_axis;
+    struct glossy_statistics statistics = {0};
+    float *const outs[3] = {out[0], out[1], out[2]};
+    float *const squares[3] = {square[0], square[1], square[2]};
+    struct patch *patch = floor_patch(plan, all, alpha, alpha, 1);
+    floor_halves(plan, patch, alpha, l * l);
+    assert_int_equal(glossy_filter_with_error(plan, patch, all, outs, squares, &statistics), 0);
+    for (size_t i = 0; i < AREA; i++) {
+        const double off = (double)out[0][i] - (double)truth[i], estimate = (double)square[0][i];
+        k->error += off * off / (AREA * FRAMES);
+        k->estimate += estimate / (AREA * FRAMES);
+        k->within += off * off <= 4 * estimate ? 1.0 / (AREA * FRAMES) : 0.0;
+    }
+    patch_destroy(&patch);
+}
+
+static void filters_know_their_errors(void **state)
+{
+    const float alpha = 0.16f;
+    struct plan plan;
+    (void)state;
+    floor_plan(&plan, LINES, GLOSSY_FILTER_NONE, 2);
+    struct patch *truth = floor_patch(&plan, all, alpha, alpha, TRUTH);
+    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++)
+        for (uint32_t l = 2; l <= 8; l += 2) {
+            struct known k = {0};
+            floor_plan(&plan, LINES, f, l);
+            plan.planes |= PLANE_BIT(GLOSSY_HALF);
+            for (plan.pattern.frame = 0; plan.pattern.frame < FRAMES; plan.pattern.frame++)
+                add_known(&plan, truth->glossy[0], alpha, &k);
+            const double over = sqrt(k.estimate / k.error);
+            if (!(k.within >= 0.88 && over > 0.8 && over < 1.4))
+                fail_msg("filter %u, %u rays: %g, estimated %g times as much, within two of these "
+                         "%g",
+                         f, l * l, sqrt(k.error), over, k.within);
+        }
+    patch_destroy(&truth);
+}
+
+/* Errors are asked for where there are halves; they change nothing else. */
+static void errors_change_nothing(void **state)
+{
+    (void)state;
+    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++) {
+        static float square[3][AREA];
+        float *const squares[3] = {square[0], square[1], square[2]};
+        struct glossy_statistics statistics = {0};
+        struct plan plan, without;
+        floor_plan(&without, LINES, f, 2);
+        floor_plan(&plan, LINES, f, 2);
+        plan.planes |= PLANE_BIT(GLOSSY_HALF);
+        struct patch *patch = floor_patch(&plan, all, 0.05f, 0.2f, 4);
+        floor_halves(&plan, patch, 0.2f, 4);
+        struct floor_picture a = floor_filter(&without, patch, all);
+        struct floor_picture b = floor_filter(&without, patch, all);
+        assert_int_equal(
+            glossy_filter_with_error(&without, patch, all, b.channel, squares, &statistics),
+            ERR_RANGE);
+        assert_int_equal(
+            glossy_filter_with_error(&plan, patch, all, b.channel, squares, &statistics), 0);
+        for (int c = 0; c < 3; c++)
+            assert_memory_equal(a.channel[c], b.channel[c], AREA * sizeof(float));
+        assert_int_equal(statistics.pixels_filtered, a.statistics.pixels_filtered);
+        floor_picture_fini(&a);
+        floor_picture_fini(&b);
+        patch_destroy(&patch);
+    }
+}
+
+/* Blocks know the same errors as the whole, also where tiles have more rays than others. */
+static void errors_of_blocks_are_those_of_the_whole(void **state)
+{
+    (void)state;
+    for (int f = 0; f < 2; f++) {
+        static float square[2][3][AREA], out[2][3][AREA];
+        struct glossy_statistics statistics = {0};
+        struct plan plan;
+        floor_plan(&plan, LINES, filters[f], 8);
+        plan.planes = (plan.planes | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(INDIRECT_HALVES) |
+                       PLANE_BIT(REFLECTOR)) &
+                      ~PLANE_BIT(INDIRECT_MEAN);
+        plan.target_error = 0.1f;
+        plan.spp_most = 4096;
+        const struct rect inner = {FIRST + 20, FIRST + 18, FIRST + 31, FIRST + 29};
+        const struct rect seen = rect_intersect(rect_grow(inner, glossy_halo_px(&plan)), all);
+        const struct rect rects[2] = {all, seen}, inners[2] = {all, inner};
+        struct patch *patches[2];
+        for (int k = 0; k < 2; k++) {
+            float *const outs[3] = {out[k][0], out[k][1], out[k][2]};
+            float *const squares[3] = {square[k][0], square[k][1], square[k][2]};
+            struct patch *p = patches[k] = floor_patch(&plan, rects[k], 0.2f, 0.2f, 1);
+            floor_halves(&plan, p, 0.2f, 64);
+            for (int32_t y = p->rect.y0; y < p->rect.y1; y++)
+                for (int32_t x = p->rect.x0; x < p->rect.x1; x++)
+                    p->bounces[patch_pixel(p, x, y)] = x < FIRST + 25 ? 64.0f : 1024.0f;
+            assert_int_equal(
+                glossy_filter_with_error(&plan, p, inners[k], outs, squares, &statistics), 0);
+        }
+        for (int32_t y = inner.y0; y < inner.y1; y++)
+            for (int32_t x = inner.x0; x < inner.x1; x++) {
+                const size_t a = patch_pixel(patches[0], x, y), b = patch_pixel(patches[1], x, y);
+                assert_true(out[0][1][a] == out[1][1][b]);
+                assert_true(square[0][1][a] == square[1][1][b]);
+            }
+        for (int k = 0; k < 2; k++) patch_destroy(&patches[k]);
+    }
+}
+
+/* More rays make a pixel's filter narrower, and no other's. */
+static void rays_make_filters_narrower(void **state)
+{
+    (void)state;
+    struct plan plan;
+    floor_plan(&plan, LINES, GLOSSY_FILTER_VIRTUAL_HIT, 2);
+    plan.planes =
+        (plan.planes | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR)) &
+        ~PLANE_BIT(INDIRECT_MEAN);
+    plan.target_error = 0.1f;
+    plan.spp_most = 65536;
+    struct patch *patch = floor_patch(&plan, all, 0.2f, 0.2f, 4);
+    for (size_t i = 0; i < AREA; i++) patch->bounces[i] = 4.0f;
+    struct floor_picture few = floor_filter(&plan, patch, all);
+    for (size_t i = 0; i < AREA; i++) patch->bounces[i] = i % SIDE < SIDE / 2 ? 4.0f : 65536.0f;
+    struct floor_picture many = floor_filter(&plan, patch, all);
+    size_t same = 0;
+    double off_few = 0, off_many = 0;
+    for (size_t i = 0; i < AREA; i++) {
+        same += many.channel[0][i] == few.channel[0][i];
+        if (i % SIDE < SIDE / 2) continue;
+        off_few += fabs((double)few.channel[0][i] - (double)patch->glossy[0][i]);
+        off_many += fabs((double)many.channel[0][i] - (double)patch->glossy[0][i]);
+    }
+    assert_true(off_many < 0.3 * off_few);
+    assert_true(same >
+                AREA / 4); /* but near those: columns are filtered as they are, rows reach over */
+    floor_picture_fini(&few);
+    floor_picture_fini(&many);
+    patch_destroy(&patch);
+}
+
 static void where_nothing_shines_nothing_runs(void **state)
 {
     (void)state;
@@ -223,6 +373,10 @@ int main(void)
         cmocka_unit_test(even_light_stays_even),
         cmocka_unit_test(objects_do_not_mix),
         cmocka_unit_test(blocks_are_the_whole),
+        cmocka_unit_test(filters_know_their_errors),
+        cmocka_unit_test(errors_change_nothing),
+        cmocka_unit_test(errors_of_blocks_are_those_of_the_whole),
+        cmocka_unit_test(rays_make_filters_narrower),
         cmocka_unit_test(where_nothing_shines_nothing_runs),
         cmocka_unit_test(odd_numbers_stay_finite),
         cmocka_unit_test(one_pixel_is_itself),

@@ -17,8 +17,8 @@ static const struct rect tile = {0, 0, SIDE, SIDE};
 static void picture_plan(struct plan *plan, uint32_t filter)
 {
     floor_plan(plan, SIDE, filter, 2);
-    plan->planes |= PLANES_GLOSSY | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) |
-                    BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(REFLECTOR);
+    plan->planes |= PLANES_GLOSSY_LIGHT | BIT(SUB_REFLECTANCE) | BIT(ALBEDO) | BIT(SUB_DEPTH) |
+                    BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(REFLECTOR);
     plan->sub_samples = 3;
 }
 
@@ -106,6 +106,7 @@ static void resolve(const struct plan *plan, const struct patch *patch, size_t i
     struct resolver resolver;
     assert_int_equal(lighting_create(plan, patch, patch->core, &lighting, &statistics), 0);
     resolver_init(&resolver, plan, patch, &lighting);
+    resolver.errors = patch_knows_glossy_errors(plan);
     resolve_pixel(&resolver, i, out);
     lighting_fini(&lighting);
 }
@@ -126,6 +127,36 @@ static void lobes_are_in_the_picture(void **state)
             const float truth = 0.25f + reflectance * 2.0f * (float)(c + 1);
             assert_true(fabsf(out.indirect[c] - truth) < 1e-4f * truth);
             assert_true(out.total[c] == out.indirect[c] && out.direct[c] == 0.0f);
+        }
+        patch_destroy(&p);
+        samples_destroy(&s);
+    }
+}
+
+/* Halves that are off by 0.5 everywhere: the light is known to that, and the picture to that times
+ * what lobes reflect. What samples of a pixel send on differs by their reflectance. */
+static void errors_are_in_the_picture(void **state)
+{
+    (void)state;
+    for (uint32_t filter = 0; filter <= GLOSSY_FILTER_BANDLIMIT; filter++) {
+        struct plan plan;
+        struct resolved out;
+        picture_plan(&plan, filter);
+        plan.planes |= BIT(GLOSSY_HALF);
+        struct samples *s = picture_tile(&plan);
+        for (uint32_t c = 0; c < 3; c++)
+            fill(samples_u16(s, PLANE_GLOSSY_HALF, c),
+                 half_from_float(2.0f * (float)(c + 1) + 0.5f));
+        fill(samples_u16(s, PLANE_GLOSSY_HALF, 3), half_from_float(1.0f));
+        struct patch *p = picture_patch(&plan, s);
+        resolve(&plan, p, patch_pixel(p, SIDE / 2, SIDE / 2), &out);
+        const float reflectance = (0.125f + 3 * 0.25f) / 4, error = 0.5f * reflectance;
+        for (int c = 0; c < 3; c++) {
+            const float step = 0.125f * 2.0f * (float)(c + 1); /* of one sample to three others */
+            const float spread = 0.5f * step * step * (0.25f - 0.0625f) / 3 - error * error;
+            assert_true(fabsf(out.glossy_error[c] - error) < 1e-4f);
+            assert_true(out.error[c] == 0.0f);
+            assert_true(fabsf(out.spread[c] - fmaxf(spread, 0.0f)) < 1e-4f);
         }
         patch_destroy(&p);
         samples_destroy(&s);
@@ -170,6 +201,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tiles_become_patches),
         cmocka_unit_test(lobes_are_in_the_picture),
+        cmocka_unit_test(errors_are_in_the_picture),
         cmocka_unit_test(lobes_beside_centres_borrow),
         cmocka_unit_test(halos_hold_what_filters_read),
     };

@@ -324,6 +324,40 @@ static void hostile_sums_do_no_harm(void **state)
     samples_destroy(&more);
 }
 
+/* Rays of glossy lobes are as many as bounce rays; what a lobe is the first pass has said. */
+static void lobes_are_weighted_by_their_number(void **state)
+{
+    static const enum plane_id planes[] = {PLANE_GLOSSY_MEAN, PLANE_GLOSSY_HALF,
+                                           PLANE_GLOSSY_NEARNESS};
+    struct plan plan;
+    struct samples_layout layout;
+    struct samples *sum, *more;
+    (void)state;
+    synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
+    plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_HALF);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
+    assert_int_equal(samples_create(&layout, &sum), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 3, 1), 0);
+    assert_int_equal(samples_create(&layout, &more), 0);
+    for (int k = 0; k < 3; k++)
+        for (uint32_t c = 0; c < (k < 2 ? 4u : 1u); c++) {
+            samples_u16(sum, planes[k], c)[1] = half_from_float(1.0f + (float)c);
+            samples_u16(more, planes[k], c)[1] = half_from_float(4.0f);
+        }
+    samples_u16(sum, PLANE_GLOSSY_LOBE, 3)[1] = 777;
+    passes_add(sum, (struct pass_counts){.paths = 9, .bounces = 9}, more,
+               (struct pass_counts){.bounces = 16});
+    for (int k = 0; k < 3; k++)
+        for (uint32_t c = 0; c < (k < 2 ? 4u : 1u); c++) {
+            assert_true(near(half_to_float(samples_u16(sum, planes[k], c)[1]),
+                             (9 * (1.0 + c) + 16 * 4.0) / 25, 1e-3));
+            assert_int_equal(samples_u16(sum, planes[k], c)[0], 0);
+        }
+    assert_int_equal(samples_u16(sum, PLANE_GLOSSY_LOBE, 3)[1], 777);
+    samples_destroy(&sum);
+    samples_destroy(&more);
+}
+
 /* Halves are means: each counts as often as it was sampled. */
 static void bounces_are_weighted_by_their_number(void **state)
 {
@@ -515,6 +549,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spreads_are_those_of_all_samples),
         cmocka_unit_test(bounces_are_weighted_by_their_number),
+        cmocka_unit_test(lobes_are_weighted_by_their_number),
         cmocka_unit_test(rounds_settle_blocks_again),
         cmocka_unit_test(second_sets_are_weighted_pixel_by_pixel),
         cmocka_unit_test(patches_tell_of_second_sets),

@@ -18,10 +18,12 @@ static void varnish(struct stage *s)
     s->material.roughness = 0.3f;
 }
 
+static const uint64_t half = PLANE_BIT(GLOSSY_HALF);
+
 static void expect_field(struct stage *s, uint32_t filter, const char *why)
 {
     must_make(s);
-    assert_int_equal(s->plan.planes & PLANES_GLOSSY, PLANES_GLOSSY);
+    assert_int_equal(s->plan.planes & PLANES_GLOSSY & ~half, PLANES_GLOSSY & ~half);
     assert_int_equal(s->plan.paths.without_glossy_indirect, 1);
     assert_int_equal(s->plan.paths.without_diffuse_indirect, 1);
     assert_int_equal(s->plan.glossy_filter, filter);
@@ -92,6 +94,29 @@ static void other_surfaces_have_none(void **state)
     assert_true(warned);
 }
 
+/* Halves tell of errors, and cost nothing where nobody asks. */
+static void halves_are_for_errors(void **state)
+{
+    struct stage *s = *state;
+    static const char four[] =
+        "4 rays a lobe: neighbours whose lobes see the same points need the fewest";
+    varnish(s);
+    s->job.spp = 4;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_false(s->plan.planes & half);
+    s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_true(s->plan.planes & half);
+    s->job.layers = LAYER_BEAUTY;
+    s->job.target_error = 0.02f;
+    s->job.max_spp = 64;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_true(s->plan.planes & half);
+    s->job.glossy = GLOSSY_AVERAGE;
+    must_make(s);
+    assert_true(s->plan.planes & half);
+}
+
 static void other_plans_have_none(void **state)
 {
     struct stage *s = *state;
@@ -100,8 +125,6 @@ static void other_plans_have_none(void **state)
     s->job.method = FILTER_NONE;
     expect_none(s, "glossy lobes have a field beside paths and light fields only");
     s->job.method = FILTER_AUTO;
-    s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
-    expect_none(s, "its error is asked for, which only along paths is known");
     s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
     s->job.occlusion_distance = 1;
     s->job.indirect_bounces = 0;
@@ -130,6 +153,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(lobes_have_a_field, set_up, tear_down),
         cmocka_unit_test_setup_teardown(filters_are_taken_as_asked, set_up, tear_down),
         cmocka_unit_test_setup_teardown(other_surfaces_have_none, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(halves_are_for_errors, set_up, tear_down),
         cmocka_unit_test_setup_teardown(other_plans_have_none, set_up, tear_down),
         cmocka_unit_test_setup_teardown(reports_it_as_json, set_up, tear_down),
     };

@@ -44,7 +44,10 @@ static void measure(struct world *w)
 {
     for (uint32_t t = 0; t < TILES; t++) {
         w->errors[t].square[SOURCE_PATHS] = 1024 * w->paths[t] / w->n[t][0];
-        w->errors[t].square[SOURCE_BOUNCES] = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
+        /* what bounce rays lower, of diffuse surfaces and of glossy lobes */
+        const double square = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
+        w->errors[t].square[SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
+        w->errors[t].square[SOURCE_LOBES] = (1 - (t % 3) * 0.5) * square;
         w->errors[t].square[SOURCE_CENTRES] = 1024 * w->fixed;
         w->errors[t].luminance = 1024 * w->luminance;
     }

@@ -198,6 +198,101 @@ static void parts_are_the_whole(void **state)
     free(f);
 }
 
+/* A lobed floor whose lobes have n = l^2 rays, under a target. */
+static struct plan halved(struct scene_fixture *f, uint32_t l)
+{
+    struct plan p = room(f, DIELECTRIC, SHINES_RECT | SHINES_SKY);
+    p.bounces = 2;
+    add_field(&p, l);
+    add_lobes(&p);
+    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_SPREAD) |
+               BIT(PATH_SPLIT);
+    p.sub_samples = 3;
+    p.target_error = 0.1f;
+    p.spp_most = 1024;
+    return p;
+}
+
+static double plane_mean(const struct samples *s, enum plane_id plane, uint32_t c)
+{
+    double sum = 0;
+    for (int i = 0; i < AREA; i++) sum += half_at(s, plane, c, i);
+    return sum / AREA;
+}
+
+/* Halves bring what the whole does, by other rays; one ray is its own half. */
+static void halves_bring_the_same(void **state)
+{
+    (void)state;
+    static const uint32_t sides[] = {1, 3, 16};
+    for (int k = 0; k < 3; k++) {
+        const uint32_t l = sides[k];
+        struct scene_fixture *f = fixture_new();
+        const struct plan p = halved(f, l);
+        struct sums *s = trace_sums(f, &p);
+        uint32_t equal = 0, lobes = 0;
+        for (int i = 0; i < AREA; i++) {
+            if (half_at(s->first, PLANE_GLOSSY_MEAN, 0, i) == 0) continue;
+            lobes++;
+            equal += half_at(s->first, PLANE_GLOSSY_MEAN, 0, i) ==
+                     half_at(s->first, PLANE_GLOSSY_HALF, 0, i);
+        }
+        assert_true(lobes > AREA / 4 && (l == 1 ? equal == lobes : equal < lobes / 8));
+        for (uint32_t c = 0; c < 4; c++) {
+            const double all = plane_mean(s->first, PLANE_GLOSSY_MEAN, c);
+            const double half = plane_mean(s->first, PLANE_GLOSSY_HALF, c);
+            if (!(all > 0 && fabs(half / all - 1) < (l == 16 ? 0.01 : 0.1)))
+                fail_msg("l %u, channel %u: %g of halves, %g of all", l, c, half, all);
+        }
+        sums_free(&s);
+        free(f);
+    }
+}
+
+/* Passes after the schedule trace lobes, too: the same light by other rays, and nothing that the
+ * first has said once and for all. */
+static void later_passes_have_lobes(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = halved(f, 8);
+    const uint64_t planes =
+        BIT(GLOSSY_MEAN) | BIT(GLOSSY_HALF) | BIT(GLOSSY_NEARNESS) | BIT(INDIRECT_HALVES);
+    const uint32_t count = plan_pass_count(&p);
+    const struct plan_pass later = {.number = count, .strata = 8};
+    struct sums *s = trace_sums(f, &p);
+    struct render_scene *scene;
+    struct tile_tracer *tracer;
+    struct fault fault = {0};
+    struct counters counters = {0};
+    struct samples *more;
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&tracer), 0);
+    assert_int_equal(tile_trace_pass(tracer, scene, NULL, &p, &later,
+                                     (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &more,
+                                     &counters),
+                     0);
+    assert_int_equal(more->layout.planes & (PLANES_GLOSSY | BIT(INDIRECT_HALVES)), planes);
+    uint32_t equal = 0;
+    for (int i = 0; i < AREA; i++)
+        equal +=
+            half_at(more, PLANE_GLOSSY_MEAN, 0, i) > 0 &&
+            half_at(more, PLANE_GLOSSY_MEAN, 0, i) == half_at(s->first, PLANE_GLOSSY_MEAN, 0, i);
+    assert_true(equal < AREA / 8);
+    for (uint32_t c = 0; c < 4; c++)
+        assert_true(fabs(plane_mean(more, PLANE_GLOSSY_MEAN, c) /
+                             plane_mean(s->first, PLANE_GLOSSY_MEAN, c) -
+                         1) < 0.05);
+    assert_true(fabs(plane_mean(more, PLANE_GLOSSY_NEARNESS, 0) /
+                         plane_mean(s->first, PLANE_GLOSSY_NEARNESS, 0) -
+                     1) < 0.05);
+    samples_destroy(&more);
+    tile_tracer_destroy(&tracer);
+    render_scene_destroy(&scene);
+    sums_free(&s);
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -206,6 +301,8 @@ int main(void)
         cmocka_unit_test(other_lobes_stay_with_paths),
         cmocka_unit_test(planes_describe_lobes),
         cmocka_unit_test(parts_are_the_whole),
+        cmocka_unit_test(halves_bring_the_same),
+        cmocka_unit_test(later_passes_have_lobes),
     };
     return cmocka_run_group_tests_name("glossy_field", tests, NULL, NULL);
 }
