@@ -76,6 +76,18 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
     return 0;
 }
 
+/* How far glossy lobes see is asked for to deal their rays by. */
+static int check_span(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
+    if (!(plan->planes & PLANE_BIT(GLOSSY_SPAN))) return 0;
+    if (plan->indirect_filter != INDIRECT_FILTER_RATE || (plan->planes & needs) != needs)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "asks for the span of lobes that get no second set",
+                                 (double)plan->planes);
+    return 0;
+}
+
 /* Of glossy lobes: surfaces, and all that their rays have measured. */
 static int check_glossy_filter(const struct plan_place *at, const struct plan *plan)
 {
@@ -129,6 +141,7 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
+    if (!error) error = check_span(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
     return error ? error : check_lens_planes(at, plan);
 }

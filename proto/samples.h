@@ -12,7 +12,7 @@
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
- *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + 6 a sub-sample
+ *   + glossy surfaces: mean 8 + lobe 8 + nearness 2 + span 4 + 6 a sub-sample
  *   + lens samples 14 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
@@ -87,7 +87,9 @@ enum plane_id {
                                  forward of its first hit (a miss: infinity); positive in front of
                                  the focus */
     PLANE_LENS_COVERAGE = 32, /* f16: share of the lens samples that meet a surface */
-    PLANE_ID_COUNT = 33
+    PLANE_GLOSSY_SPAN = 33,   /* 2 x f16: nearest and farthest hit of a glossy lobe's rays, as
+                                 REFLECTOR and REFLECTOR_FAR of bounce rays */
+    PLANE_ID_COUNT = 34
 };
 
 /* A set of planes is the sum of these. */

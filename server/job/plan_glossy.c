@@ -79,6 +79,7 @@ void plan_glossy(const struct job *job, const struct scene *scene, struct plan *
     const bool asked = job->glossy == GLOSSY_VIRTUAL_HIT || job->glossy == GLOSSY_BANDLIMIT;
     if (is_possible(job, scene, plan, report, why)) {
         plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+        if (plan->indirect_filter == INDIRECT_FILTER_RATE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
         plan->glossy_filter = choose(job, plan, why);
         if (plan->glossy_filter != GLOSSY_FILTER_NONE) return;
     } else {

@@ -39,7 +39,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "sub_reflectance",
                                                         "lens_radiance",
                                                         "lens_slope",
-                                                        "lens_coverage"};
+                                                        "lens_coverage",
+                                                        "glossy_span"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",

@@ -142,7 +142,8 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
         for (int32_t x = 0; x < rect_width(block); x++, i++) {
             if (!patch_has_surface(patch, i)) continue;
             to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
-            if (patch->glossy_alpha && patch_is_glossy(patch, i)) to[x] += bounces;
+            if (patch->glossy_alpha && patch_is_glossy(patch, i))
+                to[x] += patch->glossy_rays ? patch->glossy_rays[i] : bounces;
         }
     }
 }

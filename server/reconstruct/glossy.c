@@ -13,10 +13,11 @@
 #define REACH        2.5f /* caps */
 #define FOOTPRINT_PX 0.7f /* at SAMPLES */
 #define WEIGHT_LEAST 1e-6f
+#define RULES        61 /* that are kept at a time */
 
-static struct glossy_rule rule_of(const struct plan *plan)
+/* Of pixels with n rays. */
+static struct glossy_rule rule_of(const struct plan *plan, float n)
 {
-    const float l = (float)plan->indirect_strata_per_axis, n = fmaxf(l * l, 1.0f);
     const float sixth = indirect_root(n / SAMPLES, 6), tenth = indirect_root(n / SAMPLES, 10);
     const float wide = WIDTH * plan->mu / (tenth * tenth * tenth);
     const float asked = CAP_PX * plan->mu / sixth * (float)plan->height_px / LINES;
@@ -30,9 +31,17 @@ static struct glossy_rule rule_of(const struct plan *plan)
     };
 }
 
+/* Rays that every pixel has. */
+static float least_rays(const struct plan *plan)
+{
+    const float l = (float)plan->indirect_strata_per_axis;
+    return fmaxf(l * l, 1.0f);
+}
+
 int32_t glossy_halo_px(const struct plan *plan)
 {
-    if (plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT) return rule_of(plan).reach;
+    if (plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT)
+        return rule_of(plan, least_rays(plan)).reach;
     return plan->glossy_filter == GLOSSY_FILTER_BANDLIMIT ? glossy_bandlimit_halo_px(plan) : 0;
 }
 
@@ -44,17 +53,6 @@ static bool can_filter(const struct plan *plan, const struct patch *p, struct re
     const bool lobes = p->glossy[0] && p->glossy_alpha && p->glossy_nearness;
     return whole && lobes && (surfaces || plan->glossy_filter == GLOSSY_FILTER_NONE) &&
            plan->glossy_filter <= GLOSSY_FILTER_BANDLIMIT;
-}
-
-static uint64_t count_lobes(const struct patch *patch, struct rect inner)
-{
-    uint64_t count = 0;
-    for (int32_t y = inner.y0; y < inner.y1; y++) {
-        const size_t first = patch_pixel(patch, inner.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(inner); i++)
-            count += patch_is_glossy(patch, i) ? 1 : 0;
-    }
-    return count;
 }
 
 /* What was measured, as it is. */
@@ -97,14 +95,33 @@ static uint64_t store(const struct glossy_place *place, const struct patch *patc
     return filtered;
 }
 
+/* Each pixel's rule by its own rays, of which there are few different numbers. */
+static void set_rules(const struct plan *plan, const struct patch *patch,
+                      struct glossy_place *place)
+{
+    struct glossy_rule known[RULES] = {{0}};
+    float of[RULES] = {0};
+    for (int32_t y = place->rect.y0; y < place->rect.y1; y++) {
+        const size_t to = glossy_place_index(place, place->rect.x0, y);
+        const size_t from = patch_pixel(patch, place->rect.x0, y);
+        for (size_t i = 0; i < (size_t)rect_width(place->rect); i++) {
+            const float n = fmaxf(patch->glossy_rays[from + i], least_rays(plan));
+            const uint32_t k = (uint32_t)n % RULES;
+            if (of[k] != n) known[k] = rule_of(plan, of[k] = n);
+            glossy_place_rule(place, to + i, &known[k]);
+        }
+    }
+}
+
 static int run(const struct plan *plan, const struct patch *patch, struct rect inner,
                float *const out[3], uint64_t *filtered)
 {
-    const struct glossy_rule rule = rule_of(plan);
+    const struct glossy_rule rule = rule_of(plan, least_rays(plan));
     const struct rect seen = rect_intersect(rect_grow(inner, rule.reach), patch->rect);
     struct glossy_place place;
     const int error = glossy_place_create(plan, patch, seen, rule.reach, &place);
     if (error) return error;
+    if (patch->glossy_rays) set_rules(plan, patch, &place);
     struct rect tall = inner;
     tall.y0 -= rule.reach;
     tall.y1 += rule.reach;
@@ -121,7 +138,7 @@ int glossy_filter(const struct plan *plan, const struct patch *patch, struct rec
     uint64_t filtered = 0;
     int error = 0;
     if (!can_filter(plan, patch, inner)) return ERR_RANGE;
-    const uint64_t lobes = count_lobes(patch, inner);
+    const uint64_t lobes = patch_count_glossy(patch, inner);
     copy(patch, inner, out);
     if (lobes > 0 && plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT)
         error = run(plan, patch, inner, out, &filtered);

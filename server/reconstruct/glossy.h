@@ -8,7 +8,8 @@
  * radiance that the lobe sees. With n samples, mu being the plan's,
  *
  *   weight = similarity^(2 / c^2) exp(-px^2 / (2 cap^2)),  c = 0.42 mu (16 / n)^0.3,
- *   cap = 5 mu (16 / n)^(1/6) px * height / 512: both shrink, so that errors fall to nothing.
+ *   cap = 5 mu (16 / n)^(1/6) px * height / 512: both shrink, so that errors fall to nothing. Where
+ *   pixels have second sets, n is the receiving pixel's own.
  *
  * Bandlimits (Mehta et al. 2013, "Axis-aligned filtering for interactive physically-based diffuse
  * indirect lighting", section 5): rule A of indirect.h with a bandlimit of 3.6 + 0.084 m in place

@@ -40,7 +40,7 @@ int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct 
     const size_t area = (size_t)rect_area(patch->rect);
     struct indirect_statistics statistics = {0};
     struct patch lobes = *patch;
-    lobes.bounces = NULL;
+    lobes.bounces = patch->glossy_rays;
     lobes.reflector = scratch_take(patch->scratch, area * sizeof *lobes.reflector);
     if (!lobes.reflector) return ERR_MEMORY;
     for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);

@@ -35,6 +35,7 @@ struct path_context {
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
+    const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
     uint32_t pass;        /* that they belong to: each has random numbers of its own */
     bool listed;          /* lights of the plan are all that shines */
     bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
@@ -43,6 +44,12 @@ struct path_context {
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
 };
+
+/* The seed of the light field's random numbers: later passes' rays go elsewhere. */
+static inline uint64_t path_pass_seed(const struct path_context *c)
+{
+    return c->plan->pattern.seed ^ (uint64_t)(c->pass * 0x9e3779b97f4a7c15u);
+}
 
 /* One surface of sixteen paths, or of sixteen pixels. */
 struct path_vertex {

@@ -542,7 +542,7 @@ static void leases_carry_second_sets(void **state)
     assert_true(frame_lease(b->frame, 1, ~0u, &tile));
     assert_int_equal(plan_pass_check(&b->plan, &tile.pass), 0);
     const int32_t width = rect_width(tile.rect), height = rect_height(tile.rect);
-    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, width, height, sides), 0);
+    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, 1, width, height, sides), 0);
     assert_memory_equal(sides, tile.pass.sides, (size_t)width * (size_t)height);
     assert_int_equal(plan_sides_check(&tile.pass, (size_t)width * (size_t)height), 0);
     frame_returned(b->frame, 1, &tile);
