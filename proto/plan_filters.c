@@ -76,16 +76,13 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
     return 0;
 }
 
-/* How far glossy lobes see is asked for to deal their rays by. */
+/* Second sets of glossy lobes go by surfaces, and by what the first ones measured. */
 static int check_span(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
-    if (!(plan->planes & PLANE_BIT(GLOSSY_SPAN))) return 0;
-    if (plan->indirect_filter != INDIRECT_FILTER_RATE || (plan->planes & needs) != needs)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
-                                 "asks for the span of lobes that get no second set",
-                                 (double)plan->planes);
-    return 0;
+    if (plan_side_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
+    return plan_place_refuse(at, ERR_RANGE, "planes", "lacks what second sets of lobes go by",
+                             (double)plan->planes);
 }
 
 /* Of glossy lobes: surfaces, and all that their rays have measured. */

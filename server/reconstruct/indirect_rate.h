@@ -49,7 +49,7 @@ struct indirect_bandlimit indirect_bandlimit_phong(float exponent);
  * whose facets are spread about as widely (Walter et al. 2007, "Microfacet models for refraction
  * through rough surfaces", section 5.2). Above 50, where the fit ends, Omega grows as the lobe
  * becomes narrower, with the root of m: on its straight line a floor of alpha 0.04 would ask for
- * eight times the rays. */
+ * eight times the rays at least. */
 struct indirect_bandlimit indirect_bandlimit_facets(float alpha);
 
 /* What one pixel's rays met, and its size there; all above 0, in one unit. */

@@ -42,6 +42,40 @@ static void errors_fall_with_samples(void **state)
                 0.4f * error_of(GLOSSY_FILTER_NONE, 2, 0.16f, 0.16f));
 }
 
+/* Pixels with more rays are filtered as all would be that have so many. */
+static void widths_follow_each_pixels_rays(void **state)
+{
+    (void)state;
+    for (int f = 0; f < 2; f++) {
+        struct plan few, many;
+        floor_plan(&few, LINES, filters[f], 4);
+        floor_plan(&many, LINES, filters[f], 8);
+        struct patch *patch = floor_patch(&few, all, 0.16f, 0.3f, 16);
+        float rays[AREA];
+        struct floor_picture at_few = floor_filter(&few, patch, all);
+        struct floor_picture at_many = floor_filter(&many, patch, all);
+        patch->glossy_rays = rays;
+        for (int i = 0; i < AREA; i++) rays[i] = 16.0f;
+        struct floor_picture same = floor_filter(&few, patch, all);
+        for (int i = 0; i < AREA; i++) rays[i] = 64.0f;
+        struct floor_picture more = floor_filter(&few, patch, all);
+        const size_t bytes = AREA * sizeof(float);
+        assert_memory_equal(same.channel[0], at_few.channel[0], bytes);
+        assert_true(floor_rms(at_many.channel[0], at_few.channel[0], AREA) > 1e-3);
+        /* halos reach as far as the fewest rays ask for, where weights are small */
+        assert_true(floor_rms(more.channel[0], at_many.channel[0], AREA) < 2e-4);
+        /* rows are filtered by themselves at first: where a column has its own, so has its mean */
+        for (int i = 0; i < AREA; i++) rays[i] = i % SIDE < SIDE / 2 ? 16.0f : 64.0f;
+        struct floor_picture mixed = floor_filter(&few, patch, all);
+        for (int i = 0; i < AREA; i++)
+            assert_true(mixed.channel[0][i] ==
+                        (i % SIDE < SIDE / 2 ? same.channel[0][i] : more.channel[0][i]));
+        struct floor_picture *const made[] = {&at_few, &at_many, &same, &more, &mixed};
+        for (int k = 0; k < 5; k++) floor_picture_fini(made[k]);
+        patch_destroy(&patch);
+    }
+}
+
 /* Sharp tiles between rough ones stay as sharp as they are. */
 static void roughness_has_edges(void **state)
 {
@@ -219,6 +253,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_fall_with_samples),
+        cmocka_unit_test(widths_follow_each_pixels_rays),
         cmocka_unit_test(roughness_has_edges),
         cmocka_unit_test(even_light_stays_even),
         cmocka_unit_test(objects_do_not_mix),
