@@ -311,6 +311,10 @@ static void rates_are_checked(void **state)
             plan.target_error = 0.1f, plan.spp_most = 200),
            ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
+            plan.paths.without_glossy_indirect = 0),
+           ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
 }
 
 /* The second set follows the schedule, once, with sides. */
@@ -370,6 +374,7 @@ static void second_sets_are_checked(void **state)
 /* Where the plan asks how far glossy lobes see, they have second sets, too. */
 static void second_sets_of_lobes_are_checked(void **state)
 {
+    static struct plan plan;
     static const uint8_t few[] = {0, 3, 1, 2}, many[] = {9, 0, 0, 1};
     (void)state;
     plan_case(&plan);
@@ -392,10 +397,6 @@ static void second_sets_of_lobes_are_checked(void **state)
     assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* one of them is above it */
     pass.lobes = NULL;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
-            plan.paths.without_glossy_indirect = 0),
-           ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
 }
 
 /* Paths need nothing of the light field. */

@@ -41,7 +41,7 @@ static void sizes_follow_the_formula(void **state)
 {
     (void)state;
     const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) |
-                           PLANES_GLOSSY | PLANES_LENS;
+                           PLANES_GLOSSY | PLANES_LENS | BIT(GLOSSY_SPAN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);

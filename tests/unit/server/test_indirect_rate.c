@@ -216,12 +216,12 @@ static void lobes_ask_for_rays(void **state)
         const int x = i % SIDE;
         patch->glossy_alpha[i] = x < 5 ? 0.2f : x < 10 ? 0.04f : 0.0f;
         patch->glossy_near[i] = x < 10 ? 10.0f : 0.0f;
-        patch->glossy_far[i] = x < 10 ? 20.0f : 0.0f;
+        patch->glossy_far[i] = x < 10 ? 60.0f : 0.0f;
     }
     assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) {
         const int x = i % SIDE;
-        const struct indirect_span span = {10.0f, 20.0f, 0.125f};
+        const struct indirect_span span = {10.0f, 60.0f, 0.125f};
         const struct indirect_bandlimit band = indirect_bandlimit_facets(x < 5 ? 0.2f : 0.04f);
         const uint32_t asked = indirect_rate_side(indirect_rate_rays(&band, 1.0f, &span), 16, 4096);
         assert_int_equal(sides[i], x < 10 ? asked : 0);

@@ -538,7 +538,7 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 0;
     more[5] = 1; /* all four read it */
     film_begin_round(film, more);
-    const struct plan_pass d = {1, 9, 4, 2, NULL};
+    const struct plan_pass d = {1, 9, 4, 2, NULL, NULL};
     land_pass(film, &plan, 5, &d);
     assert_int_equal(settle(film), 4);
     s = synthetic_pass_of(&plan, 0, &c);
