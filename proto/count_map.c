@@ -4,17 +4,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool sides_fit(int32_t width_px, int32_t height_px)
+static bool sides_fit(uint32_t maps, int32_t width_px, int32_t height_px)
 {
-    return width_px >= 1 && height_px >= 1 && width_px <= LIMIT_TILE_SIDE_PX &&
-           height_px <= LIMIT_TILE_SIDE_PX;
+    return maps >= 1 && maps <= COUNT_MAPS_MAX && width_px >= 1 && height_px >= 1 &&
+           width_px <= LIMIT_TILE_SIDE_PX && height_px <= LIMIT_TILE_SIDE_PX;
 }
 
-int count_map_pack(struct bytes_writer *w, const uint8_t *counts, int32_t width_px,
+int count_map_pack(struct bytes_writer *w, const uint8_t *counts, uint32_t maps, int32_t width_px,
                    int32_t height_px)
 {
-    if (!sides_fit(width_px, height_px)) return ERR_LIMIT;
-    const size_t area = (size_t)width_px * (size_t)height_px;
+    if (!sides_fit(maps, width_px, height_px)) return ERR_LIMIT;
+    const size_t area = maps * (size_t)width_px * (size_t)height_px;
     uint8_t *room = malloc(area);
     if (!room) return ERR_MEMORY;
     const int packed =
@@ -26,12 +26,12 @@ int count_map_pack(struct bytes_writer *w, const uint8_t *counts, int32_t width_
     return w->failed ? ERR_MEMORY : 0;
 }
 
-int count_map_unpack(const void *data, size_t size_bytes, int32_t width_px, int32_t height_px,
-                     uint8_t *counts)
+int count_map_unpack(const void *data, size_t size_bytes, uint32_t maps, int32_t width_px,
+                     int32_t height_px, uint8_t *counts)
 {
     size_t unpacked_bytes = 0;
-    if (!sides_fit(width_px, height_px)) return ERR_LIMIT;
-    const size_t area = (size_t)width_px * (size_t)height_px;
+    if (!sides_fit(maps, width_px, height_px)) return ERR_LIMIT;
+    const size_t area = maps * (size_t)width_px * (size_t)height_px;
     if (size_bytes == area) {
         memcpy(counts, data, area);
         return 0;

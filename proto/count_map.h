@@ -1,19 +1,22 @@
 #pragma once
-/* How many samples each pixel of a tile is to get: a byte a pixel, row by row, packed as a blosc
- * buffer (LZ4) or, where that is not smaller, as it is. */
+/* How many samples each pixel of a tile is to get: a byte a pixel, row by row, one map or two after
+ * each other, packed as a blosc buffer (LZ4) or, where that is not smaller, as they are. */
 #include "proto/bytes.h"
 #include "proto/error.h"
 #include "proto/limits.h"
 
-/* The most that a packed map has. */
-#define COUNT_MAP_BYTES_MAX (LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
+#define COUNT_MAPS_MAX 2 /* of bounce rays, and of rays of glossy lobes */
 
-/* Appends the packed counts of width_px x height_px pixels to w, whose `failed` tells of exhausted
- * memory. ERR_MEMORY, ERR_LIMIT for sides that no tile has. */
-int count_map_pack(struct bytes_writer *w, const uint8_t *counts, int32_t width_px,
+/* The most that packed maps have. */
+#define COUNT_MAP_BYTES_MAX (COUNT_MAPS_MAX * LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
+
+/* Appends `maps` packed maps of width_px x height_px pixels to w, whose `failed` tells of exhausted
+ * memory. ERR_MEMORY, ERR_LIMIT for sides that no tile has and for other numbers of maps than 1 and
+ * 2. */
+int count_map_pack(struct bytes_writer *w, const uint8_t *counts, uint32_t maps, int32_t width_px,
                    int32_t height_px);
 
-/* Unpacks into `counts`, which has room for width_px x height_px. ERR_LIMIT for sides that no tile
- * has, ERR_CORRUPT for bytes that are not the packed counts of so many pixels. */
-int count_map_unpack(const void *data, size_t size_bytes, int32_t width_px, int32_t height_px,
-                     uint8_t *counts);
+/* Unpacks into `counts`, which has room for maps x width_px x height_px. ERR_LIMIT as above,
+ * ERR_CORRUPT for bytes that are not so many packed counts. */
+int count_map_unpack(const void *data, size_t size_bytes, uint32_t maps, int32_t width_px,
+                     int32_t height_px, uint8_t *counts);

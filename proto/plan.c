@@ -275,21 +275,28 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 #define PLANES_BOUNCE_MORE                                                                         \
     (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN) |                         \
      PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(GLOSSY_NEARNESS))
-#define PLANES_SECOND_SET                                                                          \
-    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN)) /* distances: the first's                         \
-                                                  */
+/* Distances, and what they ask for, are the first set's. */
+#define PLANES_SECOND_SET (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN))
 
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;
-    if (plan->indirect_filter == INDIRECT_FILTER_RATE) return plan->planes & PLANES_SECOND_SET;
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE)
+        return plan->planes &
+               (PLANES_SECOND_SET | (plan_side_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
     return plan->planes & (PLANES_PATH | PLANES_BOUNCE_MORE);
 }
 
 bool plan_has_rounds(const struct plan *plan)
 {
     return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_RATE;
+}
+
+uint32_t plan_side_maps(const struct plan *plan)
+{
+    if (plan->indirect_filter != INDIRECT_FILTER_RATE) return 0;
+    return plan->planes >> PLANE_GLOSSY_SPAN & 1u ? 2 : 1;
 }
 
 /* The second set: so many rays a pixel at most. */
@@ -299,15 +306,23 @@ static int check_second_set(const struct plan *plan, const struct plan_pass *pas
     if (pass->number != plan_pass_count(plan) || pass->first != 0 || pass->count != 0)
         return ERR_RANGE;
     if (pass->strata == 0 || !pass->sides) return ERR_RANGE;
+    if ((pass->lobes != NULL) != (plan_side_maps(plan) > 1)) return ERR_RANGE;
     if (pass->strata > PLAN_SIDE_MOST) return ERR_LIMIT;
     return l * l + pass->strata * pass->strata > plan->rate.rays_most ? ERR_LIMIT : 0;
 }
 
-int plan_sides_check(const struct plan_pass *pass, size_t area)
+static uint32_t most_of(const uint8_t *sides, size_t area)
 {
     uint32_t most = 0;
-    for (size_t i = 0; i < area; i++) most = pass->sides[i] > most ? pass->sides[i] : most;
-    return most == pass->strata ? 0 : ERR_RANGE;
+    for (size_t i = 0; i < area; i++) most = sides[i] > most ? sides[i] : most;
+    return most;
+}
+
+int plan_sides_check(const struct plan_pass *pass, size_t area)
+{
+    const uint32_t sides = most_of(pass->sides, area);
+    const uint32_t lobes = pass->lobes ? most_of(pass->lobes, area) : 0;
+    return (sides > lobes ? sides : lobes) == pass->strata ? 0 : ERR_RANGE;
 }
 
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
@@ -316,7 +331,7 @@ int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
         plan->indirect_filter == INDIRECT_FILTER_RATE && pass->number >= plan_pass_count(plan);
     if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
     if (second) return check_second_set(plan, pass);
-    if (pass->sides) return ERR_RANGE;
+    if (pass->sides || pass->lobes) return ERR_RANGE;
     if (pass->number < plan_pass_count(plan)) {
         const struct plan_pass own = plan_scheduled_pass(plan, pass->number);
         const bool same =

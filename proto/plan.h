@@ -104,10 +104,11 @@ enum indirect_filter {
 };
 
 /* Of INDIRECT_FILTER_RATE, all 0 under other filters: when the schedule's passes have landed, each
- * pixel gets a second set of bounce rays, as many as what the first met asks for. */
+ * pixel gets a second set of bounce rays, and of rays of its glossy lobe, as many as what the first
+ * met asks for. */
 struct plan_rate {
     float mu;           /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
-    uint32_t rays_most; /* of a pixel, in both sets, to LIMIT_SPP */
+    uint32_t rays_most; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
 };
 
 /* The sharpest facets, by their alpha, whose lobe is a glossy one. */
@@ -200,6 +201,8 @@ struct plan_pass {
     uint32_t strata;       /* l of the bounce rays, and of those of glossy lobes; 0: none */
     const uint8_t *sides;  /* of a second set: each pixel's own l, row by row of the tile; `strata`
                               is the largest. NULL: all pixels have l. Borrowed */
+    const uint8_t *lobes;  /* the same of rays of the pixels' glossy lobes, which `strata` is not
+                              below either; NULL unless plan_side_maps says that there are both */
 };
 
 /* The most that a pixel's l can be in a second set. */
@@ -227,7 +230,12 @@ bool plan_has_rounds(const struct plan *plan);
  * INDIRECT_FILTER_RATE has one pass after the schedule, the second set, which alone has sides. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
-/* 0, or ERR_RANGE for `area` sides that are not the pass's: above its strata, or all below. */
+/* Maps of sides that second sets have under the plan, one after the other: of bounce rays, and of
+ * rays of glossy lobes where the plan asks how far these see. 0 without INDIRECT_FILTER_RATE. */
+uint32_t plan_side_maps(const struct plan *plan);
+
+/* 0, or ERR_RANGE for maps of `area` sides that are not the pass's: above its strata, or all below.
+ */
 int plan_sides_check(const struct plan_pass *pass, size_t area);
 
 /* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in

@@ -37,7 +37,8 @@ static int check_rate(const struct plan_place *at, const struct plan *plan)
     const struct plan_rate *rate = &plan->rate;
     const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
     const uint32_t l = plan->indirect_strata_per_axis;
-    const uint64_t others = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA);
+    const uint64_t others =
+        PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF);
     int error = plan_place_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
     if (!error) error = plan_place_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
     if (error) return error;
@@ -74,6 +75,15 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
         return plan_place_refuse(at, ERR_RANGE, "planes",
                                  "lacks what filters of indirect light read", (double)plan->planes);
     return 0;
+}
+
+/* Second sets of glossy lobes go by surfaces, and by what the first ones measured. */
+static int check_span(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
+    if (plan_side_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
+    return plan_place_refuse(at, ERR_RANGE, "planes", "lacks what second sets of lobes go by",
+                             (double)plan->planes);
 }
 
 /* Of glossy lobes: surfaces, and all that their rays have measured. */
@@ -129,6 +139,7 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
+    if (!error) error = check_span(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
     return error ? error : check_lens_planes(at, plan);
 }

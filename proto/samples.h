@@ -12,7 +12,7 @@
  *   + sub_samples * (depth 2 + normal 2 + albedo 6 + id 2)
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
- *   + glossy surfaces: mean 8 + half 8 + lobe 8 + nearness 2 + 6 a sub-sample
+ *   + glossy surfaces: mean 8 + half 8 + lobe 8 + nearness 2 + span 4 + 6 a sub-sample
  *   + lens samples 14 l_u^2 + coverage 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
@@ -90,7 +90,9 @@ enum plane_id {
     PLANE_GLOSSY_HALF = 33, /* 4 x f16: as GLOSSY_MEAN, over half of the rays: where column and row
                                of the pixel add up to an even number the first ceil(n/2), elsewhere
                                the others; for l = 1 all. Where an error is wanted */
-    PLANE_ID_COUNT = 34
+    PLANE_GLOSSY_SPAN = 34, /* 2 x f16: nearest and farthest hit of a glossy lobe's rays, as
+                               REFLECTOR and REFLECTOR_FAR of bounce rays */
+    PLANE_ID_COUNT = 35
 };
 
 /* A set of planes is the sum of these. */

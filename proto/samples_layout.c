@@ -41,6 +41,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_LENS_SLOPE] = {"lens_slope", SAMPLES_GROUP_2, 1, SAMPLES_HALF_FINITE},
     [PLANE_LENS_COVERAGE] = {"lens_coverage", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_GLOSSY_HALF] = {"glossy_half", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
+    [PLANE_GLOSSY_SPAN] = {"glossy_span", SAMPLES_GROUP_2, 2, SAMPLES_HALF_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {

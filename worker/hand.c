@@ -26,7 +26,7 @@ struct hand_tile {
     enum tile_state state;
     uint64_t request_id;
     struct message_tile lease;
-    uint8_t *sides; /* owned; of a pass that has them */
+    uint8_t *sides; /* owned; of a pass that has them, map after map */
     _Atomic bool stop;
     const void *scene, *environment;
     struct bytes_writer packed;
@@ -276,16 +276,18 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
     return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
-/* The sides of a lease's pass, NULL where it has none. */
-static int unpack_sides(const struct message_tile *m, uint8_t **out)
+/* The sides of a lease's pass, map by map as the plan has them; NULL where it has none. */
+static int unpack_sides(const struct plan *plan, const struct message_tile *m, uint8_t **out)
 {
     const int32_t width = rect_width(m->rect), height = rect_height(m->rect);
-    *out = NULL;
+    const uint32_t maps = plan_side_maps(plan);
     if (m->counts_bytes == 0) return 0;
+    if (maps == 0) return ERR_RANGE;
     if (width < 1 || height < 1 || width > LIMIT_TILE_SIDE_PX || height > LIMIT_TILE_SIDE_PX)
         return ERR_RANGE;
-    *out = malloc((size_t)rect_area(m->rect));
-    return *out ? count_map_unpack(m->counts, m->counts_bytes, width, height, *out) : ERR_MEMORY;
+    *out = malloc(maps * (size_t)rect_area(m->rect));
+    if (!*out) return ERR_MEMORY;
+    return count_map_unpack(m->counts, m->counts_bytes, maps, width, height, *out);
 }
 
 static int begin_tile(struct hand *hand, struct hand_frame *f, uint64_t request_id,
@@ -315,10 +317,11 @@ int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_t
 {
     struct hand_frame *f = find_frame(hand, m->frame_id);
     struct plan_pass pass = {0};
-    uint8_t *sides;
-    int e = unpack_sides(m, &sides);
-    if (!e && f) pass = pass_of(&f->plan, m);
+    uint8_t *sides = NULL;
+    int e = f ? unpack_sides(&f->plan, m, &sides) : ERR_STATE;
+    if (!e) pass = pass_of(&f->plan, m);
     pass.sides = sides;
+    if (!e && sides && plan_side_maps(&f->plan) > 1) pass.lobes = sides + rect_area(m->rect);
     if (!e) e = check_tile(hand, f, m, &pass);
     if (!e) e = begin_tile(hand, f, request_id, m, &pass, sides);
     if (e) free(sides);

@@ -149,6 +149,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.field = true;
     out->field.strata = pass->strata;
     out->field.sides = pass->sides;
+    out->field.lobes = pass->lobes;
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
@@ -295,16 +296,35 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                        samples);
 }
 
-/* A second set of bounce rays, from pixels that reflect something: only such have any. */
+/* The field of glossy lobes, of the lanes in *lobed. */
+static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
+                         const struct lanes_mask *lobed, struct samples *samples)
+{
+    glossy_find(&t->centre, &t->glossy.lobes);
+    for (int i = 0; i < LANES; i++) t->glossy.lobes.on.on[i] &= lobed->on[i];
+    if (lanes_count(&t->glossy.lobes.on) > 0)
+        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
+}
+
+/* Which of the kept lanes have a side in the pass's map; the map may be NULL. */
+static void find_asked(const struct block *b, const uint8_t *sides, struct lanes_mask *asked)
+{
+    for (int i = 0; i < LANES; i++)
+        asked->on[i] = sides && b->kept.on[i] && sides[b->element[i]] > 0 ? -1 : 0;
+}
+
+/* A second set of bounce rays, from pixels that reflect something, and of rays of glossy lobes:
+ * only such have any. */
 static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
                              const struct plan *plan, struct samples *samples,
                              struct counters *counters)
 {
     const struct block *b = &t->block;
-    struct lanes_mask asked;
-    for (int i = 0; i < LANES; i++)
-        asked.on[i] = b->kept.on[i] && stages->pass.sides[b->element[i]] > 0 ? -1 : 0;
-    const uint32_t pixels = lanes_count(&asked);
+    struct lanes_mask asked, lobed, either;
+    find_asked(b, stages->pass.sides, &asked);
+    find_asked(b, stages->pass.lobes, &lobed);
+    for (int i = 0; i < LANES; i++) either.on[i] = asked.on[i] | lobed.on[i];
+    const uint32_t pixels = lanes_count(&either);
     counters->value[COUNTER_SKIPPED_ENOUGH] += lanes_count(&b->kept) - pixels;
     if (pixels == 0) return;
     primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
@@ -315,15 +335,7 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     if (lanes_count(&t->bouncing) > 0)
         indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
                        samples);
-}
-
-/* The field of glossy lobes. */
-static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
-                         struct samples *samples)
-{
-    glossy_find(&t->centre, &t->glossy.lobes);
-    if (lanes_count_both(&t->glossy.lobes.on, &t->block.kept) > 0)
-        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
+    if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, samples);
 }
 
 /* What is seen through pixel centres: surfaces and their light fields. */
@@ -338,7 +350,7 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     t->point.surface = &t->centre.surface;
     if (stages->lights) trace_lights(t, plan, samples, counters);
     if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
-    if (stages->glossy) trace_glossy(t, stages, samples);
+    if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
 }
 
 /* The pass's paths, batch by batch. */

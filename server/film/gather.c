@@ -230,6 +230,9 @@ static void gather_lobes(const struct overlap *o)
     if (p->glossy_nearness)
         widen_halves(o, samples_u16(s, PLANE_GLOSSY_NEARNESS, 0), 1.0f / o->plan->length_unit,
                      p->glossy_nearness);
+    if (!p->glossy_near) return;
+    widen_halves(o, samples_u16(s, PLANE_GLOSSY_SPAN, 0), o->plan->length_unit, p->glossy_near);
+    widen_halves(o, samples_u16(s, PLANE_GLOSSY_SPAN, 1), o->plan->length_unit, p->glossy_far);
 }
 
 static void gather_reflectance(const struct overlap *o)
@@ -294,11 +297,11 @@ static void fill(const struct overlap *o, float count, float *out)
 }
 
 /* Bounce rays, at most LIMIT_SPP: exact. */
-static void gather_counts(const struct overlap *o, struct pass_counts counts, float *out)
+static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *sides, float *out)
 {
-    fill(o, (float)counts.bounces, out);
-    for (size_t y = 0; y < o->height && counts.sides; y++) {
-        const uint8_t *side = counts.sides + from_row(o, y);
+    fill(o, (float)first, out);
+    for (size_t y = 0; y < o->height && sides; y++) {
+        const uint8_t *side = sides + from_row(o, y);
         float *to = out + to_row(o, y);
         for (size_t x = 0; x < o->width; x++) to[x] += (float)side[x] * (float)side[x];
     }
@@ -357,7 +360,8 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     if (far) gather_indirect(&o);
     const bool far_lobes = patch_has_far_lobes(plan);
     if (far_lobes) gather_lobes(&o);
-    if (patch->bounces) gather_counts(&o, counts, patch->bounces);
+    if (patch->bounces) gather_counts(&o, counts.bounces, counts.sides, patch->bounces);
+    if (patch->glossy_rays) gather_counts(&o, counts.bounces, counts.lobes, patch->glossy_rays);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
     if (!far_lobes) gather_lobes(&o);

@@ -122,6 +122,16 @@ static void merge_sides(uint16_t *to, const uint16_t *from, size_t area, float c
     }
 }
 
+/* Of rays of glossy lobes; light and weights together, whose quotient filters make. */
+static void add_second_lobes(struct samples *sum, uint32_t count, const struct samples *more,
+                             const uint8_t *lobes)
+{
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    for (uint32_t c = 0; c < 4 && samples_u16(sum, PLANE_GLOSSY_MEAN, c); c++)
+        merge_sides(samples_u16(sum, PLANE_GLOSSY_MEAN, c), samples_u16(more, PLANE_GLOSSY_MEAN, c),
+                    area, (float)count, lobes);
+}
+
 static void add_second_set(struct samples *sum, uint32_t count, const struct samples *more,
                            const uint8_t *sides)
 {
@@ -143,4 +153,5 @@ void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct
         add_lobes(sum, sum_counts.bounces, more, more_counts.bounces);
     }
     if (more_counts.sides) add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
+    if (more_counts.lobes) add_second_lobes(sum, sum_counts.bounces, more, more_counts.lobes);
 }

@@ -7,6 +7,7 @@ struct pass_counts {
     uint32_t paths, bounces;
     const uint8_t *sides; /* so many bounce rays squared more, pixel by pixel of the tile, of a
                              second set; NULL: none. Borrowed */
+    const uint8_t *lobes; /* the same of rays of glossy lobes */
     /* Of the paths, those in parts that PATH_SPLIT is made of, and the parts' lengths, added up
      * over these paths. */
     uint64_t split, split_lengths;
@@ -19,6 +20,7 @@ static inline struct pass_counts pass_counts_of(const struct plan_pass *pass)
     return (struct pass_counts){.paths = pass->count,
                                 .bounces = pass->sides ? 0 : pass->strata * pass->strata,
                                 .sides = pass->sides,
+                                .lobes = pass->lobes,
                                 .split = split,
                                 .split_lengths = split * parts.length};
 }
@@ -29,6 +31,7 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
     sum->paths += more->paths;
     sum->bounces += more->bounces;
     sum->sides = more->sides ? more->sides : sum->sides;
+    sum->lobes = more->lobes ? more->lobes : sum->lobes;
     sum->split += more->split;
     sum->split_lengths += more->split_lengths;
 }
@@ -36,8 +39,8 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
 /* Adds `more` to `sum`: sums of paths, and means over bounce rays, weighted by their number. Both
  * have the plan's planes of what they have samples of; other planes of `sum` stay as they are. Of
  * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size; rays
- * of glossy lobes are as many; a
- * second set has its mean radiance and open shares alone.
+ * of glossy lobes are as many. A second set has its mean radiance and open shares alone, and the
+ * means of glossy lobes.
  *
  * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and
  * LeVeque (Updating formulae and a pairwise algorithm for computing sample variances, 1979,

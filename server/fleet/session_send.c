@@ -67,7 +67,8 @@ int session_send_plan(struct session *s, uint64_t frame_id, const uint8_t *plan,
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now)
 {
     struct lease lease = {.tile = *tile, .since_ms = now, .answered_before = s->answered};
-    lease.tile.counts = lease.tile.pass.sides = NULL; /* not for the lease's life */
+    lease.tile.counts = lease.tile.pass.sides = lease.tile.pass.lobes =
+        NULL; /* not for the lease's life */
     int e = lease_add(&s->leases, &lease);
     if (e) return e;
     if (s->leases.count == 1) s->progress_ms = now; /* it had nothing to show progress in */

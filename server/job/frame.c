@@ -169,6 +169,8 @@ uint64_t frame_pass_work(const struct plan_pass *pass, uint32_t area)
     uint64_t rays = 0;
     if (!pass->sides) return (uint64_t)frame_pass_samples(pass) * area;
     for (uint32_t i = 0; i < area; i++) rays += (uint64_t)pass->sides[i] * pass->sides[i];
+    for (uint32_t i = 0; i < area && pass->lobes; i++)
+        rays += (uint64_t)pass->lobes[i] * pass->lobes[i];
     return rays;
 }
 

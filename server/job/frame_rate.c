@@ -1,5 +1,5 @@
-/* The second set of bounce rays of a frame: each pixel's size of it is told as blocks are drawn
- * from the first, and dealt to the tiles when all of them have been. */
+/* The second set of rays of a frame: each pixel's size of it is told as blocks are drawn from the
+ * first, and dealt to the tiles when all of them have been. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,8 +11,9 @@ int frame_rate_create(struct frame *f)
     struct frame_rate *r = &f->rate;
     const size_t area = (size_t)f->plan.width_px * (size_t)f->plan.height_px;
     bytes_writer_init(&r->packed);
-    r->pixels = calloc(area, sizeof *r->pixels);
-    r->sides = calloc(area, sizeof *r->sides);
+    r->maps = plan_side_maps(&f->plan);
+    r->pixels = calloc(r->maps * area, sizeof *r->pixels);
+    r->sides = calloc(r->maps * area, sizeof *r->sides);
     r->measured = calloc(film_block_count(f->film), sizeof *r->measured);
     r->tiles = calloc(tile_grid_count(&f->grid), sizeof *r->tiles);
     return r->pixels && r->sides && r->measured && r->tiles ? 0 : ERR_MEMORY;
@@ -28,36 +29,48 @@ void frame_rate_destroy(struct frame *f)
     free(r->tiles);
 }
 
+/* Where a rect's rows begin in a map of the whole image. */
+static uint8_t *corner(const struct frame *f, uint32_t map, struct rect rect)
+{
+    const size_t stride = (size_t)f->plan.width_px, area = stride * (size_t)f->plan.height_px;
+    return f->rate.pixels + map * area + (size_t)rect.y0 * stride + (size_t)rect.x0;
+}
+
 void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured)
 {
     const struct rect rect = film_block_rect(f->film, block);
-    const size_t width = (size_t)rect_width(rect), stride = (size_t)f->plan.width_px;
-    uint8_t *to = f->rate.pixels + (size_t)rect.y0 * stride + (size_t)rect.x0;
-    for (int32_t y = rect.y0; y < rect.y1; y++, sides += width, to += stride)
-        memcpy(to, sides, width);
+    const size_t width = (size_t)rect_width(rect);
+    for (uint32_t map = 0; map < f->rate.maps; map++) {
+        uint8_t *to = corner(f, map, rect);
+        for (int32_t y = rect.y0; y < rect.y1; y++, sides += width, to += f->plan.width_px)
+            memcpy(to, sides, width);
+    }
     f->rate.measured[block] = measured;
 }
 
-/* The pixels of a tile, row by row. */
+/* The pixels of a tile, map by map. */
 static void gather(const struct frame *f, struct rect rect, uint8_t *sides,
                    struct frame_rate_tile *tile)
 {
-    const size_t width = (size_t)rect_width(rect), stride = (size_t)f->plan.width_px;
-    const uint8_t *from = f->rate.pixels + (size_t)rect.y0 * stride + (size_t)rect.x0;
+    const size_t width = (size_t)rect_width(rect), count = f->rate.maps * (size_t)rect_area(rect);
+    uint8_t *to = sides;
     *tile = (struct frame_rate_tile){.sides = sides};
-    for (int32_t y = rect.y0; y < rect.y1; y++, from += stride, sides += width) {
-        memcpy(sides, from, width);
-        for (size_t x = 0; x < width; x++) {
-            tile->most = sides[x] > tile->most ? sides[x] : tile->most;
-            tile->rays += (uint64_t)sides[x] * sides[x];
-        }
+    for (uint32_t map = 0; map < f->rate.maps; map++) {
+        const uint8_t *from = corner(f, map, rect);
+        for (int32_t y = rect.y0; y < rect.y1; y++, from += f->plan.width_px, to += width)
+            memcpy(to, from, width);
+    }
+    for (size_t i = 0; i < count; i++) {
+        tile->most = sides[i] > tile->most ? sides[i] : tile->most;
+        tile->rays += (uint64_t)sides[i] * sides[i];
     }
 }
 
 static int pack(struct frame_rate *r, struct rect rect, struct frame_rate_tile *tile)
 {
     tile->packed = r->packed.size_bytes;
-    const int error = count_map_pack(&r->packed, tile->sides, rect_width(rect), rect_height(rect));
+    const int error =
+        count_map_pack(&r->packed, tile->sides, r->maps, rect_width(rect), rect_height(rect));
     tile->packed_bytes = (uint32_t)(r->packed.size_bytes - tile->packed);
     return error;
 }
@@ -72,7 +85,7 @@ bool frame_rate_decide(struct frame *f, int *error)
     for (uint32_t i = 0; i < tile_grid_count(&f->grid) && !*error; i++) {
         const struct rect rect = tile_grid_rect(&f->grid, i);
         gather(f, rect, sides, &r->tiles[i]);
-        sides += rect_area(rect);
+        sides += r->maps * (size_t)rect_area(rect);
         f->rounds.more_passes[i] = r->tiles[i].most > 0;
         r->rays += r->tiles[i].rays;
         if (r->tiles[i].most > 0) *error = pack(r, rect, &r->tiles[i]);
@@ -83,9 +96,9 @@ bool frame_rate_decide(struct frame *f, int *error)
 void frame_rate_count(struct frame *f)
 {
     const uint32_t l = f->plan.indirect_strata_per_axis;
-    uint64_t pixels = 0;
-    for (uint32_t i = 0; i < film_block_count(f->film); i++) pixels += f->rate.measured[i];
-    f->statistics.adaptive_first_rays = pixels * l * l;
+    uint64_t sets = 0;
+    for (uint32_t i = 0; i < film_block_count(f->film); i++) sets += f->rate.measured[i];
+    f->statistics.adaptive_first_rays = sets * l * l;
     f->statistics.adaptive_second_rays = f->rate.rays;
 }
 
@@ -93,5 +106,7 @@ struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t 
 {
     const struct frame_rate_tile *t = &f->rate.tiles[tile];
     if (number < plan_pass_count(&f->plan)) return plan_scheduled_pass(&f->plan, number);
-    return (struct plan_pass){.number = number, .strata = t->most, .sides = t->sides};
+    struct plan_pass pass = {.number = number, .strata = t->most, .sides = t->sides};
+    if (f->rate.maps > 1) pass.lobes = t->sides + rect_area(tile_grid_rect(&f->grid, tile));
+    return pass;
 }

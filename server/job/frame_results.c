@@ -16,8 +16,8 @@ struct block_task {
     struct rect rect;
     float *pixels;                /* owned; channel by channel, and what is measured of them */
     struct block_measure measure; /* of a frame with a target */
-    uint8_t *sides;               /* owned; of a frame that wants them, row by row */
-    uint32_t measured;            /* with them: pixels that bounce rays left */
+    uint8_t *sides;               /* owned; of a frame that wants them, map by map */
+    uint32_t measured;            /* with them: pixels that bounce rays left, and lobes' rays */
     struct block_statistics statistics;
     int error;
 };
@@ -37,6 +37,16 @@ static void make_view(const struct image *image, struct rect rect, float *pixels
         plane->data = (float *)((uintptr_t)pixels + (uintptr_t)corner * sizeof(float));
         plane->stride = stride;
     }
+}
+
+static int find_sides(struct block_task *t, const struct patch *patch)
+{
+    const struct plan *plan = &t->frame->plan;
+    const int error = indirect_rate_find(plan, patch, t->rect, t->sides);
+    t->measured = (uint32_t)patch_count_measured(patch, t->rect);
+    if (error || t->frame->rate.maps < 2) return error;
+    t->measured += (uint32_t)patch_count_glossy(patch, t->rect);
+    return indirect_rate_find_lobes(plan, patch, t->rect, t->sides + rect_area(t->rect));
 }
 
 static int reconstruct(struct block_task *t)
@@ -59,10 +69,7 @@ static int reconstruct(struct block_task *t)
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides) {
-        error = indirect_rate_find(&f->plan, patch, t->rect, t->sides);
-        t->measured = (uint32_t)patch_count_measured(patch, t->rect);
-    }
+    if (!error && t->sides) error = find_sides(t, patch);
     patch_destroy(&patch);
     return error;
 }
@@ -175,7 +182,7 @@ static int submit_block(struct frame *f, uint32_t block)
     t->frame = f;
     t->block = block;
     if (frame_wants_sides(f)) {
-        t->sides = calloc((size_t)rect_area(t->rect), sizeof *t->sides);
+        t->sides = calloc(f->rate.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
         if (!t->sides) {
             free(t);
             return ERR_MEMORY;

@@ -25,20 +25,23 @@ struct frame_target {
     char warning[LIMIT_DETAIL_BYTES];
 };
 
-/* The second set of bounce rays of a tile. */
+/* The second set of a tile. */
 struct frame_rate_tile {
-    const uint8_t *sides; /* of its pixels, row by row; in frame_rate */
+    const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_rate */
     uint32_t most;        /* of these */
-    size_t packed;        /* where its count map begins in `packed` */
+    size_t packed;        /* where its count maps begin in `packed` */
     uint32_t packed_bytes;
     uint64_t rays;
 };
 
-/* Of a frame whose pixels get second sets of bounce rays (plan_rate). */
+/* Of a frame whose pixels get second sets of rays (plan_rate): of bounce rays, and of rays of
+ * glossy lobes where the plan has a second map. */
 struct frame_rate {
-    uint8_t *pixels;    /* owned; l of the second set, of the whole image as blocks are drawn */
+    uint32_t maps;      /* plan_side_maps */
+    uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
+                           drawn */
     uint8_t *sides;     /* owned; the same, tile by tile */
-    uint32_t *measured; /* owned; pixels of each block that have a first set */
+    uint32_t *measured; /* owned; first sets of each block's pixels */
     struct frame_rate_tile *tiles; /* owned */
     struct bytes_writer packed;    /* count_map.h, tile by tile */
     uint64_t rays;                 /* of all second sets; once decided */
@@ -114,7 +117,7 @@ void frame_target_count(struct frame *f);
 /* After the last round: says what was not reached. */
 void frame_target_end(struct frame *f);
 
-/* -- frame_rate.c: a second set of bounce rays -- */
+/* -- frame_rate.c: a second set of rays -- */
 
 int frame_rate_create(struct frame *f);
 void frame_rate_destroy(struct frame *f);
@@ -127,7 +130,7 @@ static inline bool frame_wants_sides(const struct frame *f)
 {
     return frame_has_rate(f) && !f->rate.decided;
 }
-/* Keeps a block's, row by row. */
+/* Keeps a block's, map by map, row by row. */
 void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
 /* As of a target; *error: ERR_MEMORY. */
 bool frame_rate_decide(struct frame *f, int *error);

@@ -73,6 +73,7 @@ const char *plan_glossy_filter_name(uint32_t filter)
 static void plan_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
     if (plan_wants_error(job)) return;
     plan->planes &= ~PLANE_BIT(GLOSSY_HALF);
     plan_skip(report, "plane glossy_half", "nobody asks for errors");

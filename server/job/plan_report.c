@@ -40,7 +40,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "lens_radiance",
                                                         "lens_slope",
                                                         "lens_coverage",
-                                                        "glossy_half"};
+                                                        "glossy_half",
+                                                        "glossy_span"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",

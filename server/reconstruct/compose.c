@@ -3,8 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/reconstruct/glossy_pass.h"
-
 /* The image's planes by what goes into them; NULL where the image has none. */
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
@@ -137,7 +135,7 @@ static uint32_t bounce_rays(const struct plan *plan)
 static void add_samples(const struct plan *plan, const struct patch *patch, uint32_t rays,
                         struct rect block, const struct plane *out)
 {
-    const float bounces = (float)bounce_rays(plan), *lobes = glossy_rays(plan, patch);
+    const float bounces = (float)bounce_rays(plan);
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_index(patch, block.x0, y);
@@ -145,8 +143,8 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
         for (int32_t x = 0; x < rect_width(block); x++, i++) {
             if (!patch_has_surface(patch, i)) continue;
             to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
-            if (!patch->glossy_alpha || !patch_is_glossy(patch, i)) continue;
-            to[x] += lobes ? lobes[i] : bounces;
+            if (patch->glossy_alpha && patch_is_glossy(patch, i))
+                to[x] += patch->glossy_rays ? patch->glossy_rays[i] : bounces;
         }
     }
 }

@@ -47,17 +47,6 @@ static bool can_filter(const struct glossy *g)
            plan->glossy_filter <= GLOSSY_FILTER_BANDLIMIT;
 }
 
-static uint64_t count_lobes(const struct patch *patch, struct rect inner)
-{
-    uint64_t count = 0;
-    for (int32_t y = inner.y0; y < inner.y1; y++) {
-        const size_t first = patch_pixel(patch, inner.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(inner); i++)
-            count += patch_is_glossy(patch, i) ? 1 : 0;
-    }
-    return count;
-}
-
 /* What was measured, as it is; and what its half is off that, squared. */
 static void copy_pixel(const struct glossy *g, size_t i)
 {
@@ -125,7 +114,7 @@ static int filter(const struct glossy *g, struct glossy_statistics *statistics)
     uint64_t filtered = 0;
     int error = 0;
     if (!can_filter(g)) return ERR_RANGE;
-    const uint64_t lobes = count_lobes(g->patch, g->inner);
+    const uint64_t lobes = patch_count_glossy(g->patch, g->inner);
     const uint32_t which = g->plan->glossy_filter;
     copy(g);
     if (lobes > 0 && which == GLOSSY_FILTER_BANDLIMIT)

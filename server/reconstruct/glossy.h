@@ -16,7 +16,7 @@
  * = 2 / alpha^2 - 2 (Walter et al. 2007); z is 1 / the mean of 1 / distance. Kept to be compared
  * with: it knows neither how lobes turn with normals nor edges of roughness.
  *
- * Under a plan that has rounds n is a pixel's own.
+ * Under a plan that has rounds n is the receiving pixel's own.
  *
  * What comes out is radiance that the reflectance multiplies. A pure function of its arguments; any
  * thread. */

@@ -1,7 +1,6 @@
 #include "server/reconstruct/glossy_bandlimit.h"
 
 #include "proto/samples.h"
-#include "server/reconstruct/glossy_pass.h"
 #include "server/reconstruct/indirect.h"
 #include "server/reconstruct/indirect_rate.h"
 
@@ -44,7 +43,7 @@ int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct 
     const float *const *in = (const float *const *)patch->glossy;
     struct indirect_statistics statistics = {0};
     struct patch lobes = *patch;
-    lobes.bounces = glossy_rays(plan, patch);
+    lobes.bounces = patch->glossy_rays;
     lobes.reflector = scratch_take(patch->scratch, area * sizeof *lobes.reflector);
     if (!lobes.reflector) return ERR_MEMORY;
     for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);

@@ -23,7 +23,10 @@ enum own_array {
     SHARPNESS = 15,
     NEARNESS = 16,
     NEAR_PLANE = 17,
-    OWN_ARRAYS = 18
+    LIKENESS = 18,
+    DISTANCE = 19,
+    FOOTPRINT = 20,
+    OWN_ARRAYS = 21
 };
 
 /* The natural logarithm of a normal number above 0, as glossy_lanes.h has it: the C library's bits
@@ -187,6 +190,21 @@ void glossy_place_fini(struct glossy_place *place)
 {
     scratch_give(place->scratch, place->memory);
     *place = (struct glossy_place){0};
+}
+
+void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule)
+{
+    place->own[LIKENESS][i] = rule->likeness;
+    place->own[DISTANCE][i] = rule->distance;
+    place->own[FOOTPRINT][i] = rule->footprint;
+    place->field.likeness = place->own[LIKENESS];
+    place->field.distance = place->own[DISTANCE];
+    place->field.footprint = place->own[FOOTPRINT];
+}
+
+void glossy_place_one_rule(struct glossy_place *place)
+{
+    place->field.likeness = place->field.distance = place->field.footprint = NULL;
 }
 
 struct glossy_run glossy_place_run(const struct glossy_place *place, struct rect rect, int32_t y,

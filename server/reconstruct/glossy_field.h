@@ -15,7 +15,7 @@ struct glossy_place {
     float *wide[GLOSSY_MEASURED]; /* with halves: for what is filtered once more */
     size_t area;                  /* numbers of an array */
     size_t origin;                /* where the rect's first pixel lies in it */
-    float *own[18];               /* the field's arrays */
+    float *own[21];               /* the field's arrays */
     int32_t *object;
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
@@ -36,6 +36,11 @@ static inline size_t glossy_place_index(const struct glossy_place *place, int32_
     return place->origin + (size_t)(y - place->rect.y0) * (size_t)place->field.stride +
            (size_t)(x - place->rect.x0);
 }
+
+/* Gives pixel i of the place's arrays a rule of its own. All pixels of the place need one, or none.
+ */
+void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule);
+void glossy_place_one_rule(struct glossy_place *place); /* takes these back */
 
 /* The runs of a row of `rect` from its first pixel on. They may pass the row's end by GLOSSY_LANES
  * - 1 pixels. */

@@ -24,6 +24,8 @@ struct glossy_field {
     const float *nearness;   /* mean of 1 / distance of what the lobe sees */
     const float *near_plane; /* neighbours may be that far off the tangent plane */
     const int32_t *object;
+    const float *likeness, *distance, *footprint; /* each pixel's own of the rule; NULL: all have
+                                                     that */
 };
 
 struct glossy_rule {

@@ -11,6 +11,7 @@
  * in two coordinates at right angles to the receiver's mirrored direction: 0 for a lobe and itself
  * (after Tokuyoshi 2015, with parallax; filters.md section 7). */
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "server/reconstruct/glossy_kernels.h"
@@ -30,9 +31,10 @@ struct glossy_taps {
 /* What sixteen pixels ask their neighbours. */
 struct glossy_asker {
     struct lanes point[3], normal[3], mirror[3];
-    struct lanes e1[3], e2[3];             /* along and across, unit */
-    struct lanes s11, s22;                 /* the covariance, which is diagonal there */
-    struct lanes sharpness, nearness, off; /* of the tangent plane */
+    struct lanes e1[3], e2[3];                  /* along and across, unit */
+    struct lanes s11, s22;                      /* the covariance, which is diagonal there */
+    struct lanes sharpness, nearness, off;      /* of the tangent plane */
+    struct lanes likeness, distance, footprint; /* of the rule */
     struct lanes_whole object, receives;
 };
 
@@ -61,8 +63,13 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct lanes 
     }
 }
 
-static inline void glossy_ask(const struct glossy_field *f, size_t p, struct glossy_asker *a)
+static inline void glossy_ask(const struct glossy_field *f, const struct glossy_rule *rule,
+                              size_t p, struct glossy_asker *a)
 {
+    const bool own = f->likeness != NULL;
+    a->likeness = own ? lanes_load(f->likeness + p) : lanes_all(rule->likeness);
+    a->distance = own ? lanes_load(f->distance + p) : lanes_all(rule->distance);
+    a->footprint = own ? lanes_load(f->footprint + p) : lanes_all(rule->footprint);
     for (int k = 0; k < 3; k++) {
         a->point[k] = lanes_load(f->point[k] + p);
         a->normal[k] = lanes_load(f->normal[k] + p);
@@ -142,10 +149,8 @@ static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
 /* The weights that vector v of the receivers gives to the neighbours from q on; `square` is
  * their distance in pixels, squared. What lies within a pixel's footprint is the picture's anyway:
  * there views may differ. */
-static inline lanes_vector glossy_weight(const struct glossy_field *f,
-                                         const struct glossy_rule *rule,
-                                         const struct glossy_asker *a, size_t q, int v,
-                                         float square, lanes_mask *taken)
+static inline lanes_vector glossy_weight(const struct glossy_field *f, const struct glossy_asker *a,
+                                         size_t q, int v, float square, lanes_mask *taken)
 {
     const size_t at = q + (size_t)v * LANES_PER_VECTOR;
     const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
@@ -157,10 +162,11 @@ static inline lanes_vector glossy_weight(const struct glossy_field *f,
     const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
     *taken = flat & same & a->receives.v[v];
     const struct glossy_unlike unlike = glossy_compare(f, a, at, v, d);
-    const lanes_vector view = rule->likeness * unlike.view;
-    const lanes_vector most = lanes_all(square * rule->footprint).v[v];
-    const lanes_vector own = rule->likeness * unlike.shape + lanes_select(view < most, view, most);
-    const lanes_vector x = lanes_where(own > 0.0f, own) + square * rule->distance;
+    const lanes_vector view = a->likeness.v[v] * unlike.view;
+    const lanes_vector most = square * a->footprint.v[v];
+    const lanes_vector own =
+        a->likeness.v[v] * unlike.shape + lanes_select(view < most, view, most);
+    const lanes_vector x = lanes_where(own > 0.0f, own) + square * a->distance.v[v];
     *taken &= x <= GLOSSY_CUT;
     return lanes_where(*taken, glossy_exp_minus(lanes_where(*taken, x)));
 }
@@ -176,9 +182,8 @@ static inline int glossy_meets(const struct glossy_field *f, const struct glossy
 }
 
 /* Weighs the taps to one side. A tap that no pixel takes is left out. */
-static inline void glossy_weigh(const struct glossy_field *f, const struct glossy_rule *rule,
-                                const struct glossy_asker *a, size_t p, ptrdiff_t step,
-                                int32_t reach, struct glossy_taps *taps)
+static inline void glossy_weigh(const struct glossy_field *f, const struct glossy_asker *a,
+                                size_t p, ptrdiff_t step, int32_t reach, struct glossy_taps *taps)
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
@@ -187,7 +192,7 @@ static inline void glossy_weigh(const struct glossy_field *f, const struct gloss
         struct lanes weight;
         if (!glossy_meets(f, a, q)) continue;
         for (int v = 0; v < LANES_VECTORS; v++)
-            weight.v[v] = glossy_weight(f, rule, a, q, v, square, &taken.v[v]);
+            weight.v[v] = glossy_weight(f, a, q, v, square, &taken.v[v]);
         if (!lanes_any(&taken)) continue;
         lanes_store(&weight, taps->weight[taps->count]);
         taps->at[taps->count++] = (ptrdiff_t)q;
@@ -199,10 +204,10 @@ static inline void glossy_gather(const struct glossy_field *f, const struct glos
 {
     struct glossy_asker asker;
     taps->count = 0;
-    glossy_ask(f, p, &asker);
+    glossy_ask(f, rule, p, &asker);
     if (!lanes_any(&asker.receives)) return;
-    glossy_weigh(f, rule, &asker, p, -run->step, run->before, taps);
-    glossy_weigh(f, rule, &asker, p, run->step, run->after, taps);
+    glossy_weigh(f, &asker, p, -run->step, run->before, taps);
+    glossy_weigh(f, &asker, p, run->step, run->after, taps);
 }
 
 /* 1 / (1 + the sum of the weights). */

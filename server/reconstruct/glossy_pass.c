@@ -10,6 +10,7 @@
 #define CAP_PX       5.0f
 #define REACH        2.5f /* caps */
 #define FOOTPRINT_PX 0.7f /* at SAMPLES */
+#define RULES        61   /* that are kept at a time */
 
 /* Squared errors vary less than light does: lobes may differ, if they are of one surface. */
 #define SMOOTH_PX       8.0f
@@ -49,64 +50,56 @@ static struct glossy_rule rule_of(const struct glossy_pass *pass, float n)
     return pass->smooth ? smooth_rule(pass->plan) : filter_rule(pass->plan, n, pass->width);
 }
 
-static float first_rays(const struct plan *plan)
+/* Rays that every pixel has. */
+static float least_rays(const struct plan *plan)
 {
     const float l = (float)plan->indirect_strata_per_axis;
     return fmaxf(l * l, 1.0f);
 }
 
-/* Under a target, as many as bounce rays. */
-float *glossy_rays(const struct plan *plan, const struct patch *patch)
-{
-    return plan->target_error > 0.0f ? patch->bounces : NULL;
-}
-
 int32_t glossy_pass_reach(const struct glossy_pass *pass)
 {
-    return rule_of(pass, first_rays(pass->plan)).reach;
+    return rule_of(pass, least_rays(pass->plan)).reach;
 }
 
-/* How many pixels from (x, y) on, up to x1, have as many rays as that one has, `*rays`. */
-static int32_t alike(const struct glossy_pass *pass, int32_t x, int32_t x1, int32_t y, float *rays)
+/* Each pixel's rule by its own rays, of which there are few different numbers. */
+static void set_rules(const struct glossy_pass *pass, struct glossy_place *place)
 {
-    const float *counts = glossy_rays(pass->plan, pass->patch);
-    *rays = first_rays(pass->plan);
-    if (!counts || pass->smooth) return x1 - x;
-    const size_t first = patch_pixel(pass->patch, x, y);
-    int32_t n = 1;
-    while (x + n < x1 && counts[first + (size_t)n] == counts[first]) n++;
-    *rays = fmaxf(counts[first], *rays);
-    return n;
-}
-
-/* Row y of `rect`, from left to right: runs pass their ends, and the next ones set that right. */
-static void run_row(const struct glossy_pass *pass, const struct glossy_place *place,
-                    struct rect rect, int32_t y, bool along_x, uint32_t count, float *const *in,
-                    float *const *out)
-{
-    const struct glossy_kernels *kernels = glossy_kernels_best();
-    float before = 0.0f, rays;
-    struct glossy_rule rule;
-    for (int32_t x = rect.x0, n; x < rect.x1; x += n) {
-        n = alike(pass, x, rect.x1, y, &rays);
-        if (rays != before) rule = rule_of(pass, before = rays);
-        const struct rect part = {x, y, x + n, y + 1};
-        const struct glossy_run run = glossy_place_run(place, part, y, along_x, rule.reach);
-        kernels->spread(&place->field, &rule, &run, count, (const float *const *)in, out);
+    const float *rays = pass->patch->glossy_rays, least = least_rays(pass->plan);
+    struct glossy_rule known[RULES] = {{0}};
+    float of[RULES] = {0};
+    for (int32_t y = place->rect.y0; y < place->rect.y1; y++) {
+        const size_t to = glossy_place_index(place, place->rect.x0, y);
+        const size_t from = patch_pixel(pass->patch, place->rect.x0, y);
+        for (size_t i = 0; i < (size_t)rect_width(place->rect); i++) {
+            const float n = fmaxf(rays[from + i], least);
+            const uint32_t k = (uint32_t)n % RULES;
+            if (of[k] != n) known[k] = rule_of(pass, of[k] = n);
+            glossy_place_rule(place, to + i, &known[k]);
+        }
     }
 }
 
-void glossy_pass_run(const struct glossy_pass *pass, const struct glossy_place *place,
-                     struct rect rect, uint32_t count, float *const *in, float *const *between,
+static void run_rows(const struct glossy_place *place, const struct glossy_rule *rule,
+                     struct rect rect, bool along_x, uint32_t count, float *const *in,
                      float *const *out)
 {
-    const int32_t reach = glossy_pass_reach(pass);
+    const struct glossy_kernels *kernels = glossy_kernels_best();
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const struct glossy_run run = glossy_place_run(place, rect, y, along_x, rule->reach);
+        kernels->spread(&place->field, rule, &run, count, (const float *const *)in, out);
+    }
+}
+
+void glossy_pass_run(const struct glossy_pass *pass, struct glossy_place *place, struct rect rect,
+                     uint32_t count, float *const *in, float *const *between, float *const *out)
+{
+    const struct glossy_rule rule = rule_of(pass, least_rays(pass->plan));
     struct rect tall = rect;
-    tall.y0 -= reach;
-    tall.y1 += reach;
-    tall = rect_intersect(tall, place->rect);
-    for (int32_t y = tall.y0; y < tall.y1; y++)
-        run_row(pass, place, tall, y, true, count, in, between);
-    for (int32_t y = rect.y0; y < rect.y1; y++)
-        run_row(pass, place, rect, y, false, count, between, out);
+    tall.y0 -= rule.reach;
+    tall.y1 += rule.reach;
+    glossy_place_one_rule(place);
+    if (pass->patch->glossy_rays && !pass->smooth) set_rules(pass, place);
+    run_rows(place, &rule, rect_intersect(tall, place->rect), true, count, in, between);
+    run_rows(place, &rule, rect, false, count, between, out);
 }

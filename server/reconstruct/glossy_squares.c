@@ -80,7 +80,7 @@ static void store(const struct glossy_squares *s, struct rect rect, float *const
 void glossy_squares_find(const struct glossy_squares *s, struct rect wide, struct rect rect,
                          float *const square_out[3])
 {
-    const struct glossy_place *p = s->place;
+    struct glossy_place *p = s->place;
     const struct glossy_pass narrower = {.plan = s->plan, .patch = s->patch, .width = RATIO};
     const struct glossy_pass smooth = smoothing(s->plan, s->patch);
     if (s->filtered)

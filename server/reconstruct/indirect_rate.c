@@ -8,6 +8,9 @@
 #define HALF_PI     1.57079632679489662
 #define RAYS_BEYOND 1e9f /* more than anybody gets */
 #define WIDTH_MOST  1e30f
+#define FIT_END     50.0f /* exponent */
+
+#define ALPHA_SQUARED_LEAST 1e-8f
 
 struct indirect_bandlimit indirect_bandlimit_lambert(void)
 {
@@ -54,6 +57,14 @@ struct indirect_bandlimit indirect_bandlimit_phong(float exponent)
     return (struct indirect_bandlimit){4.27f + 0.15f * exponent, gamma_of(exponent)};
 }
 
+struct indirect_bandlimit indirect_bandlimit_facets(float alpha)
+{
+    const float m = 2.0f / fmaxf(alpha * alpha, ALPHA_SQUARED_LEAST) - 2.0f;
+    struct indirect_bandlimit band = indirect_bandlimit_blinn_phong(fminf(fmaxf(m, 0.0f), FIT_END));
+    if (!(m > FIT_END)) return band;
+    return (struct indirect_bandlimit){band.omega * sqrtf(m / FIT_END), gamma_of(m)};
+}
+
 float indirect_rate_width(const struct indirect_bandlimit *band, float mu,
                           const struct indirect_span *span)
 {
@@ -94,16 +105,18 @@ uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most)
 struct rate {
     const struct plan *plan;
     struct rect inner;
+    const struct patch *patch;
     struct indirect_place *place;
-    struct indirect_bandlimit band;
+    const float *alpha; /* of lobes, in the patch; NULL: of Lambert receivers */
     float near_px;
 };
 
 /* Nearest distances are pooled as for widths, by their inverses; farthest ones as they are: a pixel
  * in a crack, whose rays all end at once, must not make others look as if all were near. */
-static void load_far(const struct rate *r, const struct patch *patch)
+static void load_far(const struct rate *r)
 {
     const struct rect all = r->place->rect;
+    const struct patch *patch = r->patch;
     for (int32_t y = all.y0; y < all.y1; y++) {
         const size_t to = indirect_place_index(r->place, all.x0, y);
         const float *far = patch->reflector_far + patch_pixel(patch, all.x0, y);
@@ -114,13 +127,14 @@ static void load_far(const struct rate *r, const struct patch *patch)
     }
 }
 
-static uint32_t side_of(const struct rate *r, float near, float far, float pixel)
+static uint32_t side_of(const struct rate *r, const struct indirect_bandlimit *band, float near,
+                        float far, float pixel)
 {
     const uint32_t l = r->plan->indirect_strata_per_axis;
     if (!(pixel > 0.0f && near > 0.0f && far > 0.0f)) return 0;
     const float least = r->near_px * pixel;
     const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
-    const float mu = r->plan->rate.mu, rays = indirect_rate_rays(&r->band, mu, &span);
+    const float mu = r->plan->rate.mu, rays = indirect_rate_rays(band, mu, &span);
     return indirect_rate_side(fmaxf(rays, indirect_rate_least(mu, l * l)), l * l,
                               r->plan->rate.rays_most);
 }
@@ -133,13 +147,19 @@ static void find_row(const struct rate *r, const struct indirect_kernels *kernel
     float *near = indirect_place_spare(r->place, 1), *far = indirect_place_spare(r->place, 2);
     kernels->nearness(&r->place->field, &run, r->place->nearness, near);
     kernels->nearness(&r->place->field, &run, indirect_place_spare(r->place, 0), far);
-    for (size_t i = 0; i < (size_t)rect_width(r->inner); i++)
-        sides[i] = (uint8_t)side_of(r, near[run.first + i], far[run.first + i],
+    const size_t from = patch_pixel(r->patch, r->inner.x0, y);
+    struct indirect_bandlimit band = indirect_bandlimit_lambert();
+    float of = -1.0f; /* whose band it is: runs of equal ones are common */
+    for (size_t i = 0; i < (size_t)rect_width(r->inner); i++) {
+        if (r->alpha && r->alpha[from + i] != of)
+            band = indirect_bandlimit_facets(of = r->alpha[from + i]);
+        sides[i] = (uint8_t)side_of(r, &band, near[run.first + i], far[run.first + i],
                                     r->place->pixel[run.first + i]);
+    }
 }
 
-int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
-                       uint8_t *sides)
+static int find(const struct plan *plan, const struct patch *patch, const float *alpha,
+                struct rect inner, uint8_t *sides)
 {
     struct indirect_place place;
     const struct rect common = rect_intersect(inner, patch->rect);
@@ -152,12 +172,29 @@ int indirect_rate_find(const struct plan *plan, const struct patch *patch, struc
     const float lines = (float)plan->height_px / INDIRECT_RATE_LINES;
     const struct rate r = {.plan = plan,
                            .inner = inner,
+                           .patch = patch,
                            .place = &place,
-                           .band = indirect_bandlimit_lambert(),
+                           .alpha = alpha,
                            .near_px = INDIRECT_RATE_NEAR_PX * lines};
-    load_far(&r, patch);
+    load_far(&r);
     for (int32_t y = inner.y0; y < inner.y1; y++, sides += rect_width(inner))
         find_row(&r, indirect_kernels_best(), y, sides);
     indirect_place_fini(&place);
     return 0;
+}
+
+int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
+                       uint8_t *sides)
+{
+    return find(plan, patch, NULL, inner, sides);
+}
+
+int indirect_rate_find_lobes(const struct plan *plan, const struct patch *patch, struct rect inner,
+                             uint8_t *sides)
+{
+    struct patch lobes = *patch;
+    if (!patch->glossy_alpha) return ERR_RANGE;
+    lobes.reflector = patch->glossy_near;
+    lobes.reflector_far = patch->glossy_far;
+    return find(plan, &lobes, patch->glossy_alpha, inner, sides);
 }

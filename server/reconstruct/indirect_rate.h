@@ -1,8 +1,8 @@
 #pragma once
-/* Adaptive sampling of indirect light: how many bounce rays a pixel asks for, and how wide its
- * filter is, from how near and how far the first rays came (Mehta et al. 2013, "Axis-aligned
- * filtering for interactive physically-based diffuse indirect lighting", sections 4.1 to 4.3 and
- * 5).
+/* Adaptive sampling of indirect light: how many rays a pixel asks for, of bounces and of its glossy
+ * lobe, and how wide its filter is, from how near and how far the first rays came (Mehta et al.
+ * 2013, "Axis-aligned filtering for interactive physically-based diffuse indirect lighting",
+ * sections 4.1 to 4.3 and 5).
  *
  * A receiver's surface is a low-pass filter of bandlimit Omega over directions; z_near and z_far
  * bound the distances of what lights it, d is a pixel's size there:
@@ -45,6 +45,12 @@ struct indirect_bandlimit indirect_bandlimit_lambert(void);
  * (section 4.3); exponents below 1 count as 1. */
 struct indirect_bandlimit indirect_bandlimit_blinn_phong(float exponent);
 struct indirect_bandlimit indirect_bandlimit_phong(float exponent);
+/* Of facets spread as GGX's, by their alpha: Blinn and Phong's of the exponent m = 2 / alpha^2 - 2,
+ * whose facets are spread about as widely (Walter et al. 2007, "Microfacet models for refraction
+ * through rough surfaces", section 5.2). Above 50, where the fit ends, Omega grows as the lobe
+ * becomes narrower, with the root of m: on its straight line a floor of alpha 0.04 would ask for
+ * eight times the rays at least. */
+struct indirect_bandlimit indirect_bandlimit_facets(float alpha);
 
 /* What one pixel's rays met, and its size there; all above 0, in one unit. */
 struct indirect_span {
@@ -70,3 +76,8 @@ uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most);
  * of `inner` and INDIRECT_NEAR_PX around. ERR_MEMORY, ERR_RANGE without such planes. */
 int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
                        uint8_t *sides);
+
+/* The same of rays of glossy lobes, by how far these see and the bandlimits of their facets; the
+ * plan has two maps of sides. */
+int indirect_rate_find_lobes(const struct plan *plan, const struct patch *patch, struct rect inner,
+                             uint8_t *sides);

@@ -68,6 +68,12 @@ static void carve_glossy(struct carver *c, const struct plan *plan, struct patch
         p->glossy_alpha = carve(c, sizeof(float));
     }
     if (plan->planes >> PLANE_GLOSSY_NEARNESS & 1u) p->glossy_nearness = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_GLOSSY_SPAN & 1u) {
+        p->glossy_near = carve(c, sizeof(float));
+        p->glossy_far = carve(c, sizeof(float));
+    }
+    if (plan_has_rounds(plan) && plan->planes >> PLANE_GLOSSY_MEAN & 1u)
+        p->glossy_rays = carve(c, sizeof(float));
     for (uint32_t k = 0; k < plan->sub_samples; k++)
         if (plan->planes >> PLANE_SUB_REFLECTANCE & 1u) carve_rgb(c, p->sub_reflectance[k]);
 }
@@ -185,7 +191,8 @@ bool patch_knows_glossy_errors(const struct plan *plan)
 
 bool patch_has_far_lobes(const struct plan *plan)
 {
-    return plan->glossy_filter != GLOSSY_FILTER_NONE || patch_knows_glossy_errors(plan);
+    return plan->glossy_filter != GLOSSY_FILTER_NONE || plan->planes >> PLANE_GLOSSY_SPAN & 1u ||
+           patch_knows_glossy_errors(plan);
 }
 
 bool patch_has_surface(const struct patch *patch, size_t i)
@@ -201,6 +208,17 @@ uint64_t patch_count_measured(const struct patch *patch, struct rect rect)
         const size_t first = patch_pixel(patch, rect.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
             count += patch_is_measured(patch, i) ? 1 : 0;
+    }
+    return count;
+}
+
+uint64_t patch_count_glossy(const struct patch *patch, struct rect rect)
+{
+    uint64_t count = 0;
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const size_t first = patch_pixel(patch, rect.x0, y);
+        for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
+            count += patch_is_glossy(patch, i) ? 1 : 0;
     }
     return count;
 }

@@ -5,9 +5,9 @@
  * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light and
- * its half, alpha and nearness; lens samples. The other arrays are not set there. Distances are at
- * most 1e16, so that their squares are finite; normals are 0 without surface. */
+ * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light and its
+ * half, alpha and how far they see; lens samples. The other arrays are not set there. Distances are
+ * at most 1e16, so that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -60,8 +60,11 @@ struct patch {
     float *glossy_weight;   /* of weight alone, over reflectance */
     float *glossy_half[3];  /* the same two of half of the pixel's rays */
     float *glossy_half_weight;
-    float *glossy_alpha;    /* 0: no glossy lobe */
-    float *glossy_nearness; /* mean of 1 / distance, scene units */
+    float *glossy_alpha;             /* 0: no glossy lobe */
+    float *glossy_nearness;          /* mean of 1 / distance, scene units */
+    float *glossy_near, *glossy_far; /* as reflector and reflector_far, of the lobe's rays */
+    float *glossy_rays; /* of the lobe so far, as `bounces`: also in the far halo; NULL unless
+                           pixels may differ */
     float *reflectance[3];
     float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
     float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
@@ -109,5 +112,6 @@ static inline bool patch_is_glossy(const struct patch *patch, size_t i)
     return patch->glossy_alpha[i] > 0.0f && (!patch->depth || patch->depth[i] > 0.0f);
 }
 
-/* Of how many pixels of `rect`, which lies in the patch's. */
+/* Of how many pixels of `rect`, which lies in the patch's: that bounce rays left; with a lobe. */
 uint64_t patch_count_measured(const struct patch *patch, struct rect rect);
+uint64_t patch_count_glossy(const struct patch *patch, struct rect rect);

@@ -33,13 +33,15 @@ static void unpack_counts(const uint8_t *payload, size_t payload_bytes)
     struct bytes_writer w;
     if (message_decode_tile(payload, payload_bytes, &m) != ERR_OK || m.counts_bytes == 0) return;
     const int32_t width = rect_width(m.rect), height = rect_height(m.rect);
-    if (count_map_unpack(m.counts, m.counts_bytes, width, height, counts) != 0) return;
-    bytes_writer_init(&w);
-    if (count_map_pack(&w, counts, width, height) != 0 ||
-        count_map_unpack(w.data, w.size_bytes, width, height, again) != 0)
-        abort();
-    if (memcmp(counts, again, (size_t)rect_area(m.rect)) != 0) abort();
-    bytes_writer_fini(&w);
+    for (uint32_t maps = 1; maps <= COUNT_MAPS_MAX; maps++) {
+        if (count_map_unpack(m.counts, m.counts_bytes, maps, width, height, counts) != 0) continue;
+        bytes_writer_init(&w);
+        if (count_map_pack(&w, counts, maps, width, height) != 0 ||
+            count_map_unpack(w.data, w.size_bytes, maps, width, height, again) != 0)
+            abort();
+        if (memcmp(counts, again, maps * (size_t)rect_area(m.rect)) != 0) abort();
+        bytes_writer_fini(&w);
+    }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes);

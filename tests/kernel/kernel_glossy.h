@@ -14,12 +14,12 @@ static const char *const glossy_kernel_names[GLOSSY_KERNEL_COUNT] = {"spread x",
 #define GLOSSY_CASE_REACH    13 /* 16 samples, 512 lines */
 #define GLOSSY_CASE_MARGIN   32
 #define GLOSSY_CASE_CHANNELS 4
-#define GLOSSY_CASE_ARRAYS   22
+#define GLOSSY_CASE_ARRAYS   25
 
 struct glossy_case {
     struct glossy_field field; /* everything in it owned */
     struct glossy_rule rule;
-    float *array[GLOSSY_CASE_ARRAYS]; /* vectors, sharpness, nearness, plane, channels */
+    float *array[GLOSSY_CASE_ARRAYS]; /* vectors, sharpness, nearness, plane, channels, rules */
     int32_t *object;
     int32_t width, height; /* without the margin to both sides */
     size_t area;
@@ -62,6 +62,9 @@ static inline void glossy_case_pixel(struct random *r, bool wild, int32_t x, int
     out->object[i] = wild ? (x / 7 + y / 5) % 4 : 1;
     for (int c = 0; c < GLOSSY_CASE_CHANNELS; c++)
         out->array[18 + c][i] = wild && field_once_in(r, 30) ? 1e12f : field_between(r, 0.0f, 2.0f);
+    out->array[22][i] = field_between(r, 2.0f, 40.0f);
+    out->array[23][i] = field_between(r, 0.02f, 0.3f);
+    out->array[24][i] = field_between(r, 0.5f, 4.0f);
 }
 
 static inline void glossy_case_show(struct glossy_case *out, int32_t stride)
@@ -98,6 +101,11 @@ static inline void glossy_case_init(struct glossy_case *out, int32_t width, int3
                                      .footprint = wild ? 1.02f : 1e6f,
                                      .reach = GLOSSY_CASE_REACH};
     glossy_case_show(out, stride);
+    if (seed % 2) { /* pixels' own rules */
+        out->field.likeness = out->array[22];
+        out->field.distance = out->array[23];
+        out->field.footprint = out->array[24];
+    }
     for (int32_t y = 0; y < height; y++)
         for (int32_t x = 0; x < width; x++)
             glossy_case_pixel(&r, wild, x, y, (size_t)(y * stride + GLOSSY_CASE_MARGIN + x), out);

@@ -7,7 +7,8 @@ build=${1:?usage: tests/system/adaptive.sh BUILD_DIR}
 . tests/tap.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
-# The box under its lamp is light fields alone; with the sky it is paths beside them.
+# The box under its lamp is light fields alone; with the sky it is paths beside them. Of a glossy floor
+# lobes get second sets, too.
 cat >"$tmp/alone.json" <<J
 {"scene": {"file": "$scene"}, "image": {"width": 104, "height": 96},
  "sampling": {"spp": 9, "seed": 7}, "effects": {"indirect_bounces": 2, "ambient_occlusion": {"distance": 0.4}},
@@ -16,15 +17,22 @@ cat >"$tmp/alone.json" <<J
 J
 jq '.environment = {radiance: [0.2, 0.3, 0.4]} | .sampling.spp = 36' "$tmp/alone.json" >"$tmp/beside.json"
 jq '.effects.indirect_bounces = 0' "$tmp/beside.json" >"$tmp/open.json"
+node tests/bench/scene_files.mjs glossy_floor 16 "$tmp" || exit 1
+jq --arg file "$tmp/glossy_floor.glb" '.scene = {file: $file, lights: false, camera: .scene.camera} |
+    .image = {width: 104, height: 96} | .sampling = {spp: 9, seed: 7} | .effects.indirect_bounces = 2 |
+    .filter = {indirect: "adaptive"} | .layers = ["beauty", "indirect", "diffuse_indirect", "samples", "id"]' \
+    "$tmp/glossy_floor.json" >"$tmp/glossy.json"
+jq '.filter.glossy = "bandlimit"' "$tmp/glossy.json" >"$tmp/bandlimit.json"
+jq '.filter.glossy = "average"' "$tmp/glossy.json" >"$tmp/unfiltered.json"
 render() { # JOB OUT ARGUMENTS...
     "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
 }
 counts() { jq -e "$2" "$tmp/$1.stats"; }
 compared() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" "${@:4}" | tee /dev/stderr; }
 
-for job in alone beside open; do
+for job in alone beside open glossy bandlimit unfiltered; do
     check "$job: one worker" render $job $job --workers 1 --worker-threads 1 --tile 64
-    check "... asks for a second set" counts $job '.adaptive.first_rays > 16 * 9000 and .adaptive.second_rays > 0'
+    check "... asks for a second set" counts $job '.adaptive.first_rays > 16 * 8000 and .adaptive.second_rays > 0'
     check "$job: three workers, other tiles" render $job b --workers 3 --tile 16
     check "... the same bytes" cmp "$tmp/$job.exr" "$tmp/b.exr"
     check "$job: threads" render $job b --workers 1 --worker-threads 2 --tile 40
@@ -33,6 +41,11 @@ for job in alone beside open; do
 done
 check "no ray is traced that was not asked for" counts alone '.rays.indirect <= 2 * (.adaptive.first_rays + .adaptive.second_rays)'
 check "some pixels have enough" counts beside '.skipped.enough_rays > 0'
+
+# Lobes' rays are counted: all pixels together have but one first set of bounce rays each.
+check "lobes have a first set" test "$(jq .adaptive.first_rays "$tmp/glossy.stats")" -gt "$((16 * 104 * 96))"
+check "they get what their filter does not matter to" \
+    test "$(jq -c .adaptive "$tmp/glossy.stats")" = "$(jq -c .adaptive "$tmp/unfiltered.stats")"
 
 # The layer shows what each pixel has got: its mean is what the statistics count.
 sixteen() {
@@ -65,6 +78,23 @@ check "the error falls from mu 0.5 to 4" falls
 bright() { compared truth alone diffuse_indirect --box 8 | jq -e '.finite and ([.ratio[] | values | . > 0.985 and . < 1.015] | all)'; }
 check "the light is that of the truth" bright
 
+jq '.filter = {indirect: "average", glossy: "average"} | .sampling.indirect_spp = 576' \
+    "$tmp/glossy.json" >"$tmp/glossy_truth.json"
+# The same seed puts sub-samples at the same places, whose silhouettes would hide all else.
+check "the truth of the glossy floor" render glossy_truth glossy_truth
+falls_on_the_floor() {
+    local mu error before=1e9
+    for mu in 0.25 1 3; do
+        jq ".filter.mu = $mu" "$tmp/glossy.json" >"$tmp/mu.json"
+        render mu mu || return 1
+        error=$(compared glossy_truth mu indirect --where id,0.5,1.5 | jq .rmse)
+        echo "mu $mu: $(jq -c .adaptive "$tmp/mu.stats"), error $error"
+        awk "BEGIN {exit !($error < 0.9 * $before)}" || return 1
+        before=$error
+    done
+}
+check "... whose error falls" falls_on_the_floor
+
 for size in "1 1" "2 3" "1 37"; do
     read -r width height <<<"$size"
     jq ".image = {width: $width, height: $height}" "$tmp/beside.json" >"$tmp/small.json"
@@ -80,7 +110,7 @@ check "it tells of no errors: the layer" refused '.layers += ["error"]' '/filter
 check "... and the target" refused '.sampling.target_error = 0.1' '/filter/indirect.*does not know its error'
 
 # Workers that die in the middle of a second set.
-jq '.image = {width: 256, height: 256} | .filter.mu = 3 | .sampling.tile_px = 16' "$tmp/alone.json" >"$tmp/large.json"
+jq '.image = {width: 256, height: 256} | .filter.mu = 1.5 | .sampling.tile_px = 16' "$tmp/glossy.json" >"$tmp/large.json"
 check "a frame of many rays" render large large
 serve_start "$tmp/data" --workers 0
 worker() {

@@ -1,6 +1,8 @@
 #pragma once
 /* Puts a block's lanes where they belong in the planes of its tile. Planes that the plan does not
  * ask for are NULL and nothing happens. */
+#include <float.h>
+
 #include "worker/trace/block.h"
 
 void block_store_f32(const struct block *b, const float v[LANES], float *plane);
@@ -15,3 +17,14 @@ void block_store_half(const struct block *b, const float v[LANES], float scale, 
  * half where v is positive. */
 void block_store_positive_half(const struct block *b, const float v[LANES], float scale,
                                uint16_t *plane);
+
+/* The half below REFLECTOR_NONE. */
+#define BLOCK_DISTANCE_MOST 65472.0f
+
+/* A hit's distance over the length unit as planes hold it: 0 would say that there was none, and
+ * REFLECTOR_NONE that nothing was met. */
+static inline float block_distance(float scaled)
+{
+    const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;
+    return positive < BLOCK_DISTANCE_MOST ? positive : BLOCK_DISTANCE_MOST;
+}

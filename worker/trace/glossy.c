@@ -23,8 +23,8 @@ struct gloss {
     const struct path_context *context;
     const struct block *block;
     const struct path_vertex *from;
-    uint32_t count;                    /* rays a pixel */
-    uint32_t first_half;               /* rays 0 .. first_half - 1 */
+    uint32_t most, rays[LANES];        /* rays of the lanes; the most */
+    uint32_t first_half[LANES];        /* rays 0 .. first_half - 1 of each */
     uint32_t frame_key;                /* of the sequence of directions */
     struct lanes3 inverse;             /* 1 / reflectance */
     float whole[LANES];                /* 1 / its sum over channels */
@@ -85,6 +85,13 @@ static float inverse(float reflectance)
     return 1.0f / (reflectance > REFLECTANCE_LEAST ? reflectance : REFLECTANCE_LEAST);
 }
 
+static uint32_t rays_of(const struct path_context *c, const struct block *block, int i)
+{
+    if (!c->lobes) return c->strata * c->strata;
+    const uint32_t l = block->kept.on[i] ? c->lobes[block->element[i]] : 0;
+    return l * l;
+}
+
 static void gloss_init(const struct path_context *c, const struct block *block,
                        const struct path_vertex *from, const struct glossy_lobes *lobes,
                        struct gloss *g)
@@ -93,15 +100,17 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     g->context = c;
     g->block = block;
     g->from = from;
-    g->count = c->strata * c->strata;
-    g->first_half = (g->count + 1) / 2;
+    g->most = 0;
     g->frame_key = path_frame_key(p->seed, p->frame);
     for (int i = 0; i < LANES; i++) {
         const int32_t x = block->x_px[i], y = block->y_px[i];
         g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
-        g->later.on[i] = g->count > 1 && ((x + y) & 1) ? -1 : 0;
+        g->rays[i] = rays_of(c, block, i);
+        g->first_half[i] = (g->rays[i] + 1) / 2;
+        g->later.on[i] = g->rays[i] > 1 && ((x + y) & 1) ? -1 : 0;
+        if (g->on.on[i] && g->rays[i] > g->most) g->most = g->rays[i];
         g->key[i] = path_glossy_key(path_key(p->seed, p->frame, x, y));
-        g->first[i] = path_morton(x, y) * g->count; /* may wrap: far away then comes the same */
+        g->first[i] = path_morton(x, y) * g->rays[i]; /* may wrap: far away then comes the same */
         g->inverse.x[i] = inverse(lobes->reflectance.x[i]);
         g->inverse.y[i] = inverse(lobes->reflectance.y[i]);
         g->inverse.z[i] = inverse(lobes->reflectance.z[i]);
@@ -136,7 +145,7 @@ static bool aim(const struct gloss *g, int i, const float wi[3], struct RTCRay16
  * as all of it; its even numbers lie on one side of the lobe. */
 static bool is_half(const struct gloss *g, uint32_t sample, int i)
 {
-    return (sample >= g->first_half) == (g->later.on[i] != 0);
+    return (sample >= g->first_half[i]) == (g->later.on[i] != 0);
 }
 
 /* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
@@ -190,6 +199,8 @@ static void add_sample(const struct gloss *g, const struct path_harvest *h, size
         sums->half.z[i] += half ? b : 0.0f;
         sums->traced[i] += t > 0.0f ? 1.0f : 0.0f;
         sums->nearness[i] += t > 0.0f ? 1.0f / t : 0.0f; /* of a miss 0 */
+        sums->farthest[i] = (t < INFINITY) & (t > sums->farthest[i]) ? t : sums->farthest[i];
+        sums->nearest[i] = (t > 0.0f) & (t < sums->nearest[i]) ? t : sums->nearest[i];
     }
 }
 
@@ -202,7 +213,8 @@ static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
     path_harvest_clear_field(&paths->harvest, count);
     for (uint32_t k = 0; k < count; k++)
         for (int i = 0; i < LANES; i++)
-            if (g->on.on[i]) begin_path(g, first + k, k * LANES, i, sums, pool);
+            if (g->on.on[i] && first + k < g->rays[i])
+                begin_path(g, first + k, k * LANES, i, sums, pool);
     path_trace_field(g->context, paths);
     for (uint32_t k = 0; k < count; k++)
         add_sample(g, &paths->harvest, (size_t)k * LANES, first + k, sums);
@@ -218,8 +230,8 @@ static void store_half(const struct gloss *g, const struct glossy_sums *sums,
     for (uint32_t c = 0; c < 4; c++) {
         const float scale = c < 3 ? g->context->plan->radiance_scale : 1.0f;
         for (int i = 0; i < LANES; i++) {
-            const uint32_t n = g->later.on[i] ? g->count - g->first_half : g->first_half;
-            v[i] = fminf(light[c][i], MOST) / (float)n;
+            const uint32_t n = g->later.on[i] ? g->rays[i] - g->first_half[i] : g->first_half[i];
+            v[i] = fminf(light[c][i], MOST) / (float)(n > 0 ? n : 1);
         }
         block_store_half(g->block, v, scale, samples_u16(samples, PLANE_GLOSSY_HALF, c));
     }
@@ -228,22 +240,37 @@ static void store_half(const struct gloss *g, const struct glossy_sums *sums,
 static void store(const struct gloss *g, const struct glossy_sums *sums, struct samples *samples)
 {
     const struct plan *plan = g->context->plan;
-    const float share = 1.0f / (float)g->count;
     const float *const light[3] = {sums->light.x, sums->light.y, sums->light.z};
-    _Alignas(LANES_ALIGN) float v[LANES];
+    _Alignas(LANES_ALIGN) float v[LANES], share[LANES];
+    for (int i = 0; i < LANES; i++) share[i] = 1.0f / (float)(g->rays[i] > 0 ? g->rays[i] : 1);
     for (uint32_t c = 0; c < 3; c++) {
         /* sums of finite samples may be infinite */
-        for (int i = 0; i < LANES; i++) v[i] = fminf(light[c][i], MOST) * share;
+        for (int i = 0; i < LANES; i++) v[i] = fminf(light[c][i], MOST) * share[i];
         block_store_half(g->block, v, plan->radiance_scale,
                          samples_u16(samples, PLANE_GLOSSY_MEAN, c));
     }
-    block_store_half(g->block, sums->weight, share, samples_u16(samples, PLANE_GLOSSY_MEAN, 3));
+    for (int i = 0; i < LANES; i++) v[i] = sums->weight[i] * share[i];
+    block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_MEAN, 3));
     for (int i = 0; i < LANES; i++) {
         const float mean = sums->traced[i] > 0.0f ? sums->nearness[i] / sums->traced[i] : 0.0f;
         v[i] = fminf(mean * plan->length_unit, NEARNESS_MOST);
     }
     block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
     store_half(g, sums, samples);
+}
+
+static void store_span(const struct gloss *g, const struct glossy_sums *sums,
+                       struct samples *samples)
+{
+    const float scale = 1.0f / g->context->plan->length_unit;
+    _Alignas(LANES_ALIGN) float near[LANES], far[LANES];
+    for (int i = 0; i < LANES; i++) {
+        const bool met = sums->nearest[i] < INFINITY, traced = g->on.on[i] && g->rays[i] > 0;
+        near[i] = met ? block_distance(scale * sums->nearest[i]) : traced ? REFLECTOR_NONE : 0.0f;
+        far[i] = met ? block_distance(scale * sums->farthest[i]) : 0.0f;
+    }
+    block_store_positive_half(g->block, near, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 0));
+    block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
 }
 
 void glossy_trace(const struct path_context *c, const struct block *block,
@@ -253,13 +280,14 @@ void glossy_trace(const struct path_context *c, const struct block *block,
     struct gloss g;
     gloss_init(c, block, from, &scratch->lobes, &g);
     memset(&scratch->sums, 0, sizeof scratch->sums);
-    if (lanes_count(&g.on) == 0) return;
-    for (uint32_t done = 0; done < g.count;) {
-        const uint32_t left = g.count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+    for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
+    for (uint32_t done = 0; done < g.most;) {
+        const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;
         trace_batch(&g, done, n, &scratch->sums, paths);
         done += n;
     }
     glossy_store_lobes(c, block, &scratch->lobes, samples);
     store(&g, &scratch->sums, samples);
+    if (samples->layout.planes >> PLANE_GLOSSY_SPAN & 1) store_span(&g, &scratch->sums, samples);
 }

@@ -31,6 +31,7 @@ struct glossy_sums {
     struct lanes3 half;  /* the same of the pixel's half of the samples (PLANE_GLOSSY_HALF) */
     _Alignas(LANES_ALIGN) float weight[LANES], nearness[LANES], traced[LANES];
     _Alignas(LANES_ALIGN) float half_weight[LANES];
+    _Alignas(LANES_ALIGN) float nearest[LANES], farthest[LANES]; /* hits; INFINITY, 0: none */
 };
 
 struct glossy_scratch {
@@ -39,7 +40,8 @@ struct glossy_scratch {
 };
 
 /* Traces the kept lanes of scratch->lobes, all with a surface in *from, into the planes of glossy
- * lobes that `samples` has. c->field holds; paths->harvest is overwritten. */
+ * lobes that `samples` has: l^2 rays each, or in a second set as many as the lobe's own side says,
+ * along a curve of their own for each number. c->field holds; paths->harvest is overwritten. */
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples);

@@ -1,6 +1,5 @@
 #include "worker/trace/indirect.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,9 +9,6 @@
 #include "worker/shade/lambert.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
-
-/* The greatest distance that is none: below REFLECTOR_NONE, the half next to it. */
-#define REFLECTOR_MOST 65472.0f
 
 /* Half of what floats hold. */
 #define MOST 1e38f
@@ -284,13 +280,6 @@ static void store_radiance(const struct bounce *b, const struct indirect_sums *s
     }
 }
 
-/* A hit's distance: 0 would say that there was none. */
-static float distance_of(float scaled)
-{
-    const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;
-    return positive < REFLECTOR_MOST ? positive : REFLECTOR_MOST;
-}
-
 static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
                             struct samples *samples)
 {
@@ -298,9 +287,9 @@ static void store_distances(const struct bounce *b, const struct indirect_sums *
     const float scale = 1.0f / b->context->plan->length_unit;
     for (int i = 0; i < LANES; i++) {
         const bool met = sums->nearest[i] < INFINITY;
-        const float near = met ? distance_of(scale * sums->nearest[i]) : REFLECTOR_NONE;
+        const float near = met ? block_distance(scale * sums->nearest[i]) : REFLECTOR_NONE;
         reflector[i] = b->lit.on[i] ? near : 0.0f;
-        far[i] = b->lit.on[i] && met ? distance_of(scale * sums->farthest[i]) : 0.0f;
+        far[i] = b->lit.on[i] && met ? block_distance(scale * sums->farthest[i]) : 0.0f;
         open[i] = b->rays[i] > 0 ? sums->open[i] / (float)b->rays[i] : 0.0f;
     }
     block_store_positive_half(b->block, reflector, 1.0f, samples_u16(samples, PLANE_REFLECTOR, 0));

@@ -35,6 +35,7 @@ struct path_context {
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
+    const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
     uint32_t pass;        /* that they belong to: each has random numbers of its own */
     bool listed;          /* lights of the plan are all that shines */
     bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light

@@ -55,7 +55,7 @@ static inline void case_tile(struct message_tile *m)
     m->frame_id = 77;
     m->index = 2097151;
     m->generation = 4;
-    m->pass = (struct plan_pass){259, 70000 - 7000, 52, 6, NULL};
+    m->pass = (struct plan_pass){259, 70000 - 7000, 52, 6, NULL, NULL};
     m->rect = (struct rect){16320, 8128, 16384, 8192};
     m->counts = case_bytes;
     m->counts_bytes = sizeof case_bytes;

@@ -21,7 +21,7 @@ static inline void samples_case_plane(struct samples *s, enum plane_id plane, ui
 {
     static const uint32_t components[PLANE_ID_COUNT] = {1, 1, 3, 1, 1, 1, 3, 1, 3, 3, 6, 1,
                                                         4, 3, 3, 3, 3, 3, 3, 3, 3, 1, 1, 1,
-                                                        1, 1, 4, 4, 1, 3, 3, 1, 1, 4};
+                                                        1, 1, 4, 4, 1, 3, 3, 1, 1, 4, 2};
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
     uint32_t count = components[plane];
     if (plane >= PLANE_SUB_DEPTH && plane <= PLANE_SUB_ID) count *= s->layout.sub_samples;

@@ -157,7 +157,7 @@ static void tile_values(void **state)
     EXPECT_WITH(tile, m.pass.first = LIMIT_SPP + 1, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.count = LIMIT_PASS_SPP + 1, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.strata = LIMIT_STRATA_PER_AXIS + 1, ERR_LIMIT);
-    EXPECT_WITH(tile, m.pass = ((struct plan_pass){3, 0, 0, 0, NULL}), ERR_OK);
+    EXPECT_WITH(tile, m.pass = ((struct plan_pass){3, 0, 0, 0, NULL, NULL}), ERR_OK);
     EXPECT_WITH(tile, m.counts_bytes = 0, ERR_OK);
     EXPECT_WITH(tile, m.rect.x0 = -1, ERR_RANGE);
     EXPECT_WITH(tile, m.rect.y0 = INT32_MIN, ERR_RANGE);

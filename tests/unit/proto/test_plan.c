@@ -41,7 +41,8 @@ static void plans_round_trip(void **state)
         if (lights == 2) {
             sent.indirect_filter = INDIRECT_FILTER_RATE;
             sent.rate = (struct plan_rate){.mu = 2.5f, .rays_most = 4711};
-            sent.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA));
+            sent.planes &=
+                ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
         }
         encode(&sent, &w);
         memset(&got, 0xee, sizeof got);
@@ -285,7 +286,8 @@ static void indirect_filters_are_checked(void **state)
 
 #define RATE                                                                                       \
     (plan.indirect_filter = INDIRECT_FILTER_RATE, plan.rate.mu = 1.5f, plan.rate.rays_most = 100,  \
-     plan.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA)))
+     plan.planes &=                                                                                \
+     ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF)))
 
 /* A rate belongs to one filter, which has means and distances and no target. */
 static void rates_are_checked(void **state)
@@ -307,10 +309,15 @@ static void rates_are_checked(void **state)
     EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
     EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
             plan.target_error = 0.1f, plan.spp_most = 200),
            ERR_RANGE, "indirect_filter");
     EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
+            plan.paths.without_glossy_indirect = 0),
+           ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
 }
 
 /* The second set follows the schedule, once, with sides. */
@@ -321,9 +328,11 @@ static void second_sets_are_checked(void **state)
     (void)state;
     plan_case(&plan);
     RATE;
+    plan.planes &= ~PLANE_BIT(GLOSSY_SPAN);
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
+    assert_int_equal(plan_side_maps(&plan), 1);
     assert_int_equal(plan_pass_planes(&plan, last), PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
@@ -341,6 +350,7 @@ static void second_sets_are_checked(void **state)
     SECOND(pass.count = 1, ERR_RANGE);
     SECOND(pass.first = 1, ERR_RANGE);
     SECOND(pass.sides = NULL, ERR_RANGE);
+    SECOND(pass.lobes = sides, ERR_RANGE); /* the plan does not ask how far they see */
     plan.rate.rays_most = LIMIT_SPP;
     SECOND(pass.strata = PLAN_SIDE_MOST, 0);
     SECOND(pass.strata = PLAN_SIDE_MOST + 1, ERR_LIMIT);
@@ -354,10 +364,42 @@ static void second_sets_are_checked(void **state)
     assert_int_equal(plan_pass_check(&plan, &first), 0);
     first.sides = sides;
     assert_int_equal(plan_pass_check(&plan, &first), ERR_RANGE);
+    first.sides = NULL;
+    first.lobes = sides;
+    assert_int_equal(plan_pass_check(&plan, &first), ERR_RANGE);
     plan.indirect_filter = INDIRECT_FILTER_LINEAR;
     SECOND((void)0, ERR_RANGE);
+    assert_int_equal(plan_side_maps(&plan), 0);
     assert_false(plan_has_rounds(&plan));
 #undef SECOND
+}
+
+/* Where the plan asks how far glossy lobes see, they have second sets, too. */
+static void second_sets_of_lobes_are_checked(void **state)
+{
+    static struct plan plan;
+    static const uint8_t few[] = {0, 3, 1, 2}, many[] = {9, 0, 0, 1};
+    (void)state;
+    plan_case(&plan);
+    assert_int_equal(plan_side_maps(&plan), 0);
+    RATE;
+    const uint32_t last = plan_pass_count(&plan);
+    assert_int_equal(plan_side_maps(&plan), 2);
+    assert_int_equal(plan_pass_planes(&plan, last),
+                     PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
+    struct plan_pass pass = {.number = last, .strata = 9, .sides = few, .lobes = many};
+    assert_int_equal(plan_pass_check(&plan, &pass), 0);
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.sides = many;
+    pass.lobes = few;
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.sides = few;
+    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* none of them is the largest */
+    pass.lobes = many;
+    pass.strata = 8;
+    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* one of them is above it */
+    pass.lobes = NULL;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
 }
 
 /* Paths need nothing of the light field. */
@@ -591,12 +633,12 @@ static void passes_after_the_schedule_are_checked(void **state)
         const struct plan_pass pass = plan_scheduled_pass(&plan, p);
         assert_int_equal(plan_pass_check(&plan, &pass), p == 0 ? 0 : ERR_RANGE);
     }
-    struct plan_pass pass = {1, 16, 48, 4, NULL};
+    struct plan_pass pass = {1, 16, 48, 4, NULL, NULL};
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE); /* no target */
     plan.target_error = 0.1f;
 #define PASS(change, code)                                                                         \
     do {                                                                                           \
-        pass = (struct plan_pass){1, 16, 48, 4, NULL};                                             \
+        pass = (struct plan_pass){1, 16, 48, 4, NULL, NULL};                                       \
         change;                                                                                    \
         assert_int_equal(plan_pass_check(&plan, &pass), code);                                     \
     } while (0)
@@ -636,7 +678,7 @@ static void passes_are_split_where_the_sequence_is(void **state)
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0, NULL};
+        const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0, NULL, NULL};
         const struct plan_split split = plan_pass_split(&pass);
         assert_memory_equal(&split, &cases[k].split, sizeof split);
     }
@@ -681,6 +723,7 @@ int main(void)
         cmocka_unit_test(indirect_filters_are_checked),
         cmocka_unit_test(rates_are_checked),
         cmocka_unit_test(second_sets_are_checked),
+        cmocka_unit_test(second_sets_of_lobes_are_checked),
         cmocka_unit_test(glossy_filters_are_checked),
         cmocka_unit_test(paths_stand_alone),
         cmocka_unit_test(passes_cover_all_samples_once),

@@ -41,7 +41,7 @@ static void sizes_follow_the_formula(void **state)
 {
     (void)state;
     const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) |
-                           PLANES_GLOSSY | PLANES_LENS;
+                           PLANES_GLOSSY | PLANES_LENS | BIT(GLOSSY_SPAN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
@@ -327,7 +327,7 @@ static void foreign_sizes_and_planes_fail(void **state)
     plan.planes &= ~BIT(REFLECTOR);
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
     plan.planes |= BIT(REFLECTOR);
-    w.data[8 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
+    w.data[12 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
     bytes_writer_fini(&w);
     samples_destroy(&s);

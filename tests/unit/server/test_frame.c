@@ -27,6 +27,7 @@ struct bench {
     uint32_t beside;   /* filter of a light field beside the paths; 0: there is none */
     float target;      /* error; 0: none */
     bool rate;         /* bounce rays come in two sets */
+    bool lobes;        /* and rays of glossy lobes */
     unsigned extended;
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
@@ -154,6 +155,7 @@ static void begin(struct bench *b, int32_t tile_px)
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
     if (!(b->target > 0.0f) && !b->rate) b->plan.indirect_filter = b->beside;
+    if (b->lobes) b->plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     assert_int_equal(frame_create(&options, &b->frame), 0);
 }
 
@@ -523,35 +525,50 @@ static void second_sets_give_the_same_files(void **state)
 }
 
 /* Leases of the second set carry what the tile's pixels get, as often as they are given. */
-static void leases_carry_second_sets(void **state)
+static void check_second_lease(struct bench *b, uint32_t maps)
 {
-    struct bench *b = *state;
     struct fleet_tile tile, again;
-    uint8_t sides[32 * 32];
-    b->rate = true;
-    b->path_spp = 0;
-    b->extended = 0;
-    begin(b, 32);
-    while (b->extended == 0) {
-        while (frame_lease(b->frame, 1, ~0u, &tile)) {
-            assert_true(tile.counts == NULL && tile.pass.sides == NULL);
-            send_tile(b, 1, &tile, 0);
-        }
-        uv_run(&b->loop, UV_RUN_ONCE);
-    }
+    uint8_t sides[2 * 32 * 32];
     assert_true(frame_lease(b->frame, 1, ~0u, &tile));
     assert_int_equal(plan_pass_check(&b->plan, &tile.pass), 0);
     const int32_t width = rect_width(tile.rect), height = rect_height(tile.rect);
-    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, width, height, sides), 0);
-    assert_memory_equal(sides, tile.pass.sides, (size_t)width * (size_t)height);
-    assert_int_equal(plan_sides_check(&tile.pass, (size_t)width * (size_t)height), 0);
+    const size_t area = (size_t)width * (size_t)height;
+    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, maps, width, height, sides),
+                     0);
+    assert_memory_equal(sides, tile.pass.sides, area);
+    if (maps > 1)
+        assert_memory_equal(sides + area, tile.pass.lobes, area);
+    else
+        assert_null(tile.pass.lobes);
+    assert_int_equal(plan_sides_check(&tile.pass, area), 0);
     frame_returned(b->frame, 1, &tile);
     assert_true(frame_lease(b->frame, 2, ~0u, &again));
     assert_true(again.index == tile.index && again.generation == tile.generation + 1);
     assert_memory_equal(again.counts, tile.counts, tile.counts_bytes);
-    frame_drop(&b->frame);
-    run(b);
-    b->rate = false;
+}
+
+static void leases_carry_second_sets(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    for (uint32_t maps = 1; maps <= 2; maps++) {
+        b->rate = true;
+        b->lobes = maps > 1;
+        b->path_spp = 0;
+        b->extended = 0;
+        begin(b, 32);
+        while (b->extended == 0) {
+            while (frame_lease(b->frame, 1, ~0u, &tile)) {
+                assert_true(tile.counts == NULL && tile.pass.sides == NULL);
+                send_tile(b, 1, &tile, 0);
+            }
+            uv_run(&b->loop, UV_RUN_ONCE);
+        }
+        check_second_lease(b, maps);
+        frame_drop(&b->frame);
+        run(b);
+    }
+    b->rate = b->lobes = false;
 }
 
 /* Dropped while it decides, or in a later round. */

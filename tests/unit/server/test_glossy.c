@@ -42,6 +42,40 @@ static void errors_fall_with_samples(void **state)
                 0.4f * error_of(GLOSSY_FILTER_NONE, 2, 0.16f, 0.16f));
 }
 
+/* Pixels with more rays are filtered as all would be that have so many. */
+static void widths_follow_each_pixels_rays(void **state)
+{
+    (void)state;
+    for (int f = 0; f < 2; f++) {
+        struct plan few, many;
+        floor_plan(&few, LINES, filters[f], 4);
+        floor_plan(&many, LINES, filters[f], 8);
+        struct patch *patch = floor_patch(&few, all, 0.16f, 0.3f, 16);
+        float rays[AREA];
+        struct floor_picture at_few = floor_filter(&few, patch, all);
+        struct floor_picture at_many = floor_filter(&many, patch, all);
+        patch->glossy_rays = rays;
+        for (int i = 0; i < AREA; i++) rays[i] = 16.0f;
+        struct floor_picture same = floor_filter(&few, patch, all);
+        for (int i = 0; i < AREA; i++) rays[i] = 64.0f;
+        struct floor_picture more = floor_filter(&few, patch, all);
+        const size_t bytes = AREA * sizeof(float);
+        assert_memory_equal(same.channel[0], at_few.channel[0], bytes);
+        assert_true(floor_rms(at_many.channel[0], at_few.channel[0], AREA) > 1e-3);
+        /* halos reach as far as the fewest rays ask for, where weights are small */
+        assert_true(floor_rms(more.channel[0], at_many.channel[0], AREA) < 2e-4);
+        /* rows are filtered by themselves at first: where a column has its own, so has its mean */
+        for (int i = 0; i < AREA; i++) rays[i] = i % SIDE < SIDE / 2 ? 16.0f : 64.0f;
+        struct floor_picture mixed = floor_filter(&few, patch, all);
+        for (int i = 0; i < AREA; i++)
+            assert_true(mixed.channel[0][i] ==
+                        (i % SIDE < SIDE / 2 ? same.channel[0][i] : more.channel[0][i]));
+        struct floor_picture *const made[] = {&at_few, &at_many, &same, &more, &mixed};
+        for (int k = 0; k < 5; k++) floor_picture_fini(made[k]);
+        patch_destroy(&patch);
+    }
+}
+
 /* Sharp tiles between rough ones stay as sharp as they are. */
 static void roughness_has_edges(void **state)
 {
@@ -220,7 +254,7 @@ static void errors_of_blocks_are_those_of_the_whole(void **state)
             floor_halves(&plan, p, 0.2f, 64);
             for (int32_t y = p->rect.y0; y < p->rect.y1; y++)
                 for (int32_t x = p->rect.x0; x < p->rect.x1; x++)
-                    p->bounces[patch_pixel(p, x, y)] = x < FIRST + 25 ? 64.0f : 1024.0f;
+                    p->glossy_rays[patch_pixel(p, x, y)] = x < FIRST + 25 ? 64.0f : 1024.0f;
             assert_int_equal(
                 glossy_filter_with_error(&plan, p, inners[k], outs, squares, &statistics), 0);
         }
@@ -246,9 +280,9 @@ static void rays_make_filters_narrower(void **state)
     plan.target_error = 0.1f;
     plan.spp_most = 65536;
     struct patch *patch = floor_patch(&plan, all, 0.2f, 0.2f, 4);
-    for (size_t i = 0; i < AREA; i++) patch->bounces[i] = 4.0f;
+    for (size_t i = 0; i < AREA; i++) patch->glossy_rays[i] = 4.0f;
     struct floor_picture few = floor_filter(&plan, patch, all);
-    for (size_t i = 0; i < AREA; i++) patch->bounces[i] = i % SIDE < SIDE / 2 ? 4.0f : 65536.0f;
+    for (size_t i = 0; i < AREA; i++) patch->glossy_rays[i] = i % SIDE < SIDE / 2 ? 4.0f : 65536.0f;
     struct floor_picture many = floor_filter(&plan, patch, all);
     size_t same = 0;
     double off_few = 0, off_many = 0;
@@ -369,6 +403,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_fall_with_samples),
+        cmocka_unit_test(widths_follow_each_pixels_rays),
         cmocka_unit_test(roughness_has_edges),
         cmocka_unit_test(even_light_stays_even),
         cmocka_unit_test(objects_do_not_mix),

@@ -63,6 +63,36 @@ static struct samples *picture_tile(const struct plan *plan)
     return s;
 }
 
+/* How far lobes see, and how many rays they have, also in the far halo. */
+static void patches_tell_of_lobes_second_sets(void **state)
+{
+    (void)state;
+    struct plan plan;
+    struct patch *p;
+    uint8_t lobes[SIDE * SIDE] = {0};
+    picture_plan(&plan, GLOSSY_FILTER_NONE);
+    plan.indirect_filter = INDIRECT_FILTER_RATE;
+    plan.planes |= PLANE_BIT(GLOSSY_SPAN);
+    plan.length_unit = 8;
+    struct samples *s = picture_tile(&plan);
+    fill(samples_u16(s, PLANE_GLOSSY_SPAN, 0), half_from_float(0.5f));
+    fill(samples_u16(s, PLANE_GLOSSY_SPAN, 1), half_from_float(2.0f));
+    lobes[0] = 3;
+    lobes[SIDE * SIDE - 1] = 255;
+    assert_int_equal(patch_create(&plan, tile, &p), 0);
+    p->core = (struct rect){INNER - 1, INNER - 1, SIDE - INNER + 1, SIDE - INNER + 1};
+    gather_tile(&plan, s, (struct pass_counts){.paths = 4, .bounces = 4, .lobes = lobes}, tile, p);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const int side = lobes[i];
+        assert_true(p->glossy_near[i] == 4.0f && p->glossy_far[i] == 16.0f);
+        assert_true(p->glossy_alpha[i] > 0.0f);
+        assert_true(p->glossy_rays[i] == 4.0f + (float)(side * side));
+    }
+    assert_int_equal(patch_count_glossy(p, tile), SIDE * SIDE);
+    patch_destroy(&p);
+    samples_destroy(&s);
+}
+
 static struct patch *picture_patch(const struct plan *plan, const struct samples *s)
 {
     struct patch *p;
@@ -200,6 +230,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tiles_become_patches),
+        cmocka_unit_test(patches_tell_of_lobes_second_sets),
         cmocka_unit_test(lobes_are_in_the_picture),
         cmocka_unit_test(errors_are_in_the_picture),
         cmocka_unit_test(lobes_beside_centres_borrow),

@@ -79,6 +79,32 @@ static void bandlimits_are_those_of_surfaces(void **state)
                 indirect_rate_width(&blinn, 1.0f, &span));
 }
 
+/* Of GGX's facets: m = 2 / alpha^2 - 2, along the fit up to 50, then as lobes narrow. */
+static void facets_have_exponents(void **state)
+{
+    (void)state;
+    static const float exponents[] = {4, 20, 49.9f};
+    for (size_t k = 0; k < sizeof exponents / sizeof *exponents; k++) {
+        const float alpha = sqrtf(2.0f / (exponents[k] + 2.0f));
+        const struct indirect_bandlimit facets = indirect_bandlimit_facets(alpha);
+        const struct indirect_bandlimit blinn = indirect_bandlimit_blinn_phong(exponents[k]);
+        assert_true(fabsf(facets.omega - blinn.omega) < 1e-3f * blinn.omega);
+        assert_true(fabsf(facets.gamma - blinn.gamma) < 1e-3f * blinn.gamma);
+    }
+    near(indirect_bandlimit_facets(1.0f).omega, 3.6); /* m = 0 */
+    near(indirect_bandlimit_facets(2.0f).omega, 3.6);
+    /* m = 1248: 7.8 sqrt(1248 / 50), and lobes that hold ever fewer directions */
+    near(indirect_bandlimit_facets(0.04f).omega, 38.968436);
+    near(indirect_bandlimit_facets(0.04f).gamma, indirect_bandlimit_blinn_phong(1248.0f).gamma);
+    float before = 0.0f;
+    for (float alpha = 1.0f; alpha > 0.001f; alpha *= 0.9f) {
+        const struct indirect_bandlimit band = indirect_bandlimit_facets(alpha);
+        assert_true(band.omega > before && band.omega < INFINITY && band.gamma > 0.0f);
+        before = band.omega;
+    }
+    assert_true(indirect_bandlimit_facets(0.0f).omega < INFINITY);
+}
+
 static void sides_are_what_is_left_in_squares(void **state)
 {
     static const struct {
@@ -171,6 +197,49 @@ static void patches_ask_for_rays(void **state)
             assert_memory_equal(cut + (y - part.y0) * 7, sides + y * SIDE + part.x0, 7);
         patch_destroy(&patch);
     }
+}
+
+/* Each lobe asks by its own roughness and by how far it sees, whatever bounce rays met; pixels
+ * without one do not. */
+static void lobes_ask_for_rays(void **state)
+{
+    struct plan plan;
+    struct patch *patch;
+    uint8_t sides[SIDE * SIDE];
+    const struct rect all = {0, 0, SIDE, SIDE};
+    (void)state;
+    floor_plan(&plan, 1.0f);
+    plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
+    plan.rate.rays_most = 4096;
+    floor_patch(&plan, 0.01f, 100.0f, &patch);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const int x = i % SIDE;
+        patch->glossy_alpha[i] = x < 5 ? 0.2f : x < 10 ? 0.04f : 0.0f;
+        patch->glossy_near[i] = x < 10 ? 10.0f : 0.0f;
+        patch->glossy_far[i] = x < 10 ? 60.0f : 0.0f;
+    }
+    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), 0);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const int x = i % SIDE;
+        const struct indirect_span span = {10.0f, 60.0f, 0.125f};
+        const struct indirect_bandlimit band = indirect_bandlimit_facets(x < 5 ? 0.2f : 0.04f);
+        const uint32_t asked = indirect_rate_side(indirect_rate_rays(&band, 1.0f, &span), 16, 4096);
+        assert_int_equal(sides[i], x < 10 ? asked : 0);
+    }
+    assert_true(side_at(sides, 2, 2) > 0 && side_at(sides, 7, 7) > side_at(sides, 2, 2));
+    /* bounce rays ask by what they met */
+    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+    assert_true(side_at(sides, 2, 2) == 63 && side_at(sides, 12, 2) == 63);
+    /* a lobe that sees nothing has enough */
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        patch->glossy_near[i] = patch->glossy_near[i] > 0.0f ? REFLECTOR_NONE : 0.0f;
+        patch->glossy_far[i] = 0.0f;
+    }
+    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), 0);
+    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
+    patch->glossy_far = NULL;
+    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), ERR_RANGE);
+    patch_destroy(&patch);
 }
 
 /* Equation 21 asks for 0.4 0.09 7.84 (1 + mu)^2 rays and little more of what sees a parallel
@@ -295,6 +364,8 @@ int main(void)
         cmocka_unit_test(widths_are_the_papers),
         cmocka_unit_test(rates_are_the_papers),
         cmocka_unit_test(bandlimits_are_those_of_surfaces),
+        cmocka_unit_test(facets_have_exponents),
+        cmocka_unit_test(lobes_ask_for_rays),
         cmocka_unit_test(sides_are_what_is_left_in_squares),
         cmocka_unit_test(patches_ask_for_rays),
         cmocka_unit_test(rays_grow_with_mu_everywhere),

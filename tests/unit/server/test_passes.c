@@ -461,6 +461,45 @@ static void second_sets_are_weighted_pixel_by_pixel(void **state)
     samples_destroy(&more);
 }
 
+/* Those of glossy lobes by theirs, light and weights alike. */
+static void second_sets_of_lobes_are_weighted_by_their_own(void **state)
+{
+    static const uint8_t sides[] = {9, 0, 2, 0}, lobes[] = {0, 3, 255, 1};
+    struct plan plan;
+    struct samples_layout layout;
+    struct samples *sum, *more;
+    (void)state;
+    synthetic_rate_plan(&plan, 4, 1, 8, 9);
+    plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
+    assert_int_equal(samples_create(&layout, &sum), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
+    assert_int_equal(samples_create(&layout, &more), 0);
+    assert_int_equal(layout.planes,
+                     PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
+    for (int i = 0; i < 4; i++) {
+        for (uint32_t c = 0; c < 4; c++) {
+            samples_u16(sum, PLANE_GLOSSY_MEAN, c)[i] = half_from_float(1.0f);
+            samples_u16(more, PLANE_GLOSSY_MEAN, c)[i] = half_from_float(lobes[i] ? 3.0f : 0.0f);
+        }
+        samples_u16(sum, PLANE_GLOSSY_NEARNESS, 0)[i] = half_from_float(0.5f);
+    }
+    const struct plan_pass pass = {.number = 1, .strata = 255, .sides = sides, .lobes = lobes};
+    struct pass_counts counts = {.paths = 9, .bounces = 16}, second = pass_counts_of(&pass);
+    passes_add(sum, counts, more, second);
+    pass_counts_add(&counts, &second);
+    assert_true(counts.bounces == 16 && counts.sides == sides && counts.lobes == lobes);
+    for (int i = 0; i < 4; i++) {
+        const double n = lobes[i] * lobes[i];
+        for (uint32_t c = 0; c < 4; c++)
+            assert_true(near(half_to_float(samples_u16(sum, PLANE_GLOSSY_MEAN, c)[i]),
+                             (16.0 + 3.0 * n) / (16.0 + n), 1e-3));
+        assert_true(half_to_float(samples_u16(sum, PLANE_GLOSSY_NEARNESS, 0)[i]) == 0.5f);
+    }
+    samples_destroy(&sum);
+    samples_destroy(&more);
+}
+
 /* Blocks read how many rays each pixel has. */
 static void patches_tell_of_second_sets(void **state)
 {
@@ -514,8 +553,8 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 2; /* in the corner of the first block */
     film_begin_round(film, more);
     assert_false(film_complete(film));
-    const struct plan_pass a = {1, 9, 7, 4, NULL}, b = {2, 16, 16, 0, NULL},
-                           c = {3, 32, 4, 0, NULL};
+    const struct plan_pass a = {1, 9, 7, 4, NULL, NULL}, b = {2, 16, 16, 0, NULL, NULL},
+                           c = {3, 32, 4, 0, NULL, NULL};
     struct samples *s = synthetic_pass_of(&plan, 0, &b);
     assert_int_equal(film_land_pass(film, 0, &b, s), ERR_RANGE); /* before its turn */
     assert_int_equal(film_land_pass(film, 5, &a, s), ERR_RANGE); /* was not asked for more */
@@ -533,7 +572,7 @@ static void rounds_settle_blocks_again(void **state)
     more[0] = 0;
     more[5] = 1; /* all four read it */
     film_begin_round(film, more);
-    const struct plan_pass d = {1, 9, 4, 2, NULL};
+    const struct plan_pass d = {1, 9, 4, 2, NULL, NULL};
     land_pass(film, &plan, 5, &d);
     assert_int_equal(settle(film), 4);
     s = synthetic_pass_of(&plan, 0, &c);
@@ -552,6 +591,7 @@ int main(void)
         cmocka_unit_test(lobes_are_weighted_by_their_number),
         cmocka_unit_test(rounds_settle_blocks_again),
         cmocka_unit_test(second_sets_are_weighted_pixel_by_pixel),
+        cmocka_unit_test(second_sets_of_lobes_are_weighted_by_their_own),
         cmocka_unit_test(patches_tell_of_second_sets),
         cmocka_unit_test(spreads_keep_their_digits),
         cmocka_unit_test(any_order_gives_the_same_sums),

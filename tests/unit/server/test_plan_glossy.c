@@ -68,6 +68,24 @@ static void filters_are_taken_as_asked(void **state)
     expect_field(s, GLOSSY_FILTER_BANDLIMIT, "filter.glossy asks for it");
 }
 
+/* Their distances are sent where rays are dealt by them. */
+static void spans_are_for_adaptive_sampling(void **state)
+{
+    struct stage *s = *state;
+    varnish(s);
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANE_BIT(GLOSSY_SPAN), 0);
+    s->job.indirect = INDIRECT_ADAPTIVE;
+    must_make(s);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+    assert_true(s->plan.planes & PLANE_BIT(GLOSSY_SPAN));
+    assert_int_equal(plan_side_maps(&s->plan), 2);
+    s->material.specular = s->material.metallic = 0;
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANE_BIT(GLOSSY_SPAN), 0);
+    assert_int_equal(plan_side_maps(&s->plan), s->plan.indirect_filter == INDIRECT_FILTER_RATE);
+}
+
 /* Nothing is traced or sent for lobes that no surface has. */
 static void other_surfaces_have_none(void **state)
 {
@@ -152,6 +170,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(lobes_have_a_field, set_up, tear_down),
         cmocka_unit_test_setup_teardown(filters_are_taken_as_asked, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(spans_are_for_adaptive_sampling, set_up, tear_down),
         cmocka_unit_test_setup_teardown(other_surfaces_have_none, set_up, tear_down),
         cmocka_unit_test_setup_teardown(halves_are_for_errors, set_up, tear_down),
         cmocka_unit_test_setup_teardown(other_plans_have_none, set_up, tear_down),

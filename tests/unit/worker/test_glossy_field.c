@@ -293,12 +293,89 @@ static void later_passes_have_lobes(void **state)
     free(f);
 }
 
+/* A second set: each lobe's rays are its own, whatever the tile and the pixels beside it; lobes
+ * without any are skipped, and what bounce rays get does not matter to them. */
+static void second_sets_are_of_each_lobe(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, METAL, SHINES_RECT | SHINES_SKY);
+    p.bounces = 2;
+    add_field(&p, 4);
+    add_lobes(&p);
+    p.planes |= BIT(REFLECTOR_FAR) | BIT(GLOSSY_SPAN);
+    p.planes &= ~(BIT(SUB_REFLECTANCE) | BIT(GLOSSY_HALF));
+    p.indirect_filter = INDIRECT_FILTER_RATE;
+    p.rate = (struct plan_rate){.mu = 1, .rays_most = 1000};
+    struct fault fault = {0};
+    struct render_scene *scene;
+    struct tile_tracer *tracer;
+    struct counters counters = {0};
+    const uint32_t last = plan_pass_count(&p);
+    const struct rect all = {0, 0, SIDE_PX, SIDE_PX}, part = {3, 1, SIDE_PX - 2, SIDE_PX};
+    uint8_t none[AREA] = {0}, some[AREA], mixed[AREA], equal[AREA], cut_lobes[AREA];
+    for (int i = 0; i < AREA; i++) {
+        equal[i] = 7;
+        some[i] = (uint8_t)(i % 2);
+        mixed[i] = (uint8_t)(i % 3 == 0 ? 7 : i % 3 == 1 ? 5 : 0);
+    }
+    for (int32_t y = part.y0, k = 0; y < part.y1; y++)
+        for (int32_t x = part.x0; x < part.x1; x++) cut_lobes[k++] = mixed[y * SIDE_PX + x];
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&tracer), 0);
+    struct samples *first, *more, *cut, *whole;
+    const struct plan_pass start = plan_scheduled_pass(&p, 0);
+    const struct plan_pass second = {last, 0, 0, 7, none, mixed},
+                           same = {last, 0, 0, 7, some, equal},
+                           in_part = {last, 0, 0, 7, none, cut_lobes};
+#define TRACE(pass, rect, out, count)                                                              \
+    assert_int_equal(tile_trace_pass(tracer, scene, NULL, &p, pass, rect, NULL, NULL, out, count), \
+                     0)
+    TRACE(&start, all, &first, &(struct counters){0});
+    TRACE(&second, all, &more, &counters);
+    TRACE(&same, all, &whole, &(struct counters){0});
+    TRACE(&in_part, part, &cut, &(struct counters){0});
+#undef TRACE
+    assert_int_equal(more->layout.planes, BIT(INDIRECT_MEAN) | BIT(GLOSSY_MEAN));
+    assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], AREA / 3);
+    assert_true(counters.value[COUNTER_RAYS_INDIRECT] > 0);
+    double of_first = 0, of_second = 0;
+    for (uint32_t c = 0; c < 4; c++)
+        for (int i = 0; i < AREA; i++) {
+            const uint16_t value = samples_u16(more, PLANE_GLOSSY_MEAN, c)[i];
+            if (mixed[i] == 0) assert_int_equal(value, 0);
+            if (mixed[i] == 7) assert_int_equal(value, samples_u16(whole, PLANE_GLOSSY_MEAN, c)[i]);
+            of_first += half_at(first, PLANE_GLOSSY_MEAN, c, i);
+            of_second += half_at(whole, PLANE_GLOSSY_MEAN, c, i);
+        }
+    assert_true(fabs(of_second - of_first) < 0.1 * of_first);
+    for (int32_t y = part.y0; y < part.y1; y++)
+        for (int32_t x = part.x0; x < part.x1; x++)
+            assert_int_equal(samples_u16(more, PLANE_GLOSSY_MEAN, 1)[y * SIDE_PX + x],
+                             samples_u16(cut, PLANE_GLOSSY_MEAN,
+                                         1)[(y - part.y0) * rect_width(part) + x - part.x0]);
+    /* lobes see from the nearest to the farthest; their mean lies between */
+    for (int i = 0; i < AREA; i++) {
+        const double near = half_at(first, PLANE_GLOSSY_SPAN, 0, i) * p.radiance_scale;
+        const double far = half_at(first, PLANE_GLOSSY_SPAN, 1, i) * p.radiance_scale;
+        const double mean = half_at(first, PLANE_GLOSSY_NEARNESS, 0, i) * p.radiance_scale;
+        assert_true(near == (double)REFLECTOR_NONE ? far == 0.0 : far >= near && near > 0.0);
+        assert_true(mean * near <= 1.002);
+    }
+    struct samples **const made[] = {&first, &more, &cut, &whole};
+    for (int k = 0; k < 4; k++) samples_destroy(made[k]);
+    tile_tracer_destroy(&tracer);
+    render_scene_destroy(&scene);
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fields_and_paths_are_the_picture),
         cmocka_unit_test(whatever_shines),
         cmocka_unit_test(other_lobes_stay_with_paths),
+        cmocka_unit_test(second_sets_are_of_each_lobe),
         cmocka_unit_test(planes_describe_lobes),
         cmocka_unit_test(parts_are_the_whole),
         cmocka_unit_test(halves_bring_the_same),

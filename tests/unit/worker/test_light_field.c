@@ -344,8 +344,8 @@ static void later_passes_go_on(void **state)
     const struct rect all = {0, 0, SIDE_PX, SIDE_PX}, part = {3, 1, SIDE_PX - 2, SIDE_PX};
     assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
-    const struct plan_pass start = {0, 0, 16, 4, NULL}, pass = {1, 16, 16, 8, NULL},
-                           next = {1, 16, 16, 0, NULL};
+    const struct plan_pass start = {0, 0, 16, 4, NULL, NULL}, pass = {1, 16, 16, 8, NULL, NULL},
+                           next = {1, 16, 16, 0, NULL, NULL};
     struct samples *first, *more, *cut, *scheduled;
 #define TRACE(plan, pass, rect, out)                                                               \
     assert_int_equal(                                                                              \

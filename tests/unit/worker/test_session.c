@@ -37,7 +37,8 @@ static _Atomic unsigned tracing; /* tiles that a thread has begun */
 static _Atomic unsigned loads, unloads;
 static _Atomic uint32_t traced_pass;
 static _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
-static _Atomic bool traced_map;       /* the last tile had an environment */
+static _Atomic uint32_t traced_lobes;
+static _Atomic bool traced_map; /* the last tile had an environment */
 
 static const char *embree_version(void *ctx)
 {
@@ -102,6 +103,9 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     uint32_t sides = 0;
     for (int64_t i = 0; pass->sides && i < rect_area(rect); i++) sides += pass->sides[i];
     traced_sides = sides;
+    sides = 0;
+    for (int64_t i = 0; pass->lobes && i < rect_area(rect); i++) sides += pass->lobes[i];
+    traced_lobes = sides;
     traced_map = environment != NULL;
     tracing++;
     while (hold && !*stop) usleep(1000);
@@ -807,11 +811,13 @@ static void send_sides(struct world *w, uint64_t frame_id, uint32_t index, uint3
                        uint8_t side, size_t damage)
 {
     const int32_t x = (int32_t)(index % 20) * 32;
-    uint8_t sides[32 * 32] = {0};
+    const uint32_t maps = plan_side_maps(&w->plan) > 1 ? 2 : 1;
+    uint8_t sides[2 * 32 * 32] = {0};
     struct bytes_writer packed;
     bytes_writer_init(&packed);
     for (int i = 0; i < 32; i++) sides[i * 32] = side;
-    assert_int_equal(count_map_pack(&packed, sides, 32, 32), 0);
+    if (maps > 1) sides[2 * 32 * 32 - 1] = 1;
+    assert_int_equal(count_map_pack(&packed, sides, maps, 32, 32), 0);
     memset(packed.data, 0xa5, damage);
     const struct message_tile m = {
         .frame_id = frame_id,
@@ -831,7 +837,8 @@ static void rate_plan(struct world *w)
 {
     w->plan.indirect_filter = INDIRECT_FILTER_RATE;
     w->plan.rate = (struct plan_rate){.mu = 1, .rays_most = 100};
-    w->plan.planes &= ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA));
+    w->plan.planes &=
+        ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
 }
 
 static void a_lease_has_its_pixels_sides(void **state)
@@ -847,6 +854,20 @@ static void a_lease_has_its_pixels_sides(void **state)
     send_pass(w, 9, 2, 1);
     assert_int_equal(expect_result(w), 2);
     assert_int_equal(traced_sides, 0);
+    world_close(w);
+}
+
+/* And those of its glossy lobes, where the plan has them. */
+static void a_lease_has_its_lobes_sides(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    rate_plan(w);
+    w->plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
+    warm_up(w);
+    send_sides(w, 9, 1, 7, 7, 0);
+    assert_int_equal(expect_result(w), 1);
+    assert_true(traced_sides == 7 * 32 && traced_lobes == 1);
     world_close(w);
 }
 
@@ -1078,6 +1099,7 @@ int main(void)
         cmocka_unit_test(a_cancelled_frame_lets_both_blobs_go),
         cmocka_unit_test(a_lease_names_its_pass),
         cmocka_unit_test(a_lease_has_its_pixels_sides),
+        cmocka_unit_test(a_lease_has_its_lobes_sides),
         cmocka_unit_test(sides_that_do_not_fit_break_the_link),
         cmocka_unit_test(a_cancelled_frame_is_stopped),
         cmocka_unit_test(told_to_stop_it_finishes_what_it_traces),
