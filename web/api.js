@@ -23,5 +23,7 @@ export const getJob = (id) => request(`/v1/jobs/${id}`);
 export const cancelJob = (id) => request(`/v1/jobs/${id}`, { method: "DELETE" });
 export const listWorkers = () => request("/v1/workers");
 export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
-export const pixelsUrl = (id, layer) => `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}`;
+// `after`: the revision that is there already, a BigInt; null for none.
+export const pixelsUrl = (id, layer, format, after) =>
+  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${after === null ? "" : `&after=${after}`}`;
 export const imageUrl = (id, frame, kind) => `/v1/jobs/${id}/frames/${frame}/image.${kind}`;
