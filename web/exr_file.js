@@ -10,6 +10,15 @@ const MOST_PIXELS = 1 << 27;
 
 // {width, height, channels: Map of name to Float32Array, half: a Set of the names that were halves}.
 export async function readExr(buffer) {
+  try {
+    return await read(buffer);
+  } catch (error) {
+    if (error instanceof RangeError || error instanceof TypeError) throw new Error("The EXR file is cut off or broken.");
+    throw error;
+  }
+}
+
+async function read(buffer) {
   const halves = halfTable();
   const header = readHeader(new DataView(buffer));
   const { width, height, channels, compression, top, offsets } = header;

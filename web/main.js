@@ -22,7 +22,7 @@ const picture = new PictureView({
   shownAs: $("shown-as"), tone: $("tone"), exposure: $("exposure"), exposureText: $("exposure-text"),
   gamma: $("gamma"), gammaText: $("gamma-text"), curve: $("curve"), dither: $("dither"), clipMarks: $("clip-marks"),
   reset: $("exposure-reset"), range: $("range"), low: $("low"), high: $("high"), auto: $("auto"), logarithmic: $("logarithmic"),
-  compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"),
+  compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"), otherFile: $("other-file"),
   otherProblem: $("other-problem"), wipe: $("wipe"), position: $("wipe-position"), angle: $("wipe-angle"),
   flip: $("flip"), figures: $("figures"), histogram: $("histogram"), histogramText: $("histogram-text"),
   readout: $("readout"), pins: $("pins"), said: $("said"),

@@ -6,6 +6,7 @@ import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
+import { readPictureFile } from "./picture_file.js";
 import { pictureKeys } from "./picture_keys.js";
 import { Probe } from "./probe.js";
 import { Shortcuts } from "./shortcuts.js";
@@ -53,6 +54,12 @@ export class PictureView {
     at.compare.addEventListener("change", () => this.setCompare(at.compare.value));
     at.otherLayer.addEventListener("change", () => this.followOther());
     at.otherJob.addEventListener("change", () => this.chooseOtherJob());
+    at.otherFile.addEventListener("change", () => this.chooseOtherFile(at.otherFile.files[0]));
+    at.stage.addEventListener("dragover", (event) => event.preventDefault());
+    at.stage.addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files.length > 0) this.chooseOtherFile(event.dataTransfer.files[0]);
+    });
     for (const name of ["position", "angle"])
       at[name].addEventListener("input", () => this.compare.set({ [name]: Number(at[name].value) / (name === "position" ? 100 : 1) }));
     at.flip.addEventListener("click", () => this.flip());
@@ -79,8 +86,8 @@ export class PictureView {
     delete this.at.canvas.dataset.view;
     this.viewport.setPicture(0, 0);
     this.at.note.hidden = true;
-    this.at.otherJob.value = "";
-    this.otherJob = null;
+    this.at.otherJob.value = this.at.otherFile.value = "";
+    this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
     this.probe.clear();
     if (job) this.setLayer("beauty");
@@ -91,7 +98,7 @@ export class PictureView {
     if (names.join() === this.layers.join()) return;
     this.layers = names;
     this.fill(this.at.layer, names, this.source?.layer);
-    if (!this.otherJob) this.fill(this.at.otherLayer, names, names.find((name) => name !== this.source?.layer));
+    if (!this.otherJob && !this.otherFile) this.fill(this.at.otherLayer, names, names.find((name) => name !== this.source?.layer));
     if (this.source && !names.includes(this.source.layer)) this.setLayer(names[0]);
   }
 
@@ -135,7 +142,9 @@ export class PictureView {
 
   followOther() {
     if (this.compare.mode === "off" || !this.at.otherLayer.value) return;
-    const next = this.sources.get(this.otherJob ?? this.job, this.at.otherLayer.value);
+    const layer = this.at.otherLayer.value;
+    if (this.otherFile && this.other?.job === this.otherFile.name && this.other.layer === layer) return;
+    const next = this.otherFile ? this.otherFile.source(layer) : this.sources.get(this.otherJob ?? this.job, layer);
     if (next !== this.other) this.stopOther();
     this.other = next;
     this.follow(next);
@@ -145,6 +154,7 @@ export class PictureView {
 
   stopOther() {
     if (this.other && this.other !== this.source) this.other.stop();
+    if (this.otherFile?.name === this.other?.job) this.picture?.forget(this.other?.image);
     this.other = null;
   }
 
@@ -152,7 +162,9 @@ export class PictureView {
   async chooseOtherJob() {
     const text = this.at.otherJob.value.trim(), id = text.split("/").pop();
     let layers = this.layers, problem = "";
-    this.otherJob = null;
+    this.stopOther();
+    this.otherJob = this.otherFile = null;
+    this.at.otherFile.value = "";
     if (text) {
       try {
         if (!ID.test(id)) throw new Error("That is no job's id.");
@@ -161,9 +173,25 @@ export class PictureView {
       } catch (error) { problem = error.status === 404 ? "There is no such job." : error.message; }
     }
     this.at.otherJob.setAttribute("aria-invalid", String(problem !== ""));
+    this.chosenOther(layers, problem);
+  }
+
+  // A file of the person's own to compare with.
+  async chooseOtherFile(file) {
+    if (!file) return;
+    let problem = "", chosen = null;
+    try { chosen = await readPictureFile(file); } catch (error) { problem = error.message; }
+    this.stopOther();
+    this.otherFile = chosen;
+    this.otherJob = null;
+    this.at.otherJob.value = "";
+    this.chosenOther(chosen?.names() ?? this.layers, problem);
+  }
+
+  chosenOther(layers, problem) {
     this.at.otherProblem.textContent = problem;
     this.fill(this.at.otherLayer, layers, layers.includes(this.source?.layer) ? this.source.layer : layers[0]);
-    if (!problem && this.compare.mode === "off") this.setCompare(this.at.compare.value = "wipe");
+    if (this.compare.mode === "off") this.setCompare("wipe");
     else this.followOther();
   }
 
@@ -208,7 +236,7 @@ export class PictureView {
   names() {
     const { source, other, compare, ratio } = this, { width, height } = this.at.canvas;
     if (!other || compare.mode === "off") return [];
-    const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${job.slice(-6)}`}`;
+    const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
     const y = 16 * ratio;
     if (compare.mode !== "wipe")
       return [{ x: width / 2, y, text: compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];

@@ -52,6 +52,8 @@ export function startServer(port = 0) {
   });
 }
 
+export const serverPid = () => server.pid;
+
 export function stopServer(signal = "SIGTERM") {
   return new Promise((done) => {
     server.removeAllListeners("exit");
