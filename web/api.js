@@ -21,6 +21,10 @@ export const listJobs = (cursor) =>
   request(`/v1/jobs?limit=50${cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
 export const getJob = (id) => request(`/v1/jobs/${id}`);
 export const cancelJob = (id) => request(`/v1/jobs/${id}`, { method: "DELETE" });
+// The same key is the same job.
+export const submitJob = (document, key) => request("/v1/jobs", {
+  method: "POST", headers: { "Content-Type": "application/json", "Idempotency-Key": key }, body: JSON.stringify(document),
+});
 export const listWorkers = () => request("/v1/workers");
 export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
 // `after`: the revision that is there already, a BigInt; null for none.

@@ -44,6 +44,19 @@ export class Compare {
   }
 }
 
+// What the difference of two images is, for whoever walks over pixels as LayerImage.each has them.
+export function differenceOf(first, other) {
+  const { width, height } = first;
+  return { width, height, numbers: first.numbers && other.numbers, each(area, step, visit) {
+    const value = other.reader();
+    first.each(area, step, (r, g, b, x, y) => {
+      if (!other.has(x, y)) return;
+      const i = (y * other.width + x) * 3;
+      visit(r - value(i), g - value(i + 1), b - value(i + 2), x, y);
+    });
+  } };
+}
+
 // rmse and relmse of `test` against `reference` over {x0, y0, x1, y1}: relmse is the mean of
 // (t - r)^2 / (r^2 + 0.01 mean(r)^2). Null where the two have nothing in common. Pixels that are not
 // finite are counted and left out.

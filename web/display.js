@@ -94,7 +94,7 @@ export class Display {
     for (const name of ["exposure", "gamma", "curve", "shownAs"]) at[name].value = String(this[name]);
     for (const name of ["auto", "logarithmic", "dither", "clipMarks"]) at[name].checked = this[name];
     for (const name of ["low", "high"])
-      if (document.activeElement !== at[name]) at[name].value = String(Number(this[name].toPrecision(4)));
+      if (document.activeElement !== at[name]) at[name].value = String(Number(this[name].toPrecision(3)));
     at.exposureText.textContent = `${this.exposure > 0 ? "+" : ""}${this.exposure} EV`;
     at.gammaText.textContent = this.gamma.toFixed(2);
     at.tone.hidden = this.shownAs !== "picture";

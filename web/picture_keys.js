@@ -37,6 +37,7 @@ export function pictureKeys(view) {
     { keys: ["w"], name: "wipe between two layers", run: mode("wipe") },
     { keys: ["x"], name: "difference of two layers", run: mode("difference") },
     { keys: ["b", " "], shown: ["B", "Space"], name: "this layer or the other", run: () => view.flip() },
+    { keys: ["u"], name: "filtered or unfiltered (renders the job once more without filters)", run: () => view.showUnfiltered() },
     { keys: ["["], run: () => compare.set({ position: compare.position - 0.02 }) },
     { keys: ["]"], shown: ["[", "]"], name: "move the wipe", run: () => compare.set({ position: compare.position + 0.02 }) },
     { keys: ["r"], name: "turn the wipe by 15 degrees", run: () => compare.set({ angle: compare.angle + 15 }) },

@@ -1,6 +1,6 @@
 // The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
 import { getJob } from "./api.js";
-import { Compare, figures } from "./compare.js";
+import { Compare, differenceOf, figures } from "./compare.js";
 import { Display } from "./display.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
@@ -10,6 +10,7 @@ import { readPictureFile } from "./picture_file.js";
 import { pictureKeys } from "./picture_keys.js";
 import { Probe } from "./probe.js";
 import { Shortcuts } from "./shortcuts.js";
+import { unfilteredTwin } from "./unfiltered.js";
 import { ValueOverlay } from "./value_overlay.js";
 import { Viewport } from "./viewport.js";
 
@@ -63,6 +64,7 @@ export class PictureView {
     for (const name of ["position", "angle"])
       at[name].addEventListener("input", () => this.compare.set({ [name]: Number(at[name].value) / (name === "position" ? 100 : 1) }));
     at.flip.addEventListener("click", () => this.flip());
+    at.unfiltered.addEventListener("click", () => this.showUnfiltered());
     at.fit.addEventListener("click", () => this.viewport.fit());
     at.actual.addEventListener("click", () => this.viewport.zoomTo(1));
     at.zoomIn.addEventListener("click", () => this.viewport.zoomBy(2));
@@ -201,6 +203,28 @@ export class PictureView {
     this.say(this.compare.flipped ? `other: ${this.other?.layer ?? "none"}` : this.source?.layer ?? "");
   }
 
+  // Filtered and unfiltered in turn. The first time the twin is submitted.
+  async showUnfiltered() {
+    const { job } = this;
+    if (this.twin?.of !== job) {
+      this.at.otherProblem.textContent = "";
+      try {
+        this.twin = { of: job, ...await unfilteredTwin(job) };
+        if (this.job !== job) return;
+      } catch (error) {
+        this.at.otherProblem.textContent = error.message;
+        return;
+      }
+    }
+    if (this.otherJob === this.twin.id && this.compare.mode !== "off") { this.flip(); return; }
+    this.stopOther();
+    this.otherFile = null;
+    this.otherJob = this.at.otherJob.value = this.twin.id;
+    this.fill(this.at.otherLayer, this.twin.layers, this.source.layer);
+    this.setCompare("toggle");
+    this.flip();
+  }
+
   showCompare() {
     const { at, compare } = this;
     at.compare.value = compare.mode;
@@ -257,8 +281,9 @@ export class PictureView {
     if (!source) return;
     const { zoom, x, y } = viewport;
     this.measured = { zoom, x, y };
-    display.measure(source.image);
-    this.histogram.draw(source.image, viewport.visible(), display, SCALARS.has(source.layer));
+    const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;
+    display.measure(looked);
+    this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     const found = this.compare.mode !== "off" && other ? figures(source.image, other.image, viewport.visible()) : null;
     at.figures.textContent = found
       ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels} pixels in sight${found.bad ? `, ${found.bad} not finite` : ""}`

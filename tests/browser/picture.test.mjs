@@ -294,6 +294,28 @@ await runAll(async () => {
     await page.selectOption("#compare", "off");
   });
 
+  await test("filtered and unfiltered at one key, of the same samples", async () => {
+    const before = await mean(page);
+    await press(page, "u");
+    await until("the twin's picture", async () => Number((/RMSE ([0-9.]+), .* over 102400 /.exec(await text(page, "figures")) ?? [])[1]) > 0.002, 60);
+    const twin = await page.inputValue("#other-job");
+    const { document } = await (await page.request.get(`${url}/v1/jobs/${twin}`)).json();
+    const own = (await (await page.request.get(`${url}/v1/jobs/${id}`)).json()).document;
+    expect(document.filter.method === "average" && document.filter.indirect === "average", JSON.stringify(document.filter));
+    expect(JSON.stringify(document.sampling) === JSON.stringify(own.sampling), "other samples");
+    expect(await page.getAttribute("#flip", "aria-pressed") === "true", "the filtered one is shown");
+    await save(page, "unfiltered");
+    await press(page, "u");
+    expect(await page.getAttribute("#flip", "aria-pressed") === "false", "the key does not go back");
+    expect(Math.abs(await mean(page) - before) < 0.2, "the filtered picture does not come back");
+    await press(page, "x");
+    await page.selectOption("#shown-as", "sign");
+    await page.waitForTimeout(600);
+    await save(page, "difference-signs");
+    await page.selectOption("#shown-as", "picture");
+    await page.selectOption("#compare", "off");
+  });
+
   await test("a file of one's own: the EXR is equal, the PNG nearly so", async () => {
     await page.selectOption("#compare", "wipe");
     const exr = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.exr`), png = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.png`);
