@@ -27,10 +27,11 @@ export class Probe {
     this.onChange();
   }
 
-  // One step by key; begins where the mouse was, or in the middle of what is in sight.
+  // One step by key; begins where the mouse was if that is in sight, else in its middle.
   step(dx, dy, viewport) {
     const { x0, y0, x1, y1 } = viewport.visible(), { width, height } = viewport.picture;
-    const at = this.point ?? { x: (x0 + x1) >> 1, y: (y0 + y1) >> 1 };
+    const p = this.point, seen = p && p.x >= x0 && p.x < x1 && p.y >= y0 && p.y < y1;
+    const at = seen ? p : { x: (x0 + x1) >> 1, y: (y0 + y1) >> 1 };
     const inside = (v, most) => Math.min(most - 1, Math.max(0, v));
     this.set({ x: inside(at.x + dx, width), y: inside(at.y + dy, height) }, true);
   }
