@@ -50,7 +50,7 @@ pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev demo test unit system browser golden check-shade check-kernels bench \
+.PHONY: all deps deps-browser deps-dev demo test unit system browser soak golden check-shade check-kernels bench \
         bench-accuracy bench-quick fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
@@ -80,6 +80,10 @@ system: all $(fakes) $(benches) $(pictures) $(goldens)
 ## browser: the browser tests alone
 browser: all
 	@tests/run $(B) browser
+## soak: half an hour of updates in the viewer, memory flat; e.g. make soak seconds=300
+soak: seconds = 1800
+soak: all
+	@node tests/browser/soak.test.mjs $(B) $(seconds)
 ## golden: pictures against their authors' references and closed forms, at length
 golden: all $(goldens)
 	@$(B)/tests/golden/analytic long

@@ -21,7 +21,13 @@ export const listJobs = (cursor) =>
   request(`/v1/jobs?limit=50${cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
 export const getJob = (id) => request(`/v1/jobs/${id}`);
 export const cancelJob = (id) => request(`/v1/jobs/${id}`, { method: "DELETE" });
+// The same key is the same job.
+export const submitJob = (document, key) => request("/v1/jobs", {
+  method: "POST", headers: { "Content-Type": "application/json", "Idempotency-Key": key }, body: JSON.stringify(document),
+});
 export const listWorkers = () => request("/v1/workers");
 export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
-export const pixelsUrl = (id, layer) => `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}`;
+// `after`: the revision that is there already, a BigInt; null for none.
+export const pixelsUrl = (id, layer, format, after) =>
+  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${after === null ? "" : `&after=${after}`}`;
 export const imageUrl = (id, frame, kind) => `/v1/jobs/${id}/frames/${frame}/image.${kind}`;

@@ -1,52 +1,36 @@
 // One job: its events, its picture, what can be done with it.
-import { cancelJob, eventsUrl, getJob, imageUrl, pixelsUrl } from "./api.js";
+import { cancelJob, eventsUrl, getJob, imageUrl } from "./api.js";
 import { facts } from "./facts.js";
-import { Picture } from "./picture.js";
-import { followPixels } from "./pixel_feed.js";
 
 const ENDED = new Set(["finished", "failed", "cancelled"]);
-const SHOWN_LAYERS = ["beauty", "direct", "indirect", "emission", "albedo", "normal", "depth",
-                      "visibility", "slope_min", "slope_max", "filter_width", "diffuse_direct",
-                      "diffuse_indirect", "occlusion", "error", "samples"];
-
 const seconds = (s) => s < 90 ? `${Math.ceil(s)} s` : s < 5400 ? `${Math.ceil(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
 
 export class JobView {
-  constructor(elements, onConnection) {
+  constructor(picture, elements, onConnection) {
+    this.picture = picture;
     this.at = elements;
     this.onConnection = onConnection;
-    try {
-      this.picture = new Picture(elements.canvas);
-      this.picture.onRestored = () => this.follow();
-    } catch (error) {
-      this.note(error.message);
-    }
     elements.cancel.addEventListener("click", () => this.cancel());
-    elements.exposure.addEventListener("input", () => this.setExposure(Number(elements.exposure.value)));
-    elements.exposureReset.addEventListener("click", () => this.setExposure(0));
-    elements.layer.addEventListener("change", () => { this.layer = elements.layer.value; this.follow(); });
   }
 
   // Shows a job; the one before is left.
   async open(id) {
     this.close();
     this.id = id;
-    this.layer = "beauty";
     this.announced = -1;
-    this.ended = this.wasLive = false;
+    this.ended = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
     this.at.announce.textContent = "";
     this.showProblem(null);
     this.showProgress({ fraction: 0 });
-    if (this.picture) this.picture.clear();
+    this.picture.open(id);
     this.listen();
-    this.follow();
     await this.reload();
   }
 
   close() {
-    this.stopPixels?.();
+    this.picture.open(null);
     this.events?.close();
     this.id = null;
     this.at.section.hidden = true;
@@ -77,47 +61,24 @@ export class JobView {
     on("frame", () => this.reload());
   }
 
-  follow() {
-    this.stopPixels?.();
-    if (!this.picture || !this.id) return;
-    this.picture.setNormals(this.layer === "normal");
-    this.picture.clear();
-    this.at.canvasNote.hidden = true;
-    this.fetchPixels();
-  }
-
-  fetchPixels() {
-    this.stopPixels?.();
-    if (!this.picture) return;
-    this.stopPixels = followPixels(pixelsUrl(this.id, this.layer), (block) => {
-      try { this.picture.put(block); } catch (error) { this.note(error.message); }
-    }, (state, error) => {
-      if (state === "lost" && error && !this.ended) this.onConnection("connecting", error);
-    });
-  }
-
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
     this.state = job.state;
     this.frame = job.document?.frames?.first ?? 1;
     this.showProgress(job.progress ?? {});
-    this.showLayers(job.document?.layers ?? ["beauty"]);
+    this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
     this.at.cancel.disabled = ENDED.has(job.state);
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
-    if (!ENDED.has(job.state)) this.wasLive = true;
-    else if (!this.ended) this.end(job);
+    if (ENDED.has(job.state) && !this.ended) this.end(job);
   }
 
   end(job) {
     this.ended = true;
     this.events?.close();
     this.at.announce.textContent = `Job ${job.state}`;
-    // A live feed may end with blocks unsent. That of a finished job gives the whole picture once:
-    // ask for it, over the picture that is there.
-    if (job.state === "finished" && this.wasLive) this.fetchPixels();
   }
 
   showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
@@ -136,13 +97,6 @@ export class JobView {
     }
   }
 
-  showLayers(layers) {
-    const known = SHOWN_LAYERS.filter((name) => layers.includes(name));
-    const now = [...this.at.layer.options].map((option) => option.value);
-    if (known.join() !== now.join())
-      this.at.layer.replaceChildren(...known.map((name) => new Option(name, name, false, name === this.layer)));
-  }
-
   showDownloads(job) {
     for (const kind of ["exr", "png"]) {
       const link = this.at[`download_${kind}`];
@@ -150,12 +104,6 @@ export class JobView {
       link.href = imageUrl(this.id, this.frame, kind);
       link.download = `${this.id}.${kind}`;
     }
-  }
-
-  setExposure(ev) {
-    this.at.exposure.value = String(ev);
-    this.at.exposureText.textContent = `${ev > 0 ? "+" : ""}${ev} EV`;
-    this.picture?.setExposure(ev);
   }
 
   async cancel() {
@@ -166,11 +114,6 @@ export class JobView {
   showProblem(text) {
     this.at.problem.hidden = !text;
     this.at.problem.textContent = text ?? "";
-  }
-
-  note(text) {
-    this.at.canvasNote.hidden = false;
-    this.at.canvasNote.textContent = text;
   }
 }
 

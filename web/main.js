@@ -3,6 +3,7 @@
 import { listWorkers } from "./api.js";
 import { JobList } from "./job_list.js";
 import { JobView } from "./job_view.js";
+import { PictureView } from "./picture_view.js";
 
 const $ = (id) => document.getElementById(id);
 const WORDS = { live: "connected", connecting: "connecting", lost: "no connection, trying again" };
@@ -15,11 +16,21 @@ function showConnection(state, error) {
   element.title = error?.message ?? "";
 }
 
-const view = new JobView({
+const picture = new PictureView({
+  stage: $("stage"), canvas: $("canvas"), overlay: $("overlay"), note: $("canvas-note"), layer: $("layer"),
+  zoomText: $("zoom-text"), zoomIn: $("zoom-in"), zoomOut: $("zoom-out"), fit: $("fit"), actual: $("actual"),
+  shownAs: $("shown-as"), tone: $("tone"), exposure: $("exposure"), exposureText: $("exposure-text"),
+  gamma: $("gamma"), gammaText: $("gamma-text"), curve: $("curve"), dither: $("dither"), clipMarks: $("clip-marks"),
+  reset: $("exposure-reset"), range: $("range"), low: $("low"), high: $("high"), auto: $("auto"), logarithmic: $("logarithmic"),
+  compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"), otherFile: $("other-file"),
+  otherProblem: $("other-problem"), wipe: $("wipe"), position: $("wipe-position"), angle: $("wipe-angle"),
+  flip: $("flip"), unfiltered: $("unfiltered"), figures: $("figures"), histogram: $("histogram"), histogramText: $("histogram-text"),
+  readout: $("readout"), pins: $("pins"), said: $("said"),
+  sheet: { dialog: $("keys"), list: $("keys-list"), open: $("keys-open"), close: $("keys-close") },
+}, (state, error) => { if (state === "lost" && error) showConnection("connecting", error); });
+const view = new JobView(picture, {
   section: $("job"), title: $("job-title"), cancel: $("cancel"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
-  canvas: $("canvas"), canvasNote: $("canvas-note"), layer: $("layer"),
-  exposure: $("exposure"), exposureText: $("exposure-text"), exposureReset: $("exposure-reset"),
   download_exr: $("download-exr"), download_png: $("download-png"),
   warnings: $("warnings"), facts: $("facts"),
 }, showConnection);

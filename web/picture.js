@@ -1,44 +1,27 @@
-// The picture on the canvas: half floats in a WebGL2 texture, exposure and the sRGB curve in the
-// shader, so that moving the exposure asks the server nothing.
+// The picture on the canvas: layers in WebGL2 textures, everything else in the shader, so that no
+// control asks the server anything.
+import { magnitudes, signs, STEPS } from "./color_map.js";
+import { COMPARE, CURVES, FRAGMENT, SHOWN_AS, VERTEX } from "./shader.js";
 
-const VERTEX = `#version 300 es
-out vec2 at;
-void main() {
-  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-  at = vec2(corner.x, 1.0 - corner.y);
-  gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);
-}`;
-const FRAGMENT = `#version 300 es
-precision highp float;
-uniform sampler2D picture;
-uniform float scale;
-uniform float offset;
-in vec2 at;
-out vec4 color;
-void main() {
-  vec3 linear = clamp(texture(picture, at).rgb * scale + offset, 0.0, 1.0);
-  vec3 high = 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055;
-  color = vec4(mix(high, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308))), 1.0);
-}`;
+const UNIFORMS = ["first", "other", "ramps", "firstSize", "otherSize", "canvasHeight", "zoom", "origin", "compare",
+                  "shownAs", "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 export class Picture {
-  // Throws when the browser has no WebGL2.
-  constructor(canvas) {
+  // `look()` gives what is to be drawn: {first, other, viewport, display, compare}; first and other
+  // are LayerImages, other may be null. Throws when the browser has no WebGL2.
+  constructor(canvas, look) {
     this.canvas = canvas;
-    this.width = this.height = 0;
-    this.exposure = 0;
-    this.normals = false;
-    this.pixelsSet = 0;
+    this.look = look;
+    this.textures = new Map(); // by LayerImage
+    this.drawings = this.uploads = 0;
     this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("This browser has no WebGL2; the PNG link still works.");
     canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.lost = true; });
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
+      this.textures.clear();
       this.build();
-      const { width, height } = this;
-      this.width = this.height = 0;
-      this.resize(width, height);
-      this.onRestored?.();
+      this.draw();
     });
     this.build();
   }
@@ -55,68 +38,103 @@ export class Picture {
     }
     gl.linkProgram(program);
     gl.useProgram(program);
-    this.scale = gl.getUniformLocation(program, "scale");
-    this.offset = gl.getUniformLocation(program, "offset");
+    this.at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));
     gl.bindVertexArray(gl.createVertexArray());
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    ["first", "other", "ramps"].forEach((name, unit) => gl.uniform1i(this.at[name], unit));
+    this.blank = this.makeTexture(gl.RGB16F, 1, 1);
+    this.ramps = this.makeTexture(gl.RGBA8, STEPS, 2);
+    [magnitudes(), signs()].forEach((ramp, row) =>
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, row, STEPS, 1, gl.RGBA, gl.UNSIGNED_BYTE, ramp));
   }
 
-  // A new, black picture of that size; keeps the one that is there when the size is the same.
-  resize(width, height) {
-    if (width === this.width && height === this.height) return;
+  makeTexture(format, width, height) {
     const { gl } = this;
     const max = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (width > max || height > max) throw new Error(`${width} × ${height} is above this GPU's ${max}; use the PNG link.`);
-    this.width = this.canvas.width = width;
-    this.height = this.canvas.height = height;
-    if (this.texture) gl.deleteTexture(this.texture);
-    this.texture = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB16F, width, height);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    this.clear();
+    const texture = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+    return texture;
   }
 
-  clear() {
-    if (!this.width) return;
-    const row = new Uint16Array(this.width * 3);
-    for (let y = 0; y < this.height; y++) this.upload(0, y, this.width, 1, row);
-    this.pixelsSet = 0;
-    this.draw();
-  }
-
-  upload(x, y, w, h, pixels) {
+  // The layer's texture, with what has changed since it was drawn last.
+  texture(image) {
+    if (!image?.numbers) return this.blank;
     const { gl } = this;
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, gl.HALF_FLOAT, pixels);
+    let entry = this.textures.get(image);
+    if (entry && (entry.width !== image.width || entry.height !== image.height || entry.float !== image.isFloat())) {
+      this.forget(image);
+      entry = null;
+    }
+    if (!entry) {
+      const { width, height } = image, float = image.isFloat();
+      entry = { width, height, float, texture: this.makeTexture(float ? gl.RGB32F : gl.RGB16F, width, height) };
+      this.textures.set(image, entry);
+      image.touch();
+    }
+    if (image.changed.size > 0) this.upload(image, entry);
+    return entry.texture;
   }
 
-  // A block of the pixel feed.
-  put(block) {
-    if (block.w === 0) { this.resize(block.x, block.y); return; }
-    if (this.lost || block.x + block.w > this.width || block.y + block.h > this.height) return;
-    this.upload(block.x, block.y, block.w, block.h, block.pixels);
-    this.pixelsSet += block.w * block.h;
-    this.draw();
+  upload(image, entry) {
+    const { gl } = this;
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, entry.texture);
+    gl.pixelStorei(gl.UNPACK_ROW_LENGTH, image.width);
+    for (const index of image.changed) {
+      const { x, y, w, h } = image.block(index);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, entry.float ? gl.FLOAT : gl.HALF_FLOAT,
+                       image.numbers, (y * image.width + x) * 3);
+      this.uploads++;
+    }
+    gl.pixelStorei(gl.UNPACK_ROW_LENGTH, 0);
+    image.changed.clear();
   }
 
-  setExposure(ev) { this.exposure = ev; this.draw(); }
-
-  // Normals lie in [-1, 1]: shown as (n + 1) / 2, without exposure.
-  setNormals(on) { this.normals = on; this.draw(); }
+  // Frees the GPU's copy of a layer.
+  forget(image) {
+    const entry = this.textures.get(image);
+    if (!entry) return;
+    this.gl.deleteTexture(entry.texture);
+    this.textures.delete(image);
+  }
 
   // At most one drawing a displayed frame, however many blocks came.
   draw() {
-    if (this.pending || !this.width) return;
+    if (this.pending) return;
     this.pending = true;
     requestAnimationFrame(() => {
       this.pending = false;
-      if (this.lost) return;
-      const { gl } = this;
-      gl.viewport(0, 0, this.width, this.height);
-      gl.uniform1f(this.scale, this.normals ? 0.5 : 2 ** this.exposure);
-      gl.uniform1f(this.offset, this.normals ? 0.5 : 0);
-      gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+      if (this.lost || !this.canvas.width) return;
+      try { this.paint(this.look()); } catch (error) { this.onError?.(error); }
     });
+  }
+
+  paint({ first, other, viewport, display, compare }) {
+    const { gl, at, canvas } = this;
+    [this.texture(first), this.texture(other), this.ramps].forEach((texture, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+    });
+    const size = (image) => image ? [image.width, image.height] : [0, 0];
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.uniform2i(at.firstSize, ...size(first));
+    gl.uniform2i(at.otherSize, ...size(other));
+    gl.uniform1f(at.canvasHeight, canvas.height);
+    gl.uniform1f(at.zoom, viewport.zoom);
+    gl.uniform2f(at.origin, viewport.x, viewport.y);
+    gl.uniform1i(at.compare, COMPARE[compare.shown]);
+    gl.uniform3f(at.line, ...compare.line(canvas.width, canvas.height));
+    gl.uniform1i(at.shownAs, SHOWN_AS[display.shownAs]);
+    gl.uniform1i(at.curve, CURVES[display.curve]);
+    for (const name of ["exposure", "gamma", "low", "high"]) gl.uniform1f(at[name], display[name]);
+    for (const name of ["dither", "clipMarks", "logarithmic"]) gl.uniform1i(at[name], display[name] ? 1 : 0);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    this.drawings++;
+    this.onDrawn?.();
   }
 }

@@ -1,18 +1,20 @@
 // The live pixel feed: a chunked response of binary blocks (PROTOCOL.md, "Pixel feed").
 //
-//   u32 magic "SWPX", u16 version, u16 format (1: three half floats), u32 x, y, w, h, u64 revision,
-//   then w*h*3 half floats, row by row. w = h = 0 tells the image's size in x and y.
+//   u32 magic "SWPX", u16 version, u16 format (three numbers a pixel: 1 half floats, 2 floats),
+//   u32 x, y, w, h, u64 revision, then w*h*3 numbers, row by row. w = h = 0 tells the image's size
+//   in x and y. Who has read a message has every change up to its revision.
 
 const HEADER_BYTES = 32;
 const MAGIC = 0x58505753;
 const MAX_SIDE = 16384;
 const MAX_BLOCK_PIXELS = 1 << 22;
+const NUMBERS = { 1: Uint16Array, 2: Float32Array };
 
 // Cuts a byte stream into blocks. Keeps at most one unfinished block.
 export class BlockParser {
   constructor() { this.parts = []; this.size = 0; this.need = HEADER_BYTES; this.header = null; }
 
-  // Yields {x, y, w, h, revision, pixels: Uint16Array} for every block that is now whole.
+  // Yields {x, y, w, h, revision, numbers} for every block that is now whole.
   *feed(chunk) {
     this.parts.push(chunk);
     this.size += chunk.byteLength;
@@ -20,17 +22,18 @@ export class BlockParser {
       const bytes = this.take(this.need);
       if (!this.header) {
         this.header = readHeader(bytes);
-        this.need = this.header.w * this.header.h * 6;
+        const { w, h, numbers } = this.header;
+        this.need = w * h * 3 * numbers.BYTES_PER_ELEMENT;
         if (this.need > 0) continue;
       }
-      const body = this.header.w > 0 ? bytes : new Uint8Array(0);
-      yield { ...this.header, pixels: new Uint16Array(body.buffer, body.byteOffset, body.byteLength / 2) };
+      const { numbers, ...block } = this.header;
+      yield { ...block, numbers: new numbers(block.w > 0 ? bytes.buffer : 0) };
       this.header = null;
       this.need = HEADER_BYTES;
     }
   }
 
-  // The first n bytes in a buffer of their own, so that half floats are aligned.
+  // The first n bytes in a buffer of their own, so that numbers are aligned.
   take(n) {
     const out = new Uint8Array(n);
     let at = 0;
@@ -52,26 +55,27 @@ function readHeader(bytes) {
   const header = {
     x: view.getUint32(8, true), y: view.getUint32(12, true),
     w: view.getUint32(16, true), h: view.getUint32(20, true),
-    revision: view.getBigUint64(24, true),
+    revision: view.getBigUint64(24, true), numbers: NUMBERS[view.getUint16(6, true)],
   };
-  if (view.getUint32(0, true) !== MAGIC || view.getUint16(4, true) !== 1 || view.getUint16(6, true) !== 1)
+  if (view.getUint32(0, true) !== MAGIC || view.getUint16(4, true) !== 1 || !header.numbers)
     throw new Error("the pixel feed speaks another format: reload the page");
   if (header.x > MAX_SIDE || header.y > MAX_SIDE || header.w * header.h > MAX_BLOCK_PIXELS)
     throw new Error("the pixel feed names a block that is too large");
   return header;
 }
 
-// Reads a feed until its end, again after a break. `onBlock` gets blocks, `onState` "live", "lost"
-// or "ended". Returns a function that stops it.
-export function followPixels(url, onBlock, onState) {
+// Reads a feed until its end; after a break goes on from the revision that it had. `urlAfter` makes
+// the address from a revision (a BigInt, or null for none, as at first), `onBlock` gets blocks,
+// `onState` "live", "lost" or "ended". Returns a function that stops it.
+export function followPixels(urlAfter, revision, onBlock, onState) {
   const control = new AbortController();
-  run().catch((error) => { if (!control.signal.aborted) onState("lost", error); });
+  run();
   return () => control.abort();
 
   async function run() {
     for (let wait = 250; !control.signal.aborted; wait = Math.min(wait * 2, 5000)) {
       try {
-        const response = await fetch(url, { signal: control.signal, cache: "no-store" });
+        const response = await fetch(urlAfter(revision), { signal: control.signal, cache: "no-store" });
         if (response.status === 404 || response.status === 409) { onState("ended"); return; }
         if (!response.ok) throw new Error(`the pixel feed answered ${response.status}`);
         onState("live");
@@ -92,7 +96,11 @@ export function followPixels(url, onBlock, onState) {
     for (;;) {
       const { done, value } = await reader.read();
       if (done) return;
-      for (const block of parser.feed(value)) onBlock(block);
+      for (const block of parser.feed(value)) {
+        if (control.signal.aborted) return;
+        onBlock(block);
+        revision = block.revision;
+      }
     }
   }
 }

@@ -72,23 +72,24 @@ static int first_frame(const json_t *body)
 static void on_pixels(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
-    const char *layer = picture_layer(r);
-    if (!request_back(r) || !found(r, error, body)) return;
-    if (!has_layer(body, layer)) {
+    struct pixels_wish wish;
+    if (!request_back(r) || !found(r, error, body) || !picture_wish(r, &wish)) return;
+    if (!has_layer(body, wish.layer)) {
         request_problem(r, PROBLEM_NOT_FOUND, "the job does not have this layer", NULL);
     } else if (has_ended(body)) {
         r->match.frame = first_frame(body);
         picture_feed(r);
     } else {
         answer_feed(
-            r, stream_pixels_response(r->http->options.streams, r->match.job, r->connection, layer),
+            r, stream_pixels_response(r->http->options.streams, r->match.job, r->connection, &wish),
             "application/octet-stream");
     }
 }
 
 void route_pixels(struct request *r)
 {
-    if (!picture_layer_is_known(r)) return;
+    struct pixels_wish wish;
+    if (!picture_wish(r, &wish)) return;
     request_hold(r);
     jobs_get(r->http->options.jobs, r->match.job, on_pixels, r);
 }

@@ -26,6 +26,32 @@ bool picture_layer_is_known(struct request *r)
     return false;
 }
 
+static bool read_format(const char *text, enum pixels_format *out)
+{
+    *out = text && strcmp(text, "float") == 0 ? PIXELS_F32 : PIXELS_F16;
+    return !text || *out == PIXELS_F32 || strcmp(text, "half") == 0;
+}
+
+static bool read_revision(const char *text, uint64_t *out)
+{
+    size_t digits = text ? strspn(text, "0123456789") : 1;
+    *out = text && digits <= 19 ? strtoull(text, NULL, 10) : 0;
+    return digits >= 1 && digits <= 19 && (!text || !text[digits]);
+}
+
+bool picture_wish(struct request *r, struct pixels_wish *out)
+{
+    *out = (struct pixels_wish){.layer = picture_layer(r)};
+    if (!picture_layer_is_known(r)) return false;
+    const char *fault = NULL;
+    if (!read_format(target_parameter(&r->target, "format"), &out->format))
+        fault = "format must be half or float";
+    else if (!read_revision(target_parameter(&r->target, "after"), &out->after))
+        fault = "after must be a revision that the feed gave";
+    if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);
+    return !fault;
+}
+
 static bool read_exposure(struct request *r, float *out)
 {
     const char *text = target_parameter(&r->target, "exposure");

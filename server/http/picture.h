@@ -2,12 +2,17 @@
 /* A frame's picture in its forms: the finished file, what there is so far, another layer or
  * exposure of either, the pixel feed of a finished frame. Encoding runs on the team. */
 #include "server/http/request.h"
+#include "server/stream/stream.h"
 
 /* The layer that the query asks for; default beauty. */
 const char *picture_layer(const struct request *r);
 
 /* False, and a problem is sent, for a name that is no layer's. */
 bool picture_layer_is_known(struct request *r);
+
+/* What the query asks of the pixel feed: layer, format, after. False, and a problem is sent, when
+ * it is malformed. The layer leads into the request's target. */
+bool picture_wish(struct request *r, struct pixels_wish *out);
 
 /* Answers with the pixel feed of the finished frame r->match.frame: all of it once, then the end.
  */

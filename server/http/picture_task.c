@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "server/http/picture.h"
 #include "server/image/png.h"
 
 static void copy_plane(const struct plane *from, const struct plane *to)
@@ -145,9 +146,11 @@ static struct MHD_Response *take_response(struct picture_task *t)
 static void answer_feed(struct request *r, struct picture_task *t)
 {
     struct image *image = t->image;
+    struct pixels_wish wish;
+    if (!picture_wish(r, &wish)) return;
     t->image = NULL;
     struct MHD_Response *response =
-        stream_still_response(r->http->options.streams, r->connection, image, t->layer);
+        stream_still_response(r->http->options.streams, r->connection, image, &wish);
     if (response && response_protect(response, "application/octet-stream"))
         response_header(response, "Cache-Control", "no-store");
     r->streams = true;

@@ -8,9 +8,13 @@
 struct pixel_reader {
     struct reader base;
     char layer[32];
+    enum pixels_format format;
     struct pixel_blocks dirty;
     struct image *still; /* owned; an image without a stream */
     uint64_t generation; /* of the image that the reader was told about; 0: none */
+    uint64_t has;        /* it has every change up to this revision */
+    uint64_t sweep;      /* the revision when its walk over the blocks began anew */
+    uint64_t told;       /* that it has, by the last message */
     size_t message_bytes, sent_bytes;
     uint8_t message[PIXELS_MESSAGE_BYTES];
 };
@@ -25,18 +29,40 @@ static void put_size(struct pixel_reader *r, const struct image *image, uint64_t
 {
     pixels_write_size(r->message, image->width_px, image->height_px, revision);
     r->message_bytes = PIXELS_HEADER_BYTES;
+    r->told = revision;
 }
 
-/* A new image: its size goes first, then every block that has pixels. */
+/* A new image: its size goes first, then every block that has changed since the revision that the
+ * reader has. Every change of a new image comes after those of the one before. */
 static bool announce(struct pixel_reader *r)
 {
     const struct stream *stream = r->base.stream;
     pixel_blocks_fini(&r->dirty);
     if (pixel_blocks_init(&r->dirty, stream->image->width_px, stream->image->height_px) != 0)
         return false;
-    pixel_blocks_join(&r->dirty, &stream->touched);
+    if (r->has > stream->revision)
+        r->has = 0; /* it has that from another life of the coordinator */
+    pixel_blocks_join(&r->dirty, &stream->changes, r->has);
     r->generation = stream->generation;
-    put_size(r, stream->image, stream->revision);
+    r->sweep = stream->revision;
+    put_size(r, stream->image, r->has);
+    return true;
+}
+
+/* Takes the next block. The walk goes over the blocks round and round: when it begins anew, all
+ * that was dirty at its last beginning has been sent. */
+static bool take_block(struct pixel_reader *r, struct rect *block)
+{
+    const struct stream *stream = r->base.stream;
+    uint32_t from = r->dirty.next;
+    if (!pixel_blocks_take(&r->dirty, block)) {
+        r->has = r->sweep = stream->revision;
+        return false;
+    }
+    if (r->dirty.next <= from) {
+        r->has = r->sweep;
+        r->sweep = stream->revision;
+    }
     return true;
 }
 
@@ -44,7 +70,7 @@ static bool next_of_still(struct pixel_reader *r)
 {
     struct rect block;
     if (r->base.ending || !pixel_blocks_take(&r->dirty, &block)) return false;
-    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, block, 1);
+    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, r->format, block, 1);
     return r->message_bytes > 0;
 }
 
@@ -58,15 +84,18 @@ static bool next_message(struct pixel_reader *r)
     if (r->still) return next_of_still(r);
     if (!stream || r->base.ending) return false;
     if (stream->image && r->generation != stream->generation) return announce(r);
-    if (stream->image && pixel_blocks_take(&r->dirty, &block)) {
+    if (stream->image && take_block(r, &block)) {
         r->message_bytes =
-            pixels_write_block(r->message, stream->image, r->layer, block, stream->revision);
+            pixels_write_block(r->message, stream->image, r->layer, r->format, block, r->has);
+        r->told = r->has;
         return r->message_bytes > 0;
     }
-    if (stream->final) return false;
-    if (r->base.beat && stream->image) put_size(r, stream->image, stream->revision);
-    r->base.beat = false;
-    return true;
+    if (stream->image && (r->base.beat || r->told != r->has)) {
+        put_size(r, stream->image, r->has);
+        r->base.beat = false;
+        return true;
+    }
+    return !stream->final;
 }
 
 static ssize_t read_pixels(void *ctx, uint64_t position, char *out, size_t max_bytes)
@@ -92,10 +121,14 @@ static void free_reader(void *ctx)
     free(r);
 }
 
-static struct pixel_reader *reader_create(const char *layer)
+static struct pixel_reader *reader_create(const struct pixels_wish *wish)
 {
-    struct pixel_reader *r = strlen(layer) < sizeof r->layer ? calloc(1, sizeof *r) : NULL;
-    if (r) memcpy(r->layer, layer, strlen(layer) + 1);
+    size_t bytes = strlen(wish->layer) + 1;
+    struct pixel_reader *r = bytes <= sizeof r->layer ? calloc(1, sizeof *r) : NULL;
+    if (!r) return NULL;
+    memcpy(r->layer, wish->layer, bytes);
+    r->format = wish->format;
+    r->has = wish->after;
     return r;
 }
 
@@ -106,10 +139,11 @@ static struct MHD_Response *response_of(struct pixel_reader *r)
 }
 
 struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
-                                            struct MHD_Connection *connection, const char *layer)
+                                            struct MHD_Connection *connection,
+                                            const struct pixels_wish *wish)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(layer) : NULL;
+    struct pixel_reader *r = stream ? reader_create(wish) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
         free(r);
@@ -120,9 +154,9 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
 }
 
 struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connection *connection,
-                                           struct image *image, const char *layer)
+                                           struct image *image, const struct pixels_wish *wish)
 {
-    struct pixel_reader *r = reader_create(layer);
+    struct pixel_reader *r = reader_create(wish);
     struct MHD_Response *response = NULL;
     if (r && pixel_blocks_init(&r->dirty, image->width_px, image->height_px) == 0)
         response = response_of(r);

@@ -34,23 +34,54 @@ static void set(struct pixel_blocks *b, uint32_t index)
     b->bits[index / 64] |= bit;
 }
 
-void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed)
+/* The blocks that a rectangle touches, as a rectangle of blocks. */
+static struct rect blocks_of(struct rect changed, int32_t width_px, int32_t height_px)
 {
-    struct rect r = rect_intersect(changed, (struct rect){0, 0, b->width_px, b->height_px});
-    if (!b->bits || rect_is_empty(r)) return;
-    for (int32_t y = r.y0 / PIXELS_BLOCK_PX; y <= (r.y1 - 1) / PIXELS_BLOCK_PX; y++)
-        for (int32_t x = r.x0 / PIXELS_BLOCK_PX; x <= (r.x1 - 1) / PIXELS_BLOCK_PX; x++)
-            set(b, (uint32_t)(y * b->columns + x));
+    struct rect r = rect_intersect(changed, (struct rect){0, 0, width_px, height_px});
+    if (rect_is_empty(r)) return (struct rect){0};
+    return (struct rect){r.x0 / PIXELS_BLOCK_PX, r.y0 / PIXELS_BLOCK_PX,
+                         (r.x1 - 1) / PIXELS_BLOCK_PX + 1, (r.y1 - 1) / PIXELS_BLOCK_PX + 1};
 }
 
-void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_blocks *from)
+void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed)
 {
-    if (!b->bits || !from->bits || b->columns != from->columns || b->rows != from->rows) return;
-    b->count = 0;
-    for (size_t i = 0; i < word_count(b); i++) {
-        b->bits[i] |= from->bits[i];
-        b->count += (uint32_t)__builtin_popcountll(b->bits[i]);
-    }
+    struct rect r = blocks_of(changed, b->width_px, b->height_px);
+    if (!b->bits) return;
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1; x++) set(b, (uint32_t)(y * b->columns + x));
+}
+
+int pixel_changes_init(struct pixel_changes *c, int32_t width_px, int32_t height_px)
+{
+    *c = (struct pixel_changes){.width_px = width_px, .height_px = height_px};
+    struct rect all = blocks_of((struct rect){0, 0, width_px, height_px}, width_px, height_px);
+    if (rect_is_empty(all)) return 0;
+    c->revision = calloc((size_t)rect_area(all), sizeof *c->revision);
+    return c->revision ? 0 : ERR_MEMORY;
+}
+
+void pixel_changes_fini(struct pixel_changes *c)
+{
+    free(c->revision);
+    *c = (struct pixel_changes){0};
+}
+
+void pixel_changes_mark(struct pixel_changes *c, struct rect changed, uint64_t revision)
+{
+    struct rect r = blocks_of(changed, c->width_px, c->height_px);
+    int32_t columns = (c->width_px + PIXELS_BLOCK_PX - 1) / PIXELS_BLOCK_PX;
+    if (!c->revision) return;
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1; x++) c->revision[y * columns + x] = revision;
+}
+
+void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_changes *from, uint64_t after)
+{
+    if (!b->bits || !from->revision || b->width_px != from->width_px ||
+        b->height_px != from->height_px)
+        return;
+    for (uint32_t i = 0; i < (uint32_t)b->columns * (uint32_t)b->rows; i++)
+        if (from->revision[i] > after) set(b, i);
 }
 
 bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block)
@@ -80,12 +111,12 @@ static uint8_t *put(uint8_t *out, uint64_t v, int bytes)
     return out;
 }
 
-static void write_header(uint8_t *out, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
-                         uint64_t revision)
+static void write_header(uint8_t *out, enum pixels_format format, uint32_t x, uint32_t y,
+                         uint32_t w, uint32_t h, uint64_t revision)
 {
     out = put(out, PIXELS_MAGIC, 4);
     out = put(out, PIXELS_VERSION, 2);
-    out = put(out, PIXELS_FORMAT_RGB_F16, 2);
+    out = put(out, format, 2);
     out = put(out, x, 4);
     out = put(out, y, 4);
     out = put(out, w, 4);
@@ -96,18 +127,20 @@ static void write_header(uint8_t *out, uint32_t x, uint32_t y, uint32_t w, uint3
 void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,
                        uint64_t revision)
 {
-    write_header(out, (uint32_t)width_px, (uint32_t)height_px, 0, 0, revision);
+    write_header(out, PIXELS_F16, (uint32_t)width_px, (uint32_t)height_px, 0, 0, revision);
 }
 
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
-                          const char *layer, struct rect block, uint64_t revision)
+                          const char *layer, enum pixels_format format, struct rect block,
+                          uint64_t revision)
 {
     const struct plane *rgb[3];
     float row[PIXELS_BLOCK_PX * 3];
     uint16_t halves[PIXELS_BLOCK_PX * 3];
-    size_t width = (size_t)rect_width(block), row_bytes = width * 3 * sizeof *halves;
+    size_t width = (size_t)rect_width(block), numbers = width * 3;
+    size_t row_bytes = numbers * (format == PIXELS_F16 ? sizeof *halves : sizeof *row);
     if (!image_layer_planes(image, layer, rgb)) return 0;
-    write_header(out, (uint32_t)block.x0, (uint32_t)block.y0, (uint32_t)width,
+    write_header(out, format, (uint32_t)block.x0, (uint32_t)block.y0, (uint32_t)width,
                  (uint32_t)rect_height(block), revision);
     uint8_t *at = out + PIXELS_HEADER_BYTES;
     for (int32_t y = block.y0; y < block.y1; y++, at += row_bytes) {
@@ -115,8 +148,9 @@ size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image 
             const float *in = plane_at(rgb[c], block.x0, y);
             for (size_t x = 0; x < width; x++) row[x * 3 + (size_t)c] = in[x];
         }
-        half_from_floats(row, halves, width * 3);
-        memcpy(at, halves, row_bytes); /* little-endian, as every CPU that Embree runs on here */
+        if (format == PIXELS_F16) half_from_floats(row, halves, numbers);
+        /* Little-endian, as every CPU that Embree runs on here. */
+        memcpy(at, format == PIXELS_F16 ? (const void *)halves : row, row_bytes);
     }
     return (size_t)(at - out);
 }

@@ -10,12 +10,21 @@
 #include "proto/tile.h"
 #include "server/image/image.h"
 
-#define PIXELS_BLOCK_PX       64
-#define PIXELS_HEADER_BYTES   32u
-#define PIXELS_MESSAGE_BYTES  (PIXELS_HEADER_BYTES + PIXELS_BLOCK_PX * PIXELS_BLOCK_PX * 3u * 2u)
-#define PIXELS_MAGIC          0x58505753u /* "SWPX", little-endian */
-#define PIXELS_VERSION        1u
-#define PIXELS_FORMAT_RGB_F16 1u
+#define PIXELS_BLOCK_PX      64
+#define PIXELS_HEADER_BYTES  32u
+#define PIXELS_MESSAGE_BYTES (PIXELS_HEADER_BYTES + PIXELS_BLOCK_PX * PIXELS_BLOCK_PX * 3u * 4u)
+#define PIXELS_MAGIC         0x58505753u /* "SWPX", little-endian */
+#define PIXELS_VERSION       1u
+
+/* Three numbers a pixel. */
+enum pixels_format { PIXELS_F16 = 1, PIXELS_F32 = 2 };
+
+/* When each block of an image last changed: for readers that join, and those that come again. */
+struct pixel_changes {
+    int32_t width_px, height_px;
+    uint64_t
+        *revision; /* owned; by block, row by row; 0: never. NULL for an image without pixels */
+};
 
 struct pixel_blocks {
     int32_t width_px, height_px, columns, rows;
@@ -31,8 +40,13 @@ void pixel_blocks_fini(struct pixel_blocks *b);
 /* Sets every block that the rectangle touches; what lies outside the image is ignored. */
 void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed);
 
-/* Sets all that `from` has; both are of the same image. */
-void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_blocks *from);
+/* No block changed yet. ERR_MEMORY. */
+int pixel_changes_init(struct pixel_changes *c, int32_t width_px, int32_t height_px);
+void pixel_changes_fini(struct pixel_changes *c);
+void pixel_changes_mark(struct pixel_changes *c, struct rect changed, uint64_t revision);
+
+/* Sets every block that changed after that revision; both are of the same image. */
+void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_changes *from, uint64_t after);
 
 /* Takes the next set block; false when there is none. */
 bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block);
@@ -44,4 +58,5 @@ void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32
 /* The message of a block of a layer: its bytes, at most PIXELS_MESSAGE_BYTES; 0 when the image has
  * no such layer. */
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
-                          const char *layer, struct rect block, uint64_t revision);
+                          const char *layer, enum pixels_format format, struct rect block,
+                          uint64_t revision);

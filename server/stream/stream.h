@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "server/image/image.h"
+#include "server/stream/pixels.h"
 
 struct streams;
 struct MHD_Response;
@@ -53,15 +54,24 @@ struct MHD_Response *stream_events_response(struct streams *streams, const char 
                                             struct MHD_Connection *connection,
                                             uint64_t last_event_id, json_t *snapshot, bool ended);
 
+/* What a reader of pixels asks for; borrowed for the call. */
+struct pixels_wish {
+    const char *layer;
+    enum pixels_format format;
+    uint64_t after; /* the revision that it has from an earlier feed of the same layer; 0: none */
+};
+
 /* The pixel feed of a layer: blocks "SWPX" (see PROTOCOL.md): u32 magic, u16 version, u16 format
- * (1: 3 x f16), u32 x, y, w, h, u64 revision, then w*h*3 half floats, row by row. First message:
- * the image's size (w = 0, h = 0, x = width, y = height). */
+ * (1: 3 x f16, 2: 3 x f32), u32 x, y, w, h, u64 revision, then w*h*3 numbers, row by row. First
+ * message: the image's size (w = 0, h = 0, x = width, y = height). The revision is the one up to
+ * which the reader has every change: what it may ask to be continued after. */
 struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,
-                                            struct MHD_Connection *connection, const char *layer);
+                                            struct MHD_Connection *connection,
+                                            const struct pixels_wish *wish);
 
 /* The same of an image that will not change any more (taken): all of it once, then the end. */
 struct MHD_Response *stream_still_response(struct streams *streams,
                                            struct MHD_Connection *connection, struct image *image,
-                                           const char *layer);
+                                           const struct pixels_wish *wish);
 
 unsigned streams_readers(const struct streams *streams);

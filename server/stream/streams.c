@@ -15,14 +15,19 @@ static uint64_t now_ms(void)
     return (uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u;
 }
 
-int streams_create(struct streams **out)
+/* Milliseconds of the wall clock tell one life of the coordinator from the next. */
+static uint64_t wall_ms(void)
 {
     struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u;
+}
+
+int streams_create(struct streams **out)
+{
     struct streams *s = calloc(1, sizeof *s);
     if (!s) return ERR_MEMORY;
-    /* Milliseconds of the wall clock tell one life of the coordinator from the next. */
-    clock_gettime(CLOCK_REALTIME, &t);
-    s->epoch = (uint32_t)((uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u);
+    s->epoch = (uint32_t)wall_ms();
     s->beat_ms = s->peek_ms = now_ms();
     *out = s;
     return 0;
@@ -51,6 +56,9 @@ struct stream *streams_obtain(struct streams *s, const char *job)
     memcpy(stream->job, job, strlen(job) + 1);
     stream->streams = s;
     event_ring_init(&stream->ring, s->epoch);
+    /* Revisions begin above all that an earlier life gave out: pixels change less than a million
+     * times a millisecond. */
+    stream->revision = wall_ms() << 20;
     stream->next = *bucket;
     *bucket = stream;
     return stream;
@@ -81,7 +89,7 @@ static void stream_destroy(struct stream *stream)
     detach_all(s, &stream->event_readers);
     detach_all(s, &stream->pixel_readers);
     event_ring_fini(&stream->ring);
-    pixel_blocks_fini(&stream->touched);
+    pixel_changes_fini(&stream->changes);
     free(stream);
 }
 
@@ -163,8 +171,8 @@ void stream_image(struct streams *s, const char *job, const struct image *image)
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
     if (!stream) return;
-    pixel_blocks_fini(&stream->touched);
-    if (image && pixel_blocks_init(&stream->touched, image->width_px, image->height_px) != 0)
+    pixel_changes_fini(&stream->changes);
+    if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
     stream->image = image;
     stream->generation++;
@@ -178,7 +186,7 @@ void stream_pixels(struct streams *s, const char *job, struct rect changed)
     struct stream *stream = streams_find(s, job);
     if (!stream || !stream->image) return;
     stream->revision++;
-    pixel_blocks_mark(&stream->touched, changed);
+    pixel_changes_mark(&stream->changes, changed, stream->revision);
     for (struct reader *r = stream->pixel_readers; r; r = r->next) pixel_reader_mark(r, changed);
     readers_wake(stream->pixel_readers);
     streams_kick(s);

@@ -18,12 +18,12 @@ struct stream {
     char job[STREAM_JOB_BYTES];
     struct event_ring ring;
     struct reader *event_readers, *pixel_readers;
-    const struct image *image;   /* borrowed from the job's side */
-    struct pixel_blocks touched; /* blocks of the image that have pixels: for readers that join */
-    uint64_t generation;         /* of the image: grows with stream_image */
-    uint64_t revision;           /* of its pixels */
-    uint64_t progress_ms;        /* when readers were last woken for progress */
-    bool progress_waits;         /* an event that streams_tick will wake readers for */
+    const struct image *image;    /* borrowed from the job's side */
+    struct pixel_changes changes; /* of the image's blocks: for readers that join */
+    uint64_t generation;          /* of the image: grows with stream_image */
+    uint64_t revision;            /* of its pixels: grows, also over lives of the coordinator */
+    uint64_t progress_ms;         /* when readers were last woken for progress */
+    bool progress_waits;          /* an event that streams_tick will wake readers for */
     bool final;
 };
 

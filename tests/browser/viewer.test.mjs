@@ -1,109 +1,14 @@
 // The viewer in a real Chromium against a real coordinator with real workers. TAP on standard output.
 //   node tests/browser/viewer.test.mjs BUILD_DIR
 // Screenshots are kept in BUILD_DIR/screenshots.
-import { execFileSync, spawn } from "node:child_process";
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
-import { chromium } from "playwright-core";
+import { join } from "node:path";
+import { expect, look, openPage, runAll, shots, startServer, stopServer, submit, test, text, until } from "./house.mjs";
 
-const build = resolve(process.argv[2] ?? "build");
-const shots = join(build, "screenshots");
-const tmp = mkdtempSync(join(tmpdir(), "shearwater-browser-"));
-const scene = resolve("tests/scenes/cornell-box/cornell-box.glb");
-let server, browser, count = 0, failed = 0;
-mkdirSync(shots, { recursive: true });
-
-async function test(text, run) {
-  count++;
-  try {
-    await run();
-    console.log(`ok ${count} - ${text}`);
-  } catch (error) {
-    failed++;
-    console.log(`not ok ${count} - ${text}`);
-    for (const line of String(error.stack ?? error).split("\n")) console.log(`#   ${line}`);
-  }
-}
-
-function expect(condition, text) { if (!condition) throw new Error(text); }
-
-async function until(what, read, seconds = 60) {
-  const end = Date.now() + seconds * 1000;
-  let last;
-  while (Date.now() < end) {
-    last = await read();
-    if (last) return last;
-    await new Promise((done) => setTimeout(done, 20));
-  }
-  throw new Error(`${what}: not within ${seconds} s`);
-}
-
-function startServer(port = 0) {
-  server = spawn(join(build, "shearwater"),
-    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2"],
-    { stdio: ["ignore", "pipe", "inherit"] });
-  return new Promise((done, fail) => {
-    let text = "";
-    server.stdout.on("data", (chunk) => {
-      text += chunk;
-      const url = /listening on (\S+)/.exec(text)?.[1];
-      if (url) done(url);
-    });
-    server.on("exit", (code) => fail(new Error(`the server ended with ${code}`)));
-  });
-}
-
-function stopServer(signal = "SIGTERM") {
-  return new Promise((done) => {
-    server.removeAllListeners("exit");
-    server.on("exit", done);
-    server.kill(signal);
-  });
-}
-
-function submit(url, changes) {
-  const job = {
-    scene: { file: scene }, image: { width: 320, height: 320 }, sampling: { spp: 16 },
-    layers: ["beauty", "direct", "indirect", "albedo", "normal", "depth"], ...changes,
-  };
-  const file = join(tmp, "job.json");
-  writeFileSync(file, JSON.stringify(job));
-  return execFileSync(join(build, "shearwater"), ["submit", file, "--server", url, "--quiet"]).toString().trim();
-}
-
-// Share of the canvas that is not black, and its mean.
-const look = (page) => page.evaluate(() => {
-  const canvas = document.getElementById("canvas");
-  if (!canvas.width) return { lit: 0, mean: 0 };
-  const copy = document.createElement("canvas");
-  copy.width = canvas.width;
-  copy.height = canvas.height;
-  const context = copy.getContext("2d");
-  context.drawImage(canvas, 0, 0);
-  const { data } = context.getImageData(0, 0, copy.width, copy.height);
-  let lit = 0, sum = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    const value = data[i] + data[i + 1] + data[i + 2];
-    lit += value > 0;
-    sum += value / 3;
-  }
-  return { lit: lit / (data.length / 4), mean: sum / (data.length / 4) };
-});
-const text = (page, id) => page.textContent(`#${id}`);
-
-try {
+await runAll(async () => {
   const url = await startServer();
   const port = new URL(url).port;
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    args: ["--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-           "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run", "--disable-quic"],
-  });
-  const page = await browser.newPage({ viewport: { width: 1200, height: 800 } });
   const complaints = [];
-  page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
-  page.on("pageerror", (error) => complaints.push(String(error)));
+  const page = await openPage(complaints);
 
   await test("the page loads and says that it is connected", async () => {
     const response = await page.goto(url);
@@ -210,15 +115,4 @@ try {
     await page.screenshot({ path: join(shots, "viewer-phone.png") });
     expect(wide <= 360, `the page is ${wide} px wide`);
   });
-} catch (error) {
-  count++;
-  failed++;
-  console.log(`not ok ${count} - the tests ran to their end`);
-  console.log(`#   ${error.stack ?? error}`);
-} finally {
-  await browser?.close();
-  if (server?.exitCode === null) await stopServer();
-  rmSync(tmp, { recursive: true, force: true });
-}
-console.log(`1..${count}`);
-process.exit(failed ? 1 : 0);
+});

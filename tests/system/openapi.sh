@@ -301,6 +301,10 @@ check "a tile event is as documented" event_fits tile TileEvent
 p='/v1/jobs/{id}/pixels'
 try 200 GET $p "/v1/jobs/$id/pixels?layer=depth"
 try 404 GET $p "/v1/jobs/$id/pixels?layer=normal"
+try 200 GET $p "/v1/jobs/$id/pixels?layer=depth&format=float"
+try 400 GET $p "/v1/jobs/$id/pixels?format=double"
+try 400 GET $p "/v1/jobs/$id/pixels?after=soon"
+wait_s=3 try 200 GET $p "/v1/jobs/$running/pixels?after=0" 2>/dev/null
 wait_s=3 try 200 GET $p "/v1/jobs/$running/pixels" 2>/dev/null
 check "the feed begins with the image's size" bash -c "
     [ \"\$(od -An -tu4 -j8 -N16 '$tmp/body' | tr -s ' ')\" = ' 1536 1536 0 0' ] && [ \"\$(head -c 4 '$tmp/body')\" = SWPX ]"

@@ -95,18 +95,41 @@ static void no_block_starves(void **state)
 static void joiners_see_what_is_there(void **state)
 {
     (void)state;
-    struct pixel_blocks touched, reader;
+    struct pixel_changes changes;
+    struct pixel_blocks reader;
     struct rect block;
-    assert_int_equal(pixel_blocks_init(&touched, 300, 300), 0);
+    assert_int_equal(pixel_changes_init(&changes, 300, 300), 0);
     assert_int_equal(pixel_blocks_init(&reader, 300, 300), 0);
-    pixel_blocks_mark(&touched, (struct rect){100, 100, 101, 101});
-    pixel_blocks_join(&reader, &touched);
-    pixel_blocks_join(&reader, &touched);
+    pixel_changes_mark(&changes, (struct rect){100, 100, 101, 101}, 7);
+    pixel_blocks_join(&reader, &changes, 0);
+    pixel_blocks_join(&reader, &changes, 0);
     assert_int_equal(reader.count, 1);
     assert_true(pixel_blocks_take(&reader, &block));
     assert_int_equal(block.x0, 64);
-    assert_int_equal(touched.count, 1); /* untouched itself */
-    pixel_blocks_fini(&touched);
+    pixel_changes_fini(&changes);
+    pixel_blocks_fini(&reader);
+}
+
+static void returners_see_what_has_changed_since(void **state)
+{
+    (void)state;
+    struct pixel_changes changes;
+    struct pixel_blocks reader;
+    struct rect block;
+    assert_int_equal(pixel_changes_init(&changes, 200, 130), 0);
+    assert_int_equal(pixel_blocks_init(&reader, 200, 130), 0);
+    pixel_changes_mark(&changes, (struct rect){0, 0, 200, 130}, 10);
+    pixel_changes_mark(&changes, (struct rect){199, 129, 200, 130}, 11);
+    pixel_changes_mark(&changes, (struct rect){300, 0, 400, 64}, 12); /* outside */
+    pixel_blocks_join(&reader, &changes, 11);
+    assert_int_equal(reader.count, 0);
+    pixel_blocks_join(&reader, &changes, 10);
+    assert_int_equal(reader.count, 1);
+    assert_true(pixel_blocks_take(&reader, &block));
+    assert_true(block.x0 == 192 && block.y0 == 128 && block.x1 == 200 && block.y1 == 130);
+    pixel_blocks_join(&reader, &changes, 9);
+    assert_int_equal(reader.count, 4 * 3);
+    pixel_changes_fini(&changes);
     pixel_blocks_fini(&reader);
 }
 
@@ -121,7 +144,7 @@ static void block_bytes(void **state)
     *plane_at(green, 69, 65) = 1e9f; /* clamped, not infinite */
     *plane_at(depth, 64, 64) = 3;
     struct rect block = {64, 64, 70, 66};
-    size_t n = pixels_write_block(out, image, "beauty", block, UINT64_C(0x100000002));
+    size_t n = pixels_write_block(out, image, "beauty", PIXELS_F16, block, UINT64_C(0x100000002));
     assert_int_equal(n, PIXELS_HEADER_BYTES + 6 * 2 * 3 * 2);
     assert_memory_equal(out, "SWPX\1\0\1\0", 8);
     assert_int_equal(read_u32(out + 8), 64);
@@ -136,10 +159,18 @@ static void block_bytes(void **state)
         float want = i == 1 * 3 + 1 ? 0.5f : i == (6 + 5) * 3 + 1 ? HALF_MAX : 0;
         assert_true(half_to_float(halves[i]) == want);
     }
-    assert_int_equal(pixels_write_block(out, image, "depth", block, 1), n);
+    assert_int_equal(pixels_write_block(out, image, "depth", PIXELS_F16, block, 1), n);
     memcpy(halves, out + PIXELS_HEADER_BYTES, sizeof halves);
     assert_true(half_to_float(halves[0]) == 3 && half_to_float(halves[2]) == 3);
-    assert_int_equal(pixels_write_block(out, image, "normal", block, 1), 0);
+    n = pixels_write_block(out, image, "beauty", PIXELS_F32, block, 1);
+    assert_int_equal(n, PIXELS_HEADER_BYTES + 6 * 2 * 3 * 4);
+    assert_memory_equal(out, "SWPX\1\0\2\0", 8);
+    float first_row[18];
+    memcpy(first_row, out + PIXELS_HEADER_BYTES, sizeof first_row);
+    assert_true(first_row[4] == 0.5f && first_row[3] == 0);
+    memcpy(first_row, out + n - 6 * 3 * 4, sizeof first_row);
+    assert_true(first_row[16] == 1e9f); /* as it is */
+    assert_int_equal(pixels_write_block(out, image, "normal", PIXELS_F16, block, 1), 0);
     image_destroy(&image);
 }
 
@@ -163,6 +194,7 @@ int main(void)
         cmocka_unit_test(random_marks_match_a_plain_map),
         cmocka_unit_test(no_block_starves),
         cmocka_unit_test(joiners_see_what_is_there),
+        cmocka_unit_test(returners_see_what_has_changed_since),
         cmocka_unit_test(block_bytes),
         cmocka_unit_test(size_bytes),
     };

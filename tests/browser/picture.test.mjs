@@ -1,0 +1,374 @@
+// The picture of the viewer: zoom, values, probe, display, comparison, resume. TAP on standard output.
+//   node tests/browser/picture.test.mjs BUILD_DIR
+import { execFileSync } from "node:child_process";
+import { writeFileSync } from "node:fs";
+import { createServer, connect } from "node:net";
+import { join } from "node:path";
+import { readExr } from "../../web/exr_file.js";
+import { halfTable } from "../../web/half.js";
+import { BlockParser } from "../../web/pixel_feed.js";
+import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until } from "./house.mjs";
+
+const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
+
+// The half float nearest to a value: what the feed has of it.
+function toHalf(v) {
+  const table = halfTable(), sign = v < 0 ? 0x8000 : 0, size = Math.abs(v);
+  let low = 0, high = 0x7bff;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (table[middle] <= size) low = middle;
+    else high = middle - 1;
+  }
+  if (low === 0x7bff) return table[low | sign];
+  const under = size - table[low], over = table[low + 1] - size;
+  return table[(under < over || (under === over && low % 2 === 0) ? low : low + 1) | sign];
+}
+
+// A door before the server that can be shut: connections break, new ones are refused.
+function makeDoor(port) {
+  const open = new Set();
+  let shut = false;
+  const door = createServer((near) => {
+    if (shut) { near.destroy(); return; }
+    const far = connect(port, "127.0.0.1");
+    for (const [from, to] of [[near, far], [far, near]]) {
+      open.add(from);
+      from.on("error", () => {});
+      from.on("close", () => { open.delete(from); to.destroy(); });
+      from.pipe(to);
+    }
+  });
+  return new Promise((done) => door.listen(0, "127.0.0.1", () => done({
+    port: door.address().port,
+    shut() { shut = true; for (const socket of open) socket.destroy(); },
+    open() { shut = false; },
+    close() { this.shut(); door.close(); },
+  })));
+}
+
+// Reads a feed until `enough(blocks)`; the blocks, sizes left out, and the last revision.
+async function readFeed(url, enough, seconds = 20) {
+  const control = new AbortController(), timer = setTimeout(() => control.abort(), seconds * 1000);
+  const blocks = [], parser = new BlockParser();
+  let revision = 0n;
+  try {
+    const answer = await fetch(url, { signal: control.signal });
+    for await (const chunk of answer.body) {
+      for (const block of parser.feed(new Uint8Array(chunk))) {
+        revision = block.revision;
+        if (block.w) blocks.push(block);
+      }
+      if (enough(blocks)) break;
+    }
+  } catch (error) { if (error.name !== "AbortError") throw error; }
+  clearTimeout(timer);
+  control.abort();
+  return { blocks, revision };
+}
+
+const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
+const view = async (page) => (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number);
+const mean = async (page) => { await page.waitForTimeout(150); return (await look(page)).mean; };
+const save = (page, name) => page.screenshot({ path: join(shots, `picture-${name}.png`), fullPage: true });
+
+await runAll(async () => {
+  const url = await startServer();
+  const complaints = [];
+  const page = await openPage(complaints, { viewport: { width: 1400, height: 1000 } });
+  const id = submit(url, { layers: LAYERS, filter: { method: "sheared" }, effects: { indirect_bounces: 1 } });
+  const plain = submit(url, { layers: LAYERS.slice(0, 3), filter: { method: "average", indirect: "average" }, image: { width: 320, height: 320, pixel_type: "half" } });
+  await page.goto(`${url}/#/jobs/${id}`);
+  await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);
+  await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+  const bodyOf = async (job) => {
+    const body = await (await page.request.get(`${url}/v1/jobs/${job}/frames/1/image.exr`)).body();
+    return readExr(body.buffer.slice(body.byteOffset, body.byteOffset + body.byteLength));
+  };
+
+  await test("zoom, pan, fit and 1:1, by keys, wheel and mouse", async () => {
+    const [fitted] = await view(page);
+    await press(page, "1");
+    await until("1:1", async () => (await view(page))[0] === 1, 5);
+    await press(page, "+", "+");
+    await until("4:1", async () => (await view(page))[0] === 4, 5);
+    const before = await view(page);
+    await press(page, "ArrowRight");
+    await until("moved right", async () => (await view(page))[1] === before[1] + 16, 5);
+    const box = await page.locator("#stage").boundingBox();
+    const under = async () => { const [zoom, x] = await view(page); return x + 300 / zoom; };
+    const point = await under();
+    await page.mouse.move(box.x + 300 + 1, box.y + 200);
+    await page.mouse.wheel(0, -100);
+    await until("the wheel zooms", async () => (await view(page))[0] > 4.5, 5);
+    expect(Math.abs(await under() - point) < 0.5, "what was under the mouse went away");
+    const [zoom, x] = await view(page);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 360, box.y + 200, { steps: 4 });
+    await page.mouse.up();
+    await until("dragged", async () => (await view(page))[1] < x - 40 / zoom, 5);
+    await press(page, "f");
+    await until("fitted", async () => (await view(page))[0] === fitted, 5);
+  });
+
+  await test("two fingers zoom where they are", async () => {
+    const touch = await openPage(complaints, { viewport: { width: 500, height: 800 }, hasTouch: true });
+    await touch.goto(`${url}/#/jobs/${id}`);
+    await until("the picture", async () => (await look(touch)).lit > 0.8, 20);
+    const [fitted] = await view(touch), box = await touch.locator("#stage").boundingBox();
+    const session = await touch.context().newCDPSession(touch);
+    const fingers = (type, apart) => session.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] :
+      [-1, 1].map((side, id) => ({ x: box.x + 200 + side * apart, y: box.y + 200, id })) });
+    await fingers("touchStart", 30);
+    for (const apart of [40, 60, 90]) await fingers("touchMove", apart);
+    await fingers("touchEnd");
+    await until("zoomed", async () => (await view(touch))[0] > fitted * 1.8, 5);
+    await touch.close();
+  });
+
+  await test("the probe shows the EXR's values, and so do the pixels", async () => {
+    const exr = await bodyOf(id);
+    const names = { beauty: ["R", "G", "B"], normal: ["normal.X", "normal.Y", "normal.Z"], depth: ["depth.Z"], samples: ["samples.N"] };
+    await press(page, "1");
+    const box = await page.locator("#stage").boundingBox();
+    for (const [layer, channels] of Object.entries(names)) {
+      await page.selectOption("#layer", layer);
+      await until(layer, async () => (await look(page)).lit > 0.1, 20);
+      for (const [dx, dy] of [[-80.5, -60.5], [3.5, 100.5], [90.5, -10.5]]) {
+        await page.mouse.move(box.x + box.width / 2 + dx, box.y + box.height / 2 + dy);
+        const line = await until("a value", async () => /^\d+, \d+: [^n]/.test(await text(page, "readout")) && text(page, "readout"), 10);
+        const [, x, y, values] = /^(\d+), (\d+): (.*)$/.exec(line);
+        const shown = values.split(/\s+/).map((v) => Number(v.replace("−", "-")));
+        const want = channels.map((name) => exr.channels.get(name)[Number(y) * exr.width + Number(x)]);
+        const exact = layer === "depth" || layer === "samples";
+        expect(shown.length === want.length, line);
+        want.forEach((v, i) => {
+          const wanted = Number((exact ? v : toHalf(v)).toPrecision(exact ? 9 : 5));
+          expect(shown[i] === wanted, `${layer}: ${line}, the file has ${want}`);
+        });
+      }
+    }
+    await page.selectOption("#layer", "beauty");
+    await page.waitForTimeout(400);
+    await press(page, "+", "+", "+", "+", "+", "+", "+");
+    await press(page, "Shift+ArrowRight", "Enter");
+    await until("a pinned probe", async () => (await page.locator("#pins li").count()) === 1, 5);
+    await save(page, "values");
+    await press(page, "f");
+  });
+
+  await test("a half float EXR has exactly what the probe says", async () => {
+    await until("finished", async () => (await (await page.request.get(`${url}/v1/jobs/${plain}`)).json()).state === "finished", 60);
+    const exr = await bodyOf(plain);
+    await page.goto(`${url}/#/jobs/${plain}`);
+    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await press(page, "Shift+ArrowRight", "Shift+ArrowDown");
+    const [, x, y, values] = /^(\d+), (\d+): (.*)$/.exec(await until("a value", async () => /: \d/.test(await text(page, "readout")) && text(page, "readout"), 5));
+    const want = ["R", "G", "B"].map((name) => exr.channels.get(name)[Number(y) * exr.width + Number(x)]);
+    expect(exr.half.has("R"), "the file has no half floats");
+    values.split(/\s+/).forEach((v, i) => expect(Number(v) === Number(want[i].toPrecision(5)), `${values}, the file has ${want}`));
+    await page.goto(`${url}/#/jobs/${id}`);
+    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+  });
+
+  await test("gamma, filmic curve, marks and dither change what is shown, without a request", async () => {
+    const asked = [];
+    const listen = (request) => { if (/pixels|image/.test(request.url())) asked.push(request.url()); };
+    page.on("request", listen);
+    const before = await mean(page);
+    await press(page, "g", "g", "g");
+    expect(await mean(page) > before + 3, "gamma does not brighten");
+    await press(page, "0", "t");
+    const filmic = await mean(page);
+    expect(Math.abs(filmic - before) > 0.5, "the filmic curve changes nothing");
+    await save(page, "filmic");
+    await press(page, "0", "e", "e", "e", "e", "e", "e", "e", "e", "o");
+    const marked = await mean(page);
+    await save(page, "clipped");
+    await press(page, "o");
+    expect(Math.abs(await mean(page) - marked) > 0.5, "nothing is marked");
+    await press(page, "0", "d");
+    await mean(page);
+    await press(page, "d");
+    await page.selectOption("#shown-as", "colour");
+    expect(Math.abs(await mean(page) - before) > 3, "false colours look like the picture");
+    await page.selectOption("#shown-as", "picture");
+    page.off("request", listen);
+    expect(asked.length === 0, asked.join());
+  });
+
+  await test("layers of numbers are shown in false colours, slopes by their signs", async () => {
+    for (const [layer, shown] of [["depth", "colour"], ["error", "colour"], ["filter_width", "colour"], ["visibility", "colour"], ["slope_max", "sign"], ["normal", "vector"]]) {
+      await page.selectOption("#layer", layer);
+      await until(`${layer} is there`, async () => /nothing yet/.test(await text(page, "readout")) === false && (await look(page)).mean > 5, 20);
+      await page.waitForTimeout(400);
+      expect(await page.inputValue("#shown-as") === shown, `${layer} as ${await page.inputValue("#shown-as")}`);
+      await save(page, `layer-${layer}`);
+    }
+    await page.selectOption("#layer", "beauty");
+    await press(page, "l");
+    expect(await page.inputValue("#layer") === LAYERS[1], "the key l does not go to the next layer");
+    await press(page, "Shift+L");
+  });
+
+  await test("numbers that are none are marked", async () => {
+    const colors = await page.evaluate(async () => {
+      const [{ Picture }, { LayerImage }] = await Promise.all([import("/picture.js"), import("/layer_image.js")]);
+      const canvas = document.createElement("canvas");
+      canvas.width = 128; canvas.height = 64;
+      const image = new LayerImage();
+      image.resize(128, 64);
+      const numbers = new Float32Array(128 * 64 * 3).fill(0.1);
+      numbers.fill(NaN, 0, 30 * 3);
+      numbers.fill(Infinity, 100 * 3, 128 * 3);
+      image.put({ x: 0, y: 0, w: 128, h: 64, numbers });
+      const viewport = { zoom: 1, x: 0, y: 0 };
+      const display = { exposure: 0, gamma: 1, low: 0, high: 1, dither: false, clipMarks: false, logarithmic: false, shownAs: "picture", curve: "linear" };
+      const picture = new Picture(canvas, () => ({ first: image, other: null, viewport, display, compare: { shown: "off", line: () => [1, 0, 0] } }));
+      const at = () => {
+        picture.paint(picture.look());
+        const bytes = new Uint8Array(128 * 4);
+        picture.gl.readPixels(0, 63, 128, 1, picture.gl.RGBA, picture.gl.UNSIGNED_BYTE, bytes);
+        return [0, 60, 102].map((x) => [...bytes.subarray(x * 4, x * 4 + 3)].join());
+      };
+      const near = at();
+      viewport.zoom = 0.25; // four by four pixels on one, of which one row is bad
+      picture.paint(picture.look());
+      const far = new Uint8Array(4);
+      picture.gl.readPixels(0, 63, 1, 1, picture.gl.RGBA, picture.gl.UNSIGNED_BYTE, far);
+      return { near, far: [...far.subarray(0, 3)].join() };
+    });
+    expect(colors.near[0] === "255,0,255" && colors.near[2] === "0,255,255", JSON.stringify(colors));
+    expect(Math.abs(Number(colors.near[1].split(",")[0]) - 89) <= 1, `0.1 is shown as ${colors.near[1]}, not sRGB's 89`);
+    expect(colors.far === "255,0,255", `zoomed out, a NaN vanishes: ${colors.far}`);
+  });
+
+  await test("two layers: wipe at an angle, toggle, difference", async () => {
+    const first = await mean(page);
+    await press(page, "w");
+    await page.selectOption("#other-layer", "albedo");
+    await until("albedo", async () => Math.abs(await mean(page) - first) > 3, 20);
+    const wiped = await mean(page);
+    await press(page, "]", "]", "]", "]", "]", "]", "]", "]", "]", "]");
+    expect(Math.abs(await mean(page) - first) < Math.abs(wiped - first), "the wipe does not move");
+    const box = await page.locator("#stage").boundingBox();
+    await page.mouse.move(box.x + box.width * 0.7, box.y + 100);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width * 0.5, box.y + 100, { steps: 4 });
+    await page.mouse.up();
+    expect(await page.inputValue("#wipe-position") === "50", `the line was dragged to ${await page.inputValue("#wipe-position")}`);
+    await press(page, "r", "r");
+    await save(page, "wipe");
+    await press(page, "b");
+    expect(Math.abs(await mean(page) - first) > 3, "the other layer is not shown");
+    await press(page, "b");
+    expect(Math.abs(await mean(page) - first) < 0.2, "the layer does not come back");
+    await press(page, "x");
+    await save(page, "difference");
+    await press(page, "x");
+  });
+
+  await test("two jobs: the figures are those of the command", async () => {
+    await page.selectOption("#compare", "wipe");
+    await page.fill("#other-job", plain);
+    await page.press("#other-job", "Enter");
+    await page.selectOption("#other-layer", "beauty");
+    await press(page, "f");
+    const said = await until("figures", async () => /^RMSE .* over 102400 /.test(await text(page, "figures")) && text(page, "figures"), 20);
+    const files = [];
+    for (const job of [id, plain]) {
+      const file = join(tmp, `${job}.exr`);
+      writeFileSync(file, await (await page.request.get(`${url}/v1/jobs/${job}/frames/1/image.exr`)).body());
+      files.push(file);
+    }
+    const told = execFileSync(join(build, "shearwater"), ["compare", ...files]).toString();
+    const number = (from, name) => Number(new RegExp(`${name}"?[\\s:]+([0-9.e+-]+)`, "i").exec(from)?.[1]);
+    for (const name of ["rmse", "relmse"]) {
+      const here = number(said, name), there = number(told, name);
+      expect(Math.abs(here / there - 1) < 5e-3, `${name}: ${said} here, ${told}`); // half floats here
+    }
+    await save(page, "filtered-unfiltered");
+    await page.fill("#other-job", "nonsense");
+    await page.press("#other-job", "Tab");
+    await until("the fault", async () => /no job/.test(await text(page, "other-problem")), 5);
+    await page.selectOption("#compare", "off");
+  });
+
+  await test("filtered and unfiltered at one key, of the same samples", async () => {
+    const before = await mean(page);
+    await press(page, "u");
+    await until("the twin's picture", async () => Number((/RMSE ([0-9.]+), .* over 102400 /.exec(await text(page, "figures")) ?? [])[1]) > 0.002, 60);
+    const twin = await page.inputValue("#other-job");
+    const { document } = await (await page.request.get(`${url}/v1/jobs/${twin}`)).json();
+    const own = (await (await page.request.get(`${url}/v1/jobs/${id}`)).json()).document;
+    expect(document.filter.method === "average" && document.filter.indirect === "average", JSON.stringify(document.filter));
+    expect(JSON.stringify(document.sampling) === JSON.stringify(own.sampling), "other samples");
+    expect(await page.getAttribute("#flip", "aria-pressed") === "true", "the filtered one is shown");
+    await save(page, "unfiltered");
+    await press(page, "u");
+    expect(await page.getAttribute("#flip", "aria-pressed") === "false", "the key does not go back");
+    expect(Math.abs(await mean(page) - before) < 0.2, "the filtered picture does not come back");
+    await press(page, "x");
+    await page.selectOption("#shown-as", "sign");
+    await page.waitForTimeout(600);
+    await save(page, "difference-signs");
+    await page.selectOption("#shown-as", "picture");
+    await page.selectOption("#compare", "off");
+  });
+
+  await test("a file of one's own: the EXR is equal, the PNG nearly so", async () => {
+    await page.selectOption("#compare", "wipe");
+    const exr = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.exr`), png = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.png`);
+    await page.setInputFiles("#other-file", { name: "mine.exr", mimeType: "image/x-exr", buffer: await exr.body() });
+    const rmse = async () => Number(/RMSE ([0-9.e-]+)/.exec(await text(page, "figures"))?.[1] ?? NaN);
+    await until("figures", async () => await rmse() < 1e-3, 10); // the feed's half floats
+    expect((await page.locator("#other-layer option").count()) === LAYERS.length, "layers of the file are missing");
+    await page.setInputFiles("#other-file", { name: "mine.png", mimeType: "image/png", buffer: await png.body() });
+    await until("figures of the PNG", async () => await rmse() > 1e-3, 10); // the lamp is clipped
+    await page.setInputFiles("#other-file", { name: "bad.exr", mimeType: "image/x-exr", buffer: Buffer.from([0x76, 0x2f, 0x31, 1, 2, 0, 0, 0, 0]) });
+    await until("the fault", async () => /has no channels/.test(await text(page, "other-problem")), 5);
+    const whole = await exr.body();
+    await page.setInputFiles("#other-file", { name: "cut.exr", mimeType: "image/x-exr", buffer: whole.subarray(0, whole.length / 2) });
+    await until("that it is cut off", async () => /cut off/.test(await text(page, "other-problem")), 5);
+    await page.selectOption("#compare", "off");
+  });
+
+  await test("a reader that comes again is sent what it has not", async () => {
+    const running = submit(url, { image: { width: 1536, height: 1536 }, sampling: { spp: 100 } });
+    const feed = `${url}/v1/jobs/${running}/pixels`;
+    const first = await readFeed(feed, (blocks) => blocks.length > 24, 60);
+    expect(first.blocks.length > 24, `${first.blocks.length} blocks in a minute`);
+    const had = await readFeed(feed, () => false, 1.5);
+    const again = await readFeed(`${feed}?after=${had.revision}`, () => false, 1.5);
+    const whole = await readFeed(`${feed}?after=${1n << 62n}`, (blocks) => blocks.length >= had.blocks.length, 5);
+    expect(again.blocks.length < had.blocks.length / 2, `${again.blocks.length} blocks again, of ${had.blocks.length}`);
+    expect(whole.blocks.length >= had.blocks.length, `a revision of no life brought ${whole.blocks.length} blocks of ${had.blocks.length}`);
+    expect(again.revision >= had.revision, "revisions fall");
+    execFileSync("curl", ["-sS", "--noproxy", "*", "-X", "DELETE", `${url}/v1/jobs/${running}`]);
+  });
+
+  await test("the page goes on from its revision after the connection was cut", async () => {
+    const door = await makeDoor(Number(new URL(url).port)), asked = [];
+    const away = await openPage(complaints);
+    await away.route("**/*", (route) => route.continue());
+    away.on("request", (request) => { if (/pixels/.test(request.url())) asked.push(request.url()); });
+    const running = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 144 } });
+    await away.goto(`http://127.0.0.1:${door.port}/#/jobs/${running}`);
+    await until("some picture", async () => (await look(away)).lit > 0.1, 60);
+    door.shut();
+    const at = (await look(away)).lit;
+    await until("lost", async () => (await text(away, "connection")) !== "connected", 10);
+    expect((await look(away)).lit >= at - 0.01, "what was there is gone");
+    door.open();
+    await until("resumed", () => asked.some((address) => /after=[1-9]\d+/.test(address)), 20);
+    await until("finished", async () => /finished/.test(await text(away, "progress-text")), 120);
+    await until("whole", async () => (await look(away)).lit > 0.8, 20);
+    door.close();
+    await away.close();
+  });
+
+  await test("nothing was written to the console but what was cut", () => {
+    const others = complaints.filter((line) => !/ERR_|404|400/.test(line));
+    expect(others.length === 0, others.join("; "));
+  });
+});

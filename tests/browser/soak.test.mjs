@@ -1,0 +1,72 @@
+// Hours in front of a render, made short: updates of a real one, layers switched now and then, and
+// memory that stays flat. TAP on standard output.
+//   node tests/browser/soak.test.mjs BUILD_DIR [SECONDS]
+import { readFileSync } from "node:fs";
+import { expect, look, openPage, runAll, serverPid, startServer, submit, test, text, until } from "./house.mjs";
+
+const seconds = Number(process.argv[3] ?? 30);
+const LAYERS = ["beauty", "direct", "indirect", "albedo"];
+const MB = 1e6;
+
+// Resident memory of a process, in bytes.
+const resident = (pid) => Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]) * 1024;
+
+await runAll(async () => {
+  const url = await startServer();
+  const complaints = [];
+  const page = await openPage(complaints);
+  await page.addInitScript(() => {
+    window.counted = { updates: 0, textures: 0 };
+    const gl = WebGL2RenderingContext.prototype;
+    for (const [name, count] of [["texSubImage2D", () => counted.updates++], ["createTexture", () => counted.textures++], ["deleteTexture", () => counted.textures--]]) {
+      const own = gl[name];
+      gl[name] = function (...rest) { count(); return own.apply(this, rest); };
+    }
+  });
+  const session = await page.context().newCDPSession(page);
+  const whole = await page.context().browser().newBrowserCDPSession();
+  const renderer = async () => {
+    const { processInfo } = await whole.send("SystemInfo.getProcessInfo");
+    return Math.max(...processInfo.filter(({ type }) => type === "renderer").map(({ id }) => resident(id)));
+  };
+  const measure = async () => {
+    await session.send("HeapProfiler.collectGarbage");
+    const { usedSize, backingStorageSize = 0, embedderHeapUsedSize = 0 } = await session.send("Runtime.getHeapUsage");
+    return { heap: usedSize + backingStorageSize + embedderHeapUsedSize, page: await renderer(), server: resident(serverPid()),
+             ...await page.evaluate(() => counted) };
+  };
+  // Few samples and many blocks: as many updates as two workers can bring, one job after the other.
+  const begin = () => submit(url, { image: { width: 768, height: 768 }, sampling: { spp: 4, tile_px: 64 }, layers: LAYERS });
+
+  await test(`memory stays flat over ${seconds} s of updates`, async () => {
+    let job = begin(), switched = 0;
+    await page.goto(`${url}/#/jobs/${job}`);
+    await until("pixels", async () => (await look(page)).lit > 0.1, 60);
+    const begun = Date.now(), samples = [];
+    while (Date.now() - begun < seconds * 1000) {
+      await page.focus("#stage");
+      await page.keyboard.press(++switched % 8 === 0 ? "w" : switched % 3 === 0 ? "l" : "e");
+      if (switched % 24 === 0) await page.keyboard.press("0");
+      await page.waitForTimeout(Math.min(2000, seconds * 25));
+      samples.push(await measure());
+      if (/finished/.test(await text(page, "progress-text"))) {
+        job = begin();
+        await page.evaluate((id) => { location.hash = `#/jobs/${id}`; }, job);
+      }
+    }
+    const { length } = samples, third = Math.floor(length / 3);
+    const middle = (from, to, name) => samples.slice(from, to).map((s) => s[name]).sort((a, b) => a - b)[Math.floor((to - from) / 2)];
+    const last = samples[length - 1];
+    const grown = Object.fromEntries(["heap", "page", "server"].map((name) => [name, middle(length - third, length, name) - middle(third, 2 * third, name)]));
+    console.log(`# ${last.updates} blocks drawn; from the second third to the last: heap ${(grown.heap / MB).toFixed(2)} MB, page's process `
+      + `${(grown.page / MB).toFixed(1)} MB, coordinator ${(grown.server / MB).toFixed(1)} MB; at the end ${(last.heap / MB).toFixed(1)}, `
+      + `${(last.page / MB).toFixed(0)}, ${(last.server / MB).toFixed(0)} MB`);
+    expect(last.updates > seconds * 20, `only ${last.updates} updates`);
+    expect(last.textures <= 2 + 7, `${last.textures} textures`);
+    expect(grown.heap < 2 * MB, `the page's heap grew by ${grown.heap} bytes`);
+    expect(grown.page < 64 * MB, `the page's process grew by ${grown.page} bytes`);
+    expect(grown.server < 64 * MB, `the coordinator grew by ${grown.server} bytes`);
+    expect(complaints.length === 0, complaints.join("; "));
+    await page.request.delete(`${url}/v1/jobs/${job}`);
+  });
+});

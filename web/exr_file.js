@@ -1,0 +1,96 @@
+// Reads OpenEXR files of scan lines, one part, uncompressed or deflated (ZIPS, ZIP): what Shearwater
+// and most renderers write. Errors say what else a file is.
+
+import { halfTable } from "./half.js";
+
+const LINES = { 0: 1, 2: 1, 3: 16 }; // by compression: none, ZIPS, ZIP
+const NAMES = ["none", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA", "DWAB"];
+const BYTES = [4, 2, 4]; // by pixel type: uint, half, float
+const MOST_PIXELS = 1 << 27;
+
+// {width, height, channels: Map of name to Float32Array, half: a Set of the names that were halves}.
+export async function readExr(buffer) {
+  try {
+    return await read(buffer);
+  } catch (error) {
+    if (error instanceof RangeError || error instanceof TypeError) throw new Error("The EXR file is cut off or broken.");
+    throw error;
+  }
+}
+
+async function read(buffer) {
+  const halves = halfTable();
+  const header = readHeader(new DataView(buffer));
+  const { width, height, channels, compression, top, offsets } = header;
+  const out = new Map(channels.map(({ name }) => [name, new Float32Array(width * height)]));
+  const view = new DataView(buffer), lines = LINES[compression];
+  const stride = channels.reduce((sum, { type }) => sum + BYTES[type] * width, 0);
+  for (let i = 0; i < Math.ceil(height / lines); i++) {
+    const at = Number(view.getBigUint64(offsets + 8 * i, true));
+    const y = view.getInt32(at, true) - top, rows = Math.min(lines, height - y), size = view.getInt32(at + 4, true);
+    if (y < 0 || y >= height || size < 0 || at + 8 + size > buffer.byteLength) throw new Error("The EXR file is cut off.");
+    let bytes = new Uint8Array(buffer, at + 8, size);
+    if (compression !== 0 && size < rows * stride) bytes = restore(await inflate(bytes));
+    if (bytes.byteLength !== rows * stride) throw new Error("The EXR file has a block of a wrong size.");
+    readRows(bytes, y, rows, header, out, halves);
+  }
+  return { width, height, channels: out, half: new Set(channels.filter(({ type }) => type === 1).map(({ name }) => name)) };
+}
+
+function readHeader(view) {
+  if (view.byteLength < 8 || view.getUint32(0, true) !== 20000630) throw new Error("This is no EXR file.");
+  if (view.getUint32(4, true) & 0x1a00) throw new Error("EXR files of tiles, of several parts or deep ones cannot be read here.");
+  let at = 8;
+  const text = () => {
+    let s = "";
+    for (let c; (c = view.getUint8(at++)) !== 0;) s += String.fromCharCode(c);
+    return s;
+  };
+  const found = {};
+  for (let name; (name = text()) !== "";) {
+    text();
+    const size = view.getInt32(at, true);
+    found[name] = at += 4;
+    if (size < 0 || at + size > view.byteLength) throw new Error("The EXR file's header is broken.");
+    at += size;
+  }
+  for (const name of ["channels", "compression", "dataWindow"])
+    if (found[name] === undefined) throw new Error(`The EXR file has no ${name}.`);
+  const offsets = at, [left, top, right, bottom] = [0, 4, 8, 12].map((i) => view.getInt32(found.dataWindow + i, true));
+  const width = right - left + 1, height = bottom - top + 1, compression = view.getUint8(found.compression);
+  if (width < 1 || height < 1 || width * height > MOST_PIXELS) throw new Error("The EXR file's size is out of range.");
+  if (!LINES[compression]) throw new Error(`EXR files of compression ${NAMES[compression] ?? compression} cannot be read here; ZIP can.`);
+  const channels = [];
+  at = found.channels;
+  for (let name; (name = text()) !== "";) {
+    const type = view.getInt32(at, true), sampling = view.getInt32(at + 8, true) * view.getInt32(at + 12, true);
+    if (!BYTES[type] || sampling !== 1) throw new Error(`The EXR file's channel ${name} cannot be read here.`);
+    channels.push({ name, type });
+    at += 16;
+  }
+  return { width, height, channels, compression, top, offsets };
+}
+
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Undoes the differences between bytes and their order: first halves of pairs, then second ones.
+function restore(bytes) {
+  for (let i = 1; i < bytes.length; i++) bytes[i] = bytes[i - 1] + bytes[i] - 128;
+  const out = new Uint8Array(bytes.length), half = (bytes.length + 1) >> 1;
+  for (let i = 0; i < bytes.length; i++) out[i] = bytes[i & 1 ? half + (i >> 1) : i >> 1];
+  return out;
+}
+
+function readRows(bytes, y, rows, { width, channels }, out, halves) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  let at = 0;
+  for (let row = y; row < y + rows; row++)
+    for (const { name, type } of channels) {
+      const values = out.get(name);
+      for (let i = row * width; i < (row + 1) * width; i++, at += BYTES[type])
+        values[i] = type === 1 ? halves[view.getUint16(at, true)] : type === 2 ? view.getFloat32(at, true) : view.getUint32(at, true);
+    }
+}

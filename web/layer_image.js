@@ -1,0 +1,87 @@
+// One layer's numbers as they are, beside the GPU: for the probe, the histogram and the figures, and
+// to fill a texture again. Three numbers a pixel, half floats or floats. Does not grow with updates:
+// what has changed is a set of blocks.
+import { halfTable } from "./half.js";
+
+export const BLOCK_PX = 64;
+
+export class LayerImage {
+  constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); }
+
+  // A picture of that size in which nothing is there yet; keeps the one that is there when the size
+  // is the same.
+  resize(width, height) {
+    if (width === this.width && height === this.height) return false;
+    this.width = width;
+    this.height = height;
+    this.columns = Math.ceil(width / BLOCK_PX);
+    this.rows = Math.ceil(height / BLOCK_PX);
+    this.seen = new Uint8Array(this.columns * this.rows);
+    this.numbers = null;
+    this.touch();
+    return true;
+  }
+
+  // All blocks are to be shown again.
+  touch() {
+    for (let i = 0; i < this.columns * this.rows; i++) this.changed.add(i);
+    this.version++;
+  }
+
+  // A block of the pixel feed, or of a file. Blocks outside the picture are ignored.
+  put({ x, y, w, h, numbers }) {
+    if (w === 0) { this.resize(x, y); return; }
+    if (x + w > this.width || y + h > this.height) return;
+    const kind = numbers.constructor;
+    if (this.numbers?.constructor !== kind) this.numbers = new kind(this.width * this.height * 3);
+    for (let row = 0; row < h; row++)
+      this.numbers.set(numbers.subarray(row * w * 3, (row + 1) * w * 3), ((y + row) * this.width + x) * 3);
+    for (let j = Math.floor(y / BLOCK_PX); j * BLOCK_PX < y + h; j++)
+      for (let i = Math.floor(x / BLOCK_PX); i * BLOCK_PX < x + w; i++) {
+        this.changed.add(j * this.columns + i);
+        this.seen[j * this.columns + i] = 1;
+      }
+    this.version++;
+  }
+
+  isFloat() { return this.numbers instanceof Float32Array; }
+
+  // The block of that index as {x, y, w, h}.
+  block(index) {
+    const x = index % this.columns * BLOCK_PX, y = Math.floor(index / this.columns) * BLOCK_PX;
+    return { x, y, w: Math.min(BLOCK_PX, this.width - x), h: Math.min(BLOCK_PX, this.height - y) };
+  }
+
+  has(x, y) {
+    return x >= 0 && y >= 0 && x < this.width && y < this.height && this.numbers !== null &&
+      this.seen[Math.floor(y / BLOCK_PX) * this.columns + Math.floor(x / BLOCK_PX)] === 1;
+  }
+
+  // A function from an index into `numbers` to the value there.
+  reader() {
+    const { numbers } = this, table = halfTable();
+    return this.isFloat() ? (i) => numbers[i] : (i) => table[numbers[i]];
+  }
+
+  // The pixel's three values, null where there is none yet.
+  at(x, y) {
+    if (!this.has(x, y)) return null;
+    const i = (y * this.width + x) * 3, value = this.reader();
+    return [value(i), value(i + 1), value(i + 2)];
+  }
+
+  // Calls visit(r, g, b, x, y) for the pixels that are there in {x0, y0, x1, y1}, every `step`-th
+  // along both axes.
+  each({ x0, y0, x1, y1 }, step, visit) {
+    if (!this.numbers) return;
+    const { width } = this, value = this.reader();
+    for (let y = y0; y < y1; y += step) {
+      const blocks = Math.floor(y / BLOCK_PX) * this.columns;
+      for (let x = x0; x < x1; x += step) {
+        if (!this.seen[blocks + (x >> 6)]) continue;
+        const i = (y * width + x) * 3;
+        visit(value(i), value(i + 1), value(i + 2), x, y);
+      }
+    }
+  }
+}

@@ -1,0 +1,300 @@
+// The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
+import { getJob } from "./api.js";
+import { Compare, differenceOf, figures } from "./compare.js";
+import { Display } from "./display.js";
+import { Gestures } from "./gestures.js";
+import { Histogram } from "./histogram.js";
+import { LayerSources } from "./layer_source.js";
+import { Picture } from "./picture.js";
+import { readPictureFile } from "./picture_file.js";
+import { pictureKeys } from "./picture_keys.js";
+import { Probe } from "./probe.js";
+import { Shortcuts } from "./shortcuts.js";
+import { unfilteredTwin } from "./unfiltered.js";
+import { ValueOverlay } from "./value_overlay.js";
+import { Viewport } from "./viewport.js";
+
+const SCALARS = new Set(["depth", "samples", "filter_width", "visibility", "slope_min", "slope_max", "occlusion", "id"]);
+const MEASURE_MS = 250; // figures, histogram and ranges follow at most this often
+const ID = /^[0-9a-z]{26}$/;
+
+export class PictureView {
+  constructor(elements, onFeedState) {
+    this.at = elements;
+    this.onFeedState = onFeedState;
+    this.layers = [];
+    this.source = this.other = null;
+    const redraw = () => this.redraw();
+    this.viewport = new Viewport(redraw);
+    this.compare = new Compare(() => { this.showCompare(); redraw(); });
+    this.display = new Display(elements, () => { this.measureSoon(); redraw(); });
+    this.probe = new Probe({ readout: elements.readout, list: elements.pins }, redraw);
+    this.histogram = new Histogram(elements.histogram, elements.histogramText);
+    this.overlay = new ValueOverlay(elements.overlay);
+    this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
+    try {
+      this.picture = new Picture(elements.canvas, () => this.look());
+      this.picture.onError = (error) => this.note(error.message);
+      this.picture.onDrawn = () => this.drawn();
+    } catch (error) {
+      this.note(error.message);
+    }
+    this.gestures = new Gestures(elements.canvas, this.viewport, {
+      onDrag: (kind, x, y) => this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio),
+      onPoint: (x, y) => this.probe.set(x === null ? null : this.viewport.toPicture(x, y)),
+      onClick: (x, y) => { this.probe.set(this.viewport.toPicture(x, y)); this.probe.pin(); },
+    });
+    this.shortcuts = new Shortcuts(elements.stage, pictureKeys(this), elements.sheet);
+    this.bind();
+    new ResizeObserver((entries) => this.resize(entries[0])).observe(elements.stage);
+  }
+
+  bind() {
+    const { at } = this;
+    at.layer.addEventListener("change", () => this.setLayer(at.layer.value));
+    at.compare.addEventListener("change", () => this.setCompare(at.compare.value));
+    at.otherLayer.addEventListener("change", () => this.followOther());
+    at.otherJob.addEventListener("change", () => this.chooseOtherJob());
+    at.otherFile.addEventListener("change", () => this.chooseOtherFile(at.otherFile.files[0]));
+    at.stage.addEventListener("dragover", (event) => event.preventDefault());
+    at.stage.addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files.length > 0) this.chooseOtherFile(event.dataTransfer.files[0]);
+    });
+    for (const name of ["position", "angle"])
+      at[name].addEventListener("input", () => this.compare.set({ [name]: Number(at[name].value) / (name === "position" ? 100 : 1) }));
+    at.flip.addEventListener("click", () => this.flip());
+    at.unfiltered.addEventListener("click", () => this.showUnfiltered());
+    at.fit.addEventListener("click", () => this.viewport.fit());
+    at.actual.addEventListener("click", () => this.viewport.zoomTo(1));
+    at.zoomIn.addEventListener("click", () => this.viewport.zoomBy(2));
+    at.zoomOut.addEventListener("click", () => this.viewport.zoomBy(0.5));
+  }
+
+  resize({ contentRect }) {
+    this.ratio = devicePixelRatio || 1;
+    const width = Math.round(contentRect.width * this.ratio), height = Math.round(contentRect.height * this.ratio);
+    if (width === 0 || height === 0) return;
+    for (const canvas of [this.at.canvas, this.at.overlay]) { canvas.width = width; canvas.height = height; }
+    this.viewport.setCanvas(width, height);
+  }
+
+  // Shows a job's layers from nothing; null: no job.
+  open(job) {
+    this.sources.clear();
+    this.source = this.other = null;
+    this.job = job;
+    this.layers = [];
+    delete this.at.canvas.dataset.view;
+    this.viewport.setPicture(0, 0);
+    this.at.note.hidden = true;
+    this.at.otherJob.value = this.at.otherFile.value = "";
+    this.otherJob = this.otherFile = null;
+    this.compare.set({ mode: "off", flipped: false });
+    this.probe.clear();
+    if (job) this.setLayer("beauty");
+  }
+
+  // The names of the job's layers.
+  setLayers(names) {
+    if (names.join() === this.layers.join()) return;
+    this.layers = names;
+    this.fill(this.at.layer, names, this.source?.layer);
+    if (!this.otherJob && !this.otherFile) this.fill(this.at.otherLayer, names, names.find((name) => name !== this.source?.layer));
+    if (this.source && !names.includes(this.source.layer)) this.setLayer(names[0]);
+  }
+
+  fill(select, names, chosen) {
+    select.replaceChildren(...names.map((name) => new Option(name.replaceAll("_", " "), name, false, name === chosen)));
+  }
+
+  setLayer(layer) {
+    if (this.source && this.source !== this.other) this.source.stop();
+    this.source = this.sources.get(this.job, layer);
+    this.at.layer.value = layer;
+    this.display.setLayer(layer);
+    this.follow(this.source);
+    if (this.compare.mode !== "off") this.followOther();
+    this.redraw();
+  }
+
+  stepLayer(by) {
+    const { length } = this.layers;
+    if (length === 0) return;
+    this.setLayer(this.layers[(this.layers.indexOf(this.source.layer) + by + length) % length]);
+    this.say(this.source.layer);
+  }
+
+  follow(source) {
+    if (!this.picture || source.stopFeed) { this.measureSoon(); return; }
+    source.follow(({ image }) => {
+      if (source === this.source) this.viewport.setPicture(image.width, image.height);
+      this.measureSoon();
+      this.redraw();
+    }, (state, error) => this.onFeedState(state, error));
+    if (source.image.width > 0) this.viewport.setPicture(source.image.width, source.image.height);
+    this.measureSoon();
+  }
+
+  setCompare(mode) {
+    if (mode === "off" || !this.source) this.stopOther();
+    this.compare.set({ mode, flipped: false });
+    if (mode !== "off") this.followOther();
+  }
+
+  followOther() {
+    if (this.compare.mode === "off" || !this.at.otherLayer.value) return;
+    const layer = this.at.otherLayer.value;
+    if (this.otherFile && this.other?.job === this.otherFile.name && this.other.layer === layer) return;
+    const next = this.otherFile ? this.otherFile.source(layer) : this.sources.get(this.otherJob ?? this.job, layer);
+    if (next !== this.other) this.stopOther();
+    this.other = next;
+    this.follow(next);
+    this.showCompare();
+    this.redraw();
+  }
+
+  stopOther() {
+    if (this.other && this.other !== this.source) this.other.stop();
+    if (this.otherFile?.name === this.other?.job) this.picture?.forget(this.other?.image);
+    this.other = null;
+  }
+
+  // A job to compare with, by its id or its page's address; nothing: the job itself.
+  async chooseOtherJob() {
+    const text = this.at.otherJob.value.trim(), id = text.split("/").pop();
+    let layers = this.layers, problem = "";
+    this.stopOther();
+    this.otherJob = this.otherFile = null;
+    this.at.otherFile.value = "";
+    if (text) {
+      try {
+        if (!ID.test(id)) throw new Error("That is no job's id.");
+        layers = (await getJob(id)).document?.layers ?? ["beauty"];
+        this.otherJob = id;
+      } catch (error) { problem = error.status === 404 ? "There is no such job." : error.message; }
+    }
+    this.at.otherJob.setAttribute("aria-invalid", String(problem !== ""));
+    this.chosenOther(layers, problem);
+  }
+
+  // A file of the person's own to compare with.
+  async chooseOtherFile(file) {
+    if (!file) return;
+    let problem = "", chosen = null;
+    try { chosen = await readPictureFile(file); } catch (error) { problem = error.message; }
+    this.stopOther();
+    this.otherFile = chosen;
+    this.otherJob = null;
+    this.at.otherJob.value = "";
+    this.chosenOther(chosen?.names() ?? this.layers, problem);
+  }
+
+  chosenOther(layers, problem) {
+    this.at.otherProblem.textContent = problem;
+    this.fill(this.at.otherLayer, layers, layers.includes(this.source?.layer) ? this.source.layer : layers[0]);
+    if (this.compare.mode === "off") this.setCompare("wipe");
+    else this.followOther();
+  }
+
+  flip() {
+    if (this.compare.mode !== "toggle") this.setCompare("toggle");
+    this.compare.set({ flipped: !this.compare.flipped });
+    this.say(this.compare.flipped ? `other: ${this.other?.layer ?? "none"}` : this.source?.layer ?? "");
+  }
+
+  // Filtered and unfiltered in turn. The first time the twin is submitted.
+  async showUnfiltered() {
+    const { job } = this;
+    if (this.twin?.of !== job) {
+      this.at.otherProblem.textContent = "";
+      try {
+        this.twin = { of: job, ...await unfilteredTwin(job) };
+        if (this.job !== job) return;
+      } catch (error) {
+        this.at.otherProblem.textContent = error.message;
+        return;
+      }
+    }
+    if (this.otherJob === this.twin.id && this.compare.mode !== "off") { this.flip(); return; }
+    this.stopOther();
+    this.otherFile = null;
+    this.otherJob = this.at.otherJob.value = this.twin.id;
+    this.fill(this.at.otherLayer, this.twin.layers, this.source.layer);
+    this.setCompare("toggle");
+    this.flip();
+  }
+
+  showCompare() {
+    const { at, compare } = this;
+    at.compare.value = compare.mode;
+    at.others.hidden = compare.mode === "off";
+    at.wipe.hidden = compare.mode !== "wipe";
+    at.flip.hidden = compare.mode !== "toggle";
+    at.flip.setAttribute("aria-pressed", String(compare.flipped));
+    at.position.value = String(Math.round(compare.position * 100));
+    at.angle.value = String(compare.angle);
+    this.measureSoon();
+  }
+
+  look() {
+    return { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare };
+  }
+
+  redraw() { this.picture?.draw(); }
+
+  // After a drawing: what lies over it.
+  drawn() {
+    const { at, viewport, source, other } = this;
+    if (!source) return;
+    const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
+    this.overlay.draw({ image: shown.image, viewport, names: this.names(), marks: this.probe.marks(), scalar: SCALARS.has(shown.layer), ratio: this.ratio });
+    this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
+    at.zoomText.textContent = `${Number((viewport.zoom * 100).toPrecision(3))} %`;
+    const { zoom, x, y } = viewport;
+    at.canvas.dataset.view = [zoom, x, y, viewport.picture.width, viewport.picture.height].join(" ");
+    if (zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y) this.measureSoon();
+  }
+
+  // Which side of the wipe is which; which of two is shown.
+  names() {
+    const { source, other, compare, ratio } = this, { width, height } = this.at.canvas;
+    if (!other || compare.mode === "off") return [];
+    const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
+    const y = 16 * ratio;
+    if (compare.mode !== "wipe")
+      return [{ x: width / 2, y, text: compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
+    const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
+    const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;
+    const place = (side) => ({ x: inside(x + side * away, width, 70 * ratio),
+                               y: upright ? y : inside(at / ny - nx * x / ny + side * Math.sign(ny) * 24 * ratio, height, y) });
+    return [{ ...place(-1), text: name(source) }, { ...place(1), text: name(other) }];
+  }
+
+  measureSoon() {
+    if (this.measuring || !this.source) return;
+    this.measuring = setTimeout(() => { this.measuring = 0; this.measure(); }, MEASURE_MS);
+  }
+
+  measure() {
+    const { source, other, viewport, display, at } = this;
+    if (!source) return;
+    const { zoom, x, y } = viewport;
+    this.measured = { zoom, x, y };
+    const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;
+    display.measure(looked);
+    this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
+    const found = this.compare.mode !== "off" && other ? figures(source.image, other.image, viewport.visible()) : null;
+    at.figures.textContent = found
+      ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels} pixels in sight${found.bad ? `, ${found.bad} not finite` : ""}`
+      : this.compare.mode !== "off" && other?.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
+    this.redraw();
+  }
+
+  say(text) { this.at.said.textContent = text; }
+
+  note(text) {
+    this.at.note.hidden = false;
+    this.at.note.textContent = text;
+  }
+}

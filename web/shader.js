@@ -1,0 +1,109 @@
+// The shader that shows a layer: where a pixel of the screen lies in the picture, what is there, and
+// which colour that is. Everything that the controls change is a uniform.
+
+export const VERTEX = `#version 300 es
+void main() {
+  gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
+}`;
+
+export const SHOWN_AS = { picture: 0, colour: 1, sign: 2, vector: 3 };
+export const CURVES = { linear: 0, filmic: 1 };
+export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3 };
+
+export const FRAGMENT = `#version 300 es
+precision highp float;
+precision highp int;
+uniform sampler2D first, other, ramps;
+uniform ivec2 firstSize, otherSize;
+uniform float canvasHeight, zoom;   // zoom: pixels of the canvas a pixel of the picture
+uniform vec2 origin;                // the picture's point in the canvas's upper left corner
+uniform int compare, shownAs, curve;
+uniform vec3 line;                  // of the wipe: x * line.x + y * line.y > line.z is the other's
+uniform float exposure, gamma, low, high;
+uniform bool dither, clipMarks, logarithmic;
+out vec4 color;
+
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
+const vec3 SURROUND = vec3(0.043, 0.051, 0.059);
+
+bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
+
+// The mean of the picture over one pixel of the canvas. A value that is not finite wins: zoomed out,
+// it must not vanish.
+vec3 fetch(sampler2D layer, vec2 at) {
+  int taps = clamp(int(ceil(1.0 / zoom - 0.01)), 1, 6);
+  vec3 sum = vec3(0.0);
+  for (int j = 0; j < taps; j++)
+    for (int i = 0; i < taps; i++) {
+      vec2 offset = ((vec2(i, j) + 0.5) / float(taps) - 0.5) / zoom;
+      ivec2 texel = clamp(ivec2(floor(at + (taps > 1 ? offset : vec2(0.0)))), ivec2(0), textureSize(layer, 0) - 1);
+      vec3 v = texelFetch(layer, texel, 0).rgb;
+      if (!isFinite(v)) return v;
+      sum += v;
+    }
+  return sum / float(taps * taps);
+}
+
+bool inside(ivec2 size, vec2 at) { return all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(size))); }
+
+vec3 encode(vec3 linear) {
+  vec3 v = clamp(linear, 0.0, 1.0);
+  vec3 srgb = mix(1.055 * pow(max(v, 1e-8), vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+  return pow(max(srgb, 0.0), vec3(1.0 / gamma));
+}
+
+// Narkowicz's fit of the ACES curve (2015); 0.6 brings its middle grey to where the linear curve has it.
+vec3 filmic(vec3 v) {
+  v = max(v, 0.0) * 0.6;
+  return v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14);
+}
+
+// A number of the screen's pixel, the same at every drawing, triangular in (-1, 1).
+float noise(uvec2 p, uint channel) {
+  uint h = p.x * 1664525u + p.y * 22695477u + channel * 374761393u;
+  h = (h ^ h >> 15) * 2246822519u;
+  h = (h ^ h >> 13) * 3266489917u;
+  h ^= h >> 16;
+  return float(h & 0xffffu) / 65535.0 - float(h >> 16) / 65535.0;
+}
+
+vec3 ramp(float t, int row) { return texelFetch(ramps, ivec2(int(clamp(t, 0.0, 1.0) * 255.0 + 0.5), row), 0).rgb; }
+
+vec3 shown(vec3 v, vec2 screen) {
+  float scalar = shownAs == 1 || shownAs == 2 ? dot(v, LUMINANCE) : 0.0;
+  if (shownAs == 1 && logarithmic) return ramp(log(max(scalar, low) / low) / log(high / low), 0);
+  if (shownAs == 1) return ramp((scalar - low) / max(high - low, 1e-30), 0);
+  if (shownAs == 2) return ramp(0.5 + 0.5 * scalar / max(high, 1e-30), 1);
+  if (shownAs == 3) return clamp(v * 0.5 + 0.5, 0.0, 1.0);
+  v *= exp2(exposure);
+  bool stripe = mod(screen.x + screen.y, 8.0) < 4.0;
+  if (clipMarks && any(greaterThan(v, vec3(1.0))) && stripe) return vec3(0.9, 0.1, 0.1);
+  return encode(curve == 1 ? filmic(v) : v);
+}
+
+vec3 at(vec2 screen, vec2 p) {
+  bool isOther = compare == 2 || (compare == 1 && dot(screen, line.xy) > line.z);
+  if (compare == 3) {
+    if (!inside(firstSize, p) || !inside(otherSize, p)) return SURROUND;
+    vec3 difference = fetch(first, p) - fetch(other, p);
+    if (!isFinite(difference)) return vec3(1.0, 0.0, 1.0);
+    return shown(shownAs == 0 ? abs(difference) : difference, screen);
+  }
+  ivec2 size = isOther ? otherSize : firstSize;
+  if (!inside(size, p)) return SURROUND;
+  vec3 v;
+  if (isOther) v = fetch(other, p); else v = fetch(first, p);
+  bool check = mod(floor(screen.x / 3.0) + floor(screen.y / 3.0), 2.0) < 1.0;
+  if (any(isnan(v))) return check ? vec3(1.0, 0.0, 1.0) : vec3(0.0);
+  if (any(isinf(v))) return check ? vec3(0.0, 1.0, 1.0) : vec3(0.0);
+  return shown(v, screen);
+}
+
+void main() {
+  vec2 screen = vec2(gl_FragCoord.x, canvasHeight - gl_FragCoord.y);
+  vec3 c = at(screen, origin + screen / zoom);
+  if (compare == 1 && abs(dot(screen, line.xy) - line.z) < 1.0) c = vec3(1.0);
+  if (dither && shownAs == 0)
+    c += vec3(noise(uvec2(screen), 0u), noise(uvec2(screen), 1u), noise(uvec2(screen), 2u)) / 255.0;
+  color = vec4(c, 1.0);
+}`;

@@ -1,0 +1,40 @@
+// The keys of the picture, and the sheet that lists them. Keys with letters act while the picture
+// has the focus only, so that they are in nobody's way (WCAG 2.1.4).
+
+export class Shortcuts {
+  // `actions`: [{keys: ["ArrowLeft", ...], name, run}], keys as KeyboardEvent.key, "Shift+" before
+  // those that need it. `dialog` with a `list` (a dl) is the sheet.
+  constructor(target, actions, { dialog, list, open, close }) {
+    this.dialog = dialog;
+    this.runs = new Map();
+    for (const { keys, run } of actions) for (const key of keys) this.runs.set(key, run);
+    target.addEventListener("keydown", (event) => this.press(event));
+    for (const { keys, name, shown } of actions) {
+      if (!name) continue;
+      const term = document.createElement("dt"), text = document.createElement("dd");
+      for (const key of shown ?? keys) {
+        const cap = document.createElement("kbd");
+        cap.textContent = key;
+        term.append(cap, " ");
+      }
+      text.textContent = name;
+      list.append(term, text);
+    }
+    open.addEventListener("click", () => this.toggle());
+    close.addEventListener("click", () => dialog.close());
+  }
+
+  press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const run = (event.shiftKey ? this.runs.get(`Shift+${key}`) : null) ?? this.runs.get(event.key) ?? this.runs.get(key);
+    if (!run) return;
+    event.preventDefault();
+    run(event);
+  }
+
+  toggle() {
+    if (this.dialog.open) this.dialog.close();
+    else this.dialog.showModal();
+  }
+}

@@ -1,0 +1,16 @@
+// A job's twin without filters: the same document, the same seed, so the same samples, averaged. The
+// key makes it one job, however often it is asked for.
+import { getJob, submitJob } from "./api.js";
+
+const AVERAGE = { method: "average", indirect: "average", glossy: "average", lens: "average" };
+
+// {id, layers} of the twin. Throws with a sentence when there is nothing to leave out.
+export async function unfilteredTwin(job) {
+  const { document } = await getJob(job);
+  const filter = document?.filter ?? {};
+  if (filter.method === "none") throw new Error("This job has no filters: its paths are averaged already.");
+  if (Object.keys(AVERAGE).every((name) => filter[name] === AVERAGE[name])) throw new Error("This job is unfiltered already.");
+  const layers = document.layers.filter((name) => name !== "filter_width");
+  const twin = { ...document, filter: { ...filter, ...AVERAGE }, layers: layers.length > 0 ? layers : ["beauty"] };
+  return { id: (await submitJob(twin, `unfiltered-${job}`)).id, layers: twin.layers };
+}
