@@ -148,7 +148,8 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
     out->through_lens = out->paths;
     out->through_lens.lens = true;
-    out->through_lens.demodulate = out->through_lens.leaves_diffuse = false;
+    out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->through_lens.leaves_diffuse = false;
     out->through_lens.leaves_glossy = false;
 }
 
@@ -193,6 +194,12 @@ static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint
     glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
 }
 
+/* Lens samples take the lighting of pixels around what they see, whatever colour these have. */
+static void mark_all_lit(struct tile_tracer *t)
+{
+    t->point.lit = t->bouncing = t->centre.surface.hit;
+}
+
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
@@ -222,6 +229,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
         geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
         add_emission(sub, &t->emission);
     }
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     store_emission(t, plan, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;

@@ -6,6 +6,7 @@
 #include "proto/pattern_path.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/lens_surface.h"
 
 #define HALF_MAX 65504.0f
 
@@ -111,7 +112,7 @@ static void store_slope(const struct plan *plan, const struct block *b, const fl
 }
 
 static void store_batch(const struct path_context *c, const struct block *b, uint32_t first,
-                        uint32_t count, const struct path_harvest *h, struct lens_scratch *s,
+                        uint32_t count, struct path_harvest *h, struct lens_scratch *s,
                         struct samples *samples)
 {
     for (uint32_t k = 0; k < count; k++) {
@@ -122,6 +123,7 @@ static void store_batch(const struct path_context *c, const struct block *b, uin
             depth[i] = z > 0.0f ? z : INFINITY; /* lanes that are not the tile's have none */
             s->seen[i] += h->coverage[slot + i];
         }
+        lens_surface_store(c, b, slot, first + k, h, samples);
         store_radiance(c, b, h, slot, first + k, samples);
         store_slope(c->plan, b, depth, first + k, samples);
     }

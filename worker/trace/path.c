@@ -171,6 +171,20 @@ static void note_depth(const struct path_context *c, const struct path_packet *p
     }
 }
 
+/* And faces this way. */
+static void note_normal(const struct path_packet *p, const struct path_vertex *v,
+                        struct path_harvest *h)
+{
+    const struct lanes3 *n = &v->surface.normal;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!v->surface.hit.on[i]) continue;
+        h->normal.r[slot] = n->x[i];
+        h->normal.g[slot] = n->y[i];
+        h->normal.b[slot] = n->z[i];
+    }
+}
+
 /* Cosine-distributed rays that look for anything nearer than the plan's distance. */
 static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct RTCRayHit16 *rays,
@@ -309,6 +323,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     follow(c, p, v, &s->harvest);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
     if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
+    if (depth == 0 && c->lens && c->demodulate) note_normal(p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
