@@ -135,13 +135,9 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
                                          : "lacks the surfaces of lens samples",
                                  (double)plan->planes);
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
-    if (plan->lens_filter == LENS_FILTER_NONE || plan->paths.spp > 0)
-        return plan_place_refuse(at, ERR_RANGE, "lens_light",
-                                 "belongs to filtered lens samples without paths beside them",
-                                 (double)plan->lens_light);
     if ((plan->planes & field) != field || (!bounces && plan->lens_light == LENS_LIGHT_INDIRECT))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
-                                 "lacks the light fields of lens samples", (double)plan->planes);
+        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
+                                 (double)plan->planes);
     return 0;
 }
 

@@ -61,6 +61,5 @@ static inline void shared_exponent_unpack(uint32_t packed, int mantissa_bits, fl
     const uint32_t full = (1u << mantissa_bits) - 1;
     const int32_t exponent = (int32_t)(packed >> 3 * mantissa_bits);
     const float scale = shared_exponent_power(shared_exponent_least(mantissa_bits) + exponent);
-    for (int c = 0; c < 3; c++)
-        rgb[c] = (float)(packed >> c * mantissa_bits & full) * scale;
+    for (int c = 0; c < 3; c++) rgb[c] = (float)(packed >> c * mantissa_bits & full) * scale;
 }

@@ -26,8 +26,8 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
 {
     char unused[PLAN_FILTER_WHY_BYTES];
     const uint32_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
-    const uint64_t bytes = (uint64_t)SAMPLE_BYTES * l * l * (uint64_t)plan->width_px *
-                           (uint64_t)plan->height_px;
+    const uint64_t bytes =
+        (uint64_t)SAMPLE_BYTES * l * l * (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     if (plan_choose_lens_filter(job, unused) == LENS_FILTER_NONE)
         snprintf(why, PLAN_WHY_BYTES, "no filter of the lens runs: its samples are averaged");
     else if (job->indirect == INDIRECT_ADAPTIVE)
@@ -62,14 +62,13 @@ uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene
         return LENS_LIGHT_DIFFUSE;
     }
     if (!covers && indirect) {
-        snprintf(why, n, "indirect light is filtered first; direct light comes along paths: %s",
-                 but);
+        snprintf(why, n, "indirect light is filtered first; direct comes along paths: %s", but);
         return LENS_LIGHT_INDIRECT;
     }
     if (covers)
         snprintf(why, n, "there is neither a soft shadow nor indirect light to filter");
     else
-        snprintf(why, n, "no indirect light is filtered; direct light comes along paths: %s", but);
+        snprintf(why, n, "no indirect light to filter; direct comes along paths: %s", but);
     return LENS_LIGHT_OWN;
 }
 

@@ -199,7 +199,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,"
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
+        "s:s,s:f,"
         "s:f,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
@@ -211,9 +212,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "glossy_filter_why", report->glossy_filter_why, "lens_filter",
         plan_lens_filter_name(plan->lens_filter), "lens_filter_why", report->lens_filter_why,
         "lens_light", plan_lens_light_name(plan->lens_light), "lens_light_why",
-        report->lens_light_why,
-        "skipped", skips_of(report), "lights", lights_of(plan, report), "environment",
-        environment_of(plan), "emitters", emitters_of(plan, report), "camera",
+        report->lens_light_why, "skipped", skips_of(report), "lights", lights_of(plan, report),
+        "environment", environment_of(plan), "emitters", emitters_of(plan, report), "camera",
         camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
         scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
         (double)plan->length_unit, "warnings", warnings_of(report));

@@ -46,13 +46,13 @@ struct statistics {
 /* Sums; peaks are maxima. */
 void statistics_add(struct statistics *sum, const struct statistics *more);
 
-/* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens, lens_light,
- * encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped,
- * corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped},
- * indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy {the same}, lens {the same,
- * samples_lit, samples_own},
- * target {rounds, paths, bounces, error, threshold}, adaptive {first_rays, second_rays},
- * bytes_received, peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
+/* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens,
+ * lens_light, encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done,
+ * reissued}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
+ * pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy
+ * {the same}, lens {the same, samples_lit, samples_own}, target {rounds, paths, bounces, error,
+ * threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes {server, worker}}.
+ * New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
 /* The other way, as far as the members are there: a job goes on counting after a restart. */

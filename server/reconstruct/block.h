@@ -21,7 +21,7 @@ struct block_statistics {
     struct lens_statistics lens;
     struct lens_light_statistics lens_light;
     uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
-        lens_cpu_us;        /* CPU time of the filters */
+        lens_cpu_us;            /* CPU time of the filters */
     uint64_t lens_light_cpu_us; /* and of taking their light to lens samples */
 };
 

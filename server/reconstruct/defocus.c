@@ -94,7 +94,7 @@ int defocus_compose_lit(const struct plan *plan, const struct patch *patch, stru
     shown.lens_radiance = scratch_take(patch->scratch, bytes);
     if (!shown.lens_radiance) return ERR_MEMORY;
     int error = lens_light_take(plan, patch, lighting, lit, seen, block, shown.lens_radiance,
-                           &statistics->lens_light);
+                                &statistics->lens_light);
     statistics->lens_light_cpu_us = thread_cpu_us() - start_us;
     if (!error) error = defocus_compose(plan, &shown, block, image, statistics);
     scratch_give(patch->scratch, shown.lens_radiance);

@@ -130,9 +130,8 @@ static bool look_up(const struct lit_lens *f, float x, float y, const struct sur
     for (int32_t k = 0; k < 4; k++) {
         const int32_t px = (int32_t)left + (k & 1), py = (int32_t)top + (k >> 1);
         if (px < f->lit.x0 || px >= f->lit.x1 || py < f->lit.y0 || py >= f->lit.y1) continue;
-        const struct surface *pixel = f->pixels + (size_t)(py - f->lit.y0) *
-                                                      (size_t)rect_width(f->lit) +
-                                      (px - f->lit.x0);
+        const struct surface *pixel =
+            f->pixels + (size_t)(py - f->lit.y0) * (size_t)rect_width(f->lit) + (px - f->lit.x0);
         if (!(pixel->distance > 0.0f)) continue;
         const float weight = (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) *
                              surface_match(&f->view, sample, pixel);
@@ -245,9 +244,9 @@ static void copy_radiance(const struct lit_lens *f)
         }
 }
 
-int lens_light_take(const struct plan *plan, const struct patch *patch, const struct lighting *lighting,
-               struct rect lit, struct rect seen, struct rect block, float *radiance,
-               struct lens_light_statistics *statistics)
+int lens_light_take(const struct plan *plan, const struct patch *patch,
+                    const struct lighting *lighting, struct rect lit, struct rect seen,
+                    struct rect block, float *radiance, struct lens_light_statistics *statistics)
 {
     struct lit_lens f = {.plan = plan,
                          .patch = patch,
