@@ -139,6 +139,9 @@ enum lens_light {
                                 and lights are of the list */
 };
 
+/* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
+#define LENS_LIGHT_SLOPE_MOST 24.0f
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;

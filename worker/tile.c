@@ -11,6 +11,7 @@
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens.h"
+#include "worker/trace/lens_centres.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -39,6 +40,7 @@ struct tile_tracer {
     struct path_scratch path;
     struct path_sums sums;
     struct lens_scratch lens;
+    struct lens_centres centres;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -149,7 +151,8 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->through_lens = out->paths;
     out->through_lens.lens = true;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
-    out->through_lens.leaves_diffuse = false;
+    out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
+    if (plan->lens_light != LENS_LIGHT_OWN) out->through_lens.centres = &t->centres;
     out->through_lens.leaves_glossy = false;
 }
 
@@ -427,9 +430,11 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
+    if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = progress;
     stages.field.stop = stages.through_lens.stop = stop;
-    rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
     counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;

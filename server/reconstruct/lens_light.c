@@ -10,6 +10,7 @@
 #include "proto/samples.h"
 #include "proto/shared_exponent.h"
 #include "server/reconstruct/lens_axis_aligned.h"
+#include "server/reconstruct/lens_field.h"
 #include "server/reconstruct/lens_residual.h"
 #include "server/reconstruct/surface.h"
 
@@ -20,12 +21,12 @@
 
 int32_t lens_light_ring_px(const struct plan *plan)
 {
-    const int32_t slope = (int32_t)LENS_LIGHT_SLOPE_MOST + AROUND_PX;
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
-    /* Pixels look at samples of points that lie at most a slope from them; their averages are
-     * compared a little around. */
-    return slope + (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED ? LENS_AXIS_ALIGNED_REACH_PX
-                                                                  : lens_residual_reach_px(plan));
+    if (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED)
+        return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_LIGHT_SLOPE_MOST + AROUND_PX;
+    /* Pixels look at points of a layer that lie as far from them as its cells reach: half of what
+     * samples of such points do. Averages are compared a little around. */
+    return lens_reach_px(LENS_SLOPE_MOST) / 2 + lens_residual_reach_px(plan) + AROUND_PX;
 }
 
 /* Of the rows of `seen`, one at a time: where samples lie. */

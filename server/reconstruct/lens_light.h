@@ -12,9 +12,6 @@ struct lens_light_statistics {
     uint64_t samples_own; /* by their own paths */
 };
 
-/* Slopes beyond are lit by their own paths, however near what they show may be. */
-#define LENS_LIGHT_SLOPE_MOST 32.0f
-
 /* Pixels around a block whose lighting its lens samples, and those around that its lens filter
  * looks at, may take; 0 where light fields light none. */
 int32_t lens_light_ring_px(const struct plan *plan);

@@ -1,6 +1,5 @@
 #include "worker/trace/lens.h"
 
-#include <float.h>
 #include <math.h>
 
 #include "proto/pattern_path.h"
@@ -100,14 +99,8 @@ static void store_slope(const struct plan *plan, const struct block *b, const fl
                         uint32_t sample, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float slope[LANES];
-    const struct plan_camera *camera = &plan->camera;
-    const float scale = camera->aperture_radius * (float)plan->width_px /
-                        (2.0f * camera->half_width); /* plan_decode: > 0 */
-    const float focus = 1.0f / fmaxf(camera->focus_distance, FLT_MIN);
-    for (int i = 0; i < LANES; i++) {
-        const float s = scale * (1.0f / depth[i] - focus);
-        slope[i] = fminf(fmaxf(s, -HALF_MAX), HALF_MAX);
-    }
+    for (int i = 0; i < LANES; i++)
+        slope[i] = fminf(fmaxf(lens_slope(plan, depth[i]), -HALF_MAX), HALF_MAX);
     block_store_half(b, slope, 1.0f, samples_u16(samples, PLANE_LENS_SLOPE, sample));
 }
 

@@ -4,6 +4,9 @@
 #include "proto/samples.h"
 #include "worker/trace/path.h"
 
+/* A f_px (1/z - 1/F), PLANE_LENS_SLOPE's of a point z > 0 ahead of the lens. */
+float lens_slope(const struct plan *plan, float z);
+
 /* Stores depth, normal, albedo and own light of lens sample `sample`, which lies in the harvest
  * from slot `first` on, and takes that light out of what the harvest holds. Nothing happens under a
  * plan whose light fields light no lens samples. */
