@@ -103,7 +103,8 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
 /* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
- * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, lens_light, lens_light_why, skipped:
+ * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, lens_light,
+ * lens_light_why, skipped:
  * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. New reference;
  * NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);

@@ -19,6 +19,8 @@
 /* Less than this of the pixels around is nobody's surface. */
 #define WEIGHT_MIN 1e-3f
 
+#define ROUNDING 0.999f
+
 int32_t lens_light_ring_px(const struct plan *plan)
 {
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
@@ -120,12 +122,31 @@ static void place_sample(struct lit_lens *f, float x, float y, float z, uint16_t
     out->id = 0;
 }
 
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* surface_match, which is 1 of nearly all pixels: seen without a root. `allowed` is a little less
+ * than what any point may be off a pixel's plane. */
+static float match(const struct lit_lens *f, const struct surface *sample,
+                   const struct surface *pixel, float allowed)
+{
+    const float d[3] = {sample->point[0] - pixel->point[0], sample->point[1] - pixel->point[1],
+                        sample->point[2] - pixel->point[2]};
+    const bool same = fabsf(dot(d, pixel->normal)) <= allowed &&
+                      dot(sample->normal, pixel->normal) >= SURFACE_COS_FULL;
+    return same ? 1.0f : surface_match(&f->view, sample, pixel);
+}
+
 /* The lighting around q of pixels that show the sample's surface; false: none does. */
 static bool look_up(const struct lit_lens *f, float x, float y, const struct surface *sample,
                     float light[3])
 {
     const float left = floorf(x - 0.5f), top = floorf(y - 0.5f);
     const float across = x - 0.5f - left, down = y - 0.5f - top;
+    const float allowed =
+        ROUNDING * SURFACE_PLANE_PX * surface_pixel_size(&f->view, sample->distance);
     float sum = 0.0f;
     light[0] = light[1] = light[2] = 0.0f;
     for (int32_t k = 0; k < 4; k++) {
@@ -135,7 +156,7 @@ static bool look_up(const struct lit_lens *f, float x, float y, const struct sur
             f->pixels + (size_t)(py - f->lit.y0) * (size_t)rect_width(f->lit) + (px - f->lit.x0);
         if (!(pixel->distance > 0.0f)) continue;
         const float weight = (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) *
-                             surface_match(&f->view, sample, pixel);
+                             match(f, sample, pixel, allowed);
         if (!(weight > 0.0f)) continue;
         const size_t i = patch_pixel(f->patch, px, py);
         for (int c = 0; c < 3; c++) light[c] += weight * f->lighting->total[c][i];
