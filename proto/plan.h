@@ -129,6 +129,19 @@ enum lens_filter {
     LENS_FILTER_SHEARED = 2
 };
 
+/* Which light of what lens samples see comes of light fields of pixel centres, traced from the
+ * middle of the lens and filtered; a sample whose point no pixel centre shows keeps its path's. Of
+ * tracing and of reconstruction. filters.md section 5. */
+enum lens_light {
+    LENS_LIGHT_OWN = 0,      /* none: every sample is lit by its own path */
+    LENS_LIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
+    LENS_LIGHT_DIFFUSE = 2   /* all that diffuse lobes send on, where all surfaces are pure Lambert
+                                and lights are of the list */
+};
+
+/* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
+#define LENS_LIGHT_SLOPE_MOST 24.0f
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -159,6 +172,7 @@ struct plan {
                                           of glossy lobes, too */
     uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
                                           where sample row * l + column lies */
+    uint32_t lens_light;               /* enum lens_light */
     float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

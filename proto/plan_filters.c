@@ -120,6 +120,27 @@ static int check_lens_planes(const struct plan_place *at, const struct plan *pla
     return 0;
 }
 
+/* Light fields light what lens samples tell of, from surfaces at pixel centres. */
+static int check_lens_light(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
+    const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
+    const bool bounces = plan->planes & PLANES_BOUNCE_LIGHT;
+    if (plan->lens_light > LENS_LIGHT_DIFFUSE)
+        return plan_place_refuse(at, ERR_RANGE, "lens_light", "is no light of lens samples",
+                                 (double)plan->lens_light);
+    if (surface != (plan->lens_light == LENS_LIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 surface ? "tells of surfaces of lens samples that nothing lights"
+                                         : "lacks the surfaces of lens samples",
+                                 (double)plan->planes);
+    if (plan->lens_light == LENS_LIGHT_OWN) return 0;
+    if ((plan->planes & field) != field || (!bounces && plan->lens_light == LENS_LIGHT_INDIRECT))
+        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
+                                 (double)plan->planes);
+    return 0;
+}
+
 int plan_filters_check(const struct plan_place *at, const struct plan *plan)
 {
     int error = plan_place_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
@@ -130,5 +151,6 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
-    return error ? error : check_lens_planes(at, plan);
+    if (!error) error = check_lens_planes(at, plan);
+    return error ? error : check_lens_light(at, plan);
 }

@@ -11,6 +11,7 @@
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens.h"
+#include "worker/trace/lens_centres.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -39,6 +40,7 @@ struct tile_tracer {
     struct path_scratch path;
     struct path_sums sums;
     struct lens_scratch lens;
+    struct lens_centres centres;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -148,7 +150,9 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
     out->through_lens = out->paths;
     out->through_lens.lens = true;
-    out->through_lens.demodulate = out->through_lens.leaves_diffuse = false;
+    out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
+    if (plan->lens_light != LENS_LIGHT_OWN) out->through_lens.centres = &t->centres;
     out->through_lens.leaves_glossy = false;
 }
 
@@ -193,6 +197,12 @@ static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint
     glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
 }
 
+/* Lens samples take the lighting of pixels around what they see, whatever colour these have. */
+static void mark_all_lit(struct tile_tracer *t)
+{
+    t->point.lit = t->bouncing = t->centre.surface.hit;
+}
+
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
@@ -222,6 +232,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
         geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
         add_emission(sub, &t->emission);
     }
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     store_emission(t, plan, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
@@ -419,9 +430,11 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
+    if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = progress;
     stages.field.stop = stages.through_lens.stop = stop;
-    rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
     counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;

@@ -115,6 +115,7 @@ static void plan_centres(struct plan *plan, struct plan_report *report)
         {"plane id", PLANE_BIT(ID), LAYER_ID},
     };
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        if (plan->planes & readers[i].plane) continue;
         if (report->layers & readers[i].layers)
             plan->planes |= readers[i].plane;
         else
@@ -140,8 +141,5 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
     else
         plan_skip(report, "plane lens_coverage", "no layer of this plan reads it");
     plan_centres(plan, report);
-    plan_path_lights(job, plan, report);
     plan_path_effects(plan, report);
-    if (job->indirect_spp)
-        plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
 }

@@ -64,6 +64,8 @@ struct patch {
     float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
     float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
     float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
+    uint16_t *lens_depth, *lens_normal; /* l_u^2 planes each, and so below: as in samples.h */
+    uint32_t *lens_albedo, *lens_light;
     float *lens_coverage; /* share of the lens samples that meet a surface */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;

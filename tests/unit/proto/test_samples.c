@@ -24,6 +24,7 @@ static void plan_of_formula(uint64_t without)
     plan.light_count = 1;
     plan.planes &= ~(without | PLANES_PATH);
     if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
+    if (!(plan.planes & PLANES_LENS_SURFACE)) plan.lens_light = LENS_LIGHT_OWN;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
@@ -49,9 +50,10 @@ static void sizes_follow_the_formula(void **state)
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
     const uint64_t others = spare & ~PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 2 + 3 * 6);
-    /* four lens samples */
-    assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
-                     74 + 14 * 4 + 2);
+    /* four lens samples, lit by their own paths or by fields */
+    const uint64_t lensless = spare & ~PLANES_LENS, surface = PLANES_LENS_SURFACE;
+    assert_int_equal(bytes_per_pixel(lensless | surface | BIT(INDIRECT_STRATA)), 74 + 14 * 4 + 2);
+    assert_int_equal(bytes_per_pixel(lensless | BIT(INDIRECT_STRATA)), 74 + 26 * 4 + 2);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -327,7 +329,7 @@ static void foreign_sizes_and_planes_fail(void **state)
     plan.planes &= ~BIT(REFLECTOR);
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
     plan.planes |= BIT(REFLECTOR);
-    w.data[8 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
+    w.data[12 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
     bytes_writer_fini(&w);
     samples_destroy(&s);
@@ -444,6 +446,10 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfbff, ERR_OK, "");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_slope[3]");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 0)[at] = HALF_NAN, ERR_NOT_FINITE, "lens_slope[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_DEPTH, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_depth[3]");
+    EXPECT(samples_u32(s, PLANE_LENS_ALBEDO, 3)[at] = UINT32_MAX, ERR_OK, "");
+    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf5ffffffu, ERR_OK, "");
+    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_light[3]");
     EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
            "lens_coverage[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
