@@ -10,6 +10,7 @@
 
 #define FLAG_RANGE_PX    2.0f
 #define FLAG_OPPOSITE_PX 0.3f
+#define FOCUS_REACH_PX   6 /* how far a pixel looks for what is hidden from it */
 
 int32_t lens_halo_px(const struct plan *plan)
 {
@@ -51,36 +52,56 @@ static void average(const struct plan *plan, const struct patch *patch, struct r
     }
 }
 
-/* What pixels' own samples say of what is in focus, under what nearer layers let through. */
-static void look_at_focus(struct lens_field *f)
+/* What samples say of what is in focus. */
+struct focus {
+    float light[LENS_LIGHTS], met, all; /* sums; samples in focus, those there and beyond */
+};
+
+static void add_focus(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
-    const uint32_t n = f->l * f->l;
     float low, high;
     lens_layer_slopes(LENS_FOCUS, &low, &high);
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        const float s = *lens_slopes(f, j, x, y);
+        if (s >= high) continue;
+        sum->all += 1.0f;
+        if (s < low) continue;
+        sum->met += 1.0f;
+        for (uint32_t k = 0; k < 3; k++) {
+            const float c = *lens_light(f, j, k, x, y);
+            sum->light[k] += c;
+            sum->light[3] += c * c;
+        }
+    }
+}
+
+/* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
+static void add_focus_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
+{
+    const struct rect r = f->seen;
+    add_focus(f, x, y, sum);
+    for (int32_t k = 1; k <= FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
+        for (int32_t v = y - k; v <= y + k; v++)
+            for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
+                if (u >= r.x0 && u < r.x1 && v >= r.y0 && v < r.y1) add_focus(f, u, v, sum);
+}
+
+/* What is in focus, under what nearer layers let through. */
+static void look_at_focus(struct lens_field *f)
+{
     for (int32_t y = f->wide.y0; y < f->wide.y1; y++) {
         for (int32_t x = f->wide.x0; x < f->wide.x1; x++) {
             const size_t p = lens_wide(f, x, y);
-            float light[LENS_LIGHTS] = {0}, met = 0.0f, all = 0.0f, through = 0.0f;
-            for (uint32_t j = 0; j < n; j++) {
-                const float s = *lens_slopes(f, j, x, y);
-                if (s >= high) continue;
-                all += 1.0f;
-                if (s < low) continue;
-                met += 1.0f;
-                for (uint32_t k = 0; k < 3; k++) {
-                    const float c = *lens_light(f, j, k, x, y);
-                    light[k] += c;
-                    light[3] += c * c;
-                }
-            }
-            if (!(met > 0.0f)) continue;
-            for (int g = 0; g < LENS_GROUPS; g++) {
-                through += f->through[g][p] * f->shape.share[g];
-                f->through[g][p] *= 1.0f - met / all;
-            }
-            const float by = through / all;
-            for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += light[k] * by;
-            f->share[p] += met * by;
+            struct focus sum = {.met = 0.0f};
+            float through = 0.0f;
+            for (int g = 0; g < LENS_GROUPS; g++) through += f->through[g][p] * f->shape.share[g];
+            if (!(through > 0.0f)) continue;
+            add_focus_around(f, x, y, &sum);
+            if (!(sum.met > 0.0f)) continue;
+            for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - sum.met / sum.all;
+            const float by = through / sum.all;
+            for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] * by;
+            f->share[p] += sum.met * by;
         }
     }
 }
