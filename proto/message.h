@@ -10,7 +10,7 @@
 #include "proto/plan.h"
 #include "proto/tile.h"
 
-#define PROTOCOL_VERSION 5u
+#define PROTOCOL_VERSION 6u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),

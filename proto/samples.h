@@ -87,14 +87,21 @@ enum plane_id {
                                  forward of its first hit (a miss: infinity); positive in front of
                                  the focus */
     PLANE_LENS_COVERAGE = 32, /* f16: share of the lens samples that meet a surface */
-    PLANE_ID_COUNT = 33
+    PLANE_LENS_MORE = 33,     /* 4 x f32: of a pixel's second set of paths through the lens the mean
+                                 radiance, rgb, and the root of the mean of the sum of its squares;
+                                 0 where it has none */
+    PLANE_ID_COUNT = 34
 };
 
 /* A set of planes is the sum of these. */
 #define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
 
 /* Planes of lens samples. */
-#define PLANES_LENS (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE))
+#define PLANES_LENS                                                                                \
+    (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE) |                 \
+     PLANE_BIT(LENS_MORE))
+/* What a second set brings. */
+#define PLANES_LENS_MORE (PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \

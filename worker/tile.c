@@ -11,6 +11,7 @@
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens.h"
+#include "worker/trace/lens_more.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -39,6 +40,7 @@ struct tile_tracer {
     struct path_scratch path;
     struct path_sums sums;
     struct lens_scratch lens;
+    struct lens_more more;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -72,6 +74,7 @@ struct stages {
     bool bounces;          /* bounce rays leave them */
     bool glossy;           /* and rays of their glossy lobes */
     bool lens;             /* the lens's light field */
+    bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
     struct path_context paths, field, through_lens;
@@ -120,6 +123,7 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                                              plan->light_planes != 0),
                         .lights = first,
                         .lens = first && plan->lens_strata_per_axis > 0,
+                        .more = pass->sides && plan->lens_extra > 0,
                         .pass = *pass,
                         .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
                         .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
@@ -362,7 +366,10 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->pass.sides)
+            if (stages->more)
+                lens_more_trace(&stages->through_lens, &t->block, stages->pass.sides, &t->more,
+                                &t->path, samples);
+            else if (stages->pass.sides)
                 trace_second_set(t, stages, plan, samples, counters);
             else if (stages->centres)
                 trace_centres(t, stages, plan, samples, counters);

@@ -6,6 +6,7 @@
 #include "server/job/frame_work.h"
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/indirect_rate.h"
+#include "server/reconstruct/lens_extra.h"
 
 /* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
  * looks at the picture while it forms reads no half-written numbers. */
@@ -59,7 +60,9 @@ static int reconstruct(struct block_task *t)
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides) {
+    if (!error && t->sides && f->plan.lens_extra > 0) {
+        error = lens_extra_levels(&f->plan, patch, t->rect, t->sides);
+    } else if (!error && t->sides) {
         error = indirect_rate_find(&f->plan, patch, t->rect, t->sides);
         t->measured = (uint32_t)patch_count_measured(patch, t->rect);
     }

@@ -39,7 +39,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "sub_reflectance",
                                                         "lens_radiance",
                                                         "lens_slope",
-                                                        "lens_coverage"};
+                                                        "lens_coverage",
+                                                        "lens_more"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -151,6 +152,8 @@ static json_t *samples_of(const struct plan *plan)
                       (int)plan->sub_samples, "light", plan->light_planes ? (json_int_t)light : 0,
                       "indirect", (json_int_t)indirect, "paths", (json_int_t)plan->paths.spp,
                       "passes", (json_int_t)plan_pass_count(plan));
+    if (samples && plan->lens_extra > 0)
+        json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
     if (samples && plan->rate.rays_most > 0)
         json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
     return samples;

@@ -46,6 +46,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
+    sum->lens_second_paths += more->lens_second_paths;
     sum->adaptive_first_rays += more->adaptive_first_rays;
     sum->adaptive_second_rays += more->adaptive_second_rays;
     sum->target_error = most(sum->target_error, more->target_error);
@@ -97,6 +98,7 @@ static const struct line lines[] = {
     {"lens", "pixels_filtered", FIELD(lens_pixels_filtered), false},
     {"lens", "pixels_skipped", FIELD(lens_pixels_skipped), false},
     {"lens", "blocks_skipped", FIELD(lens_blocks_skipped), false},
+    {"lens", "second_paths", FIELD(lens_second_paths), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

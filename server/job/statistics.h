@@ -31,6 +31,7 @@ struct statistics {
     uint64_t glossy_pixels_filtered, glossy_pixels_skipped, glossy_blocks_skipped;
     /* Of lens_statistics. */
     uint64_t lens_pixels_filtered, lens_pixels_skipped, lens_blocks_skipped;
+    uint64_t lens_second_paths; /* of second sets */
     /* Of frames with a target: rounds and samples of all of them; the largest estimated error that
      * was reached, and root of what a sample had to gain, both over mean luminance, in millionths.
      */
@@ -47,7 +48,8 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
 /* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens, encode,
  * coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped,
  * corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped},
- * indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy {the same}, lens {the same},
+ * indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy {the same}, lens {the same,
+ * second_paths},
  * target {rounds, paths, bounces, error, threshold}, adaptive {first_rays, second_rays},
  * bytes_received, peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);

@@ -8,8 +8,6 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define FLAG_RANGE_PX    2.0f
-#define FLAG_OPPOSITE_PX 0.3f
 #define FOCUS_REACH_PX   6 /* how far a pixel looks for what is hidden from it */
 
 int32_t lens_halo_px(const struct plan *plan)
@@ -184,39 +182,4 @@ int lens_filter(const struct plan *plan, const struct patch *patch, struct rect 
     statistics->pixels_skipped += (uint64_t)rect_area(inner);
     statistics->blocks_skipped++;
     return 0;
-}
-
-static bool is_flagged(const struct plan *plan, const struct patch *patch, int32_t x, int32_t y)
-{
-    const uint32_t n = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const float *slope = patch->lens_slope + patch_pixel(patch, x, y);
-    float least = slope[0], most = slope[0];
-    for (uint32_t j = 1; j < n; j++) {
-        const float s = slope[j * (size_t)rect_area(patch->rect)];
-        least = fminf(least, s);
-        most = fmaxf(most, s);
-    }
-    return most - least > FLAG_RANGE_PX ||
-           (least < 0.0f && most > 0.0f && most - least > FLAG_OPPOSITE_PX);
-}
-
-uint64_t lens_flags(const struct plan *plan, const struct patch *patch, struct rect inner,
-                    uint8_t *flags)
-{
-    const struct rect around = rect_intersect(rect_grow(inner, 1), patch->rect);
-    uint64_t count = 0;
-    memset(flags, 0, (size_t)rect_area(inner));
-    for (int32_t y = around.y0; y < around.y1; y++) {
-        for (int32_t x = around.x0; x < around.x1; x++) {
-            const struct rect beside = {x - 1, y - 1, x + 2, y + 2};
-            const struct rect marked = rect_intersect(beside, inner);
-            if (rect_is_empty(marked) || !is_flagged(plan, patch, x, y)) continue;
-            for (int32_t v = marked.y0; v < marked.y1; v++)
-                memset(flags + (size_t)(v - inner.y0) * (size_t)rect_width(inner) +
-                           (size_t)(marked.x0 - inner.x0),
-                       1, (size_t)rect_width(marked));
-        }
-    }
-    for (size_t i = 0; i < (size_t)rect_area(inner); i++) count += flags[i];
-    return count;
 }

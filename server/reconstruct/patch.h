@@ -65,6 +65,8 @@ struct patch {
     float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
     float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
     float *lens_coverage; /* share of the lens samples that meet a surface */
+    float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
+    float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */

@@ -332,30 +332,6 @@ static void silhouettes_keep_their_energy(void **state)
     }
 }
 
-static void flags_mark_what_lies_apart(void **state)
-{
-    (void)state;
-    struct lens_picture p;
-    uint8_t flags[64];
-    const struct rect inner = {8, 8, 16, 16};
-    lens_picture_create(LENS_FENCE, 2, 0, &p);
-    for (size_t i = 0; i < 4 * AREA; i++) p.patch.lens_slope[i] = 3.0f;
-    assert_int_equal(lens_flags(&p.plan, &p.patch, inner, flags), 0);
-    p.patch.lens_slope[2 * AREA + 10 * LENS_SIDE + 12] = 0.9f;
-    assert_int_equal(lens_flags(&p.plan, &p.patch, inner, flags), 9);
-    for (size_t k = 0; k < 64; k++) {
-        const bool near = k / 8 >= 1 && k / 8 <= 3 && k % 8 >= 3 && k % 8 <= 5;
-        assert_int_equal(flags[k], near);
-    }
-    p.patch.lens_slope[2 * AREA + 10 * LENS_SIDE + 12] = 1.1f;
-    assert_int_equal(lens_flags(&p.plan, &p.patch, inner, flags), 0);
-    for (uint32_t j = 0; j < 4; j++)
-        p.patch.lens_slope[j * AREA + 7 * LENS_SIDE + 7] = j ? 0.2f : -0.2f;
-    assert_int_equal(lens_flags(&p.plan, &p.patch, inner, flags), 1);
-    assert_int_equal(flags[0], 1);
-    lens_picture_destroy(&p);
-}
-
 static void refuses(void **state)
 {
     (void)state;
@@ -400,7 +376,6 @@ int main(void)
         cmocka_unit_test(lamps_show_the_aperture),
         cmocka_unit_test(edges_in_focus_have_no_halo),
         cmocka_unit_test(silhouettes_keep_their_energy),
-        cmocka_unit_test(flags_mark_what_lies_apart),
         cmocka_unit_test(refuses),
         cmocka_unit_test(halos_hang_on_the_plan_alone),
     };
