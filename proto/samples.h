@@ -96,11 +96,8 @@ enum plane_id {
 /* A set of planes is the sum of these. */
 #define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
 
-/* Planes of lens samples. */
-#define PLANES_LENS                                                                                \
-    (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE) |                 \
-     PLANE_BIT(LENS_MORE))
-/* What a second set brings. */
+/* Planes of lens samples, and what second sets through the lens bring. */
+#define PLANES_LENS      (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE))
 #define PLANES_LENS_MORE (PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */

@@ -118,17 +118,17 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
     const bool first = pass->number == 0;
-    *out =
-        (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 ||
-                                             plan->light_planes != 0),
-                        .lights = first,
-                        .lens = first && plan->lens_strata_per_axis > 0,
-                        .more = pass->sides && plan->lens_extra > 0,
-                        .pass = *pass,
-                        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
-                        .first = pass->first,
-                        .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS |
+                                                                  PLANES_LENS_MORE)) != 0 ||
+                                                plan->light_planes != 0),
+                           .lights = first,
+                           .lens = first && plan->lens_strata_per_axis > 0,
+                           .more = pass->sides && plan->lens_extra > 0,
+                           .pass = *pass,
+                           .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                           .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
+                           .first = pass->first,
+                           .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,

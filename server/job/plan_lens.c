@@ -139,6 +139,7 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
     } else {
         plan->lens_extra = job->lens_extra;
         plan->planes |= PLANE_BIT(LENS_MORE);
+        plan->capabilities |= CAPABILITY_SIDES;
     }
 }
 

@@ -137,7 +137,7 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS);
+    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS | PLANES_LENS_MORE);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:i,s:I}", "primary", centres ? 1 : 0, "antialias", 0,

@@ -6,6 +6,7 @@
 #define PI            3.14159265f
 #define LEVEL_LEAST   (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
 #define CENTRE_WEIGHT 2.0f
+#define SQUARE_MOST   1e30f /* so that sums are finite */
 
 /* Squared errors of a rectangle's pixels, as their own samples tell. */
 struct errors {
@@ -36,7 +37,7 @@ static float square_of(const struct plan *plan, const struct patch *patch, size_
             sum += weight * d * d;
         }
     }
-    return n > 1 && sum < INFINITY ? sum / (float)(n * (n - 1)) : 0.0f;
+    return n > 1 ? fminf(sum / (float)(n * (n - 1)), SQUARE_MOST) : 0.0f;
 }
 
 static int errors_create(const struct plan *plan, const struct patch *patch, struct rect inner,

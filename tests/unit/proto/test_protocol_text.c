@@ -106,7 +106,8 @@ static void names_planes(void **state)
                                          "SUB_REFLECTANCE",
                                          "LENS_RADIANCE",
                                          "LENS_SLOPE",
-                                         "LENS_COVERAGE"};
+                                         "LENS_COVERAGE",
+                                         "LENS_MORE"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

@@ -75,6 +75,33 @@ static void samples_are_those_asked_for(void **state)
     assert_int_equal(s->plan.lens_strata_per_axis, 16);
 }
 
+static void second_sets_are_planned(void **state)
+{
+    struct stage *s = *state;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_false(plan_has_rounds(&s->plan));
+    s->job.lens_extra = 9;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    assert_true(s->plan.planes & BIT(LENS_MORE) && plan_has_rounds(&s->plan));
+    assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+    s->job.lens_spp = 1;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "one sample does not tell who needs more");
+    s->job.lens_spp = 9;
+    s->job.lens = LENS_AXIS_ALIGNED;
+    must_make(s);
+    assert_true(s->plan.lens_extra == 0 && !(s->plan.planes & BIT(LENS_MORE)));
+    assert_string_equal(why(s, "sampling.lens_extra"),
+                        "only the sheared filter mixes second sets in");
+    s->job.aperture_radius = s->job.focus_distance = 0;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "the camera is a pinhole");
+}
+
 static void filters_are_taken_as_asked(void **state)
 {
     struct stage *s = *state;
@@ -229,6 +256,7 @@ int main(void)
         TEST(lenses_have_light_fields),
         TEST(pinholes_have_none),
         TEST(samples_are_those_asked_for),
+        TEST(second_sets_are_planned),
         TEST(filters_are_taken_as_asked),
         TEST(paths_take_what_lens_samples_cannot),
         TEST(any_scene_will_do),
