@@ -8,7 +8,8 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define FOCUS_REACH_PX   6 /* how far a pixel looks for what is hidden from it */
+#define RUN            16 /* pixels that are looked at side by side */
+#define FOCUS_REACH_PX 6  /* how far a pixel looks for what is hidden from it */
 
 int32_t lens_halo_px(const struct plan *plan)
 {
@@ -73,11 +74,40 @@ static void add_focus(const struct lens_field *f, int32_t x, int32_t y, struct f
     }
 }
 
+/* The same of RUN pixels side by side, sums in the same order. */
+struct focus_run {
+    float light[LENS_LIGHTS][RUN], met[RUN], all[RUN];
+};
+
+static void find_run(const struct lens_field *f, int32_t x, int32_t y, struct focus_run *run)
+{
+    float low, high;
+    lens_layer_slopes(LENS_FOCUS, &low, &high);
+    *run = (struct focus_run){.met = {0}};
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        const float *slope = lens_slopes(f, j, x, y);
+        float met[RUN];
+        for (int i = 0; i < RUN; i++) {
+            const float all = slope[i] < high ? 1.0f : 0.0f;
+            met[i] = slope[i] >= low ? all : 0.0f;
+            run->all[i] += all;
+            run->met[i] += met[i];
+        }
+        for (uint32_t k = 0; k < 3; k++) {
+            const float *light = lens_light(f, j, k, x, y);
+            for (int i = 0; i < RUN; i++) {
+                const float c = met[i] > 0.0f ? light[i] : 0.0f;
+                run->light[k][i] += c;
+                run->light[3][i] += c * c;
+            }
+        }
+    }
+}
+
 /* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
-static void add_focus_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
+static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
     const struct rect r = f->seen;
-    add_focus(f, x, y, sum);
     for (int32_t k = 1; k <= FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
         for (int32_t v = y - k; v <= y + k; v++)
             for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
@@ -85,23 +115,43 @@ static void add_focus_around(const struct lens_field *f, int32_t x, int32_t y, s
 }
 
 /* What is in focus, under what nearer layers let through. */
+static void see_focus(struct lens_field *f, int32_t x, int32_t y, struct focus sum)
+{
+    const size_t p = lens_wide(f, x, y);
+    float through = 0.0f;
+    for (int g = 0; g < LENS_GROUPS; g++) through += f->through[g][p] * f->shape.share[g];
+    if (!(through > 0.0f)) return;
+    if (!(sum.all > 0.0f)) add_around(f, x, y, &sum);
+    if (!(sum.met > 0.0f)) return;
+    for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - sum.met / sum.all;
+    const float by = through / sum.all;
+    for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] * by;
+    f->share[p] += sum.met * by;
+}
+
+/* The last run of a row may begin among the pixels of the one before. */
 static void look_at_focus(struct lens_field *f)
 {
-    for (int32_t y = f->wide.y0; y < f->wide.y1; y++) {
-        for (int32_t x = f->wide.x0; x < f->wide.x1; x++) {
-            const size_t p = lens_wide(f, x, y);
+    const struct rect r = f->wide;
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1;) {
+            const int32_t first = x < r.x1 - RUN ? x : r.x1 - RUN;
+            struct focus_run run;
             struct focus sum = {.met = 0.0f};
-            float through = 0.0f;
-            for (int g = 0; g < LENS_GROUPS; g++) through += f->through[g][p] * f->shape.share[g];
-            if (!(through > 0.0f)) continue;
-            add_focus_around(f, x, y, &sum);
-            if (!(sum.met > 0.0f)) continue;
-            for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - sum.met / sum.all;
-            const float by = through / sum.all;
-            for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] * by;
-            f->share[p] += sum.met * by;
+            if (first < r.x0) {
+                add_focus(f, x, y, &sum);
+                see_focus(f, x++, y, sum);
+                continue;
+            }
+            find_run(f, first, y, &run);
+            for (; x < first + RUN; x++) {
+                const int32_t i = x - first;
+                sum.met = run.met[i];
+                sum.all = run.all[i];
+                for (int k = 0; k < LENS_LIGHTS; k++) sum.light[k] = run.light[k][i];
+                see_focus(f, x, y, sum);
+            }
         }
-    }
 }
 
 static int look_at(struct lens_field *f, uint32_t layer)
