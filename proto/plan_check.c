@@ -26,7 +26,7 @@
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
-#define PLANES_KNOWN (PLANE_BIT(ID_COUNT) - 1)
+#define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) & ~PLANES_FREE)
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 #define LIGHT_PLANES_KNOWN ((1u << LIGHT_PLANE_COUNT) - 1)

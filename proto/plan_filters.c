@@ -141,6 +141,26 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
     return 0;
 }
 
+/* Second sets go to pixels that slopes tell of, beside filters that work with both. */
+static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
+{
+    const bool more = plan->lens_extra > 0;
+    int error =
+        plan_place_count(at, "lens_extra", plan->lens_extra, 0, PLAN_LENS_SIDE * PLAN_LENS_SIDE);
+    if (error) return error;
+    if (more != ((plan->planes & PLANE_BIT(LENS_MORE)) != 0))
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has to have what second sets bring",
+                                 (double)plan->planes);
+    if (more && plan->lens_filter != LENS_FILTER_SHEARED)
+        return plan_place_refuse(at, ERR_RANGE, "lens_extra", "belongs to the sheared filter",
+                                 (double)plan->lens_extra);
+    if (more && plan->indirect_filter == INDIRECT_FILTER_RATE)
+        return plan_place_refuse(at, ERR_RANGE, "lens_extra",
+                                 "asks for a second set where bounce rays have one",
+                                 (double)plan->lens_extra);
+    return 0;
+}
+
 int plan_filters_check(const struct plan_place *at, const struct plan *plan)
 {
     int error = plan_place_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
@@ -152,5 +172,6 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
     if (!error) error = check_lens_planes(at, plan);
-    return error ? error : check_lens_light(at, plan);
+    if (!error) error = check_lens_light(at, plan);
+    return error ? error : check_lens_extra(at, plan);
 }

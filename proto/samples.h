@@ -89,18 +89,24 @@ enum plane_id {
     PLANE_LENS_COVERAGE = 32, /* f16: share of the lens samples that meet a surface */
     /* Where light fields of pixel centres light lens samples (enum lens_light), LENS_RADIANCE is
      * what is left of them without that light, and these say what it falls on. */
-    PLANE_LENS_DEPTH = 33,  /* per lens sample f16: z along forward of its first hit / length_unit;
+    PLANE_LENS_DEPTH = 35,  /* per lens sample f16: z along forward of its first hit / length_unit;
                                0: a miss */
-    PLANE_LENS_NORMAL = 34, /* per lens sample u16: octahedron_pack8 of the shading normal */
-    PLANE_LENS_ALBEDO = 35, /* per lens sample u32: diffuse albedo, of shared exponent, 9 bits */
-    PLANE_LENS_LIGHT = 36,  /* per lens sample u32: what its own path found of that light, albedo
+    PLANE_LENS_NORMAL = 36, /* per lens sample u16: octahedron_pack8 of the shading normal */
+    PLANE_LENS_ALBEDO = 37, /* per lens sample u32: diffuse albedo, of shared exponent, 9 bits */
+    PLANE_LENS_LIGHT = 38,  /* per lens sample u32: what its own path found of that light, albedo
                                taken out, of shared exponent, 8 bits; for samples of points that
                                no pixel centre shows */
-    PLANE_ID_COUNT = 37
+    PLANE_LENS_MORE = 39,   /* 4 x f32: of a pixel's second set of paths through the lens the mean
+                               radiance, rgb, and the root of the mean of the sum of its squares;
+                               0 where it has none */
+    PLANE_ID_COUNT = 40
 };
 
 /* A set of planes is the sum of these. */
 #define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
+
+/* Numbers that name no plane. */
+#define PLANES_FREE (UINT64_C(3) << 33)
 
 /* Planes of lens samples. */
 #define PLANES_LENS                                                                                \
@@ -111,6 +117,9 @@ enum plane_id {
 #define PLANES_LENS_SURFACE                                                                        \
     (PLANE_BIT(LENS_DEPTH) | PLANE_BIT(LENS_NORMAL) | PLANE_BIT(LENS_ALBEDO) |                     \
      PLANE_BIT(LENS_LIGHT))
+
+/* What second sets through the lens bring. */
+#define PLANES_LENS_MORE (PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \

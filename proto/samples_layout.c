@@ -44,6 +44,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_LENS_NORMAL] = {"lens_normal", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
     [PLANE_LENS_ALBEDO] = {"lens_albedo", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
     [PLANE_LENS_LIGHT] = {"lens_light", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_8},
+    [PLANE_LENS_MORE] = {"lens_more", SAMPLES_GROUP_4, 4, SAMPLES_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {

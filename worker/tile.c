@@ -12,6 +12,7 @@
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens.h"
 #include "worker/trace/lens_centres.h"
+#include "worker/trace/lens_more.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -41,6 +42,7 @@ struct tile_tracer {
     struct path_sums sums;
     struct lens_scratch lens;
     struct lens_centres centres;
+    struct lens_more more;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -74,9 +76,11 @@ struct stages {
     bool bounces;          /* bounce rays leave them */
     bool glossy;           /* and rays of their glossy lobes */
     bool lens;             /* the lens's light field */
+    bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
     struct path_context paths, field, through_lens;
+    struct path_context whole; /* through the lens, with all of their light */
 };
 
 static bool has_rectangles(const struct plan *plan)
@@ -117,16 +121,17 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
     const bool first = pass->number == 0;
-    *out =
-        (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 ||
-                                             plan->light_planes != 0),
-                        .lights = first,
-                        .lens = first && plan->lens_strata_per_axis > 0,
-                        .pass = *pass,
-                        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                        .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
-                        .first = pass->first,
-                        .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS |
+                                                                  PLANES_LENS_MORE)) != 0 ||
+                                                plan->light_planes != 0),
+                           .lights = first,
+                           .lens = first && plan->lens_strata_per_axis > 0,
+                           .more = pass->sides && plan->lens_extra > 0,
+                           .pass = *pass,
+                           .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                           .glossy = (plan->planes & PLANES_GLOSSY) != 0 && first,
+                           .first = pass->first,
+                           .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,
@@ -148,12 +153,13 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
-    out->through_lens = out->paths;
-    out->through_lens.lens = true;
+    out->whole = out->paths;
+    out->whole.lens = true;
+    out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
+    out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
     out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
-    if (plan->lens_light != LENS_LIGHT_OWN) out->through_lens.centres = &t->centres;
-    out->through_lens.leaves_glossy = false;
+    if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = &t->centres;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -373,7 +379,10 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->pass.sides)
+            if (stages->more)
+                lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path,
+                                samples);
+            else if (stages->pass.sides)
                 trace_second_set(t, stages, plan, samples, counters);
             else if (stages->centres)
                 trace_centres(t, stages, plan, samples, counters);
@@ -431,8 +440,8 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     stages_init(tracer, plan, pass, counters, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
     if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
-    stages.field.progress = stages.through_lens.progress = progress;
-    stages.field.stop = stages.through_lens.stop = stop;
+    stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
+    stages.field.stop = stages.through_lens.stop = stages.whole.stop = stop;
     if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
     if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
     _mm_setcsr(mode);

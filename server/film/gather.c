@@ -259,6 +259,8 @@ static void gather_lens(const struct overlap *o)
                      p->lens_slope + i * area);
     if (p->lens_coverage)
         widen_halves(o, samples_u16(o->samples, PLANE_LENS_COVERAGE, 0), 1.0f, p->lens_coverage);
+    for (uint32_t c = 0; p->lens_more && c < 4; c++)
+        copy_words(o, samples_f32(o->samples, PLANE_LENS_MORE, c), p->lens_more + c * area);
 }
 
 /* What light falls on. */
@@ -311,12 +313,12 @@ static void fill(const struct overlap *o, float count, float *out)
     }
 }
 
-/* Bounce rays, at most LIMIT_SPP: exact. */
-static void gather_counts(const struct overlap *o, struct pass_counts counts, float *out)
+/* Of a first set and, where there is one, of a second: at most LIMIT_SPP, exact. */
+static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *sides, float *out)
 {
-    fill(o, (float)counts.bounces, out);
-    for (size_t y = 0; y < o->height && counts.sides; y++) {
-        const uint8_t *side = counts.sides + from_row(o, y);
+    fill(o, (float)first, out);
+    for (size_t y = 0; y < o->height && sides; y++) {
+        const uint8_t *side = sides + from_row(o, y);
         float *to = out + to_row(o, y);
         for (size_t x = 0; x < o->width; x++) to[x] += (float)side[x] * (float)side[x];
     }
@@ -376,7 +378,9 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     if (far) gather_indirect(&o);
     const bool far_lobes = plan->glossy_filter != GLOSSY_FILTER_NONE;
     if (far_lobes) gather_lobes(&o);
-    if (patch->bounces) gather_counts(&o, counts, patch->bounces);
+    if (patch->bounces)
+        gather_counts(&o, counts.bounces, patch->lens_paths ? NULL : counts.sides, patch->bounces);
+    if (patch->lens_paths) gather_counts(&o, 0, counts.sides, patch->lens_paths);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
     if (!far_lobes) gather_lobes(&o);

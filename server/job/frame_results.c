@@ -54,12 +54,13 @@ static int reconstruct(struct block_task *t)
     t->measure.luminance = t->pixels + area * (measured ? channels + SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
     if (!error) patch->scratch = f->scratch;
+    if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
     if (!error && measured)
         error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides) {
+    if (!error && t->sides && f->plan.indirect_filter == INDIRECT_FILTER_RATE) {
         error = indirect_rate_find(&f->plan, patch, t->rect, t->sides);
         t->measured = (uint32_t)patch_count_measured(patch, t->rect);
     }

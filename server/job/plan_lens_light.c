@@ -26,8 +26,9 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
 {
     char unused[PLAN_FILTER_WHY_BYTES];
     const uint32_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
-    const uint64_t bytes =
-        (uint64_t)SAMPLE_BYTES * l * l * (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    const uint64_t more = job->lens_extra > 0 ? 4 * sizeof(float) : 0; /* of second sets */
+    const uint64_t bytes = ((uint64_t)SAMPLE_BYTES * l * l + more) * (uint64_t)plan->width_px *
+                           (uint64_t)plan->height_px;
     if (plan_choose_lens_filter(job, unused) == LENS_FILTER_NONE)
         snprintf(why, PLAN_WHY_BYTES, "no filter of the lens runs: its samples are averaged");
     else if (job->indirect == INDIRECT_ADAPTIVE)

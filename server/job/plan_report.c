@@ -40,10 +40,13 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "lens_radiance",
                                                         "lens_slope",
                                                         "lens_coverage",
+                                                        NULL,
+                                                        NULL,
                                                         "lens_depth",
                                                         "lens_normal",
                                                         "lens_albedo",
-                                                        "lens_light"};
+                                                        "lens_light",
+                                                        "lens_more"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -140,7 +143,7 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS);
+    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS | PLANES_LENS_MORE);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
@@ -155,6 +158,8 @@ static json_t *samples_of(const struct plan *plan)
                       (int)plan->sub_samples, "light", plan->light_planes ? (json_int_t)light : 0,
                       "indirect", (json_int_t)indirect, "paths", (json_int_t)plan->paths.spp,
                       "passes", (json_int_t)plan_pass_count(plan));
+    if (samples && plan->lens_extra > 0)
+        json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
     if (samples && plan->rate.rays_most > 0)
         json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
     return samples;

@@ -49,6 +49,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
+    sum->lens_second_paths += more->lens_second_paths;
     sum->adaptive_first_rays += more->adaptive_first_rays;
     sum->adaptive_second_rays += more->adaptive_second_rays;
     sum->target_error = most(sum->target_error, more->target_error);
@@ -103,6 +104,7 @@ static const struct line lines[] = {
     {"lens", "blocks_skipped", FIELD(lens_blocks_skipped), false},
     {"lens", "samples_lit", FIELD(lens_samples_lit), false},
     {"lens", "samples_own", FIELD(lens_samples_own), false},
+    {"lens", "second_paths", FIELD(lens_second_paths), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

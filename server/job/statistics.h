@@ -33,6 +33,7 @@ struct statistics {
     /* Of lens_statistics. */
     uint64_t lens_pixels_filtered, lens_pixels_skipped, lens_blocks_skipped;
     uint64_t lens_samples_lit, lens_samples_own; /* of lens_light_statistics */
+    uint64_t lens_second_paths;                  /* of second sets */
     /* Of frames with a target: rounds and samples of all of them; the largest estimated error that
      * was reached, and root of what a sample had to gain, both over mean luminance, in millionths.
      */
@@ -50,9 +51,9 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
  * lens_light, encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done,
  * reissued}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
  * pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy
- * {the same}, lens {the same, samples_lit, samples_own}, target {rounds, paths, bounces, error,
- * threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes {server, worker}}.
- * New reference; NULL on failed allocation. */
+ * {the same}, lens {the same, samples_lit, samples_own, second_paths}, target {rounds, paths,
+ * bounces, error, threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes
+ * {server, worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
 /* The other way, as far as the members are there: a job goes on counting after a restart. */

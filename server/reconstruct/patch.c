@@ -81,6 +81,10 @@ static void carve_lens(struct carver *c, const struct plan *plan, struct patch *
         p->lens_light = carve(c, samples * sizeof *p->lens_light);
     }
     if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_LENS_MORE & 1u) {
+        p->lens_more = carve(c, 4 * sizeof(float));
+        p->lens_paths = carve(c, sizeof(float));
+    }
 }
 
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)

@@ -99,6 +99,25 @@ quieter() {
 }
 check "... have more than 2.5 times the error" quieter
 
+# Second sets of paths through the lens, beside samples that fields light.
+jq '.sampling.lens_extra = 9' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/extra.json"
+for spp in 9 36; do
+    check "$spp samples and second sets" render extra e$spp --spp $spp
+    check "... of a quarter of the pixels" counts e$spp ".lens.second_paths == $((pixels / 4 * 36)) and .rays.paths == .lens.second_paths"
+    check "... and fields light the first" counts e$spp '.lens.samples_lit > .lens.samples_own'
+done
+bright() { figure paths e$1 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.99 and . < 1.01] | all)'; }
+for spp in 9 36; do check "$spp samples and second sets: the light is that of paths within 1 %" bright $spp; done
+fewer() {
+    local with without
+    with=$(figure paths e9 | jq .rmse) without=$(figure paths n9 | jq .rmse)
+    echo "with $with, without $without" && awk "BEGIN {exit !($with < $without)}"
+}
+check "the error falls with second sets" fewer
+check "one worker" render extra a --workers 1 --worker-threads 1 --tile 32
+check "three workers, other tiles" render extra b --workers 3 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+
 # However the frame is cut.
 check "one worker" render s1-i1-o0-g0-l1 a --workers 1 --worker-threads 1 --tile 32
 check "three workers, other tiles" render s1-i1-o0-g0-l1 b --workers 3 --tile 16

@@ -7,7 +7,7 @@
 #include "proto/plan.h"
 #include "proto/samples.h"
 
-#define PLAN_CASE_PLANES       (PLANE_BIT(ID_COUNT) - 1)
+#define PLAN_CASE_PLANES       ((PLANE_BIT(ID_COUNT) - 1) & ~(PLANES_FREE | PLANE_BIT(LENS_MORE)))
 #define PLAN_CASE_LIGHT_PLANES ((1u << LIGHT_PLANE_COUNT) - 1)
 
 static inline void plan_case(struct plan *plan)

@@ -333,6 +333,46 @@ static void rates_are_checked(void **state)
     EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
 }
 
+#define EXTRA                                                                                      \
+    (plan.lens_extra = 9, plan.lens_filter = LENS_FILTER_SHEARED,                                  \
+     plan.planes |= PLANE_BIT(LENS_MORE))
+
+/* Second sets through the lens belong to its sheared filter, and have their plane. */
+static void lens_extra_is_checked(void **state)
+{
+    (void)state;
+    EXPECT(EXTRA, ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 36), ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 37), ERR_LIMIT, "lens_extra");
+    EXPECT((EXTRA, plan.lens_extra = 0), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_MORE)), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.lens_filter = LENS_FILTER_AXIS_ALIGNED), ERR_RANGE, "lens_extra");
+    EXPECT((EXTRA, RATE), ERR_RANGE, "lens_extra");
+}
+
+static void second_sets_through_the_lens_are_checked(void **state)
+{
+    static struct plan plan;
+    static const uint8_t sides[] = {0, 6, 0, 6};
+    (void)state;
+    plan_case(&plan);
+    EXTRA;
+    const uint32_t last = plan_pass_count(&plan);
+    struct plan_pass pass = {.number = last, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_true(plan_has_rounds(&plan));
+    assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
+    assert_int_equal(plan_pass_check(&plan, &pass), 0);
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.strata = 5;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass.strata = 7;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last + 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_SIDE};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+}
+
 /* The second set follows the schedule, once, with sides. */
 static void second_sets_are_checked(void **state)
 {
@@ -436,6 +476,7 @@ static void planes_and_counts_are_checked(void **state)
 {
     (void)state;
     EXPECT(plan.planes |= PLANE_BIT(ID_COUNT), ERR_RANGE, "planes");
+    EXPECT(plan.planes |= PLANES_FREE & -PLANES_FREE, ERR_RANGE, "planes");
     EXPECT(plan.light_planes |= 1u << LIGHT_PLANE_COUNT, ERR_RANGE, "light_planes");
     EXPECT(plan.capabilities = 1u << 31, ERR_RANGE, "capabilities");
     EXPECT(plan.sub_samples = 4, ERR_LIMIT, "sub_samples");
@@ -700,6 +741,8 @@ int main(void)
         cmocka_unit_test(paths_are_checked),
         cmocka_unit_test(indirect_filters_are_checked),
         cmocka_unit_test(rates_are_checked),
+        cmocka_unit_test(lens_extra_is_checked),
+        cmocka_unit_test(second_sets_through_the_lens_are_checked),
         cmocka_unit_test(second_sets_are_checked),
         cmocka_unit_test(glossy_filters_are_checked),
         cmocka_unit_test(paths_stand_alone),

@@ -76,9 +76,11 @@ static void layouts_do_not_overlap(void **state)
     struct samples_layout layout;
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
     uint64_t sum = 0;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
+        if (PLANES_FREE >> p & 1u) continue;
         assert_true(layout.offset[p] < layout.total_bytes);
         for (uint32_t q = 0; q < p; q++) assert_true(layout.offset[p] != layout.offset[q]);
         sum += layout.offset[p];
@@ -167,6 +169,7 @@ static void planes_round_trip(void **state)
 {
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     for (size_t i = 0; i < SIZES; i++) {
         struct samples *s = create(sizes[i][0], sizes[i][1]);
         samples_case_fill(s, UINT64_MAX, 15, i);
@@ -188,11 +191,12 @@ static void every_set_of_filled_planes_round_trips(void **state)
 {
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
         const uint64_t planes = some_set(i);
         struct samples *s = create(7, 3);
         samples_case_fill(s, planes, (uint32_t)planes, planes);
-        uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcountll(planes);
+        uint64_t dropped = (uint64_t)__builtin_popcountll(s->layout.planes & ~planes);
         for (uint32_t k = 0; k < 4; k++)
             if (!(planes >> k & 1)) dropped += k == 3 ? 3 : 1;
         round_trip(s, dropped);
@@ -399,6 +403,7 @@ static void damage_does_no_harm(void **state)
         struct samples *s, *back;                                                                  \
         struct fault fault = {0};                                                                  \
         plan_case(&plan);                                                                          \
+        plan.planes |= BIT(LENS_MORE);                                                             \
         s = create(7, 3);                                                                          \
         samples_case_fill(s, UINT64_MAX, 15, 1);                                                   \
         change;                                                                                    \
@@ -452,6 +457,8 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_light[3]");
     EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
            "lens_coverage[0]");
+    EXPECT(samples_f32(s, PLANE_LENS_MORE, 3)[at] = -1.0f, ERR_RANGE, "lens_more[3]");
+    EXPECT(samples_f32(s, PLANE_LENS_MORE, 0)[at] = NAN, ERR_NOT_FINITE, "lens_more[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");

@@ -221,6 +221,43 @@ static void blocks_do_not_show(void **state)
     }
 }
 
+/* Who needs a second set is told by samples as they are lit: what comes of their paths alone is the
+ * same everywhere here, and only hidden points are brighter than what is around them. */
+static void second_sets_go_where_lit_samples_differ(void **state)
+{
+    static uint8_t levels[SIDE * SIDE];
+    struct block_statistics statistics;
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    struct image *image;
+    uint32_t block;
+    int32_t hidden = 0, open = 0;
+    (void)state;
+    wall_plan(&plan, LENS_FILTER_SHEARED);
+    plan.planes |= PLANE_BIT(LENS_MORE);
+    plan.lens_extra = 9;
+    assert_int_equal(film_create(&plan, SIDE, block_halo_px(&plan), &film), 0);
+    assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
+    land_all(&plan, film);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
+    patch->lens_levels = levels;
+    assert_int_equal(
+        block_reconstruct(&plan, patch, film_block_rect(film, block), image, &statistics), 0);
+    for (int32_t y = 20; y < SIDE - 20; y++)
+        for (int32_t x = 40; x < SIDE / 2 + 6; x++) {
+            const int32_t level = levels[y * SIDE + x];
+            if (x < 52 && level > open) open = level;
+            if (x >= SIDE / 2 - 6 && level > hidden) hidden = level;
+        }
+    assert_true(open > 0 && hidden > open + 8);
+    patch_destroy(&patch);
+    film_block_done(film, block);
+    film_destroy(&film);
+    image_destroy(&image);
+}
+
 /* Plans whose fields light none read no more than before. */
 static void others_have_no_ring(void **state)
 {
@@ -240,6 +277,7 @@ int main(void)
         cmocka_unit_test(samples_take_light_from_where_the_middle_sees_their_point),
         cmocka_unit_test(hidden_points_keep_their_own_light),
         cmocka_unit_test(blocks_do_not_show),
+        cmocka_unit_test(second_sets_go_where_lit_samples_differ),
         cmocka_unit_test(others_have_no_ring),
     };
     return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);

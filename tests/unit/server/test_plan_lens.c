@@ -136,6 +136,40 @@ static void samples_are_those_asked_for(void **state)
     assert_int_equal(s->plan.lens_strata_per_axis, 16);
 }
 
+static void second_sets_are_planned(void **state)
+{
+    struct stage *s = *state;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_false(plan_has_rounds(&s->plan));
+    s->job.lens_extra = 9;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    assert_true(s->plan.planes & BIT(LENS_MORE) && plan_has_rounds(&s->plan));
+    assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(plan_pass_planes(&s->plan, plan_pass_count(&s->plan)), PLANES_LENS_MORE);
+    s->job.indirect = INDIRECT_ADAPTIVE; /* has a second set of its own, but none with a lens */
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    s->job.indirect = INDIRECT_AUTO;
+    s->job.lens_spp = 1;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "one sample does not tell who needs more");
+    s->job.lens_spp = 9;
+    s->job.lens = LENS_AXIS_ALIGNED;
+    must_make(s);
+    assert_true(s->plan.lens_extra == 0 && !(s->plan.planes & BIT(LENS_MORE)));
+    assert_string_equal(why(s, "sampling.lens_extra"),
+                        "only the sheared filter mixes second sets in");
+    s->job.aperture_radius = s->job.focus_distance = 0;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "the camera is a pinhole");
+}
+
 static void filters_are_taken_as_asked(void **state)
 {
     struct stage *s = *state;
@@ -298,6 +332,7 @@ int main(void)
         TEST(some_frames_keep_the_light_of_samples),
         TEST(pinholes_have_none),
         TEST(samples_are_those_asked_for),
+        TEST(second_sets_are_planned),
         TEST(filters_are_taken_as_asked),
         TEST(paths_take_what_lens_samples_cannot),
         TEST(any_scene_will_do),

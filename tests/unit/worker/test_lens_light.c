@@ -148,12 +148,55 @@ static void tiles_do_not_show(void **state)
     free(g);
 }
 
+/* Paths of second sets bring all of their light, whatever lights the first. */
+static struct samples *second_set(uint32_t light, struct counters *counters)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = board_plan(f, light);
+    uint8_t sides[SIDE * SIDE];
+    struct samples *out;
+    p.planes |= PLANE_BIT(LENS_MORE);
+    p.lens_filter = LENS_FILTER_SHEARED;
+    p.lens_extra = 9;
+    for (int i = 0; i < SIDE * SIDE; i++) sides[i] = i % 5 == 0 ? PLAN_LENS_SIDE : 0;
+    const struct plan_pass pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    struct traced t = trace_all(f, &p);
+    const struct rect all = {0, 0, SIDE, SIDE};
+    assert_int_equal(
+        tile_trace_pass(t.tracer, t.scene, NULL, &p, &pass, all, NULL, NULL, &out, counters), 0);
+    traced_fini(&t);
+    free(f);
+    return out;
+}
+
+static void second_sets_are_whole_paths(void **state)
+{
+    static const uint32_t lights[] = {LENS_LIGHT_INDIRECT, LENS_LIGHT_DIFFUSE};
+    struct counters counters = {0};
+    struct samples *own = second_set(LENS_LIGHT_OWN, &counters);
+    const size_t bytes = (size_t)SIDE * SIDE * sizeof(float);
+    (void)state;
+    assert_true(samples_f32(own, PLANE_LENS_MORE, 0)[5 * SIDE] > 0.0f);
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        counters = (struct counters){0};
+        struct samples *lit = second_set(lights[i], &counters);
+        for (uint32_t c = 0; c < 4; c++)
+            assert_memory_equal(samples_f32(own, PLANE_LENS_MORE, c),
+                                samples_f32(lit, PLANE_LENS_MORE, c), bytes);
+        assert_int_equal(counters.value[COUNTER_RAYS_LENS_CENTRES], 0);
+        assert_int_equal(counters.value[COUNTER_SKIPPED_LIGHT_FIELD], 0);
+        samples_destroy(&lit);
+    }
+    samples_destroy(&own);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_bring_their_light_in_parts),
         cmocka_unit_test(samples_tell_of_their_surface),
         cmocka_unit_test(tiles_do_not_show),
+        cmocka_unit_test(second_sets_are_whole_paths),
     };
     return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
 }
