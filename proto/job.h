@@ -11,7 +11,8 @@
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
- *   sampling  {spp, light_spp, indirect_spp, lens_spp, target_error, max_spp, seed, tile_px}
+ *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
+ *             seed, tile_px}
  *   filter    {method, indirect, glossy, lens, mu}
  *   layers    [names]      frames {first, last}      priority
  *
@@ -132,11 +133,12 @@ struct job {
     uint32_t indirect_bounces; /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
     uint32_t spp;              /* 1..LIMIT_SPP, rounded up to a square; default 9 */
     uint32_t light_spp, indirect_spp, lens_spp; /* 0: spp */
-    float target_error; /* RMS over pixels and channels of the picture's estimated error, over its
-                           mean luminance, until which sampling goes on; 0: none */
-    uint32_t max_spp;   /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
-                           with one LIMIT_SPP at most, default JOB_MAX_SPP */
-    uint64_t seed;      /* 0..2^53; default 1 */
+    uint32_t lens_extra; /* paths a pixel, in the mean, of second sets through the lens; 0: none */
+    float target_error;  /* RMS over pixels and channels of the picture's estimated error, over its
+                            mean luminance, until which sampling goes on; 0: none */
+    uint32_t max_spp; /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
+                         with one LIMIT_SPP at most, default JOB_MAX_SPP */
+    uint64_t seed;    /* 0..2^53; default 1 */
     enum filter_method method;       /* default auto */
     enum indirect_method indirect;   /* default auto */
     enum glossy_method glossy;       /* default auto */

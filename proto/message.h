@@ -10,7 +10,7 @@
 #include "proto/plan.h"
 #include "proto/tile.h"
 
-#define PROTOCOL_VERSION 5u
+#define PROTOCOL_VERSION 6u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),
@@ -27,7 +27,7 @@ enum capability {
     CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
     CAPABILITY_ENVIRONMENT = 1u << 5,
     CAPABILITY_LENS = 1u << 6,
-    CAPABILITY_SIDES = 1u << 7, /* bounce rays by counts of single pixels */
+    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
 };
 
 struct message_hello {

@@ -130,6 +130,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u32(w, plan->bounces);
     bytes_write_u32(w, plan->indirect_strata_per_axis);
     bytes_write_u32(w, plan->lens_strata_per_axis);
+    bytes_write_u32(w, plan->lens_light);
+    bytes_write_u32(w, plan->lens_extra);
     bytes_write_f32(w, plan->radiance_scale);
     bytes_write_f32(w, plan->length_unit);
     bytes_write_u32(w, plan->capabilities);
@@ -164,6 +166,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->bounces = bytes_read_u32(r);
     plan->indirect_strata_per_axis = bytes_read_u32(r);
     plan->lens_strata_per_axis = bytes_read_u32(r);
+    plan->lens_light = bytes_read_u32(r);
+    plan->lens_extra = bytes_read_u32(r);
     plan->radiance_scale = bytes_read_f32(r);
     plan->length_unit = bytes_read_f32(r);
     plan->capabilities = bytes_read_u32(r);
@@ -282,6 +286,7 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;
+    if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_MORE;
     if (plan->indirect_filter == INDIRECT_FILTER_RATE)
         return plan->planes &
                (PLANES_SECOND_SET | (plan_side_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
@@ -290,11 +295,13 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 
 bool plan_has_rounds(const struct plan *plan)
 {
-    return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_RATE;
+    return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_RATE ||
+           plan->lens_extra > 0;
 }
 
 uint32_t plan_side_maps(const struct plan *plan)
 {
+    if (plan->lens_extra > 0) return 1;
     if (plan->indirect_filter != INDIRECT_FILTER_RATE) return 0;
     return plan->planes >> PLANE_GLOSSY_SPAN & 1u ? 2 : 1;
 }
@@ -307,6 +314,7 @@ static int check_second_set(const struct plan *plan, const struct plan_pass *pas
         return ERR_RANGE;
     if (pass->strata == 0 || !pass->sides) return ERR_RANGE;
     if ((pass->lobes != NULL) != (plan_side_maps(plan) > 1)) return ERR_RANGE;
+    if (plan->lens_extra > 0) return pass->strata == PLAN_LENS_SIDE ? 0 : ERR_RANGE;
     if (pass->strata > PLAN_SIDE_MOST) return ERR_LIMIT;
     return l * l + pass->strata * pass->strata > plan->rate.rays_most ? ERR_LIMIT : 0;
 }
@@ -327,8 +335,8 @@ int plan_sides_check(const struct plan_pass *pass, size_t area)
 
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
 {
-    const bool second =
-        plan->indirect_filter == INDIRECT_FILTER_RATE && pass->number >= plan_pass_count(plan);
+    const bool sets = plan->indirect_filter == INDIRECT_FILTER_RATE || plan->lens_extra > 0;
+    const bool second = sets && pass->number >= plan_pass_count(plan);
     if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
     if (second) return check_second_set(plan, pass);
     if (pass->sides || pass->lobes) return ERR_RANGE;

@@ -130,6 +130,19 @@ enum lens_filter {
     LENS_FILTER_SHEARED = 2
 };
 
+/* Which light of what lens samples see comes of light fields of pixel centres, traced from the
+ * middle of the lens and filtered; a sample whose point no pixel centre shows keeps its path's. Of
+ * tracing and of reconstruction. filters.md section 5. */
+enum lens_light {
+    LENS_LIGHT_OWN = 0,      /* none: every sample is lit by its own path */
+    LENS_LIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
+    LENS_LIGHT_DIFFUSE = 2   /* all that diffuse lobes send on, where all surfaces are pure Lambert
+                                and lights are of the list */
+};
+
+/* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
+#define LENS_LIGHT_SLOPE_MOST 24.0f
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -160,7 +173,10 @@ struct plan {
                                           of glossy lobes, too */
     uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
                                           where sample row * l + column lies */
-    float radiance_scale;              /* a power of two: radiance * scale fits a half float */
+    uint32_t lens_light;               /* enum lens_light */
+    uint32_t lens_extra;   /* paths a pixel, in the mean at most, of second sets through the lens:
+                              PLAN_LENS_SIDE squared go to the pixels that need them most; 0: none */
+    float radiance_scale;  /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */
 };
@@ -208,6 +224,9 @@ struct plan_pass {
 /* The most that a pixel's l can be in a second set. */
 #define PLAN_SIDE_MOST UINT8_MAX
 
+/* l of all pixels that have a second set through the lens. */
+#define PLAN_LENS_SIDE 6u
+
 /* The pass that the schedule has under a number below plan_pass_count. */
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
 
@@ -221,17 +240,19 @@ struct plan_split {
 struct plan_split plan_pass_split(const struct plan_pass *pass);
 
 /* Whether tiles get passes after the schedule, of samples that are decided on when all of that has
- * landed: under a target, and under INDIRECT_FILTER_RATE. */
+ * landed: under a target, under INDIRECT_FILTER_RATE, and with second sets through the lens. */
 bool plan_has_rounds(const struct plan *plan);
 
 /* 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have: within the schedule one that
  * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
  * l, or of what the plan has no planes of. Bounce rays after the schedule are stratified anew.
- * INDIRECT_FILTER_RATE has one pass after the schedule, the second set, which alone has sides. */
+ * INDIRECT_FILTER_RATE and lens_extra have one pass after the schedule, the second set, which alone
+ * has sides. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
 /* Maps of sides that second sets have under the plan, one after the other: of bounce rays, and of
- * rays of glossy lobes where the plan asks how far these see. 0 without INDIRECT_FILTER_RATE. */
+ * rays of glossy lobes where the plan asks how far these see; or one of paths through the lens. 0
+ * without INDIRECT_FILTER_RATE and lens_extra. */
 uint32_t plan_side_maps(const struct plan *plan);
 
 /* 0, or ERR_RANGE for maps of `area` sides that are not the pass's: above its strata, or all below.

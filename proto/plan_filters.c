@@ -130,6 +130,47 @@ static int check_lens_planes(const struct plan_place *at, const struct plan *pla
     return 0;
 }
 
+/* Light fields light what lens samples tell of, from surfaces at pixel centres. */
+static int check_lens_light(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
+    const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
+    const bool bounces = plan->planes & PLANES_BOUNCE_LIGHT;
+    if (plan->lens_light > LENS_LIGHT_DIFFUSE)
+        return plan_place_refuse(at, ERR_RANGE, "lens_light", "is no light of lens samples",
+                                 (double)plan->lens_light);
+    if (surface != (plan->lens_light == LENS_LIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 surface ? "tells of surfaces of lens samples that nothing lights"
+                                         : "lacks the surfaces of lens samples",
+                                 (double)plan->planes);
+    if (plan->lens_light == LENS_LIGHT_OWN) return 0;
+    if ((plan->planes & field) != field || (!bounces && plan->lens_light == LENS_LIGHT_INDIRECT))
+        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
+                                 (double)plan->planes);
+    return 0;
+}
+
+/* Second sets go to pixels that slopes tell of, beside filters that work with both. */
+static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
+{
+    const bool more = plan->lens_extra > 0;
+    int error =
+        plan_place_count(at, "lens_extra", plan->lens_extra, 0, PLAN_LENS_SIDE * PLAN_LENS_SIDE);
+    if (error) return error;
+    if (more != ((plan->planes & PLANE_BIT(LENS_MORE)) != 0))
+        return plan_place_refuse(at, ERR_RANGE, "planes", "has to have what second sets bring",
+                                 (double)plan->planes);
+    if (more && plan->lens_filter != LENS_FILTER_SHEARED)
+        return plan_place_refuse(at, ERR_RANGE, "lens_extra", "belongs to the sheared filter",
+                                 (double)plan->lens_extra);
+    if (more && plan->indirect_filter == INDIRECT_FILTER_RATE)
+        return plan_place_refuse(at, ERR_RANGE, "lens_extra",
+                                 "asks for a second set where bounce rays have one",
+                                 (double)plan->lens_extra);
+    return 0;
+}
+
 int plan_filters_check(const struct plan_place *at, const struct plan *plan)
 {
     int error = plan_place_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
@@ -141,5 +182,7 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_span(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
-    return error ? error : check_lens_planes(at, plan);
+    if (!error) error = check_lens_planes(at, plan);
+    if (!error) error = check_lens_light(at, plan);
+    return error ? error : check_lens_extra(at, plan);
 }

@@ -62,13 +62,15 @@ static void *light_component(const struct samples *s, uint32_t light, enum light
 
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane == PLANE_DEPTH || plane == PLANE_LENS_RADIANCE || (PLANES_PATH >> plane & 1u));
+    assert(plane == PLANE_DEPTH || plane == PLANE_LENS_RADIANCE || plane == PLANE_LENS_MORE ||
+           (PLANES_PATH >> plane & 1u));
     return plane_component(s, plane, component, SAMPLES_GROUP_4);
 }
 
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane == PLANE_NORMAL || plane == PLANE_ID);
+    assert(plane == PLANE_NORMAL || plane == PLANE_ID || plane == PLANE_LENS_ALBEDO ||
+           plane == PLANE_LENS_LIGHT);
     return plane_component(s, plane, component, SAMPLES_GROUP_4);
 }
 

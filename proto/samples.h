@@ -13,7 +13,7 @@
  *   + emission 6 + indirect mean 6 + half-sums 12 + reflector distances 2 + 2 + open 2
  *   + indirect strata 8 l_i^2
  *   + glossy surfaces: mean 8 + half 8 + lobe 8 + nearness 2 + span 4 + 6 a sub-sample
- *   + lens samples 14 l_u^2 + coverage 2
+ *   + lens samples 14 l_u^2 + coverage 2; where light fields light them 26 l_u^2 + 2
  *   + per light: irradiance 4 + visibility ceil(l^2 / 8) + slopes 4
  *   + paths: 12 for each plane of three components, 4 for coverage, occlusion and split: 108 at
  * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
@@ -92,14 +92,36 @@ enum plane_id {
                                the others; for l = 1 all. Where an error is wanted */
     PLANE_GLOSSY_SPAN = 34, /* 2 x f16: nearest and farthest hit of a glossy lobe's rays, as
                                REFLECTOR and REFLECTOR_FAR of bounce rays */
-    PLANE_ID_COUNT = 35
+    /* Where light fields of pixel centres light lens samples (enum lens_light), LENS_RADIANCE is
+     * what is left of them without that light, and these say what it falls on. */
+    PLANE_LENS_DEPTH = 35,  /* per lens sample f16: z along forward of its first hit / length_unit;
+                               0: a miss */
+    PLANE_LENS_NORMAL = 36, /* per lens sample u16: octahedron_pack8 of the shading normal */
+    PLANE_LENS_ALBEDO = 37, /* per lens sample u32: diffuse albedo, of shared exponent, 9 bits */
+    PLANE_LENS_LIGHT = 38,  /* per lens sample u32: what its own path found of that light, albedo
+                               taken out, of shared exponent, 8 bits; for samples of points that
+                               no pixel centre shows */
+    PLANE_LENS_MORE = 39,   /* 4 x f32: of a pixel's second set of paths through the lens the mean
+                               radiance, rgb, and the root of the mean of the sum of its squares;
+                               0 where it has none */
+    PLANE_ID_COUNT = 40
 };
 
 /* A set of planes is the sum of these. */
 #define PLANE_BIT(plane) (UINT64_C(1) << PLANE_##plane)
 
 /* Planes of lens samples. */
-#define PLANES_LENS (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE))
+#define PLANES_LENS                                                                                \
+    (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE) |                 \
+     PLANES_LENS_SURFACE)
+
+/* Of those the planes of what light falls on. */
+#define PLANES_LENS_SURFACE                                                                        \
+    (PLANE_BIT(LENS_DEPTH) | PLANE_BIT(LENS_NORMAL) | PLANE_BIT(LENS_ALBEDO) |                     \
+     PLANE_BIT(LENS_LIGHT))
+
+/* What second sets through the lens bring. */
+#define PLANES_LENS_MORE (PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \

@@ -6,6 +6,7 @@
 
 #include "proto/half.h"
 #include "proto/samples_layout.h"
+#include "proto/shared_exponent.h"
 
 #define HALF_INFINITY  0x7c00u
 #define HALF_SIGN      0x8000u
@@ -80,6 +81,18 @@ static bool check_ids(const uint32_t *v, size_t count, struct finding *found)
     return true;
 }
 
+/* Exponents beyond the most are of numbers that are not finite. */
+static bool check_shared(const uint32_t *v, size_t count, struct finding *found)
+{
+    const uint32_t most = shared_exponent_most(SHARED_EXPONENT_8);
+    for (size_t i = 0; i < count; i++) {
+        if (v[i] >> 24 <= most) continue;
+        *found = (struct finding){i, (double)(v[i] >> 24), ERR_RANGE};
+        return false;
+    }
+    return true;
+}
+
 static bool check_bits(const uint8_t *v, size_t count, uint32_t mask, struct finding *found)
 {
     uint32_t all = 0;
@@ -125,6 +138,8 @@ static bool check_component(const struct samples *s, enum plane_id plane, uint32
         return check_halves(samples_u16(s, plane, c), area, HALF_MINUS_ONE, found);
     case SAMPLES_HALF_FINITE:
         return check_finite_halves(samples_u16(s, plane, c), area, found);
+    case SAMPLES_SHARED_8:
+        return check_shared(samples_u32(s, plane, c), area, found);
     default:
         return true;
     }

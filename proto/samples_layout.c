@@ -42,6 +42,11 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_LENS_COVERAGE] = {"lens_coverage", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
     [PLANE_GLOSSY_HALF] = {"glossy_half", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
     [PLANE_GLOSSY_SPAN] = {"glossy_span", SAMPLES_GROUP_2, 2, SAMPLES_HALF_POSITIVE},
+    [PLANE_LENS_DEPTH] = {"lens_depth", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
+    [PLANE_LENS_NORMAL] = {"lens_normal", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
+    [PLANE_LENS_ALBEDO] = {"lens_albedo", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
+    [PLANE_LENS_LIGHT] = {"lens_light", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_8},
+    [PLANE_LENS_MORE] = {"lens_more", SAMPLES_GROUP_4, 4, SAMPLES_POSITIVE},
 };
 
 static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
@@ -81,6 +86,10 @@ uint32_t samples_plane_components(const struct samples_layout *layout, enum plan
         return components * layout->indirect_strata;
     case PLANE_LENS_RADIANCE:
     case PLANE_LENS_SLOPE:
+    case PLANE_LENS_DEPTH:
+    case PLANE_LENS_NORMAL:
+    case PLANE_LENS_ALBEDO:
+    case PLANE_LENS_LIGHT:
         return components * layout->lens_strata;
     default:
         return components;

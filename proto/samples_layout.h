@@ -15,6 +15,8 @@ enum samples_values {
     SAMPLES_HALF_FINITE,     /* f16: finite */
     SAMPLES_SLOPES,          /* f16 pairs: finite, 0 <= first <= second */
     SAMPLES_BITS,            /* no bit past the last stratum */
+    SAMPLES_SHARED_9,        /* u32 of shared exponent, 9 bits: every bit pattern is a number */
+    SAMPLES_SHARED_8, /* u32 of shared exponent, 8 bits: exponents up to shared_exponent_most */
 };
 
 struct samples_plane_kind {

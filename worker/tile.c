@@ -11,6 +11,8 @@
 #include "worker/trace/indirect.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens.h"
+#include "worker/trace/lens_centres.h"
+#include "worker/trace/lens_more.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
 #include "worker/trace/primary.h"
@@ -39,6 +41,8 @@ struct tile_tracer {
     struct path_scratch path;
     struct path_sums sums;
     struct lens_scratch lens;
+    struct lens_centres centres;
+    struct lens_more more;
 };
 
 int tile_tracer_create(struct tile_tracer **out)
@@ -72,9 +76,11 @@ struct stages {
     bool bounces;          /* bounce rays leave them */
     bool glossy;           /* and rays of their glossy lobes */
     bool lens;             /* the lens's light field */
+    bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
     struct path_context paths, field, through_lens;
+    struct path_context whole; /* through the lens, with all of their light */
 };
 
 static bool has_rectangles(const struct plan *plan)
@@ -121,16 +127,17 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
                         const struct plan_pass *pass, struct counters *counters, struct stages *out)
 {
     const bool first = pass->number == 0;
-    *out =
-        (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS)) != 0 ||
-                                             plan->light_planes != 0),
-                        .lights = first,
-                        .lens = first && plan->lens_strata_per_axis > 0,
-                        .pass = *pass,
-                        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                        .glossy = traces_lobes(plan, pass),
-                        .first = pass->first,
-                        .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS |
+                                                                  PLANES_LENS_MORE)) != 0 ||
+                                                plan->light_planes != 0),
+                           .lights = first,
+                           .lens = first && plan->lens_strata_per_axis > 0,
+                           .more = pass->sides && plan->lens_extra > 0,
+                           .pass = *pass,
+                           .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                           .glossy = traces_lobes(plan, pass),
+                           .first = pass->first,
+                           .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->paths = (struct path_context){
         .queries = &t->queries,
@@ -153,10 +160,13 @@ static void stages_init(struct tile_tracer *t, const struct plan *plan,
     out->field.pass = pass->number;
     out->field.listed = is_listed(t->queries.scene, plan);
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
-    out->through_lens = out->paths;
-    out->through_lens.lens = true;
-    out->through_lens.demodulate = out->through_lens.leaves_diffuse = false;
-    out->through_lens.leaves_glossy = false;
+    out->whole = out->paths;
+    out->whole.lens = true;
+    out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
+    out->through_lens = out->whole;
+    out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
+    if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = &t->centres;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -200,6 +210,12 @@ static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint
     glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
 }
 
+/* Lens samples take the lighting of pixels around what they see, whatever colour these have. */
+static void mark_all_lit(struct tile_tracer *t)
+{
+    t->point.lit = t->bouncing = t->centre.surface.hit;
+}
+
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
@@ -229,6 +245,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
         geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
         add_emission(sub, &t->emission);
     }
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     store_emission(t, plan, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
@@ -380,7 +397,10 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->pass.sides)
+            if (stages->more)
+                lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path,
+                                samples);
+            else if (stages->pass.sides)
                 trace_second_set(t, stages, plan, samples, counters);
             else if (stages->centres)
                 trace_centres(t, stages, plan, samples, counters);
@@ -437,9 +457,11 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     sky_init(&tracer->sky, &plan->environment, environment);
     stages_init(tracer, plan, pass, counters, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
-    stages.field.progress = stages.through_lens.progress = progress;
-    stages.field.stop = stages.through_lens.stop = stop;
-    rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
+    stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
+    stages.field.stop = stages.through_lens.stop = stages.whole.stop = stop;
+    if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
     counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;

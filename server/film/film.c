@@ -5,6 +5,7 @@
 
 #include "server/film/gather.h"
 #include "server/film/passes.h"
+#include "server/reconstruct/lens_light.h"
 
 /* A pass that has landed while a block read its tile. */
 struct pending_pass {
@@ -371,7 +372,8 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     if (error) return error;
     if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan) ||
         patch_has_far_lobes(film->plan) || film->plan->lens_filter != LENS_FILTER_NONE)
-        patch->core = rect_intersect(rect_grow(area, PATCH_RING_PX), patch->rect);
+        patch->core = rect_intersect(
+            rect_grow(area, lens_light_ring_px(film->plan) + PATCH_RING_PX), patch->rect);
     struct rect t = tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {

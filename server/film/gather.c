@@ -33,6 +33,12 @@ static void copy_words(const struct overlap *o, const void *in, void *out)
     }
 }
 
+static void copy_halfwords(const struct overlap *o, const uint16_t *in, uint16_t *out)
+{
+    for (size_t y = 0; y < o->height; y++)
+        memcpy(out + to_row(o, y), in + from_row(o, y), o->width * sizeof *out);
+}
+
 static void copy_bytes(const struct overlap *o, const uint8_t *in, uint8_t *out)
 {
     for (size_t y = 0; y < o->height; y++) {
@@ -259,6 +265,23 @@ static void gather_lens(const struct overlap *o)
                      p->lens_slope + i * area);
     if (p->lens_coverage)
         widen_halves(o, samples_u16(o->samples, PLANE_LENS_COVERAGE, 0), 1.0f, p->lens_coverage);
+    for (uint32_t c = 0; p->lens_more && c < 4; c++)
+        copy_words(o, samples_f32(o->samples, PLANE_LENS_MORE, c), p->lens_more + c * area);
+}
+
+/* What light falls on. */
+static void gather_lens_surfaces(const struct overlap *o)
+{
+    const struct samples *s = o->samples;
+    struct patch *p = o->patch;
+    const uint32_t l = o->plan->lens_strata_per_axis;
+    const size_t area = (size_t)rect_area(p->rect);
+    for (uint32_t i = 0; i < l * l; i++) {
+        copy_halfwords(o, samples_u16(s, PLANE_LENS_DEPTH, i), p->lens_depth + i * area);
+        copy_halfwords(o, samples_u16(s, PLANE_LENS_NORMAL, i), p->lens_normal + i * area);
+        copy_words(o, samples_u32(s, PLANE_LENS_ALBEDO, i), p->lens_albedo + i * area);
+        copy_words(o, samples_u32(s, PLANE_LENS_LIGHT, i), p->lens_light + i * area);
+    }
 }
 
 static void gather_irradiance(const struct overlap *o, uint32_t k)
@@ -296,7 +319,7 @@ static void fill(const struct overlap *o, float count, float *out)
     }
 }
 
-/* Bounce rays, at most LIMIT_SPP: exact. */
+/* Of a first set and, where there is one, of a second: at most LIMIT_SPP, exact. */
 static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *sides, float *out)
 {
     fill(o, (float)first, out);
@@ -356,12 +379,15 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     gather_geometry(&o);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_strata_of(&o, k);
     gather_lens(&o);
+    if (plan->lens_light != LENS_LIGHT_OWN) gather_lens_surfaces(&o);
     const bool far = patch_has_far_indirect(plan);
     if (far) gather_indirect(&o);
     const bool far_lobes = patch_has_far_lobes(plan);
     if (far_lobes) gather_lobes(&o);
-    if (patch->bounces) gather_counts(&o, counts.bounces, counts.sides, patch->bounces);
+    if (patch->bounces)
+        gather_counts(&o, counts.bounces, patch->lens_paths ? NULL : counts.sides, patch->bounces);
     if (patch->glossy_rays) gather_counts(&o, counts.bounces, counts.lobes, patch->glossy_rays);
+    if (patch->lens_paths) gather_counts(&o, 0, counts.sides, patch->lens_paths);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
     if (!far_lobes) gather_lobes(&o);

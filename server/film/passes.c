@@ -1,6 +1,7 @@
 #include "server/film/passes.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "proto/half.h"
 
@@ -144,6 +145,19 @@ static void add_second_set(struct samples *sum, uint32_t count, const struct sam
                     (float)count, sides);
 }
 
+/* Where a pixel has a second set, that is what it brings. */
+static void add_lens_more(struct samples *sum, const struct samples *more, const uint8_t *sides)
+{
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    for (uint32_t c = 0; c < 4; c++)
+        memcpy(samples_f32(sum, PLANE_LENS_MORE, c), samples_f32(more, PLANE_LENS_MORE, c),
+               area * sizeof(float));
+    if (samples_u16(sum, PLANE_LENS_COVERAGE, 0))
+        merge_sides(samples_u16(sum, PLANE_LENS_COVERAGE, 0),
+                    samples_u16(more, PLANE_LENS_COVERAGE, 0), area, (float)sum->layout.lens_strata,
+                    sides);
+}
+
 void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct samples *more,
                 struct pass_counts more_counts)
 {
@@ -152,6 +166,10 @@ void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct
         add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
         add_lobes(sum, sum_counts.bounces, more, more_counts.bounces);
     }
-    if (more_counts.sides) add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
     if (more_counts.lobes) add_second_lobes(sum, sum_counts.bounces, more, more_counts.lobes);
+    if (!more_counts.sides) return;
+    if (samples_f32(sum, PLANE_LENS_MORE, 0))
+        add_lens_more(sum, more, more_counts.sides);
+    else
+        add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
 }

@@ -5,8 +5,8 @@
 /* Samples of every pixel. */
 struct pass_counts {
     uint32_t paths, bounces;
-    const uint8_t *sides; /* so many bounce rays squared more, pixel by pixel of the tile, of a
-                             second set; NULL: none. Borrowed */
+    const uint8_t *sides; /* so many bounce rays, or paths through the lens, squared more, pixel
+                             by pixel of the tile, of a second set; NULL: none. Borrowed */
     const uint8_t *lobes; /* the same of rays of glossy lobes */
     /* Of the paths, those in parts that PATH_SPLIT is made of, and the parts' lengths, added up
      * over these paths. */

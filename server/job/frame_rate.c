@@ -1,5 +1,6 @@
-/* The second set of rays of a frame: each pixel's size of it is told as blocks are drawn from the
- * first, and dealt to the tiles when all of them have been. */
+/* The second set of rays of a frame, or of paths through its lens: each pixel's size of it is told
+ * as blocks are drawn from the first, or of lenses how much it needs one, and dealt to the tiles
+ * when all of them have been. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,6 +76,39 @@ static int pack(struct frame_rate *r, struct rect rect, struct frame_rate_tile *
     return error;
 }
 
+/* The least level all of whose pixels, with those above, are no more than `most`; pixels of the
+ * level below that still fit. */
+static uint32_t find_level(const uint8_t *levels, size_t area, size_t most, size_t *rest,
+                           size_t *next)
+{
+    size_t count[UINT8_MAX + 1] = {0}, all = 0;
+    uint32_t level = UINT8_MAX + 1;
+    for (size_t i = 0; i < area; i++) count[levels[i]]++;
+    while (level > 1 && all + count[level - 1] <= most) all += count[--level];
+    *rest = most - all;
+    *next = level > 1 ? count[level - 1] : 0;
+    return level;
+}
+
+/* Second sets go to the pixels that need them most; where too many need them alike, to some of
+ * these, evenly spread along the rows. */
+static void choose(const struct plan *plan, uint8_t *pixels)
+{
+    const size_t area = (size_t)plan->width_px * (size_t)plan->height_px;
+    const size_t most = area * plan->lens_extra / (PLAN_LENS_SIDE * PLAN_LENS_SIDE);
+    size_t rest, next, owed = 0;
+    const uint32_t level = find_level(pixels, area, most, &rest, &next);
+    for (size_t i = 0; i < area; i++) {
+        bool chosen = pixels[i] >= level;
+        if (next > 0 && pixels[i] == level - 1) {
+            owed += rest;
+            chosen = owed >= next;
+            owed -= chosen ? next : 0;
+        }
+        pixels[i] = chosen ? PLAN_LENS_SIDE : 0;
+    }
+}
+
 bool frame_rate_decide(struct frame *f, int *error)
 {
     struct frame_rate *r = &f->rate;
@@ -82,6 +116,7 @@ bool frame_rate_decide(struct frame *f, int *error)
     *error = 0;
     if (r->decided) return false;
     r->decided = true;
+    if (f->plan.lens_extra > 0) choose(&f->plan, r->pixels);
     for (uint32_t i = 0; i < tile_grid_count(&f->grid) && !*error; i++) {
         const struct rect rect = tile_grid_rect(&f->grid, i);
         gather(f, rect, sides, &r->tiles[i]);
@@ -97,6 +132,10 @@ void frame_rate_count(struct frame *f)
 {
     const uint32_t l = f->plan.indirect_strata_per_axis;
     uint64_t sets = 0;
+    if (f->plan.lens_extra > 0) {
+        f->statistics.lens_second_paths = f->rate.rays;
+        return;
+    }
     for (uint32_t i = 0; i < film_block_count(f->film); i++) sets += f->rate.measured[i];
     f->statistics.adaptive_first_rays = sets * l * l;
     f->statistics.adaptive_second_rays = f->rate.rays;

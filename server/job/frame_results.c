@@ -64,12 +64,14 @@ static int reconstruct(struct block_task *t)
     t->measure.luminance = t->pixels + area * (measured ? channels + SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
     if (!error) patch->scratch = f->scratch;
+    if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
     if (!error && measured)
         error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides) error = find_sides(t, patch);
+    if (!error && t->sides && f->plan.indirect_filter == INDIRECT_FILTER_RATE)
+        error = find_sides(t, patch);
     patch_destroy(&patch);
     return error;
 }
@@ -106,11 +108,13 @@ static void count_time(struct statistics *sum, const struct block_task *t)
 {
     const uint64_t all_us = t->task.cpu_us;
     const uint64_t filters_us = t->statistics.shadow_cpu_us + t->statistics.indirect_cpu_us +
-                                t->statistics.glossy_cpu_us + t->statistics.lens_cpu_us;
+                                t->statistics.glossy_cpu_us + t->statistics.lens_cpu_us +
+                                t->statistics.lens_light_cpu_us;
     sum->shadow_cpu_us += t->statistics.shadow_cpu_us;
     sum->indirect_cpu_us += t->statistics.indirect_cpu_us;
     sum->glossy_cpu_us += t->statistics.glossy_cpu_us;
     sum->lens_cpu_us += t->statistics.lens_cpu_us;
+    sum->lens_light_cpu_us += t->statistics.lens_light_cpu_us;
     sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
 }
 
@@ -131,6 +135,8 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
     sum->lens_pixels_filtered += block->lens.pixels_filtered;
     sum->lens_pixels_skipped += block->lens.pixels_skipped;
     sum->lens_blocks_skipped += block->lens.blocks_skipped;
+    sum->lens_samples_lit += block->lens_light.samples_lit;
+    sum->lens_samples_own += block->lens_light.samples_own;
 }
 
 static void block_over(struct frame *f, const struct block_task *t)

@@ -32,10 +32,11 @@ void frame_rounds_destroy(struct frame *f)
 static double expected(const struct frame *f)
 {
     const double pixels = (double)f->plan.width_px * f->plan.height_px;
-    const uint32_t l = f->plan.indirect_strata_per_axis;
+    const uint32_t l = f->plan.indirect_strata_per_axis, lens = f->plan.lens_strata_per_axis;
     if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
-    const double first = pixels * (f->plan.paths.spp + l * l);
-    return f->rate.decided ? first + (double)f->rate.rays : first * RATE_EXPECTED;
+    const double first = pixels * (f->plan.paths.spp + l * l + lens * lens);
+    if (f->rate.decided) return first + (double)f->rate.rays;
+    return f->plan.lens_extra > 0 ? first + pixels * f->plan.lens_extra : first * RATE_EXPECTED;
 }
 
 void frame_rounds_note(struct frame *f)

@@ -25,7 +25,7 @@ struct frame_target {
     char warning[LIMIT_DETAIL_BYTES];
 };
 
-/* The second set of a tile. */
+/* The second set of rays, or of paths through the lens, of a tile. */
 struct frame_rate_tile {
     const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_rate */
     uint32_t most;        /* of these */
@@ -34,12 +34,12 @@ struct frame_rate_tile {
     uint64_t rays;
 };
 
-/* Of a frame whose pixels get second sets of rays (plan_rate): of bounce rays, and of rays of
- * glossy lobes where the plan has a second map. */
+/* Of a frame whose pixels get second sets: of bounce rays (plan_rate), and of rays of glossy lobes
+ * where the plan has a second map; or of paths through the lens. */
 struct frame_rate {
     uint32_t maps;      /* plan_side_maps */
     uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
-                           drawn */
+                           drawn; of lenses levels of lens_extra.h until it is decided */
     uint8_t *sides;     /* owned; the same, tile by tile */
     uint32_t *measured; /* owned; first sets of each block's pixels */
     struct frame_rate_tile *tiles; /* owned */
@@ -117,7 +117,7 @@ void frame_target_count(struct frame *f);
 /* After the last round: says what was not reached. */
 void frame_target_end(struct frame *f);
 
-/* -- frame_rate.c: a second set of rays -- */
+/* -- frame_rate.c: second sets -- */
 
 int frame_rate_create(struct frame *f);
 void frame_rate_destroy(struct frame *f);

@@ -161,7 +161,6 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
 /* There is a lens. */
 static void choose_lens(const struct job *job, const struct plan *plan, struct plan_report *report)
 {
-    static const char each[] = "with a lens every sample is a path, with light of its own";
     char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
     if (!plan_lens_possible(job, plan, why)) {
         snprintf(filter_why, sizeof filter_why,
@@ -171,9 +170,6 @@ static void choose_lens(const struct job *job, const struct plan *plan, struct p
         return;
     }
     report->integrator = INTEGRATOR_LENS_FIELD;
-    plan_filter_none(job, each, report);
-    plan_indirect_none(job, each, report);
-    plan_skip(report, "light fields of pixel centres", "%s", each);
 }
 
 /* Without one. */
@@ -217,6 +213,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
     const enum plan_integrator who = report->integrator;
     if (who == INTEGRATOR_LIGHT_FIELD || who == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
         plan_indirect(job, plan, report);
+    if (who == INTEGRATOR_LENS_FIELD) plan_lens_light(job, scene, plan, report);
     plan_glossy(job, scene, plan, report);
     if (who == INTEGRATOR_LIGHT_FIELD)
         plan_light_field(job, plan, report);

@@ -87,6 +87,7 @@ struct plan_report {
     char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
     char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
     char lens_filter_why[PLAN_FILTER_WHY_BYTES];
+    char lens_light_why[PLAN_FILTER_WHY_BYTES]; /* "" without lens samples */
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -102,7 +103,8 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
 /* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
- * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, skipped:
+ * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, lens_light,
+ * lens_light_why, skipped:
  * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. New reference;
  * NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);
@@ -186,11 +188,23 @@ const char *plan_lens_filter_name(uint32_t filter);
 /* No lens samples, because of `why`. */
 void plan_lens_none(const struct job *job, const char *why, struct plan_report *report);
 void plan_lens(const struct job *job, struct plan *plan, struct plan_report *report);
+/* Of a plan of lens samples with its bounces: enum lens_light, and a sentence that says why. Light
+ * fields light them where a filter of the lens runs and one of light fields would: of shadows and
+ * of indirect light where fields cover the scene, else of indirect light alone. */
+uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene,
+                                const struct plan *plan, const struct plan_emitters *emitters,
+                                char why[PLAN_FILTER_WHY_BYTES]);
+const char *plan_lens_light_name(uint32_t light);
+/* Light of lens samples, before plan_lens: planes of fields and their filters, or none. */
+void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
+                     struct plan_report *report);
 
 /* What those parts share. */
 /* Lights keep strata only for the layers that show them: a path takes one point of one light. */
 void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_path_effects(struct plan *plan, struct plan_report *report);
+/* Direct light of light fields, after plan_filter: planes of the lights. */
+void plan_direct(struct plan *plan, struct plan_report *report);
 /* Planes of the surfaces at pixel centres and beside them, for an anti-aliased resolve. */
 void plan_surfaces(struct plan *plan, struct plan_report *report);
 /* Light planes for the filter and the layers visibility and slopes, with a line for each that is

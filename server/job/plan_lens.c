@@ -19,10 +19,11 @@ static uint32_t strata_of(const struct job *job)
     return job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
 }
 
-/* Bytes a pixel of what lens samples travel in. */
-static uint64_t bytes_of(uint32_t l)
+/* Bytes a pixel of what lens samples travel in, and second sets if there may be any. */
+static uint64_t bytes_of(uint32_t l, const struct job *job)
 {
-    return (uint64_t)l * l * (3 * sizeof(float) + sizeof(uint16_t)) + sizeof(uint16_t);
+    const uint64_t more = job->lens_extra > 0 ? 4 * sizeof(float) : 0;
+    return (uint64_t)l * l * (3 * sizeof(float) + sizeof(uint16_t)) + sizeof(uint16_t) + more;
 }
 
 static const char *first_other_layer(const struct job *job)
@@ -43,10 +44,10 @@ bool plan_lens_possible(const struct job *job, const struct plan *plan, char why
     else if (l > most)
         snprintf(why, PLAN_WHY_BYTES, "%u lens samples are more than the %u that travel one by one",
                  l * l, most * most);
-    else if (bytes_of(l) * pixels > LIMIT_LENS_BYTES)
+    else if (bytes_of(l, job) * pixels > LIMIT_LENS_BYTES)
         snprintf(why, PLAN_WHY_BYTES,
                  "%" PRIu64 " pixels of %" PRIu64 " bytes of lens samples are above %llu in all",
-                 pixels, bytes_of(l), LIMIT_LENS_BYTES);
+                 pixels, bytes_of(l, job), LIMIT_LENS_BYTES);
     else
         return true;
     return false;
@@ -78,6 +79,9 @@ void plan_lens_none(const struct job *job, const char *why, struct plan_report *
     tell_none(job, report);
     if (job->lens_spp)
         plan_skip(report, "sampling.lens_spp", "%.*s", (int)PLAN_WHY_BYTES - 1,
+                  report->lens_filter_why);
+    if (job->lens_extra)
+        plan_skip(report, "sampling.lens_extra", "%.*s", (int)PLAN_WHY_BYTES - 1,
                   report->lens_filter_why);
 }
 
@@ -115,10 +119,28 @@ static void plan_centres(struct plan *plan, struct plan_report *report)
         {"plane id", PLANE_BIT(ID), LAYER_ID},
     };
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        if (plan->planes & readers[i].plane) continue;
         if (report->layers & readers[i].layers)
             plan->planes |= readers[i].plane;
         else
             plan_skip(report, readers[i].name, "no layer of this plan reads it");
+    }
+}
+
+/* Second sets: of pixels whose samples' differences tell of their errors. */
+static void plan_extra(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (job->lens_extra == 0) return;
+    if (plan->lens_filter != LENS_FILTER_SHEARED) {
+        plan_skip(report, "sampling.lens_extra", "only the sheared filter mixes second sets in");
+    } else if (plan->lens_strata_per_axis < 2) {
+        plan_skip(report, "sampling.lens_extra", "one sample does not tell who needs more");
+    } else if (!(report->layers & LAYER_BEAUTY)) {
+        plan_skip(report, "sampling.lens_extra", "no layer of this plan shows the picture");
+    } else {
+        plan->lens_extra = job->lens_extra;
+        plan->planes |= PLANE_BIT(LENS_MORE);
+        plan->capabilities |= CAPABILITY_SIDES;
     }
 }
 
@@ -139,9 +161,7 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
         plan->planes |= PLANE_BIT(LENS_COVERAGE);
     else
         plan_skip(report, "plane lens_coverage", "no layer of this plan reads it");
+    plan_extra(job, plan, report);
     plan_centres(plan, report);
-    plan_path_lights(job, plan, report);
     plan_path_effects(plan, report);
-    if (job->indirect_spp)
-        plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
 }

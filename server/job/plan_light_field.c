@@ -110,7 +110,7 @@ static bool has_sharp_light(const struct plan *plan)
     return false;
 }
 
-static void plan_direct(struct plan *plan, struct plan_report *report)
+void plan_direct(struct plan *plan, struct plan_report *report)
 {
     if (plan->light_count == 0) {
         plan_skip(report, "effect direct", "there is no light");

@@ -41,7 +41,12 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "lens_slope",
                                                         "lens_coverage",
                                                         "glossy_half",
-                                                        "glossy_span"};
+                                                        "glossy_span",
+                                                        "lens_depth",
+                                                        "lens_normal",
+                                                        "lens_albedo",
+                                                        "lens_light",
+                                                        "lens_more"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -138,12 +143,12 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS);
+    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS | PLANES_LENS_MORE);
     json_t *samples = NULL;
     if (lens > 0)
-        samples = json_pack("{s:i,s:i,s:I,s:i,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
-                            "light", plan->light_planes ? (json_int_t)light : 0, "indirect", 0,
-                            "lens", (json_int_t)lens);
+        samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
+                            "light", plan->light_planes ? (json_int_t)light : 0, "indirect",
+                            (json_int_t)indirect, "lens", (json_int_t)lens);
     else if (plan->paths.spp == 0)
         samples = json_pack("{s:i,s:i,s:I,s:I}", "primary", 1, "antialias", (int)plan->sub_samples,
                             "light", (json_int_t)light, "indirect", (json_int_t)indirect);
@@ -153,6 +158,8 @@ static json_t *samples_of(const struct plan *plan)
                       (int)plan->sub_samples, "light", plan->light_planes ? (json_int_t)light : 0,
                       "indirect", (json_int_t)indirect, "paths", (json_int_t)plan->paths.spp,
                       "passes", (json_int_t)plan_pass_count(plan));
+    if (samples && plan->lens_extra > 0)
+        json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
     if (samples && plan->rate.rays_most > 0)
         json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
     return samples;
@@ -197,7 +204,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:s,s:f,"
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
+        "s:s,s:f,"
         "s:f,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
@@ -208,8 +216,9 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),
         "glossy_filter_why", report->glossy_filter_why, "lens_filter",
         plan_lens_filter_name(plan->lens_filter), "lens_filter_why", report->lens_filter_why,
-        "skipped", skips_of(report), "lights", lights_of(plan, report), "environment",
-        environment_of(plan), "emitters", emitters_of(plan, report), "camera",
+        "lens_light", plan_lens_light_name(plan->lens_light), "lens_light_why",
+        report->lens_light_why, "skipped", skips_of(report), "lights", lights_of(plan, report),
+        "environment", environment_of(plan), "emitters", emitters_of(plan, report), "camera",
         camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
         scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
         (double)plan->length_unit, "warnings", warnings_of(report));

@@ -20,6 +20,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->indirect_cpu_us += more->indirect_cpu_us;
     sum->glossy_cpu_us += more->glossy_cpu_us;
     sum->lens_cpu_us += more->lens_cpu_us;
+    sum->lens_light_cpu_us += more->lens_light_cpu_us;
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
@@ -43,9 +44,12 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->lens_pixels_filtered += more->lens_pixels_filtered;
     sum->lens_pixels_skipped += more->lens_pixels_skipped;
     sum->lens_blocks_skipped += more->lens_blocks_skipped;
+    sum->lens_samples_lit += more->lens_samples_lit;
+    sum->lens_samples_own += more->lens_samples_own;
     sum->target_rounds += more->target_rounds;
     sum->target_paths += more->target_paths;
     sum->target_bounces += more->target_bounces;
+    sum->lens_second_paths += more->lens_second_paths;
     sum->adaptive_first_rays += more->adaptive_first_rays;
     sum->adaptive_second_rays += more->adaptive_second_rays;
     sum->target_error = most(sum->target_error, more->target_error);
@@ -75,6 +79,7 @@ static const struct line lines[] = {
     {"cpu_s", "indirect", FIELD(indirect_cpu_us), true},
     {"cpu_s", "glossy", FIELD(glossy_cpu_us), true},
     {"cpu_s", "lens", FIELD(lens_cpu_us), true},
+    {"cpu_s", "lens_light", FIELD(lens_light_cpu_us), true},
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
@@ -97,6 +102,9 @@ static const struct line lines[] = {
     {"lens", "pixels_filtered", FIELD(lens_pixels_filtered), false},
     {"lens", "pixels_skipped", FIELD(lens_pixels_skipped), false},
     {"lens", "blocks_skipped", FIELD(lens_blocks_skipped), false},
+    {"lens", "samples_lit", FIELD(lens_samples_lit), false},
+    {"lens", "samples_own", FIELD(lens_samples_own), false},
+    {"lens", "second_paths", FIELD(lens_second_paths), false},
     {"target", "rounds", FIELD(target_rounds), false},
     {"target", "paths", FIELD(target_paths), false},
     {"target", "bounces", FIELD(target_bounces), false},

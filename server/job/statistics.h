@@ -9,11 +9,12 @@ struct statistics {
     struct counters counters; /* summed over accepted results */
     uint64_t import_cpu_us;
     uint64_t decode_cpu_us;              /* unpacking and checking samples */
-    uint64_t reconstruct_cpu_us;         /* without the three below */
+    uint64_t reconstruct_cpu_us;         /* without those below */
     uint64_t shadow_cpu_us;              /* filtering shadows */
     uint64_t indirect_cpu_us;            /* filtering indirect light and occlusion */
     uint64_t glossy_cpu_us;              /* filtering glossy lobes */
     uint64_t lens_cpu_us;                /* filtering lens samples */
+    uint64_t lens_light_cpu_us;          /* lighting them by light fields */
     uint64_t encode_cpu_us;              /* EXR and PNG */
     uint64_t coordinate_cpu_us;          /* the loop's thread while the job was in work: all else */
     uint64_t wall_us;                    /* from import to the last file */
@@ -31,6 +32,8 @@ struct statistics {
     uint64_t glossy_pixels_filtered, glossy_pixels_skipped, glossy_blocks_skipped;
     /* Of lens_statistics. */
     uint64_t lens_pixels_filtered, lens_pixels_skipped, lens_blocks_skipped;
+    uint64_t lens_samples_lit, lens_samples_own; /* of lens_light_statistics */
+    uint64_t lens_second_paths;                  /* of second sets */
     /* Of frames with a target: rounds and samples of all of them; the largest estimated error that
      * was reached, and root of what a sample had to gain, both over mean luminance, in millionths.
      */
@@ -44,12 +47,13 @@ struct statistics {
 /* Sums; peaks are maxima. */
 void statistics_add(struct statistics *sum, const struct statistics *more);
 
-/* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens, encode,
- * coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done, reissued}, results {dropped,
- * corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone, pixels_unlit, blocks_skipped},
- * indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy {the same}, lens {the same},
- * target {rounds, paths, bounces, error, threshold}, adaptive {first_rays, second_rays},
- * bytes_received, peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
+/* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens,
+ * lens_light, encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done,
+ * reissued}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
+ * pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy
+ * {the same}, lens {the same, samples_lit, samples_own, second_paths}, target {rounds, paths,
+ * bounces, error, threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes
+ * {server, worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
 /* The other way, as far as the members are there: a job goes on counting after a restart. */

@@ -58,6 +58,7 @@ int32_t block_halo_px(const struct plan *plan)
     if (indirect < sheared) indirect = sheared;
     if (indirect < glossy) indirect = glossy;
     if (indirect < shadow) indirect = shadow;
+    indirect += lens_light_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
 
@@ -65,6 +66,16 @@ static bool contains(struct rect outer, struct rect inner)
 {
     return inner.x0 >= outer.x0 && inner.y0 >= outer.y0 && inner.x1 <= outer.x1 &&
            inner.y1 <= outer.y1 && !rect_is_empty(inner);
+}
+
+static void tell(const struct lighting_statistics *cost, struct block_statistics *statistics)
+{
+    statistics->shadow = cost->shadow;
+    statistics->indirect = cost->indirect;
+    statistics->glossy = cost->glossy;
+    statistics->glossy_cpu_us = cost->glossy_cpu_us;
+    statistics->shadow_cpu_us = cost->shadow_cpu_us;
+    statistics->indirect_cpu_us = cost->indirect_cpu_us;
 }
 
 static int reconstruct_light_field(const struct plan *plan, const struct patch *patch,
@@ -78,12 +89,7 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     struct rect lit = rect_intersect(rect_grow(block, ring_px(plan)), patch->core);
     int error = lighting_create(plan, patch, lit, &lighting, &cost);
     if (error) return error;
-    statistics->shadow = cost.shadow;
-    statistics->indirect = cost.indirect;
-    statistics->glossy = cost.glossy;
-    statistics->glossy_cpu_us = cost.glossy_cpu_us;
-    statistics->shadow_cpu_us = cost.shadow_cpu_us;
-    statistics->indirect_cpu_us = cost.indirect_cpu_us;
+    tell(&cost, statistics);
     resolver_init(&resolver, plan, patch, &lighting);
     resolver.errors = squares->memory != NULL;
     if (plan->paths.spp > 0)
@@ -92,6 +98,24 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
         compose_light_field(&resolver, block, image, squares, statistics);
     lighting_fini(&lighting);
     return 0;
+}
+
+/* What the lens sees, its samples lit by the fields of pixel centres where the plan has these. */
+static int reconstruct_lens(const struct plan *plan, const struct patch *patch, struct rect block,
+                            struct image *image, struct block_statistics *statistics)
+{
+    struct lighting lighting;
+    struct lighting_statistics cost = {.shadow_cpu_us = 0};
+    const int32_t ring = lens_light_ring_px(plan);
+    const struct rect lit = rect_intersect(rect_grow(block, ring), patch->core);
+    if (plan->lens_light == LENS_LIGHT_OWN)
+        return defocus_compose(plan, patch, block, image, statistics);
+    int error = lighting_create(plan, patch, lit, &lighting, &cost);
+    if (error) return error;
+    tell(&cost, statistics);
+    error = defocus_compose_lit(plan, patch, block, &lighting, lit, image, statistics);
+    lighting_fini(&lighting);
+    return error;
 }
 
 static int reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
@@ -103,7 +127,7 @@ static int reconstruct(const struct plan *plan, const struct patch *patch, struc
     if (paths) paths_compose(patch, block, image, statistics);
     if (paths && squares->memory) path_error_find(patch, squares);
     if (lens)
-        error = defocus_compose(plan, patch, block, image, statistics);
+        error = reconstruct_lens(plan, patch, block, image, statistics);
     else if (!paths || (plan->planes & PLANES_BESIDE))
         error = reconstruct_light_field(plan, patch, block, image, squares, statistics);
     if (error) return error;

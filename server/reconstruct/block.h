@@ -8,6 +8,7 @@
 #include "server/reconstruct/glossy.h"
 #include "server/reconstruct/indirect.h"
 #include "server/reconstruct/lens.h"
+#include "server/reconstruct/lens_light.h"
 #include "server/reconstruct/shadow.h"
 
 struct block_statistics {
@@ -18,8 +19,10 @@ struct block_statistics {
     struct indirect_statistics indirect;
     struct glossy_statistics glossy;
     struct lens_statistics lens;
+    struct lens_light_statistics lens_light;
     uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
-        lens_cpu_us; /* CPU time of the filters */
+        lens_cpu_us;            /* CPU time of the filters */
+    uint64_t lens_light_cpu_us; /* and of taking their light to lens samples */
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far

@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include "server/reconstruct/lens.h"
+#include "server/reconstruct/lens_extra.h"
 #include "server/reconstruct/lighting.h"
 
 /* What lens_filter writes; arrays of the patch's size. */
@@ -29,7 +30,10 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
     if (!at) return ERR_MEMORY;
     for (int c = 0; c < 3; c++, at += area) out->rgb[c] = at;
     out->width_px = at;
-    const int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
+    int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
+    if (!error && patch->lens_paths) error = lens_extra_mix(plan, patch, block, out->rgb);
+    if (!error && patch->lens_levels)
+        error = lens_extra_levels(plan, patch, block, patch->lens_levels);
     if (plan->lens_filter == LENS_FILTER_NONE) return error;
     statistics->lens = lens;
     statistics->lens_cpu_us = thread_cpu_us() - start_us;
@@ -59,17 +63,23 @@ static void put_coverage(const struct patch *patch, struct rect block, struct im
     }
 }
 
-static void fill(const struct plane *out, struct rect block, float value)
+/* Lens samples of each pixel, and paths of second sets. */
+static void put_counts(const struct plan *plan, const struct patch *patch, struct rect block,
+                       const struct plane *out)
 {
-    for (int32_t y = block.y0; out && y < block.y1; y++)
-        for (int32_t x = block.x0; x < block.x1; x++) *plane_at(out, x, y) = value;
+    const float first = (float)(plan->lens_strata_per_axis * plan->lens_strata_per_axis);
+    for (int32_t y = block.y0; out && y < block.y1; y++) {
+        const size_t row = patch_pixel(patch, block.x0, y);
+        float *to = plane_at(out, block.x0, y);
+        for (int32_t x = 0; x < rect_width(block); x++)
+            to[x] = first + (patch->lens_paths ? patch->lens_paths[row + (size_t)x] : 0.0f);
+    }
 }
 
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics)
 {
     static const char *const channels[] = {"R", "G", "B"};
-    const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
     struct defocused seen = {0};
     const int error = filter(plan, patch, block, &seen, statistics);
     for (int c = 0; c < 3 && !error; c++)
@@ -78,6 +88,25 @@ int defocus_compose(const struct plan *plan, const struct patch *patch, struct r
     scratch_give(patch->scratch, seen.memory);
     if (error) return error;
     put_coverage(patch, block, image, statistics);
-    fill(image_plane(image, "samples.N"), block, (float)samples);
+    put_counts(plan, patch, block, image_plane(image, "samples.N"));
     return 0;
+}
+
+int defocus_compose_lit(const struct plan *plan, const struct patch *patch, struct rect block,
+                        const struct lighting *lighting, struct rect lit, struct image *image,
+                        struct block_statistics *statistics)
+{
+    const size_t planes = (size_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis * 3;
+    const size_t bytes = planes * (size_t)rect_area(patch->rect) * sizeof(float);
+    const struct rect seen = rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect);
+    const uint64_t start_us = thread_cpu_us();
+    struct patch shown = *patch; /* but for its samples' radiance */
+    shown.lens_radiance = scratch_take(patch->scratch, bytes);
+    if (!shown.lens_radiance) return ERR_MEMORY;
+    int error = lens_light_take(plan, patch, lighting, lit, seen, block, shown.lens_radiance,
+                                &statistics->lens_light);
+    statistics->lens_light_cpu_us = thread_cpu_us() - start_us;
+    if (!error) error = defocus_compose(plan, &shown, block, image, statistics);
+    scratch_give(patch->scratch, shown.lens_radiance);
+    return error;
 }

@@ -3,12 +3,19 @@
  * as the plan says or averaged. */
 #include "server/image/image.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/lighting.h"
 
 /* Writes, of `block`:
  *   R G B A       radiance; the share of lens samples that meet a surface
- *   samples       lens samples of the pixel
+ *   samples       lens samples of the pixel, and paths of its second set
  *   filter_width  sigma in pixels; 0: not filtered
  *
+ * and patch->lens_levels where somebody asks for it, of samples lit as they are in the picture.
  * pixels_background counts pixels of which no sample meets a surface. ERR_MEMORY. */
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics);
+
+/* The same where light fields light the samples: by `lighting`, which is of `lit`. */
+int defocus_compose_lit(const struct plan *plan, const struct patch *patch, struct rect block,
+                        const struct lighting *lighting, struct rect lit, struct image *image,
+                        struct block_statistics *statistics);

@@ -8,8 +8,8 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define FLAG_RANGE_PX    2.0f
-#define FLAG_OPPOSITE_PX 0.3f
+#define RUN            16 /* pixels that are looked at side by side */
+#define FOCUS_REACH_PX 6  /* how far a pixel looks for what is hidden from it */
 
 int32_t lens_halo_px(const struct plan *plan)
 {
@@ -51,38 +51,107 @@ static void average(const struct plan *plan, const struct patch *patch, struct r
     }
 }
 
-/* What pixels' own samples say of what is in focus, under what nearer layers let through. */
-static void look_at_focus(struct lens_field *f)
+/* What samples say of what is in focus. */
+struct focus {
+    float light[LENS_LIGHTS], met, all; /* sums; samples in focus, those there and beyond */
+};
+
+static void add_focus(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
-    const uint32_t n = f->l * f->l;
     float low, high;
     lens_layer_slopes(LENS_FOCUS, &low, &high);
-    for (int32_t y = f->wide.y0; y < f->wide.y1; y++) {
-        for (int32_t x = f->wide.x0; x < f->wide.x1; x++) {
-            const size_t p = lens_wide(f, x, y);
-            float light[LENS_LIGHTS] = {0}, met = 0.0f, all = 0.0f, through = 0.0f;
-            for (uint32_t j = 0; j < n; j++) {
-                const float s = *lens_slopes(f, j, x, y);
-                if (s >= high) continue;
-                all += 1.0f;
-                if (s < low) continue;
-                met += 1.0f;
-                for (uint32_t k = 0; k < 3; k++) {
-                    const float c = *lens_light(f, j, k, x, y);
-                    light[k] += c;
-                    light[3] += c * c;
-                }
-            }
-            if (!(met > 0.0f)) continue;
-            for (int g = 0; g < LENS_GROUPS; g++) {
-                through += f->through[g][p] * f->shape.share[g];
-                f->through[g][p] *= 1.0f - met / all;
-            }
-            const float by = through / all;
-            for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += light[k] * by;
-            f->share[p] += met * by;
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        const float s = *lens_slopes(f, j, x, y);
+        if (s >= high) continue;
+        sum->all += 1.0f;
+        if (s < low) continue;
+        sum->met += 1.0f;
+        for (uint32_t k = 0; k < 3; k++) {
+            const float c = *lens_light(f, j, k, x, y);
+            sum->light[k] += c;
+            sum->light[3] += c * c;
         }
     }
+}
+
+/* The same of RUN pixels side by side, sums in the same order. */
+struct focus_run {
+    float light[LENS_LIGHTS][RUN], met[RUN], all[RUN];
+};
+
+static void find_run(const struct lens_field *f, int32_t x, int32_t y, struct focus_run *run)
+{
+    float low, high;
+    lens_layer_slopes(LENS_FOCUS, &low, &high);
+    *run = (struct focus_run){.met = {0}};
+    for (uint32_t j = 0; j < f->l * f->l; j++) {
+        const float *slope = lens_slopes(f, j, x, y);
+        float met[RUN];
+        for (int i = 0; i < RUN; i++) {
+            const float all = slope[i] < high ? 1.0f : 0.0f;
+            met[i] = slope[i] >= low ? all : 0.0f;
+            run->all[i] += all;
+            run->met[i] += met[i];
+        }
+        for (uint32_t k = 0; k < 3; k++) {
+            const float *light = lens_light(f, j, k, x, y);
+            for (int i = 0; i < RUN; i++) {
+                const float c = met[i] > 0.0f ? light[i] : 0.0f;
+                run->light[k][i] += c;
+                run->light[3][i] += c * c;
+            }
+        }
+    }
+}
+
+/* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
+static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
+{
+    const struct rect r = f->seen;
+    for (int32_t k = 1; k <= FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
+        for (int32_t v = y - k; v <= y + k; v++)
+            for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
+                if (u >= r.x0 && u < r.x1 && v >= r.y0 && v < r.y1) add_focus(f, u, v, sum);
+}
+
+/* What is in focus, under what nearer layers let through. */
+static void see_focus(struct lens_field *f, int32_t x, int32_t y, struct focus sum)
+{
+    const size_t p = lens_wide(f, x, y);
+    float through = 0.0f;
+    for (int g = 0; g < LENS_GROUPS; g++) through += f->through[g][p] * f->shape.share[g];
+    if (!(through > 0.0f)) return;
+    if (!(sum.all > 0.0f)) add_around(f, x, y, &sum);
+    if (!(sum.met > 0.0f)) return;
+    for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - sum.met / sum.all;
+    const float by = through / sum.all;
+    for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] * by;
+    f->share[p] += sum.met * by;
+}
+
+/* The last run of a row may begin among the pixels of the one before. */
+static void look_at_focus(struct lens_field *f)
+{
+    const struct rect r = f->wide;
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1;) {
+            const int32_t first = x < r.x1 - RUN ? x : r.x1 - RUN;
+            struct focus_run run;
+            struct focus sum = {.met = 0.0f};
+            if (first < r.x0) {
+                add_focus(f, x, y, &sum);
+                see_focus(f, x++, y, sum);
+                continue;
+            }
+            find_run(f, first, y, &run);
+            for (; x < first + RUN; x++) {
+                const int32_t i = x - first;
+                sum.met = run.met[i];
+                sum.all = run.all[i];
+                for (int k = 0; k < LENS_LIGHTS; k++) sum.light[k] = run.light[k][i];
+                see_focus(f, x, y, sum);
+            }
+        }
 }
 
 static int look_at(struct lens_field *f, uint32_t layer)
@@ -163,39 +232,4 @@ int lens_filter(const struct plan *plan, const struct patch *patch, struct rect 
     statistics->pixels_skipped += (uint64_t)rect_area(inner);
     statistics->blocks_skipped++;
     return 0;
-}
-
-static bool is_flagged(const struct plan *plan, const struct patch *patch, int32_t x, int32_t y)
-{
-    const uint32_t n = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const float *slope = patch->lens_slope + patch_pixel(patch, x, y);
-    float least = slope[0], most = slope[0];
-    for (uint32_t j = 1; j < n; j++) {
-        const float s = slope[j * (size_t)rect_area(patch->rect)];
-        least = fminf(least, s);
-        most = fmaxf(most, s);
-    }
-    return most - least > FLAG_RANGE_PX ||
-           (least < 0.0f && most > 0.0f && most - least > FLAG_OPPOSITE_PX);
-}
-
-uint64_t lens_flags(const struct plan *plan, const struct patch *patch, struct rect inner,
-                    uint8_t *flags)
-{
-    const struct rect around = rect_intersect(rect_grow(inner, 1), patch->rect);
-    uint64_t count = 0;
-    memset(flags, 0, (size_t)rect_area(inner));
-    for (int32_t y = around.y0; y < around.y1; y++) {
-        for (int32_t x = around.x0; x < around.x1; x++) {
-            const struct rect beside = {x - 1, y - 1, x + 2, y + 2};
-            const struct rect marked = rect_intersect(beside, inner);
-            if (rect_is_empty(marked) || !is_flagged(plan, patch, x, y)) continue;
-            for (int32_t v = marked.y0; v < marked.y1; v++)
-                memset(flags + (size_t)(v - inner.y0) * (size_t)rect_width(inner) +
-                           (size_t)(marked.x0 - inner.x0),
-                       1, (size_t)rect_width(marked));
-        }
-    }
-    for (size_t i = 0; i < (size_t)rect_area(inner); i++) count += flags[i];
-    return count;
 }

@@ -31,10 +31,3 @@ int32_t lens_halo_px(const struct plan *plan);
  * all samples are 1, or any power of two, so is the picture, to the last bit. */
 int lens_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                 float *const out[3], float *width_px, struct lens_statistics *statistics);
-
-/* Marks the pixels of `inner` whose samples, or those of a pixel beside them, lie so far apart that
- * more samples pay first (filters.md section 4): slopes more than 2 pixels apart, or to both sides
- * of the focus and more than 0.3 apart. flags: 1 or 0, row by row of `inner`. Pixels beside it
- * count where they are in patch->rect. The patch needs slopes. Returns how many. */
-uint64_t lens_flags(const struct plan *plan, const struct patch *patch, struct rect inner,
-                    uint8_t *flags);

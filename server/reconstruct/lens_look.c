@@ -74,18 +74,24 @@ static void find_taps(struct look *look, float px, float py)
 }
 
 /* Pixel i of the row buffer, which is pixel p of `wide`: the layer under what nearer ones let
- * through. */
+ * through. Of quarters of the lens through which nobody looked at it the others tell. */
 static void composite(const struct look *look, size_t i, size_t p)
 {
     struct lens_field *f = look->f;
+    float total[LENS_SUMS] = {0};
+    for (size_t g = 0; g < LENS_GROUPS; g++)
+        for (size_t k = 0; k < LENS_SUMS; k++)
+            total[k] += look->sums[(g * LENS_SUMS + k) * look->stride + i];
+    if (!(total[LENS_SUM_SHARE] > 0.0f)) return; /* then there is weight, too */
     for (size_t g = 0; g < LENS_GROUPS; g++) {
-        const float *sum = look->sums + g * LENS_SUMS * look->stride + i;
-        const float weight = sum[LENS_SUM_WEIGHT * look->stride];
-        const float share = sum[LENS_SUM_SHARE * look->stride];
-        if (!(share > 0.0f)) continue; /* then there is weight, too */
+        float sum[LENS_SUMS];
+        for (size_t k = 0; k < LENS_SUMS; k++)
+            sum[k] = look->sums[(g * LENS_SUMS + k) * look->stride + i];
+        if (!(sum[LENS_SUM_WEIGHT] > 0.0f)) memcpy(sum, total, sizeof sum);
+        const float weight = sum[LENS_SUM_WEIGHT], share = sum[LENS_SUM_SHARE];
+        if (!(share > 0.0f)) continue;
         const float through = f->through[g][p], by = through * look->share[g] / weight;
-        for (size_t k = 0; k < LENS_LIGHTS; k++)
-            f->light[k][p] += sum[(LENS_SUM_LIGHT + k) * look->stride] * by;
+        for (size_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum[LENS_SUM_LIGHT + k] * by;
         f->share[p] += share * by;
         f->spread[p] += share * by * fabsf(look->c->fixed ? look->c->most : look->c->middle);
         f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;

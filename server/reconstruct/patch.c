@@ -84,7 +84,17 @@ static void carve_lens(struct carver *c, const struct plan *plan, struct patch *
     if (plan->planes >> PLANE_LENS_RADIANCE & 1u)
         p->lens_radiance = carve(c, samples * 3 * sizeof(float));
     if (plan->planes >> PLANE_LENS_SLOPE & 1u) p->lens_slope = carve(c, samples * sizeof(float));
+    if (plan->lens_light != LENS_LIGHT_OWN) {
+        p->lens_depth = carve(c, samples * sizeof *p->lens_depth);
+        p->lens_normal = carve(c, samples * sizeof *p->lens_normal);
+        p->lens_albedo = carve(c, samples * sizeof *p->lens_albedo);
+        p->lens_light = carve(c, samples * sizeof *p->lens_light);
+    }
     if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_LENS_MORE & 1u) {
+        p->lens_more = carve(c, 4 * sizeof(float));
+        p->lens_paths = carve(c, sizeof(float));
+    }
 }
 
 static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)

@@ -69,7 +69,13 @@ struct patch {
     float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
     float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
     float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
+    uint16_t *lens_depth, *lens_normal; /* l_u^2 planes each, and so below: as in samples.h */
+    uint32_t *lens_albedo, *lens_light;
     float *lens_coverage; /* share of the lens samples that meet a surface */
+    float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
+    float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
+    uint8_t *lens_levels; /* borrowed: for how much the pixels of a block that is composed need a
+                             second set (lens_extra.h), row by row; NULL: nobody asks */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
     struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */

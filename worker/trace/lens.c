@@ -1,11 +1,11 @@
 #include "worker/trace/lens.h"
 
-#include <float.h>
 #include <math.h>
 
 #include "proto/pattern_path.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/lens_surface.h"
 
 #define HALF_MAX 65504.0f
 
@@ -99,19 +99,13 @@ static void store_slope(const struct plan *plan, const struct block *b, const fl
                         uint32_t sample, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float slope[LANES];
-    const struct plan_camera *camera = &plan->camera;
-    const float scale = camera->aperture_radius * (float)plan->width_px /
-                        (2.0f * camera->half_width); /* plan_decode: > 0 */
-    const float focus = 1.0f / fmaxf(camera->focus_distance, FLT_MIN);
-    for (int i = 0; i < LANES; i++) {
-        const float s = scale * (1.0f / depth[i] - focus);
-        slope[i] = fminf(fmaxf(s, -HALF_MAX), HALF_MAX);
-    }
+    for (int i = 0; i < LANES; i++)
+        slope[i] = fminf(fmaxf(lens_slope(plan, depth[i]), -HALF_MAX), HALF_MAX);
     block_store_half(b, slope, 1.0f, samples_u16(samples, PLANE_LENS_SLOPE, sample));
 }
 
 static void store_batch(const struct path_context *c, const struct block *b, uint32_t first,
-                        uint32_t count, const struct path_harvest *h, struct lens_scratch *s,
+                        uint32_t count, struct path_harvest *h, struct lens_scratch *s,
                         struct samples *samples)
 {
     for (uint32_t k = 0; k < count; k++) {
@@ -122,6 +116,7 @@ static void store_batch(const struct path_context *c, const struct block *b, uin
             depth[i] = z > 0.0f ? z : INFINITY; /* lanes that are not the tile's have none */
             s->seen[i] += h->coverage[slot + i];
         }
+        lens_surface_store(c, b, slot, first + k, h, samples);
         store_radiance(c, b, h, slot, first + k, samples);
         store_slope(c->plan, b, depth, first + k, samples);
     }

@@ -8,6 +8,7 @@
 #include "proto/samples.h"
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/lens_centres.h"
 
 void path_scratch_init(struct path_scratch *s)
 {
@@ -171,6 +172,20 @@ static void note_depth(const struct path_context *c, const struct path_packet *p
     }
 }
 
+/* And faces this way. */
+static void note_normal(const struct path_packet *p, const struct path_vertex *v,
+                        struct path_harvest *h)
+{
+    const struct lanes3 *n = &v->surface.normal;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!v->surface.hit.on[i]) continue;
+        h->normal.r[slot] = n->x[i];
+        h->normal.g[slot] = n->y[i];
+        h->normal.b[slot] = n->z[i];
+    }
+}
+
 /* Cosine-distributed rays that look for anything nearer than the plan's distance. */
 static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct RTCRayHit16 *rays,
@@ -225,6 +240,10 @@ static void leave_diffuse(const struct path_context *c, struct path_packet *p,
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!v->active.on[i]) continue;
+        if (h->own[slot] > 0.0f) {
+            any = true;
+            continue;
+        }
         float kept[3] = {h->kept.r[slot], h->kept.g[slot], h->kept.b[slot]};
         float most = fmaxf(kept[0], fmaxf(kept[1], kept[2]));
         bool stays = chance[i] < most;
@@ -239,6 +258,30 @@ static void leave_diffuse(const struct path_context *c, struct path_packet *p,
         h->share.r[slot] = h->share.g[slot] = h->share.b[slot] = 0.0f;
     }
     if (!any) v->any_lambert = v->any_general = false;
+}
+
+static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
+{
+    v->any_lambert = v->any_general = false;
+    for (int i = 0; i < LANES; i++) {
+        v->active.on[i] &= ~ended->on[i];
+        v->lambert.on[i] &= v->active.on[i];
+        v->any_lambert |= v->lambert.on[i] != 0;
+        v->any_general |= v->active.on[i] != v->lambert.on[i];
+    }
+}
+
+/* Where light fields are sure to light what paths of the lens see, these need not: they end, or
+ * leave the indirect light of diffuse lobes out. */
+static void leave_to_fields(const struct path_context *c, const struct path_packet *p,
+                            struct path_vertex *v, struct path_harvest *h)
+{
+    struct lanes_mask lit;
+    lens_centres_match(c->centres, p, v, &lit);
+    for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
+    if (c->leaves_diffuse) return;
+    c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
+    end_lanes(&lit, v);
 }
 
 /* Rectangles whose centre is farther than so many of their half diagonals light evenly enough. */
@@ -273,13 +316,7 @@ static void end_last(const struct path_context *c, struct path_vertex *v)
     uint32_t ended = lanes_count(&v->last);
     if (ended == 0) return;
     c->counters->value[COUNTER_SKIPPED_LAST_SEGMENT] += ended;
-    v->any_lambert = v->any_general = false;
-    for (int i = 0; i < LANES; i++) {
-        v->active.on[i] &= ~v->last.on[i];
-        v->lambert.on[i] &= v->active.on[i];
-        v->any_lambert |= v->lambert.on[i] != 0;
-        v->any_general |= v->active.on[i] != v->lambert.on[i];
-    }
+    end_lanes(&v->last, v);
 }
 
 /* Traces the packet's rays and adds what they meet; v has the surfaces that light up. */
@@ -309,6 +346,8 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     follow(c, p, v, &s->harvest);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
     if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
+    if (depth == 0 && c->centres) note_normal(p, v, &s->harvest);
+    if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;

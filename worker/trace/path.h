@@ -21,6 +21,8 @@
 #include "worker/trace/path_pool.h"
 #include "worker/trace/sky.h"
 
+struct lens_centres;
+
 /* What all paths of a tile share. */
 struct path_context {
     struct queries *queries;
@@ -32,6 +34,7 @@ struct path_context {
     bool blended;    /* some surface is there by chance: rays need keys */
     bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
     bool lens;       /* camera paths are those of the lens's light field */
+    struct lens_centres *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */

@@ -105,12 +105,13 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
 }
 
 /* What the light field's first rays meet is direct light, which the plan's lights or its paths
- * bring; but for surfaces that no light stands for where there are no paths. */
+ * (those of the lens, too) bring; but for surfaces that no light stands for where there are no
+ * paths. */
 static void meet_unlisted(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
-    if (c->plan->paths.spp > 0) return;
+    if (c->plan->paths.spp > 0 || c->plan->lens_light == LENS_LIGHT_INDIRECT) return;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!s->hit.on[i] || s->light.on[i]) continue;

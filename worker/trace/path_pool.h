@@ -42,6 +42,9 @@ struct path_harvest {
     struct path_rgb kept;  /* of what comes after the first scattering: the part that is no light
                               field's; only when paths leave indirect light to one */
     struct path_rgb albedo;
+    struct path_rgb normal; /* shading normal of what the lens sees; only when demodulated */
+    _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's
+                                                    fields would */
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces, to their

@@ -85,6 +85,9 @@ function lens(rows) {
   return [
     ["sheared, 9 spp: average's RMSE over its", timesLower(pairs(rows, "sheared", "average", 9)), ">=", 2.2, "times"],
     ["  the same away from silhouettes", pairs(rows, "sheared", "average", 9).map(([r, p]) => p.away.rmse / r.away.rmse), ">=", null, "times"],
+    ["extra, 9 spp and 9 more: average of 9's RMSE over its", timesLower(pairs(rows, "extra", "average", 9)), ">=", 3, "times"],
+    ["  sheared's of 16 over its", at(rows, "extra", 9).map((r) => [r, at(rows, "sheared", 16).find((o) => o.scene === r.scene)])
+      .filter(([, o]) => o).map(([r, o]) => o.judged.rmse / r.judged.rmse), ">=", null, "times"],
     ["sheared, 9 spp: plain paths' RMSE over its", timesLower(pairs(rows, "sheared", "paths", 9)), ">=", null, "times"],
     ["sheared, 9 spp: axis-aligned's RMSE over its", timesLower(pairs(rows, "sheared", "axis_aligned", 9)), ">=", null, "times"],
     ["sheared, 9 spp: average's samples for equal error", all.map((f) => f.samples), ">=", 4, "times"],

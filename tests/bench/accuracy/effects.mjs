@@ -25,13 +25,16 @@ const indirect = {
   says: "of indirect light at pixel centres times the reference's albedo, over all surfaces, as parts of its mean there; the " +
     "variance of the reference itself, known from its two halves, is taken off" };
 
+// extra: the sheared filter with second sets, as many paths again in the mean as the first has, on the
+// pixels that need them most. Its samples are counted as those of the first set.
 // paths: the path tracer without strata for a filter, whose points are spread more evenly. Where all
 // that the lens shows of a pixel lies at about one depth, a filter has most to gain.
 const lens = {
   name: "lens", title: "depth of field", layer: "beauty", region: "all pixels", parts: { away: "visibility,0.5,1.5" },
   relative: true, samples: "lens samples a pixel", error: "RMSE over mean radiance",
-  methods: ["average", "paths", "axis_aligned", "sheared"], against: ["average", "paths", "axis_aligned"], at: 9, stage: "lens",
-  filter: (method) => method === "paths" ? { method: "none" } : { lens: method }, layers: ["beauty"],
+  methods: ["average", "paths", "axis_aligned", "sheared", "extra"], against: ["average", "paths", "axis_aligned"], at: 9, stage: "lens",
+  filter: (method) => method === "paths" ? { method: "none" } : { lens: method === "extra" ? "sheared" : method }, layers: ["beauty"],
+  sampling: (method, spp) => method === "extra" ? { lens_extra: Math.min(spp, 36) } : {},
   says: "of the picture over all pixels, as parts of its mean; \"away\" are those whose slopes over 256 lens samples lie within " +
     "one pixel; the variance of the reference itself, known from its two halves, is taken off" };
 

@@ -14,7 +14,7 @@ const documentOf = (scene, o, file) => ({
 export const megapixels = (scene, side) => size(scene, side).width * size(scene, side).height / 1e6;
 
 export const testJob = (scene, o, file, method, spp, seed) => ({ ...documentOf(scene, o, file),
-  sampling: { spp, seed }, filter: effectOf(scene).filter(method), layers: effectOf(scene).layers });
+  sampling: { spp, seed, ...effectOf(scene).sampling?.(method, spp) }, filter: effectOf(scene).filter(method), layers: effectOf(scene).layers });
 
 // Of a method whose bounce rays are turned by mu: beside them as many paths, or samples of lights, as the
 // first set has.

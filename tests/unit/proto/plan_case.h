@@ -7,7 +7,7 @@
 #include "proto/plan.h"
 #include "proto/samples.h"
 
-#define PLAN_CASE_PLANES       (PLANE_BIT(ID_COUNT) - 1)
+#define PLAN_CASE_PLANES       ((PLANE_BIT(ID_COUNT) - 1) & ~PLANE_BIT(LENS_MORE))
 #define PLAN_CASE_LIGHT_PLANES ((1u << LIGHT_PLANE_COUNT) - 1)
 
 static inline void plan_case(struct plan *plan)
@@ -71,6 +71,7 @@ static inline void plan_case(struct plan *plan)
         .bounces = 1,
         .indirect_strata_per_axis = 3,
         .lens_strata_per_axis = 2,
+        .lens_light = LENS_LIGHT_DIFFUSE,
         .radiance_scale = 0.25f,
         .length_unit = 8,
         .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_PATHS,

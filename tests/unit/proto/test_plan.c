@@ -111,7 +111,7 @@ static void without_lens(struct plan *plan)
 {
     plan->camera.aperture_radius = 0;
     plan->planes &= ~PLANES_LENS;
-    plan->lens_strata_per_axis = 0;
+    plan->lens_strata_per_axis = plan->lens_light = 0;
 }
 
 static void images_are_checked(void **state)
@@ -181,8 +181,10 @@ static void lens_samples_are_checked(void **state)
            "lens_strata_per_axis");
     EXPECT(plan.planes &= ~radiance, ERR_LIMIT, "lens_strata_per_axis");
     EXPECT((plan.planes &= ~radiance, plan.lens_strata_per_axis = 0), ERR_RANGE, "planes");
-    EXPECT(plan.planes &= ~slope, ERR_OK, "");
-    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = 0), ERR_OK, "");
+    EXPECT(plan.planes &= ~slope, ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_light = 0), ERR_OK, "");
+    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = plan.lens_light = 0), ERR_OK,
+           "");
     EXPECT(plan.camera.aperture_radius = 0, ERR_RANGE, "planes");
     EXPECT(plan.lens_filter = LENS_FILTER_AXIS_ALIGNED, ERR_OK, "");
     EXPECT(plan.lens_filter = LENS_FILTER_SHEARED, ERR_OK, "");
@@ -191,6 +193,24 @@ static void lens_samples_are_checked(void **state)
     EXPECT((plan.target_error = 1, plan.spp_most = 256,
             plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))),
            ERR_RANGE, "target_error");
+}
+
+/* Light fields that light lens samples are there, and all that these tell of their surfaces. */
+static void light_of_lens_samples_is_checked(void **state)
+{
+    const uint64_t surface = PLANES_LENS_SURFACE;
+    (void)state;
+    EXPECT(plan.lens_light = LENS_LIGHT_DIFFUSE + 1, ERR_RANGE, "lens_light");
+    EXPECT(plan.lens_light = LENS_LIGHT_INDIRECT, ERR_OK, "");
+    EXPECT(plan.lens_light = LENS_LIGHT_OWN, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~PLANE_BIT(LENS_LIGHT), ERR_RANGE, "planes");
+    EXPECT((plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
+    EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
+            plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,
+            plan.occlusion_distance = 0, plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
+           ERR_RANGE, "planes");
 }
 
 static void environments_are_checked(void **state)
@@ -320,6 +340,46 @@ static void rates_are_checked(void **state)
     EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
 }
 
+#define EXTRA                                                                                      \
+    (plan.lens_extra = 9, plan.lens_filter = LENS_FILTER_SHEARED,                                  \
+     plan.planes |= PLANE_BIT(LENS_MORE))
+
+/* Second sets through the lens belong to its sheared filter, and have their plane. */
+static void lens_extra_is_checked(void **state)
+{
+    (void)state;
+    EXPECT(EXTRA, ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 36), ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 37), ERR_LIMIT, "lens_extra");
+    EXPECT((EXTRA, plan.lens_extra = 0), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_MORE)), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.lens_filter = LENS_FILTER_AXIS_ALIGNED), ERR_RANGE, "lens_extra");
+    EXPECT((EXTRA, RATE), ERR_RANGE, "lens_extra");
+}
+
+static void second_sets_through_the_lens_are_checked(void **state)
+{
+    static struct plan plan;
+    static const uint8_t sides[] = {0, 6, 0, 6};
+    (void)state;
+    plan_case(&plan);
+    EXTRA;
+    const uint32_t last = plan_pass_count(&plan);
+    struct plan_pass pass = {.number = last, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_true(plan_has_rounds(&plan));
+    assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
+    assert_int_equal(plan_pass_check(&plan, &pass), 0);
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.strata = 5;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass.strata = 7;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last + 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_SIDE};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+}
+
 /* The second set follows the schedule, once, with sides. */
 static void second_sets_are_checked(void **state)
 {
@@ -407,14 +467,15 @@ static void paths_stand_alone(void **state)
 {
     (void)state;
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
-            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = 0,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
             plan.bounces = LIMIT_INDIRECT_BOUNCES),
            ERR_OK, "");
     EXPECT((plan.planes = PLANES_PATH,
-            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = 0, plan.bounces = 0),
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
+            plan.bounces = 0),
            ERR_OK, "");
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 1u << LIGHT_PLANE_SLOPES,
-            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = 0),
+            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = plan.lens_light = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
 }
 
@@ -469,11 +530,11 @@ static void planes_and_counts_are_checked(void **state)
     EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~PLANE_BIT(INDIRECT_STRATA)),
            ERR_OK, "");
     EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
-            plan.occlusion_distance = 0, plan.lens_strata_per_axis = 0),
+            plan.occlusion_distance = 0, plan.lens_strata_per_axis = plan.lens_light = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
     EXPECT((plan.planes = 0, plan.occlusion_distance = 0, plan.light_planes = 0,
-            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0, plan.lens_strata_per_axis = 0,
-            plan.paths = (struct plan_paths){0}),
+            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0,
+            plan.lens_strata_per_axis = plan.lens_light = 0, plan.paths = (struct plan_paths){0}),
            ERR_OK, "");
     EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
     EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
@@ -718,10 +779,13 @@ int main(void)
         cmocka_unit_test(cameras_are_checked),
         cmocka_unit_test(lenses_are_checked),
         cmocka_unit_test(lens_samples_are_checked),
+        cmocka_unit_test(light_of_lens_samples_is_checked),
         cmocka_unit_test(environments_are_checked),
         cmocka_unit_test(paths_are_checked),
         cmocka_unit_test(indirect_filters_are_checked),
         cmocka_unit_test(rates_are_checked),
+        cmocka_unit_test(lens_extra_is_checked),
+        cmocka_unit_test(second_sets_through_the_lens_are_checked),
         cmocka_unit_test(second_sets_are_checked),
         cmocka_unit_test(second_sets_of_lobes_are_checked),
         cmocka_unit_test(glossy_filters_are_checked),

@@ -108,7 +108,12 @@ static void names_planes(void **state)
                                          "LENS_SLOPE",
                                          "LENS_COVERAGE",
                                          "GLOSSY_HALF",
-                                         "GLOSSY_SPAN"};
+                                         "GLOSSY_SPAN",
+                                         "LENS_DEPTH",
+                                         "LENS_NORMAL",
+                                         "LENS_ALBEDO",
+                                         "LENS_LIGHT",
+                                         "LENS_MORE"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

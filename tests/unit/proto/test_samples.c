@@ -24,6 +24,7 @@ static void plan_of_formula(uint64_t without)
     plan.light_count = 1;
     plan.planes &= ~(without | PLANES_PATH);
     if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
+    if (!(plan.planes & PLANES_LENS_SURFACE)) plan.lens_light = LENS_LIGHT_OWN;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
@@ -49,9 +50,10 @@ static void sizes_follow_the_formula(void **state)
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
     const uint64_t others = spare & ~PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 8 + 2 + 3 * 6);
-    /* four lens samples */
-    assert_int_equal(bytes_per_pixel((spare & ~PLANES_LENS) | BIT(INDIRECT_STRATA)),
-                     74 + 14 * 4 + 2);
+    /* four lens samples, lit by their own paths or by fields */
+    const uint64_t lensless = spare & ~PLANES_LENS, surface = PLANES_LENS_SURFACE;
+    assert_int_equal(bytes_per_pixel(lensless | surface | BIT(INDIRECT_STRATA)), 74 + 14 * 4 + 2);
+    assert_int_equal(bytes_per_pixel(lensless | BIT(INDIRECT_STRATA)), 74 + 26 * 4 + 2);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -74,6 +76,7 @@ static void layouts_do_not_overlap(void **state)
     struct samples_layout layout;
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
     uint64_t sum = 0;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
@@ -165,6 +168,7 @@ static void planes_round_trip(void **state)
 {
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     for (size_t i = 0; i < SIZES; i++) {
         struct samples *s = create(sizes[i][0], sizes[i][1]);
         samples_case_fill(s, UINT64_MAX, 15, i);
@@ -186,11 +190,12 @@ static void every_set_of_filled_planes_round_trips(void **state)
 {
     (void)state;
     plan_case(&plan);
+    plan.planes |= BIT(LENS_MORE);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
         const uint64_t planes = some_set(i);
         struct samples *s = create(7, 3);
         samples_case_fill(s, planes, (uint32_t)planes, planes);
-        uint64_t dropped = PLANE_ID_COUNT - (uint64_t)__builtin_popcountll(planes);
+        uint64_t dropped = (uint64_t)__builtin_popcountll(s->layout.planes & ~planes);
         for (uint32_t k = 0; k < 4; k++)
             if (!(planes >> k & 1)) dropped += k == 3 ? 3 : 1;
         round_trip(s, dropped);
@@ -397,6 +402,7 @@ static void damage_does_no_harm(void **state)
         struct samples *s, *back;                                                                  \
         struct fault fault = {0};                                                                  \
         plan_case(&plan);                                                                          \
+        plan.planes |= BIT(LENS_MORE);                                                             \
         s = create(7, 3);                                                                          \
         samples_case_fill(s, UINT64_MAX, 15, 1);                                                   \
         change;                                                                                    \
@@ -444,8 +450,14 @@ static void numbers_are_checked(void **state)
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfbff, ERR_OK, "");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_slope[3]");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 0)[at] = HALF_NAN, ERR_NOT_FINITE, "lens_slope[0]");
+    EXPECT(samples_u16(s, PLANE_LENS_DEPTH, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_depth[3]");
+    EXPECT(samples_u32(s, PLANE_LENS_ALBEDO, 3)[at] = UINT32_MAX, ERR_OK, "");
+    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf5ffffffu, ERR_OK, "");
+    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_light[3]");
     EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
            "lens_coverage[0]");
+    EXPECT(samples_f32(s, PLANE_LENS_MORE, 3)[at] = -1.0f, ERR_RANGE, "lens_more[3]");
+    EXPECT(samples_f32(s, PLANE_LENS_MORE, 0)[at] = NAN, ERR_NOT_FINITE, "lens_more[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");

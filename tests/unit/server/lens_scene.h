@@ -83,13 +83,13 @@ static inline float lens_shade(enum lens_scene scene, float x, float y, float u,
     }
 }
 
-static inline void lens_picture_create(enum lens_scene scene, uint32_t l, uint32_t blades,
-                                       struct lens_picture *out)
+static inline void lens_picture_create_seeded(enum lens_scene scene, uint32_t l, uint32_t blades,
+                                              uint32_t seed, struct lens_picture *out)
 {
     const size_t area = (size_t)LENS_SIDE * LENS_SIDE, n = (size_t)l * l;
     memset(out, 0, sizeof *out);
     out->plan.width_px = out->plan.height_px = LENS_SIDE;
-    out->plan.pattern = (struct pattern){5, 1};
+    out->plan.pattern = (struct pattern){seed, 1};
     out->plan.camera.aperture_radius = 1.0f;
     out->plan.camera.blade_count = blades;
     out->plan.camera.blade_rotation_rad = 0.2f;
@@ -116,6 +116,12 @@ static inline void lens_picture_create(enum lens_scene scene, uint32_t l, uint32
                 out->patch.lens_radiance[(j * 3 + c) * area + p] = rgb[c];
         }
     }
+}
+
+static inline void lens_picture_create(enum lens_scene scene, uint32_t l, uint32_t blades,
+                                       struct lens_picture *out)
+{
+    lens_picture_create_seeded(scene, l, blades, 5, out);
 }
 
 static inline void lens_picture_destroy(struct lens_picture *p)

@@ -500,6 +500,45 @@ static void second_sets_of_lobes_are_weighted_by_their_own(void **state)
     samples_destroy(&more);
 }
 
+/* Of second sets through the lens the means stand by themselves, and the shares of what meets a
+ * surface are weighted. */
+static void second_sets_through_the_lens_land(void **state)
+{
+    static const uint8_t sides[] = {0, 6, 0, 6};
+    const struct plan plan = {.width_px = 4,
+                              .height_px = 1,
+                              .tile_px = 32,
+                              .lens_strata_per_axis = 2,
+                              .lens_extra = 9,
+                              .planes = PLANES_LENS | PLANES_LENS_MORE};
+    struct samples_layout layout;
+    struct samples *sum, *more;
+    (void)state;
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
+    assert_int_equal(samples_create(&layout, &sum), 0);
+    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
+    assert_true(layout.planes == PLANES_LENS_MORE);
+    assert_int_equal(samples_create(&layout, &more), 0);
+    for (int i = 0; i < 4; i++) {
+        samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] = 3.0f;
+        samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i] = half_from_float(1.0f);
+        for (uint32_t c = 0; c < 4; c++)
+            samples_f32(more, PLANE_LENS_MORE, c)[i] = sides[i] ? (float)c + 1.0f : 0.0f;
+    }
+    const struct plan_pass pass = {.number = 1, .strata = 6, .sides = sides};
+    passes_add(sum, (struct pass_counts){0}, more, pass_counts_of(&pass));
+    for (int i = 0; i < 4; i++) {
+        const float seen = half_to_float(samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i]);
+        for (uint32_t c = 0; c < 4; c++)
+            assert_true(samples_f32(sum, PLANE_LENS_MORE, c)[i] ==
+                        (sides[i] ? (float)c + 1.0f : 0.0f));
+        assert_true(samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] == 3.0f);
+        assert_true(near(seen, sides[i] ? 4.0 / 40.0 : 1.0, 1e-3));
+    }
+    samples_destroy(&sum);
+    samples_destroy(&more);
+}
+
 /* Blocks read how many rays each pixel has. */
 static void patches_tell_of_second_sets(void **state)
 {
@@ -592,6 +631,7 @@ int main(void)
         cmocka_unit_test(rounds_settle_blocks_again),
         cmocka_unit_test(second_sets_are_weighted_pixel_by_pixel),
         cmocka_unit_test(second_sets_of_lobes_are_weighted_by_their_own),
+        cmocka_unit_test(second_sets_through_the_lens_land),
         cmocka_unit_test(patches_tell_of_second_sets),
         cmocka_unit_test(spreads_keep_their_digits),
         cmocka_unit_test(any_order_gives_the_same_sums),

@@ -376,6 +376,8 @@ static void paths_alone_are_not_filtered(void **state)
     s->job.method = FILTER_AUTO;
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
+    expect_filter(s, INDIRECT_FILTER_BLEND, "filter.indirect asks for it");
+    s->job.lens = LENS_AVERAGE;
     expect_filter(s, INDIRECT_FILTER_NONE,
                   "with a lens every sample is a path, with light of its own");
     assert_true(has_warning(s, "filter.indirect is blend, but"));

@@ -7,6 +7,9 @@
 
 #define BIT(plane) PLANE_BIT(plane)
 
+/* Of pixel centres that light lens samples, with indirect light that a filter runs over. */
+#define PLANES_FIELD (BIT(DEPTH) | BIT(NORMAL) | BIT(ID) | BIT(INDIRECT_MEAN) | BIT(REFLECTOR))
+
 static int set_up_lens(void **state)
 {
     set_up(state);
@@ -26,19 +29,77 @@ static void lenses_have_light_fields(void **state)
     struct stage *s = *state;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_LENS);
+    assert_int_equal(s->plan.planes, PLANES_LENS | PLANES_FIELD);
     assert_int_equal(s->plan.lens_strata_per_axis, 3);
     assert_int_equal(s->plan.paths.spp, 0);
-    assert_int_equal(s->plan.indirect_strata_per_axis, 0);
-    assert_int_equal(s->plan.light_planes, 0);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 3);
+    assert_int_equal(s->plan.light_planes, LIGHT_PLANES_STRATA);
     assert_int_equal(s->plan.sub_samples, 0);
     assert_int_equal(s->plan.bounces, 1);
-    assert_int_equal(s->plan.capabilities, CAPABILITY_LENS | CAPABILITY_PATHS);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_SHEARED);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_CONSTANT);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_LENS | CAPABILITY_PATHS | CAPABILITY_DIRECT |
+                                               CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY);
     assert_int_equal(plan_pass_count(&s->plan), 1);
     assert_true(s->report.effects & EFFECT_LENS && s->report.effects & EFFECT_INDIRECT);
     assert_int_equal(s->report.warning_count, 0);
-    assert_non_null(why(s, "light fields of pixel centres"));
+    assert_null(why(s, "light fields of pixel centres"));
     assert_null(why(s, "effect lens"));
+}
+
+/* Nothing of light fields is in a plan that has nothing for them to do. */
+static void fields_light_samples_where_they_have_what_to_filter(void **state)
+{
+    struct stage *s = *state;
+    const uint64_t own = PLANES_LENS & ~PLANES_LENS_SURFACE;
+    for (int k = 0; k < 16; k++) {
+        const bool area = k & 1, bounces = k & 2, lambert = k & 4, filtered = k & 8;
+        set_lamp(&s->lights[0]);
+        if (!area) s->lights[0] = (struct scene_light){.type = LIGHT_POINT, .color = {1, 1, 1}};
+        s->job.indirect_bounces = bounces ? 2 : 0;
+        s->material.metallic = lambert ? 0.0f : 0.5f;
+        s->job.lens = filtered ? LENS_AUTO : LENS_AVERAGE;
+        must_make(s);
+        const uint32_t light = !filtered                      ? LENS_LIGHT_OWN
+                               : lambert && (area || bounces) ? LENS_LIGHT_DIFFUSE
+                               : !lambert && bounces          ? LENS_LIGHT_INDIRECT
+                                                              : LENS_LIGHT_OWN;
+        const bool fields = light != LENS_LIGHT_OWN, all = light == LENS_LIGHT_DIFFUSE;
+        assert_int_equal(s->plan.lens_light, light);
+        if (!fields)
+            assert_int_equal(s->plan.planes & ~own, 0);
+        else
+            assert_int_equal(s->plan.planes & PLANES_LENS, PLANES_LENS);
+        assert_int_equal((s->plan.planes & PLANES_BOUNCE_LIGHT) != 0, fields && bounces);
+        assert_int_equal(s->plan.indirect_filter != INDIRECT_FILTER_NONE, fields && bounces);
+        assert_int_equal(s->plan.light_planes != 0, all);
+        assert_int_equal(s->plan.shadow_filter != SHADOW_FILTER_NONE, all && area);
+        assert_int_equal(s->plan.sub_samples, 0);
+        assert_true(s->report.lens_light_why[0] != '\0');
+        assert_int_equal(why(s, "light fields of pixel centres") == NULL, fields);
+    }
+}
+
+static void some_frames_keep_the_light_of_samples(void **state)
+{
+    struct stage *s = *state;
+    s->job.indirect = INDIRECT_ADAPTIVE;
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    assert_non_null(strstr(s->report.lens_light_why, "adaptive"));
+    s->job.indirect = INDIRECT_AVERAGE;
+    s->job.method = FILTER_AVERAGE;
+    s->job.lens = LENS_SHEARED;
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    s->job.method = FILTER_AUTO;
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    s->job.pixel_filter = PIXEL_FILTER_TENT;
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    assert_string_equal(s->report.lens_light_why, "image.pixel_filter is not box");
 }
 
 /* Without a lens nothing of it is in the plan, whatever is said of it. */
@@ -73,6 +134,40 @@ static void samples_are_those_asked_for(void **state)
     s->job.lens_spp = 256;
     must_make(s);
     assert_int_equal(s->plan.lens_strata_per_axis, 16);
+}
+
+static void second_sets_are_planned(void **state)
+{
+    struct stage *s = *state;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_false(plan_has_rounds(&s->plan));
+    s->job.lens_extra = 9;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    assert_true(s->plan.planes & BIT(LENS_MORE) && plan_has_rounds(&s->plan));
+    assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(plan_pass_planes(&s->plan, plan_pass_count(&s->plan)), PLANES_LENS_MORE);
+    s->job.indirect = INDIRECT_ADAPTIVE; /* has a second set of its own, but none with a lens */
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    s->job.indirect = INDIRECT_AUTO;
+    s->job.lens_spp = 1;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "one sample does not tell who needs more");
+    s->job.lens_spp = 9;
+    s->job.lens = LENS_AXIS_ALIGNED;
+    must_make(s);
+    assert_true(s->plan.lens_extra == 0 && !(s->plan.planes & BIT(LENS_MORE)));
+    assert_string_equal(why(s, "sampling.lens_extra"),
+                        "only the sheared filter mixes second sets in");
+    s->job.aperture_radius = s->job.focus_distance = 0;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_string_equal(why(s, "sampling.lens_extra"), "the camera is a pinhole");
 }
 
 static void filters_are_taken_as_asked(void **state)
@@ -170,9 +265,11 @@ static void any_scene_will_do(void **state)
 static void layers_of_pixel_centres_have_their_planes(void **state)
 {
     struct stage *s = *state;
+    s->job.indirect = INDIRECT_ADAPTIVE; /* which leaves samples their light */
     s->job.layers = LAYER_BEAUTY | LAYER_NORMAL | LAYER_ID | LAYER_SAMPLES | LAYER_FILTER_WIDTH;
     must_make(s);
-    assert_int_equal(s->plan.planes, PLANES_LENS | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
+    assert_int_equal(s->plan.planes,
+                     (PLANES_LENS & ~PLANES_LENS_SURFACE) | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
     s->job.layers = LAYER_VISIBILITY | LAYER_SLOPE_MAX;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
@@ -214,9 +311,13 @@ static void reports_the_lens_as_json(void **state)
                         s->report.lens_filter_why);
     const json_t *samples = json_object_get(json, "samples");
     assert_int_equal(json_integer_value(json_object_get(samples, "lens")), 9);
-    assert_int_equal(json_integer_value(json_object_get(samples, "primary")), 0);
+    assert_int_equal(json_integer_value(json_object_get(samples, "primary")), 1);
+    assert_int_equal(json_integer_value(json_object_get(samples, "indirect")), 9);
+    assert_string_equal(json_string_value(json_object_get(json, "lens_light")), "diffuse");
+    assert_string_equal(json_string_value(json_object_get(json, "lens_light_why")),
+                        "soft shadows and indirect light are filtered first, at pixel centres");
     assert_null(json_object_get(samples, "paths"));
-    assert_string_equal(json_string_value(json_array_get(json_object_get(json, "planes"), 1)),
+    assert_string_equal(json_string_value(json_array_get(json_object_get(json, "planes"), 6)),
                         "lens_slope");
     json_decref(json);
 }
@@ -227,8 +328,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(lenses_have_light_fields),
+        TEST(fields_light_samples_where_they_have_what_to_filter),
+        TEST(some_frames_keep_the_light_of_samples),
         TEST(pinholes_have_none),
         TEST(samples_are_those_asked_for),
+        TEST(second_sets_are_planned),
         TEST(filters_are_taken_as_asked),
         TEST(paths_take_what_lens_samples_cannot),
         TEST(any_scene_will_do),

@@ -252,6 +252,67 @@ static void tiles_do_not_matter(void **state)
     free(f);
 }
 
+/* Second sets are of the pixels that ask for them, whatever the tile, and show what the first do.
+ */
+static void second_sets_are_of_pixels_that_ask(void **state)
+{
+    (void)state;
+    enum { SIDE = 16, SEEDS = 24 };
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lens_plan(SIDE, 3);
+    add_room(f, &p);
+    p.planes |= PLANE_BIT(LENS_MORE);
+    p.lens_filter = LENS_FILTER_SHEARED;
+    p.lens_extra = 9;
+    struct traced t = trace_all(f, &p);
+    const struct rect all = {0, 0, SIDE, SIDE}, part = {3, 5, 14, 12};
+    uint8_t sides[SIDE * SIDE], cut[SIDE * SIDE];
+    for (int i = 0; i < SIDE * SIDE; i++) sides[i] = i % 3 == 0 ? PLAN_LENS_SIDE : 0;
+    for (int32_t y = part.y0, k = 0; y < part.y1; y++)
+        for (int32_t x = part.x0; x < part.x1; x++) cut[k++] = sides[y * SIDE + x];
+    double first = 0.0, second = 0.0;
+    for (uint64_t seed = 1; seed <= SEEDS; seed++) {
+        struct samples *more, *some, *own;
+        struct counters counters = {0};
+        p.pattern.seed = seed;
+        const struct plan_pass start = plan_scheduled_pass(&p, 0),
+                               pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides},
+                               of_part = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = cut};
+#define TRACE(pass, rect, out, count)                                                              \
+    assert_int_equal(                                                                              \
+        tile_trace_pass(t.tracer, t.scene, NULL, &p, pass, rect, NULL, NULL, out, count), 0)
+        TRACE(&start, all, &own, &(struct counters){0});
+        TRACE(&pass, all, &more, &counters);
+        TRACE(&of_part, part, &some, &(struct counters){0});
+#undef TRACE
+        assert_int_equal(counters.value[COUNTER_PATHS], 86 * 36);
+        assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], 256 - 86);
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            double root = (double)samples_f32(more, PLANE_LENS_MORE, 3)[i], square = 0.0;
+            for (uint32_t c = 0; c < 3; c++) {
+                const double mean = (double)samples_f32(more, PLANE_LENS_MORE, c)[i];
+                square += mean * mean;
+                second += mean;
+                for (uint32_t k = 0; k < 9 && sides[i]; k++)
+                    first += (double)samples_f32(own, PLANE_LENS_RADIANCE, k * 3 + c)[i] / 9;
+            }
+            assert_true(sides[i] ? root * root > 0.999 * square : root == 0.0);
+        }
+        for (int32_t y = part.y0; y < part.y1; y++)
+            for (int32_t x = part.x0; x < part.x1; x++)
+                for (uint32_t c = 0; c < 4; c++)
+                    assert_true(
+                        samples_f32(some, PLANE_LENS_MORE, c)[(y - part.y0) * 11 + x - part.x0] ==
+                        samples_f32(more, PLANE_LENS_MORE, c)[y * SIDE + x]);
+        samples_destroy(&own);
+        samples_destroy(&more);
+        samples_destroy(&some);
+    }
+    assert_true(first > 100 && fabs(second / first - 1.0) < 0.03);
+    traced_fini(&t);
+    free(f);
+}
+
 /* Every number of the samples is one that the other side takes. */
 static void expect_finite(float radius, float focus)
 {
@@ -325,6 +386,7 @@ int main(void)
         cmocka_unit_test(points_are_uniform_over_the_aperture),
         cmocka_unit_test(pictures_are_those_of_paths),
         cmocka_unit_test(tiles_do_not_matter),
+        cmocka_unit_test(second_sets_are_of_pixels_that_ask),
         cmocka_unit_test(odd_lenses_give_numbers),
         cmocka_unit_test(slopes_are_bounded),
         cmocka_unit_test(many_samples_can_be_stopped),

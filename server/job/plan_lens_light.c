@@ -1,0 +1,120 @@
+/* Which light of lens samples comes of light fields of pixel centres, and these fields' planes. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "proto/samples.h"
+#include "server/job/plan.h"
+
+/* What a resolve of sub-samples reads: lens samples make the picture. */
+#define PLANES_RESOLVE                                                                             \
+    (PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |    \
+     PLANE_BIT(SUB_ID))
+
+/* Bytes a lens sample with its surface (samples.h). */
+#define SAMPLE_BYTES 26u
+
+static bool is_indirect_filtered(const struct job *job, const struct plan *plan)
+{
+    const bool averaged = job->indirect == INDIRECT_AVERAGE ||
+                          (job->indirect == INDIRECT_AUTO && job->method == FILTER_AVERAGE);
+    return plan->bounces > 0 && !averaged;
+}
+
+/* Whether fields could light lens samples at all; else why not. */
+static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
+                        char why[PLAN_WHY_BYTES])
+{
+    char unused[PLAN_FILTER_WHY_BYTES];
+    const uint32_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
+    const uint64_t more = job->lens_extra > 0 ? 4 * sizeof(float) : 0; /* of second sets */
+    const uint64_t bytes = ((uint64_t)SAMPLE_BYTES * l * l + more) * (uint64_t)plan->width_px *
+                           (uint64_t)plan->height_px;
+    if (plan_choose_lens_filter(job, unused) == LENS_FILTER_NONE)
+        snprintf(why, PLAN_WHY_BYTES, "no filter of the lens runs: its samples are averaged");
+    else if (job->indirect == INDIRECT_ADAPTIVE)
+        snprintf(why, PLAN_WHY_BYTES, "filter.indirect is adaptive, which has no place for a lens");
+    else if (bytes > LIMIT_LENS_BYTES)
+        snprintf(why, PLAN_WHY_BYTES,
+                 "%" PRIu64 " bytes of lens samples with their surfaces are above %llu", bytes,
+                 LIMIT_LENS_BYTES);
+    else
+        return plan_light_field_possible(job, scene, why);
+    return false;
+}
+
+uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene,
+                                const struct plan *plan, const struct plan_emitters *emitters,
+                                char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    char unused[PLAN_FILTER_WHY_BYTES], but[PLAN_WHY_BYTES];
+    if (!is_possible(job, scene, plan, but)) {
+        snprintf(why, n, "%s", but);
+        return LENS_LIGHT_OWN;
+    }
+    const bool covers = plan_light_field_covers(job, scene, plan, emitters, but);
+    const bool indirect = is_indirect_filtered(job, plan);
+    const bool shadows = plan_choose_filter(job, plan, unused) != SHADOW_FILTER_NONE;
+    if (covers && (indirect || shadows)) {
+        snprintf(why, n, "%s filtered first, at pixel centres",
+                 !indirect ? "soft shadows are"
+                 : shadows ? "soft shadows and indirect light are"
+                           : "indirect light is");
+        return LENS_LIGHT_DIFFUSE;
+    }
+    if (!covers && indirect) {
+        snprintf(why, n, "indirect light is filtered first; direct comes along paths: %s", but);
+        return LENS_LIGHT_INDIRECT;
+    }
+    if (covers)
+        snprintf(why, n, "there is neither a soft shadow nor indirect light to filter");
+    else
+        snprintf(why, n, "no indirect light to filter; direct comes along paths: %s", but);
+    return LENS_LIGHT_OWN;
+}
+
+const char *plan_lens_light_name(uint32_t light)
+{
+    static const char *const names[] = {
+        [LENS_LIGHT_OWN] = "own",
+        [LENS_LIGHT_INDIRECT] = "indirect",
+        [LENS_LIGHT_DIFFUSE] = "diffuse",
+    };
+    return names[light];
+}
+
+/* Every lens sample is lit by its own path. */
+static void plan_own(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    static const char each[] = "with a lens every sample is a path, with light of its own";
+    const char *why = report->lens_light_why;
+    plan_filter_none(job, each, report);
+    plan_indirect_none(job, each, report);
+    plan_skip(report, "light fields of pixel centres", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
+    plan_path_lights(job, plan, report);
+    if (job->indirect_spp)
+        plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
+}
+
+void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
+                     struct plan_report *report)
+{
+    plan->lens_light =
+        plan_choose_lens_light(job, scene, plan, &report->emitters, report->lens_light_why);
+    if (plan->lens_light == LENS_LIGHT_OWN) {
+        plan_own(job, plan, report);
+        return;
+    }
+    plan_indirect(job, plan, report);
+    plan->planes &= ~PLANES_RESOLVE;
+    plan->sub_samples = 0;
+    plan->planes |= PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANES_LENS_SURFACE;
+    plan_skip(report, "planes of sub-samples", "lens samples make the picture");
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) {
+        plan_filter(job, plan, report);
+        plan_direct(plan, report);
+        return;
+    }
+    plan_filter_none(job, "direct light comes along the paths of lens samples", report);
+    plan_path_lights(job, plan, report);
+}

@@ -1,0 +1,136 @@
+#pragma once
+/* Random samples and cells for the kernels of the filter of lens samples: looking at a layer
+ * through apertures whose edge taps lie on, and placing samples, in the layer or beyond it, in
+ * cells of any size. */
+#include "server/reconstruct/lens_kernels.h"
+#include "tests/kernel/kernel_field.h"
+
+enum lens_kernel { LENS_GATHER, LENS_PLACE, LENS_PLACE_BEYOND, LENS_KERNEL_COUNT };
+
+static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {"look", "place", "place beyond"};
+
+#define LENS_CASE_TAPS   113 /* a disc of six cells' radius */
+#define LENS_CASE_MARGIN 16
+#define LENS_CASE_ARRAYS 6
+
+struct lens_case {
+    struct lens_gather gather;
+    struct lens_tap taps[LENS_CASE_TAPS];
+    struct lens_place place;
+    float *plane[LENS_CELL_PLANES], *array[LENS_CASE_ARRAYS]; /* owned */
+    int32_t width, height, stride;                            /* width: without the margins */
+    size_t area;
+};
+
+static inline void lens_case_taps(struct random *r, struct lens_case *out)
+{
+    for (int t = 0; t < LENS_CASE_TAPS; t++) {
+        out->taps[t].at = (t / 12 - 5) * out->stride + t % 12 - 6;
+        out->taps[t].distance = field_between(r, 0.0f, 6.0f);
+    }
+    out->gather = (struct lens_gather){
+        .taps = out->taps, .inner = {20, 29, 70, 100}, .end = {29, 57, 85, LENS_CASE_TAPS}};
+    for (int k = 0; k < LENS_CELL_PLANES; k++) out->gather.plane[k] = out->plane[k];
+}
+
+static inline void lens_case_place(int32_t level, struct lens_case *out)
+{
+    float *const *a = out->array;
+    out->place = (struct lens_place){
+        .slope = a[0],
+        .along = a[1],
+        .left = a[2],
+        .chord = a[3],
+        .height = a[4],
+        .pass = a[5],
+        .stratum = 1.0f,
+        .strata_inverse = 1.0f / 3.0f,
+        .x = 1000,
+        .row_phase = level > 0 ? 1.0f : 0.0f,
+        .fine = level < 0 ? -level : 0,
+        .coarse = level > 0 ? level : 0,
+        .cells = level < 0 ? (float)(1 << -level) : 1.0f / (float)(1 << level),
+        .low = 3.0f,
+        .close = 2.25f,
+        .high = 8.0f,
+        .column = level < 0 ? 1005 << -level : 1005 >> level,
+        .row = -5,
+        .columns = 1 << 14,
+        .rows = 9,
+        .stride = 1 << 14,
+        .phase_step = 1 << 13,
+    };
+}
+
+/* level: of cells, as lens_cell_level has them. */
+static inline void lens_case_init(struct lens_case *out, int32_t width, int32_t height,
+                                  uint64_t seed, int32_t level)
+{
+    static const float low[] = {-12.0f, 0.0f, -1.0f, 0.0f, -1.0f, -4.0f};
+    static const float high[] = {12.0f, 1.0f, 0.0f, 2.0f, 1.0f, 4.0f};
+    struct random r = {seed};
+    *out = (struct lens_case){.width = width, .height = height};
+    out->stride = (width + 2 * LENS_CASE_MARGIN + LENS_LANES) / LENS_LANES * LENS_LANES;
+    out->area = (size_t)out->stride * (size_t)(height + LENS_CASE_MARGIN);
+    for (int k = 0; k < LENS_CELL_PLANES; k++) {
+        out->plane[k] = field_memory(out->area * sizeof(float));
+        for (size_t i = 0; i < out->area; i++)
+            out->plane[k][i] = field_between(&r, 0.0f, k == LENS_CELL_REACH ? 6.0f : 1.0f);
+    }
+    for (int k = 0; k < LENS_CASE_ARRAYS; k++) {
+        out->array[k] = field_memory(out->area * sizeof(float));
+        for (size_t i = 0; i < out->area; i++)
+            out->array[k][i] = field_between(&r, low[k], high[k]);
+    }
+    lens_case_taps(&r, out);
+    lens_case_place(level, out);
+}
+
+static inline void lens_case_fini(struct lens_case *c)
+{
+    for (int k = 0; k < LENS_CELL_PLANES; k++) free(c->plane[k]);
+    for (int k = 0; k < LENS_CASE_ARRAYS; k++) free(c->array[k]);
+}
+
+/* What lens_case_run writes. */
+static inline size_t lens_case_size(const struct lens_case *k)
+{
+    return LENS_GROUPS * LENS_SUMS * k->area;
+}
+
+static inline void lens_case_run(const struct lens_case *k, const struct lens_kernels *kernels,
+                                 enum lens_kernel kernel, float *out)
+{
+    const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
+    struct lens_place place = k->place;
+    int32_t *cell = (int32_t *)(void *)out;
+    place.beyond = kernel == LENS_PLACE_BEYOND;
+    for (int32_t y = 0; y < k->height; y++) {
+        const size_t row = (size_t)(y * k->stride);
+        const float **const arrays[] = {&place.slope, &place.along,  &place.left,
+                                        &place.chord, &place.height, &place.pass};
+        if (kernel == LENS_GATHER) {
+            kernels->gather(&k->gather, row + 8 * (size_t)k->stride + LENS_CASE_MARGIN, lanes,
+                            out + row, k->area);
+            continue;
+        }
+        for (int i = 0; i < LENS_CASE_ARRAYS; i++) *arrays[i] = k->array[i] + row;
+        kernels->place(&place, (uint32_t)k->width, cell + row);
+    }
+}
+
+/* Greatest difference from the reference; cells are the same or they are not. */
+static inline float lens_case_compare(const struct lens_case *k, const struct lens_kernels *tested,
+                                      enum lens_kernel kernel)
+{
+    const size_t size = lens_case_size(k);
+    float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
+    lens_case_run(k, &lens_kernels_c, kernel, a);
+    lens_case_run(k, tested, kernel, b);
+    const float difference = kernel == LENS_GATHER            ? field_difference(a, b, size)
+                             : memcmp(a, b, size * sizeof *a) ? INFINITY
+                                                              : 0.0f;
+    free(a);
+    free(b);
+    return difference;
+}

@@ -1,0 +1,125 @@
+#!/usr/bin/env bash
+# Several effects in one frame: each costs where it is, and nothing where it is not; soft shadows and
+# indirect light are filtered before the lens, and the picture is that of paths.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/combined.sh BUILD_DIR}
+. tests/tap.bash
+# The box without its lamp, whose surfaces are pure Lambert, and with half glossy ones.
+node --input-type=module -e '
+import { readFileSync, writeFileSync } from "node:fs";
+import { glbWithout } from "./tests/bench/scenes/glb.mjs";
+const plain = glbWithout(readFileSync("tests/scenes/cornell-box/cornell-box.glb"), /emitter/);
+writeFileSync(process.argv[1], plain);
+// The same bytes but for the first chunk: its text grows.
+const length = plain.readUInt32LE(12), document = JSON.parse(plain.subarray(20, 20 + length));
+for (const m of document.materials) m.pbrMetallicRoughness = { ...m.pbrMetallicRoughness, metallicFactor: 0.5, roughnessFactor: 0.4 };
+for (const m of document.materials) delete m.extensions;
+let text = JSON.stringify(document);
+text += " ".repeat((4 - text.length % 4) % 4);
+const head = Buffer.from(plain.subarray(0, 20)), rest = plain.subarray(20 + length);
+head.writeUInt32LE(20 + text.length + rest.length, 8);
+head.writeUInt32LE(text.length, 12);
+writeFileSync(process.argv[2], Buffer.concat([head, Buffer.from(text), rest]));
+' "$tmp/lambert.glb" "$tmp/glossy.glb"
+pixels=$((96 * 80))
+
+cat >"$tmp/all.json" <<J
+{"scene": {"file": "$tmp/lambert.glb", "lights": false, "camera": {"eye": [0, 1, 3.2], "target": [0, 0.6, 0], "yfov_deg": 30}},
+ "image": {"width": 96, "height": 80}, "sampling": {"spp": 9, "seed": 7}, "layers": ["beauty"]}
+J
+render() { # JOB OUT ARGUMENTS...
+    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
+}
+counts() { jq -e "$2" "$tmp/$1.stats"; }
+figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty "${@:3}"; }
+
+area='[{"type": "rectangle", "center": [0, 1.95, 0], "half_u": [0.25, 0, 0], "half_v": [0, 0, 0.25], "radiance": [12, 11, 9]}]'
+point='[{"type": "point", "position": [0, 1.9, 0], "intensity": [1, 1, 1]}]'
+
+# Every subset of {soft shadows, indirect light, occlusion, glossy surfaces, lens}: what runs and what
+# does not. Beside paths, which bring direct light of glossy surfaces, no shadows are filtered.
+subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
+    local name=s$1-i$2-o$3-g$4-l$5 lights=$point
+    [ "$1" = 1 ] && lights=$area
+    jq --argjson lights "$lights" --argjson i "$2" --argjson o "$3" --argjson g "$4" --argjson l "$5" --arg glossy "$tmp/glossy.glb" '
+        .lights = $lights | .effects.indirect_bounces = $i
+        | if $o == 1 then .layers += ["occlusion"] | .effects.ambient_occlusion = {distance: 0.4} else . end
+        | if $g == 1 then .scene.file = $glossy else . end
+        | if $l == 1 then .lens = {aperture_radius: 0.05, focus_distance: 3.1} else . end' \
+        "$tmp/all.json" >"$tmp/$name.json"
+    check "$name" render "$name" "$name"
+    # With a lens paths alone have the layer occlusion, and so has a plan of paths without bounces.
+    local lens=$(($5 == 1 && $3 == 0)) alone=$(($5 == 1 && $3 == 1))
+    [ "$4$2$3$5" = 1000 ] && alone=1
+    local covers=$(($4 == 0 && alone == 0))
+    local shadows=$(($1 == 1 && covers == 1)) bounces=$((alone == 0 && $2 == 1))
+    local rays=$((alone == 0 && ($2 == 1 || $3 == 1))) glossy=$((alone == 0 && $4 == 1 && $2 == 1 && $5 == 0))
+    local lit=$((lens == 1 && (shadows == 1 || bounces == 1)))
+    local paths=$((alone == 1 || ($4 == 1 && lens == 0)))
+    check "... soft shadows" counts "$name" "(.shadow.pixels_filtered > 0) == ($shadows == 1) and (.cpu_s.shadow > 0) == ($shadows == 1)"
+    check "... indirect light" counts "$name" "(.indirect.pixels_filtered > 0) == ($rays == 1) and (.cpu_s.indirect > 0) == ($rays == 1)
+        and ($2 == 1 or .rays.indirect_shadow == 0)"
+    check "... glossy lobes" counts "$name" "(.glossy.pixels_filtered > 0) == ($glossy == 1) and (.cpu_s.glossy > 0) == ($glossy == 1)"
+    check "... the lens" counts "$name" "(.rays.lens == $pixels * 9) == ($lens == 1) and (.rays.lens > 0) == ($lens == 1) and (.cpu_s.lens > 0) == ($lens == 1)"
+    check "... light of fields at lens samples" counts "$name" "(.lens.samples_lit > 0) == ($lit == 1)
+        and (.rays.lens_centres > 0) == ($lit == 1) and (.cpu_s.lens_light > 0) == ($lit == 1)"
+    check "... paths" counts "$name" "(.rays.paths > 0) == ($paths == 1) and ($3 == 1 or .rays.occlusion == 0)"
+}
+for shadows in 0 1; do for indirect in 0 1; do for occlusion in 0 1; do for glossy in 0 1; do for lens in 0 1; do
+    subset $shadows $indirect $occlusion $glossy $lens
+done; done; done; done; done
+check "without a lens, soft shadows or indirect light nothing is bounced, sheared or averaged" counts s0-i0-o0-g0-l0 "
+    .rays.primary == $pixels and .rays.shadow <= $pixels and .rays.indirect == 0"
+check "samples that fields light cost one shadow ray a light and pixel, not one each" counts s0-i1-o0-g0-l1 ".rays.shadow < $pixels * 2"
+
+# The picture is that of paths, with less error the more samples there are.
+render_reference() {
+    jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/paths.json"
+    render paths paths --spp 2048
+}
+check "paths" render_reference
+for spp in 4 9 16 36; do check "$spp samples" render s1-i1-o0-g0-l1 n$spp --spp $spp; done
+falling() {
+    local last=1e9 now
+    for spp in 4 9 16 36; do
+        now=$(figure paths n$spp | jq .rmse); echo "$spp: $now"
+        awk "BEGIN {exit !($now < $last)}" || return 1
+        last=$now
+    done
+}
+check "the error falls with every step" falling
+energy() { figure paths n$1 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.995 and . < 1.005] | all)'; }
+for spp in 9 36; do check "$spp samples: the light is that of paths within 0.5 %" energy $spp; done
+check "nine samples, each with light of its own" render s1-i1-o0-g0-l1 own --method average --lens sheared --indirect average
+quieter() {
+    local lit own
+    lit=$(figure paths n9 | jq .rmse) own=$(figure paths own | jq .rmse)
+    echo "lit by fields $lit, each by itself $own" && awk "BEGIN {exit !($lit * 2.5 < $own)}"
+}
+check "... have more than 2.5 times the error" quieter
+
+# Second sets of paths through the lens, beside samples that fields light.
+jq '.sampling.lens_extra = 9' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/extra.json"
+for spp in 9 36; do
+    check "$spp samples and second sets" render extra e$spp --spp $spp
+    check "... of a quarter of the pixels" counts e$spp ".lens.second_paths == $((pixels / 4 * 36)) and .rays.paths == .lens.second_paths"
+    check "... and fields light the first" counts e$spp '.lens.samples_lit > .lens.samples_own'
+done
+bright() { figure paths e$1 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.99 and . < 1.01] | all)'; }
+for spp in 9 36; do check "$spp samples and second sets: the light is that of paths within 1 %" bright $spp; done
+fewer() {
+    local with without
+    with=$(figure paths e9 | jq .rmse) without=$(figure paths n9 | jq .rmse)
+    echo "with $with, without $without" && awk "BEGIN {exit !($with < $without)}"
+}
+check "the error falls with second sets" fewer
+check "one worker" render extra a --workers 1 --worker-threads 1 --tile 32
+check "three workers, other tiles" render extra b --workers 3 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+
+# However the frame is cut.
+check "one worker" render s1-i1-o0-g0-l1 a --workers 1 --worker-threads 1 --tile 32
+check "three workers, other tiles" render s1-i1-o0-g0-l1 b --workers 3 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+tap_done

@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# Second sets of paths through the lens: as many as asked for, where they help, and the same bytes
+# however the work is cut, whoever does it, and whoever dies over it.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/lens_extra.sh BUILD_DIR}
+. tests/tap.bash
+scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
+
+cat >"$tmp/first.json" <<J
+{"scene": {"file": "$scene"}, "image": {"width": 104, "height": 96},
+ "sampling": {"spp": 9, "seed": 7}, "effects": {"indirect_bounces": 1},
+ "lens": {"aperture_radius": 0.1, "focus_distance": 3},
+ "layers": ["beauty", "samples", "filter_width", "depth"]}
+J
+jq '.sampling.lens_extra = 9' "$tmp/first.json" >"$tmp/extra.json"
+render() { # JOB OUT ARGUMENTS...
+    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
+}
+counts() { jq -e "$2" "$tmp/$1.stats"; }
+compared() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" "${@:4}" | tee /dev/stderr; }
+
+check "one worker" render extra extra --workers 1 --worker-threads 1 --tile 64
+pixels=$((104 * 96))
+check "a quarter of the pixels has a second set" counts extra ".lens.second_paths == $((pixels / 4 * 36))"
+check "... which is traced" counts extra '.rays.paths == .lens.second_paths'
+check "three workers, other tiles" render extra b --workers 3 --tile 16
+check "... the same bytes" cmp "$tmp/extra.exr" "$tmp/b.exr"
+check "threads" render extra b --workers 1 --worker-threads 2 --tile 40
+check "... the same bytes" cmp "$tmp/extra.exr" "$tmp/b.exr"
+check "the first set alone" render first first
+check "... has no other" counts first '.lens.second_paths == 0 and .rays.paths == 0'
+more() { compared first extra samples | jq -e "(.bias * $pixels - 9 * $pixels | fabs) < 2 and .max == 36"; }
+check "the layer samples has the second set on top of it" more
+
+# 1024 paths are the truth.
+jq '.filter = {method: "none"} | .sampling.spp = 1024 | .sampling.seed = 91' "$tmp/first.json" >"$tmp/truth.json"
+jq '.layers = ["beauty"]' "$tmp/truth.json" >"$tmp/t.json" && mv "$tmp/t.json" "$tmp/truth.json"
+check "the truth" render truth truth
+falls() {
+    local a b
+    a=$(compared truth first beauty | jq .rmse)
+    b=$(compared truth extra beauty | jq .rmse)
+    awk "BEGIN {exit !($b < 0.99 * $a)}"
+}
+check "the error falls" falls
+bright() { compared truth extra beauty --box 8 | jq -e '.finite and ([.ratio[] | values | . > 0.98 and . < 1.02] | all)'; }
+check "the light is that of the truth" bright
+
+for size in "1 1" "2 3" "1 37"; do
+    read -r width height <<<"$size"
+    jq ".image = {width: $width, height: $height}" "$tmp/extra.json" >"$tmp/small.json"
+    check "a frame of $width x $height" render small small
+done
+
+# Workers that die in the middle of a second set.
+jq '.image = {width: 256, height: 256} | .sampling.tile_px = 16 | .sampling.lens_extra = 36' "$tmp/extra.json" >"$tmp/large.json"
+check "a frame of many paths" render large large
+serve_start "$tmp/data" --workers 0
+worker() {
+    "$build/shearwater-worker" --connect "unix:$tmp/data/worker.sock" --threads 1 --cache "$tmp/data/cache" >>"$tmp/worker.log" 2>&1 &
+    track $!
+    worker_pid=$!
+}
+total() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq "$2"; }
+survives() {
+    local id first
+    worker; first=$worker_pid
+    id=$("$build/shearwater" submit "$tmp/large.json" --server "$url" --quiet) || return 1
+    for _ in $(seq 600); do # until the second set is out
+        [ "$(total "$id" '.progress.tiles_total')" -gt 256 ] && break
+        sleep 0.02
+    done
+    total "$id" .progress
+    [ "$(job_state "$id")" = running ] || return 1
+    kill -9 $first
+    worker
+    await_state "$id" finished 60 || return 1
+    curl -sSf --noproxy '*' -o "$tmp/survived.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
+    curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq -e '.statistics.tiles.reissued > 0' || return 1
+    cmp "$tmp/large.exr" "$tmp/survived.exr"
+}
+check "a worker that dies over a second set changes no byte" survives
+serve_stop
+tap_done

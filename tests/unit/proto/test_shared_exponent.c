@@ -1,0 +1,80 @@
+/* Three numbers below one exponent. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <float.h>
+#include <math.h>
+
+#include "proto/shared_exponent.h"
+
+static uint32_t next(uint64_t *state)
+{
+    *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (uint32_t)(*state >> 33);
+}
+
+/* Half a step of the largest's mantissa, which has its first bit. */
+static void errors_are_half_a_step(void **state)
+{
+    static const int bits[] = {SHARED_EXPONENT_9, SHARED_EXPONENT_8};
+    uint64_t seed = 7;
+    (void)state;
+    for (int k = 0; k < 200000; k++) {
+        const int m = bits[k & 1], range = m == SHARED_EXPONENT_9 ? 14 : 100;
+        float in[3], out[3], largest = 0.0f;
+        const float scale = ldexpf(1.0f, (int)(next(&seed) % (2u * (uint32_t)range)) - range);
+        for (int c = 0; c < 3; c++) {
+            in[c] = scale * (float)(next(&seed) % 65536) / 65536.0f;
+            largest = fmaxf(largest, in[c]);
+        }
+        shared_exponent_unpack(shared_exponent_pack(in, m), m, out);
+        const float least = ldexpf(1.0f, shared_exponent_least(m));
+        const float half = fmaxf(largest * ldexpf(1.0f, -m), 0.5f * least);
+        for (int c = 0; c < 3; c++)
+            assert_true(fabsf(out[c] - in[c]) <= 1.004f * half); /* full ones are rounded up */
+    }
+}
+
+static void what_is_exact_stays(void **state)
+{
+    static const float in[][3] = {{0, 0, 0}, {1, 1, 1}, {1, 0.5f, 0.25f}, {0.125f, 0, 0.75f}};
+    (void)state;
+    for (size_t k = 0; k < sizeof in / sizeof in[0]; k++)
+        for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
+            float out[3];
+            shared_exponent_unpack(shared_exponent_pack(in[k], m), m, out);
+            for (int c = 0; c < 3; c++) assert_true(out[c] == in[k][c]);
+        }
+    const float black[3] = {0, 0, 0};
+    assert_int_equal(shared_exponent_pack(black, SHARED_EXPONENT_9), 0);
+    assert_int_equal(shared_exponent_pack(black, SHARED_EXPONENT_8), 0);
+}
+
+static void odd_numbers_are_bounded(void **state)
+{
+    static const float odd[] = {NAN, -1, INFINITY, FLT_MAX, FLT_MIN, 1e-45f, 65504, 1e6f};
+    (void)state;
+    for (size_t k = 0; k < sizeof odd / sizeof odd[0]; k++)
+        for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
+            const float in[3] = {odd[k], odd[(k + 1) % 8], 0};
+            float out[3];
+            const uint32_t packed = shared_exponent_pack(in, m);
+            assert_true(packed >> 3 * m <= shared_exponent_most(m));
+            shared_exponent_unpack(packed, m, out);
+            for (int c = 0; c < 3; c++) assert_true(out[c] >= 0.0f && out[c] <= FLT_MAX);
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(errors_are_half_a_step),
+        cmocka_unit_test(what_is_exact_stays),
+        cmocka_unit_test(odd_numbers_are_bounded),
+    };
+    return cmocka_run_group_tests_name("shared_exponent", tests, NULL, NULL);
+}

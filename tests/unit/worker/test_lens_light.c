@@ -1,0 +1,202 @@
+/* Lens samples that light fields light: what they tell, and what their paths leave out. */
+#include "proto/half.h"
+#include "proto/lens_pattern.h"
+#include "proto/octahedron.h"
+#include "proto/shared_exponent.h"
+#include "tests/unit/worker/tile_fixture.h"
+
+enum { SIDE = 48, L = 3, N = L * L };
+
+/* A board before a wall, both lit by a point beside the eye and from a floor below the picture, the
+ * focus on the wall. */
+static struct plan board_plan(struct scene_fixture *f, uint32_t light)
+{
+    const uint32_t red = fixture_material(f, 0.75f, 0.25f, 0.125f);
+    const uint32_t grey = fixture_material(f, 0.5f, 0.5f, 0.5f);
+    fixture_panel(f, grey, (float[]){0, 0, -6}, (float[]){9, 0, 0}, (float[]){0, 9, 0});
+    fixture_panel(f, red, (float[]){-0.6f, 0, -2}, (float[]){0.6f, 0, 0}, (float[]){0, 2, 0});
+    fixture_panel(f, grey, (float[]){0, -3.2f, -3}, (float[]){9, 0, 0}, (float[]){0, 0, -3});
+    struct plan p = fixture_plan(SIDE, SIDE, (float[]){0, 0, 0}, 0.5f);
+    struct plan_light *lamp = fixture_light(&p, LIGHT_POINT, 1);
+    lamp->position[0] = 0.5f;
+    p.planes = PLANES_LENS & ~PLANES_LENS_SURFACE;
+    p.light_planes = 0;
+    p.bounces = 1;
+    p.lens_strata_per_axis = L;
+    p.camera.aperture_radius = 0.3f;
+    p.camera.focus_distance = 6;
+    p.radiance_scale = 4;
+    p.length_unit = 8;
+    if (light == LENS_LIGHT_OWN) return p;
+    p.lens_light = light;
+    p.planes = PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(INDIRECT_MEAN);
+    if (light == LENS_LIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    p.indirect_strata_per_axis = 1;
+    return p;
+}
+
+/* Of a sample: left radiance and own light times albedo. */
+static void parts_of(const struct traced *t, uint32_t k, size_t i, float left[3], float light[3])
+{
+    float albedo[3];
+    shared_exponent_unpack(samples_u32(t->samples, PLANE_LENS_ALBEDO, k)[i], SHARED_EXPONENT_9,
+                           albedo);
+    shared_exponent_unpack(samples_u32(t->samples, PLANE_LENS_LIGHT, k)[i], SHARED_EXPONENT_8,
+                           light);
+    for (uint32_t c = 0; c < 3; c++) {
+        left[c] = samples_f32(t->samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
+        light[c] *= 0.25f * albedo[c];
+    }
+}
+
+static bool is_black(const float light[3])
+{
+    return !(light[0] + light[1] + light[2] > 0.0f);
+}
+
+/* What a path brings is the same number in parts, or some of it is left to the fields; of points
+ * that the middle of the lens does not see, nothing is. */
+static void expect_parts(uint32_t light)
+{
+    struct scene_fixture *f = fixture_new(), *g = fixture_new();
+    struct plan own = board_plan(f, LENS_LIGHT_OWN), lit = board_plan(g, light);
+    struct traced a = trace_all(f, &own), b = trace_all(g, &lit);
+    uint32_t whole = 0, left_out = 0;
+    for (uint32_t k = 0; k < N; k++)
+        for (size_t i = 0; i < SIDE * SIDE; i++) {
+            float left[3], brought[3], all = 0.0f, sum = 0.0f;
+            parts_of(&b, k, i, left, brought);
+            for (uint32_t c = 0; c < 3; c++) {
+                all += samples_f32(a.samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
+                sum += left[c] + brought[c];
+            }
+            if (light == LENS_LIGHT_DIFFUSE && is_black(brought)) {
+                left_out++;
+                assert_true(is_black(left));
+                continue;
+            }
+            whole += !is_black(brought);
+            assert_true(sum <= 1.01f * all);
+            if (!is_black(brought)) assert_true(fabsf(sum - all) < 0.01f * all);
+        }
+    assert_true(whole > 100);
+    if (light == LENS_LIGHT_DIFFUSE) assert_true(left_out > 8 * whole);
+    assert_true(count(&b, COUNTER_RAYS_LENS_CENTRES) >= SIDE * SIDE / 2);
+    assert_true(count(&b, COUNTER_SKIPPED_LIGHT_FIELD) > 0);
+    assert_int_equal(count(&a, COUNTER_RAYS_LENS_CENTRES), 0);
+    assert_int_equal(count(&a, COUNTER_SKIPPED_LIGHT_FIELD), 0);
+    traced_fini(&a);
+    traced_fini(&b);
+    free(f);
+    free(g);
+}
+
+static void samples_bring_their_light_in_parts(void **state)
+{
+    (void)state;
+    expect_parts(LENS_LIGHT_DIFFUSE);
+    expect_parts(LENS_LIGHT_INDIRECT);
+}
+
+/* Depth and normal are those of the surface, albedo its own. */
+static void samples_tell_of_their_surface(void **state)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    struct traced t = trace_all(f, &p);
+    uint32_t near = 0;
+    (void)state;
+    for (uint32_t k = 0; k < N; k++)
+        for (size_t i = 0; i < SIDE * SIDE; i++) {
+            float normal[3], albedo[3];
+            const float z = 8 * half_to_float(samples_u16(t.samples, PLANE_LENS_DEPTH, k)[i]);
+            const bool board = z < 3;
+            octahedron_unpack8(samples_u16(t.samples, PLANE_LENS_NORMAL, k)[i], normal);
+            shared_exponent_unpack(samples_u32(t.samples, PLANE_LENS_ALBEDO, k)[i],
+                                   SHARED_EXPONENT_9, albedo);
+            assert_true(fabsf(z - (board ? 2.0f : 6.0f)) < 0.002f);
+            assert_true(normal[2] > 0.999f);
+            assert_true(fabsf(albedo[0] - (board ? 0.75f : 0.5f)) < 1e-3f);
+            near += board;
+        }
+    assert_true(near > 100);
+    traced_fini(&t);
+    free(f);
+}
+
+/* A pixel's samples do not depend on the tile that holds it, whatever lies around that. */
+static void tiles_do_not_show(void **state)
+{
+    struct scene_fixture *f = fixture_new(), *g = fixture_new();
+    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE), q = board_plan(g, LENS_LIGHT_DIFFUSE);
+    const struct rect part = {17, 10, 31, 30};
+    struct traced whole = trace_all(f, &p), tile = trace(g, &q, part);
+    (void)state;
+    for (uint32_t k = 0; k < N; k++)
+        for (int32_t y = part.y0; y < part.y1; y++)
+            for (int32_t x = part.x0; x < part.x1; x++) {
+                const size_t i = (size_t)(y * SIDE + x);
+                const size_t j = (size_t)((y - part.y0) * rect_width(part) + x - part.x0);
+                assert_int_equal(samples_u32(whole.samples, PLANE_LENS_LIGHT, k)[i],
+                                 samples_u32(tile.samples, PLANE_LENS_LIGHT, k)[j]);
+                assert_true(samples_f32(whole.samples, PLANE_LENS_RADIANCE, k * 3)[i] ==
+                            samples_f32(tile.samples, PLANE_LENS_RADIANCE, k * 3)[j]);
+            }
+    traced_fini(&whole);
+    traced_fini(&tile);
+    free(f);
+    free(g);
+}
+
+/* Paths of second sets bring all of their light, whatever lights the first. */
+static struct samples *second_set(uint32_t light, struct counters *counters)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = board_plan(f, light);
+    uint8_t sides[SIDE * SIDE];
+    struct samples *out;
+    p.planes |= PLANE_BIT(LENS_MORE);
+    p.lens_filter = LENS_FILTER_SHEARED;
+    p.lens_extra = 9;
+    for (int i = 0; i < SIDE * SIDE; i++) sides[i] = i % 5 == 0 ? PLAN_LENS_SIDE : 0;
+    const struct plan_pass pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    struct traced t = trace_all(f, &p);
+    const struct rect all = {0, 0, SIDE, SIDE};
+    assert_int_equal(
+        tile_trace_pass(t.tracer, t.scene, NULL, &p, &pass, all, NULL, NULL, &out, counters), 0);
+    traced_fini(&t);
+    free(f);
+    return out;
+}
+
+static void second_sets_are_whole_paths(void **state)
+{
+    static const uint32_t lights[] = {LENS_LIGHT_INDIRECT, LENS_LIGHT_DIFFUSE};
+    struct counters counters = {0};
+    struct samples *own = second_set(LENS_LIGHT_OWN, &counters);
+    const size_t bytes = (size_t)SIDE * SIDE * sizeof(float);
+    (void)state;
+    assert_true(samples_f32(own, PLANE_LENS_MORE, 0)[5 * SIDE] > 0.0f);
+    for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
+        counters = (struct counters){0};
+        struct samples *lit = second_set(lights[i], &counters);
+        for (uint32_t c = 0; c < 4; c++)
+            assert_memory_equal(samples_f32(own, PLANE_LENS_MORE, c),
+                                samples_f32(lit, PLANE_LENS_MORE, c), bytes);
+        assert_int_equal(counters.value[COUNTER_RAYS_LENS_CENTRES], 0);
+        assert_int_equal(counters.value[COUNTER_SKIPPED_LIGHT_FIELD], 0);
+        samples_destroy(&lit);
+    }
+    samples_destroy(&own);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(samples_bring_their_light_in_parts),
+        cmocka_unit_test(samples_tell_of_their_surface),
+        cmocka_unit_test(tiles_do_not_show),
+        cmocka_unit_test(second_sets_are_whole_paths),
+    };
+    return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
+}

@@ -1,0 +1,148 @@
+#include "worker/trace/lens_centres.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/half.h"
+#include "worker/trace/lens_surface.h"
+#include "worker/trace/primary.h"
+
+/* Normals up to about 8 degrees apart; points off the pixel's tangent plane by three quarters of a
+ * pixel and so much of their distance. */
+#define COSINE_LEAST 0.99f
+#define PLANE_PX     0.75f
+#define SLACK        0.015f
+
+/* Bounce rays leave surfaces that reflect this much of some colour (worker/tile.c), by a margin. */
+#define ALBEDO_LEAST (1.0f / 65535.0f)
+
+struct lens_centre {
+    float point[3], normal[3];
+    bool lit; /* shows a surface whose light a field has */
+};
+
+static int32_t cell_of(int32_t pixel)
+{
+    return pixel >= 0 ? pixel / LANES_ACROSS : -((LANES_ACROSS - 1 - pixel) / LANES_ACROSS);
+}
+
+int lens_centres_init(struct lens_centres *out, const struct path_context *c, struct rect tile)
+{
+    const struct rect image = {0, 0, c->plan->width_px, c->plan->height_px};
+    const int32_t reach = (int32_t)LENS_LIGHT_SLOPE_MOST + 1;
+    const struct rect r = rect_intersect(rect_grow(tile, reach), image);
+    out->cells =
+        (struct rect){cell_of(r.x0), cell_of(r.y0), cell_of(r.x1 - 1) + 1, cell_of(r.y1 - 1) + 1};
+    const size_t count = (size_t)rect_area(out->cells);
+    out->memory = malloc(count * (LANES * sizeof *out->centres + sizeof *out->traced));
+    if (!out->memory) return ERR_MEMORY;
+    out->centres = out->memory;
+    out->traced = (bool *)(void *)(out->centres + count * LANES);
+    memset(out->traced, 0, count * sizeof *out->traced);
+    out->context = *c;
+    queries_init_rays(&out->rays);
+    return 0;
+}
+
+void lens_centres_fini(struct lens_centres *centres)
+{
+    free(centres->memory);
+    centres->memory = NULL;
+}
+
+/* Whether the light field of a plan has light of this lane's surface. */
+static bool is_lit(const struct plan *plan, const struct surface *s, int i)
+{
+    if (!s->hit.on[i]) return false;
+    return plan->lens_light == LENS_LIGHT_DIFFUSE || (s->albedo.x[i] >= ALBEDO_LEAST) |
+                                                         (s->albedo.y[i] >= ALBEDO_LEAST) |
+                                                         (s->albedo.z[i] >= ALBEDO_LEAST);
+}
+
+static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size_t cell)
+{
+    const struct path_context *c = &l->context;
+    const struct plan *plan = c->plan;
+    const struct rect image = {0, 0, plan->width_px, plan->height_px};
+    const struct surface *s = &l->vertex.surface;
+    struct lens_centre *out = l->centres + cell * LANES;
+    block_init(&l->block, column * LANES_ACROSS, row * LANES_ACROSS, plan->width_px,
+               plan->height_px, image);
+    primary_trace(c->queries, plan, &l->block, &l->rays, &l->vertex.surface);
+    l->vertex.active = l->vertex.surface.hit;
+    path_resolve(c, &l->rays, &l->vertex);
+    for (int i = 0; i < LANES; i++)
+        out[i] =
+            (struct lens_centre){.point = {s->position.x[i], s->position.y[i], s->position.z[i]},
+                                 .normal = {s->normal.x[i], s->normal.y[i], s->normal.z[i]},
+                                 .lit = is_lit(plan, s, i)};
+    l->traced[cell] = true;
+    c->counters->value[COUNTER_RAYS_LENS_CENTRES] += lanes_count(&l->block.inside);
+}
+
+/* The pixel's centre; NULL outside the image and out of reach. */
+static const struct lens_centre *centre_at(struct lens_centres *l, float x, float y)
+{
+    const struct plan *plan = l->context.plan;
+    if (!(x >= 0.0f && y >= 0.0f && x < (float)plan->width_px && y < (float)plan->height_px))
+        return NULL;
+    const int32_t px = (int32_t)x, py = (int32_t)y;
+    const int32_t column = px / LANES_ACROSS, row = py / LANES_ACROSS;
+    if (column < l->cells.x0 || column >= l->cells.x1 || row < l->cells.y0 || row >= l->cells.y1)
+        return NULL;
+    const size_t cell =
+        (size_t)(row - l->cells.y0) * (size_t)rect_width(l->cells) + (size_t)(column - l->cells.x0);
+    if (!l->traced[cell]) trace_cell(l, column, row, cell);
+    return l->centres + cell * LANES + (size_t)(py % LANES_ACROSS * LANES_ACROSS) +
+           (size_t)(px % LANES_ACROSS);
+}
+
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* As far ahead as a sample's depth says where it is read. */
+static float travelled(const struct plan *plan, float z)
+{
+    return half_to_float(half_from_float(z / plan->length_unit)) * plan->length_unit;
+}
+
+static bool is_same(const struct plan *plan, const float point[3], const float normal[3],
+                    float distance, const struct lens_centre *centre)
+{
+    const float d[3] = {point[0] - centre->point[0], point[1] - centre->point[1],
+                        point[2] - centre->point[2]};
+    const float off = fabsf(dot(d, centre->normal));
+    return dot(normal, centre->normal) >= COSINE_LEAST &&
+           off <= PLANE_PX * plan_pixel_size(plan, distance) + SLACK * sqrtf(dot(d, d));
+}
+
+static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
+{
+    const struct plan *plan = l->context.plan;
+    const struct plan_camera *c = &plan->camera;
+    const float from[3] = {s->position.x[i] - c->eye[0], s->position.y[i] - c->eye[1],
+                           s->position.z[i] - c->eye[2]};
+    const float normal[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+    const float z = dot(from, c->forward), read = travelled(plan, z);
+    if (!(z > 0.0f) || !(fabsf(lens_slope(plan, z)) < LENS_LIGHT_SLOPE_MOST)) return false;
+    const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
+    const float x = 0.5f * (a / c->half_width + 1.0f) * (float)plan->width_px;
+    const float y = 0.5f * (1.0f - b / c->half_height) * (float)plan->height_px;
+    const struct lens_centre *centre = centre_at(l, x, y);
+    if (!centre || !centre->lit) return false;
+    const float scale = read / z;
+    const float point[3] = {c->eye[0] + from[0] * scale, c->eye[1] + from[1] * scale,
+                            c->eye[2] + from[2] * scale};
+    return is_same(plan, point, normal, read * sqrtf(1.0f + a * a + b * b), centre);
+}
+
+void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
+                        const struct path_vertex *v, struct lanes_mask *lit)
+{
+    for (int i = 0; i < LANES; i++)
+        lit->on[i] =
+            i < (int)p->count && v->active.on[i] && is_shown(centres, &v->surface, i) ? -1 : 0;
+}

@@ -1,0 +1,28 @@
+#pragma once
+/* What pixel centres in and around a tile show, for lens samples to tell whether one of them shows
+ * the same point: light fields then light the sample, and its path need not look for that light.
+ *
+ * Centres are traced when first asked for, a block at a time as for any tile, so that the answer
+ * does not depend on the tile. */
+#include "worker/trace/path.h"
+
+struct lens_centres {
+    struct rect cells;           /* blocks: image pixels over LANES_ACROSS */
+    bool *traced;                /* of each cell */
+    struct lens_centre *centres; /* of each cell LANES */
+    struct path_context context; /* of pixel centres */
+    struct RTCRayHit16 rays;
+    struct path_vertex vertex;
+    struct block block;
+    void *memory; /* owned */
+};
+
+/* Around a tile of the context's plan. ERR_MEMORY. */
+int lens_centres_init(struct lens_centres *out, const struct path_context *c, struct rect tile);
+void lens_centres_fini(struct lens_centres *centres);
+
+/* Which of the camera paths' first surfaces light fields light for sure: the pixel whose middle
+ * lies nearest shows the same surface, well within what reconstruction asks for
+ * (server/reconstruct/ surface.h: half of it), of depths as they travel. */
+void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
+                        const struct path_vertex *v, struct lanes_mask *lit);

@@ -1,0 +1,75 @@
+#include "worker/trace/lens_surface.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "proto/octahedron.h"
+#include "proto/shared_exponent.h"
+#include "worker/trace/block_store.h"
+
+float lens_slope(const struct plan *plan, float z)
+{
+    const struct plan_camera *camera = &plan->camera;
+    const float scale = camera->aperture_radius * (float)plan->width_px /
+                        (2.0f * camera->half_width); /* plan_decode: > 0 */
+    return scale * (1.0f / z - 1.0f / fmaxf(camera->focus_distance, FLT_MIN));
+}
+
+/* The light that fields bring, as the sample's own path has found it: albedo taken out. */
+static void find_light(const struct path_context *c, const struct path_harvest *h, size_t slot,
+                       float out[3])
+{
+    const struct path_rgb *direct = &h->diffuse_direct, *indirect = &h->diffuse_indirect;
+    const bool all = c->plan->lens_light == LENS_LIGHT_DIFFUSE;
+    const float light[3] = {indirect->r[slot] + (all ? direct->r[slot] : 0.0f),
+                            indirect->g[slot] + (all ? direct->g[slot] : 0.0f),
+                            indirect->b[slot] + (all ? direct->b[slot] : 0.0f)};
+    for (int k = 0; k < 3; k++) out[k] = light[k] < INFINITY ? light[k] : 0.0f;
+}
+
+/* Of pure Lambert surfaces nothing is left; of others what their other lobes have sent on. What is
+ * not finite stays so, for whoever counts it. */
+static void take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
+{
+    struct path_rgb *left = &h->indirect;
+    const struct path_rgb *albedo = &h->albedo, *brought = &h->diffuse_indirect;
+    if (c->plan->lens_light == LENS_LIGHT_DIFFUSE) {
+        struct path_rgb *direct = &h->direct;
+        const bool good = direct->r[slot] + direct->g[slot] + direct->b[slot] < INFINITY;
+        if (good) direct->r[slot] = direct->g[slot] = direct->b[slot] = 0.0f;
+        const bool finite = left->r[slot] + left->g[slot] + left->b[slot] < INFINITY;
+        if (finite) left->r[slot] = left->g[slot] = left->b[slot] = 0.0f;
+        return;
+    }
+    left->r[slot] = fmaxf(left->r[slot] - albedo->r[slot] * brought->r[slot], 0.0f);
+    left->g[slot] = fmaxf(left->g[slot] - albedo->g[slot] * brought->g[slot], 0.0f);
+    left->b[slot] = fmaxf(left->b[slot] - albedo->b[slot] * brought->b[slot], 0.0f);
+}
+
+void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
+                        uint32_t sample, struct path_harvest *h, struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float depth[LANES];
+    uint16_t normals[LANES];
+    uint32_t albedos[LANES], lights[LANES];
+    if (c->plan->lens_light == LENS_LIGHT_OWN) return;
+    for (size_t i = 0; i < LANES; i++) {
+        const size_t k = first + i;
+        const bool met = h->distance[k] > 0.0f && h->distance[k] < INFINITY;
+        const float normal[3] = {h->normal.r[k], h->normal.g[k], h->normal.b[k]};
+        const float albedo[3] = {h->albedo.r[k], h->albedo.g[k], h->albedo.b[k]};
+        float light[3];
+        find_light(c, h, k, light);
+        for (int n = 0; n < 3; n++) light[n] *= c->plan->radiance_scale;
+        depth[i] = met ? h->distance[k] : 0.0f;
+        normals[i] = met ? octahedron_pack8(normal) : 0;
+        albedos[i] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
+        lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);
+        take_out(c, k, h);
+    }
+    block_store_positive_half(b, depth, 1.0f / c->plan->length_unit,
+                              samples_u16(samples, PLANE_LENS_DEPTH, sample));
+    block_store_u16(b, normals, samples_u16(samples, PLANE_LENS_NORMAL, sample));
+    block_store_u32(b, albedos, samples_u32(samples, PLANE_LENS_ALBEDO, sample));
+    block_store_u32(b, lights, samples_u32(samples, PLANE_LENS_LIGHT, sample));
+}

@@ -1,0 +1,14 @@
+#pragma once
+/* What lens samples tell of the surfaces they meet, for light fields of pixel centres to light
+ * them; and what is left of the samples without that light. */
+#include "proto/samples.h"
+#include "worker/trace/path.h"
+
+/* A f_px (1/z - 1/F), PLANE_LENS_SLOPE's of a point z > 0 ahead of the lens. */
+float lens_slope(const struct plan *plan, float z);
+
+/* Stores depth, normal, albedo and own light of lens sample `sample`, which lies in the harvest
+ * from slot `first` on, and takes that light out of what the harvest holds. Nothing happens under a
+ * plan whose light fields light no lens samples. */
+void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
+                        uint32_t sample, struct path_harvest *h, struct samples *samples);
