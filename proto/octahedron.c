@@ -91,3 +91,15 @@ void octahedron_unpack8(uint16_t packed, float n[3])
 {
     unpack((int8_t)(packed & 0xffu), (int8_t)(packed >> 8), 127.0f, n);
 }
+
+void octahedron_unpack8_row(const uint16_t *restrict packed, size_t count, float *restrict x,
+                            float *restrict y, float *restrict z)
+{
+    for (size_t i = 0; i < count; i++) {
+        float n[3];
+        unpack((int8_t)(packed[i] & 0xffu), (int8_t)(packed[i] >> 8), 127.0f, n);
+        x[i] = n[0];
+        y[i] = n[1];
+        z[i] = n[2];
+    }
+}
