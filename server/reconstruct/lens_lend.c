@@ -1,7 +1,9 @@
 #include "server/reconstruct/lens_lend.h"
 
 #include <immintrin.h>
-#include <math.h>
+#include <string.h>
+
+#define BESIDE 3 /* columns, and rows, of pixels that have nothing */
 
 /* Less than this of the pixels around is nobody's surface. */
 #define WEIGHT_MIN 1e-3f
@@ -17,8 +19,8 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
 {
     const struct patch *p = l->patch;
     const size_t first = patch_pixel(p, l->rect.x0, y);
-    struct lens_lender *out = l->pixels + (size_t)(y - l->rect.y0) * l->width;
-    for (size_t x = 0; x < l->width; x++) {
+    struct lens_lender *out = l->pixels + (size_t)(y - l->rect.y0 + 1) * l->width + 1;
+    for (size_t x = 0; x < (size_t)rect_width(l->rect); x++) {
         const size_t i = first + x;
         const float a = p->normal[0][i], b = p->normal[1][i], c = p->normal[2][i];
         const float *const *light = (const float *const *)l->lighting->total;
@@ -29,16 +31,30 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
     }
 }
 
+static void clear_edges(struct lens_lenders *l)
+{
+    const size_t rows = (size_t)rect_height(l->rect) + BESIDE, all = l->width;
+    const size_t bytes = sizeof *l->pixels;
+    memset(l->pixels, 0, all * bytes);
+    for (size_t y = 1; y < rows - 2; y++) {
+        memset(l->pixels + y * all, 0, bytes);
+        memset(l->pixels + (y + 1) * all - 2, 0, 2 * bytes);
+    }
+    memset(l->pixels + (rows - 2) * all, 0, 2 * all * bytes);
+}
+
 int lens_lenders_create(const struct plan *plan, const struct patch *patch,
                         const struct lighting *lighting, struct rect rect, struct lens_lenders *out)
 {
-    const size_t area = (size_t)rect_area(rect), width = (size_t)rect_width(rect);
+    const size_t width = (size_t)rect_width(rect), all = width + BESIDE;
+    const size_t area = all * ((size_t)rect_height(rect) + BESIDE);
     struct lens_lenders *l = out;
-    *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = width};
+    *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
     l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + 3 * width * sizeof(float));
     if (!l->pixels) return ERR_MEMORY;
     float *px = (float *)(void *)(l->pixels + area), *py = px + width, *pz = py + width;
     surface_view_init(&l->view, plan);
+    clear_edges(l);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         surface_points(&l->view, rect.x0, y, (uint32_t)width,
                        patch->depth + patch_pixel(patch, rect.x0, y), px, py, pz);
@@ -48,52 +64,52 @@ int lens_lenders_create(const struct plan *plan, const struct patch *patch,
 }
 
 /* Nearly all samples are plainly on the surface of all four pixels around: surface_match is 1, and
- * no root tells so. */
-static bool lend_plainly(const struct lens_lenders *l, const struct lens_borrower *s,
-                         lens_quad *light)
+ * no root tells so. `a` is the upper left one. */
+static inline bool lend_plainly(const struct lens_lender *a, const struct lens_lender *b,
+                                const struct lens_light_row *s, uint32_t i, lens_quad *light)
 {
-    if (s->column < 0 || s->column + 1 >= (int32_t)l->width || s->row < 0 ||
-        s->row + 1 >= rect_height(l->rect))
-        return false;
-    const struct lens_lender *a = l->pixels + (size_t)s->row * l->width + (size_t)s->column;
-    const struct lens_lender *b = a + l->width;
-    const float *point = s->surface.point, *normal = s->surface.normal;
     __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
     _MM_TRANSPOSE4_PS(x, y, z, d);
-    const lens_quad off = x * point[0] + y * point[1] + z * point[2] - d;
-    const lens_quad cosine = x * normal[0] + y * normal[1] + z * normal[2];
-    const lens_quad none = {0}, allowed = none + s->allowed;
+    const lens_quad off = x * s->point[0][i] + y * s->point[1][i] + z * s->point[2][i] - d;
+    const lens_quad cosine = x * s->normal[0][i] + y * s->normal[1][i] + z * s->normal[2][i];
+    const lens_quad none = {0}, allowed = none + s->off[i];
     const __m128 same =
         (__m128)((off <= allowed) & (-off <= allowed) & (cosine >= none + SURFACE_COS_FULL));
     if (_mm_movemask_ps(same) != 15) return false;
-    const float right = s->across, left = 1.0f - right;
-    *light = (1.0f - s->down) * (left * a[0].light + right * a[1].light) +
-             s->down * (left * b[0].light + right * b[1].light);
+    const float right = s->across[i], left = 1.0f - right, down = s->down[i];
+    *light = (1.0f - down) * (left * a[0].light + right * a[1].light) +
+             down * (left * b[0].light + right * b[1].light);
     return true;
 }
 
-static float match(const struct lens_lenders *l, const struct lens_borrower *s, int32_t column,
+static float match(const struct lens_lenders *l, const struct surface *sample, int32_t column,
                    int32_t row, const struct lens_lender *pixel)
 {
     const float distance = pixel->light[3];
     struct surface surface = {.distance = distance,
                               .normal = {pixel->plane[0], pixel->plane[1], pixel->plane[2]}};
     if (!(distance > 0.0f)) return 0.0f;
-    surface_points(&l->view, l->rect.x0 + column, l->rect.y0 + row, 1, &distance, &surface.point[0],
-                   &surface.point[1], &surface.point[2]);
-    return surface_match(&l->view, &s->surface, &surface);
+    surface_points(&l->view, l->rect.x0 - 1 + column, l->rect.y0 - 1 + row, 1, &distance,
+                   &surface.point[0], &surface.point[1], &surface.point[2]);
+    return surface_match(&l->view, sample, &surface);
 }
 
-static bool lend_some(const struct lens_lenders *l, const struct lens_borrower *s, float light[3])
+static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
+                      float light[3])
 {
+    const struct surface sample = {
+        .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
+        .normal = {s->normal[0][i], s->normal[1][i], s->normal[2][i]},
+        .distance = s->distance[i],
+    };
+    const float across = s->across[i], down = s->down[i];
     lens_quad sum = {0};
     float weights = 0.0f;
     for (int32_t k = 0; k < 4; k++) {
-        const int32_t x = s->column + (k & 1), y = s->row + (k >> 1);
-        if (x < 0 || x >= (int32_t)l->width || y < 0 || y >= rect_height(l->rect)) continue;
+        const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
         const struct lens_lender *pixel = l->pixels + (size_t)y * l->width + (size_t)x;
-        const float weight = (k & 1 ? s->across : 1.0f - s->across) *
-                             (k >> 1 ? s->down : 1.0f - s->down) * match(l, s, x, y, pixel);
+        const float weight = (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) *
+                             match(l, &sample, x, y, pixel);
         if (!(weight > 0.0f)) continue;
         sum += weight * pixel->light;
         weights += weight;
@@ -103,10 +119,13 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_borrower *
     return true;
 }
 
-bool lens_lend(const struct lens_lenders *l, const struct lens_borrower *sample, float light[3])
+bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
+               float light[3])
 {
+    const struct lens_lender *a =
+        l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
     lens_quad all;
-    if (!lend_plainly(l, sample, &all)) return lend_some(l, sample, light);
+    if (!lend_plainly(a, a + l->width, row, i, &all)) return lend_some(l, row, i, light);
     for (int c = 0; c < 3; c++) light[c] = all[c];
     return true;
 }

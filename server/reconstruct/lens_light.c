@@ -46,14 +46,14 @@ static int create(struct lit_lens *f, const struct lighting *lighting, struct re
     f->least = at;
     for (size_t c = 0; c < 3; c++) f->light[c] = at + (c + 1) * width;
     lens_wanted_init(f->plan, f->block, f->seen, &f->wanted);
-    const int error = lens_row_create(f->plan, f->patch, width, &f->row);
+    const int error = lens_row_create(f->plan, f->patch, width, lens_lenders_around(lit), &f->row);
     return error ? error : lens_lenders_create(f->plan, f->patch, lighting, lit, &f->lenders);
 }
 
 static void fini(struct lit_lens *f)
 {
     scratch_give(f->patch->scratch, f->lenders.pixels);
-    if (f->row.memory) lens_row_fini(&f->row);
+    if (f->row.patch) lens_row_fini(&f->row);
     scratch_give(f->patch->scratch, f->memory);
 }
 
@@ -69,56 +69,19 @@ static bool takes_light(uint32_t albedo)
     return (albedo & ((1u << 3 * SHARED_EXPONENT_9) - 1)) != 0;
 }
 
-/* Sample i of the row: where it looks for light. */
-static void find_place(const struct lit_lens *f, uint32_t i, struct lens_borrower *out)
-{
-    const struct lens_row *r = &f->row;
-    const struct rect lit = f->lenders.rect;
-    const float x = r->at[0][i] - 0.5f, y = r->at[1][i] - 0.5f;
-    const float left = floorf(x), top = floorf(y);
-    out->column = (int32_t)left - lit.x0;
-    out->row = (int32_t)top - lit.y0;
-    out->across = x - left;
-    out->down = y - top;
-    for (int k = 0; k < 3; k++) {
-        out->surface.point[k] = r->point[k][i];
-        out->surface.normal[k] = r->normal[k][i];
-    }
-    out->surface.distance = r->distance[i];
-    out->surface.id = 0;
-    out->allowed =
-        ROUNDING * SURFACE_PLANE_PX * surface_pixel_size(&f->lenders.view, r->distance[i]);
-}
-
-/* Samples whose q no pixel could show stay out of reach: floors of numbers that large have no
- * place among integers. */
-static bool is_near(const struct lit_lens *f, float x, float y, float slope)
-{
-    const struct rect lit = f->lenders.rect;
-    return fabsf(slope) <= LENS_LIGHT_SLOPE_MOST && x >= (float)lit.x0 - 1.0f &&
-           x <= (float)lit.x1 + 1.0f && y >= (float)lit.y0 - 1.0f && y <= (float)lit.y1 + 1.0f;
-}
-
 /* By fields; samples that find none keep what their paths have found. */
 static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
-    const struct lens_row *r = &f->row;
+    const struct lens_light_row *r = &f->row.samples;
     const struct rect b = f->block;
-    const size_t at = sample_at(f, sample);
-    const uint32_t *albedo = f->patch->lens_albedo + at;
-    const float *slope = f->patch->lens_slope + at;
-    const bool inside = r->y >= b.y0 && r->y < b.y1;
+    const uint32_t *albedo = f->patch->lens_albedo + sample_at(f, sample);
+    const bool inside = f->row.y >= b.y0 && f->row.y < b.y1;
     for (uint32_t i = begin; i < end; i++) {
-        const float x = r->at[0][i], y = r->at[1][i];
-        const int32_t pixel = r->x + (int32_t)i;
-        struct lens_borrower borrower;
+        const int32_t pixel = f->row.x + (int32_t)i;
         float light[3];
-        bool lit = r->z[i] > 0.0f && is_near(f, x, y, slope[i]);
         if (!takes_light(albedo[i])) continue;
-        if (lit) {
-            find_place(f, i, &borrower);
-            lit = lens_lend(&f->lenders, &borrower, light);
-        }
+        const bool lit = r->z[i] > 0.0f && fabsf(r->slope[i]) <= LENS_LIGHT_SLOPE_MOST &&
+                         lens_lend(&f->lenders, r, i, light);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c];
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;
         f->statistics->samples_lit += lit ? 1 : 0;
@@ -126,37 +89,26 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
     }
 }
 
-/* What samples' own paths have found. */
-static void take_own(const struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
-{
-    const uint32_t *restrict own = f->patch->lens_light + sample_at(f, sample);
-    const float scale = 1.0f / f->plan->radiance_scale;
-    float *restrict r = f->light[0], *restrict g = f->light[1], *restrict b = f->light[2];
-    for (uint32_t i = begin; i < end; i++) {
-        float light[3];
-        shared_exponent_unpack(own[i], SHARED_EXPONENT_8, light);
-        r[i] = light[0] * scale;
-        g[i] = light[1] * scale;
-        b[i] = light[2] * scale;
-    }
-}
-
 /* Light times albedo, and what shines by itself. */
 static void add_run(const struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
-    const size_t area = (size_t)rect_area(f->patch->rect), at = sample_at(f, sample);
-    const uint32_t *restrict albedos = f->patch->lens_albedo + at;
-    for (size_t c = 0; c < 3; c++) {
+    const size_t area = (size_t)rect_area(f->patch->rect), at = sample_at(f, sample) + begin;
+    for (uint32_t c = 0; c < 3; c++) {
         const size_t plane = at + (2 * sample + c) * area;
-        const float *restrict in = f->patch->lens_radiance + plane, *restrict light = f->light[c];
-        float *restrict out = f->radiance + plane;
-        for (uint32_t i = begin; i < end; i++) {
-            float albedo[3];
-            shared_exponent_unpack(albedos[i], SHARED_EXPONENT_9, albedo);
-            const float sum = in[i] + albedo[c] * light[i];
-            out[i] = sum < LENS_RADIANCE_MAX ? sum : LENS_RADIANCE_MAX;
-        }
+        f->row.kernels->add(f->patch->lens_albedo + at, f->light[c] + begin,
+                            f->patch->lens_radiance + plane, c, end - begin, f->radiance + plane);
     }
+}
+
+static void light_samples_of(struct lit_lens *f, uint32_t k, uint32_t begin, uint32_t end)
+{
+    const uint32_t sample = f->row.line * f->row.pattern.l + k;
+    const uint32_t *own = f->patch->lens_light + sample_at(f, sample) + begin;
+    float *const light[3] = {f->light[0] + begin, f->light[1] + begin, f->light[2] + begin};
+    lens_row_place(&f->row, k, begin, end);
+    f->row.kernels->own(own, 1.0f / f->plan->radiance_scale, end - begin, light);
+    light_run(f, sample, begin, end);
+    add_run(f, sample, begin, end);
 }
 
 /* Is one of the samples of pixels `begin` to `end` - 1 read? */
@@ -184,10 +136,7 @@ static void light_samples(struct lit_lens *f, uint32_t k)
             end = begin + RUN_PX;
             continue;
         }
-        lens_row_place(&f->row, k, begin, end);
-        take_own(f, sample, begin, end);
-        light_run(f, sample, begin, end);
-        add_run(f, sample, begin, end);
+        light_samples_of(f, k, begin, end);
     }
 }
 
@@ -197,13 +146,9 @@ static float most_slope(const struct lit_lens *f, int32_t y)
     const uint32_t samples = f->row.pattern.l * f->row.pattern.l;
     const size_t first = patch_pixel(p, f->seen.x0, y), area = (size_t)rect_area(p->rect);
     float most = 0.0f;
-    for (uint32_t k = 0; k < samples; k++) {
-        const float *slope = p->lens_slope + k * area + first;
-        for (int32_t i = 0; i < rect_width(f->seen); i++) {
-            const float size = fabsf(slope[i]);
-            most = size > most ? size : most;
-        }
-    }
+    for (uint32_t k = 0; k < samples; k++)
+        most = f->row.kernels->most(p->lens_slope + k * area + first, (uint32_t)rect_width(f->seen),
+                                    most);
     return most;
 }
 

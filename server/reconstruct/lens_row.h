@@ -1,34 +1,30 @@
 #pragma once
 /* Where lens samples of a row of pixels lie: what each shows as the middle of the lens sees it. */
 #include "proto/lens_pattern.h"
-#include "proto/pattern_path.h"
 #include "server/reconstruct/lens_kernels.h"
+#include "server/reconstruct/lens_light_kernels.h"
 #include "server/reconstruct/surface.h"
 
-/* Arrays of as many pixels as a row has. */
 struct lens_row {
     const struct plan *plan;
     const struct patch *patch;
-    const struct lens_kernels *kernels;
+    const struct lens_kernels *lens;
+    const struct lens_light_kernels *kernels;
     struct surface_view view;
     struct lens_pattern pattern;
     float *along, *across;         /* jitters of the pixels' lens points */
     float *height, *left, *length; /* of the line at hand */
-    struct path_seeds *seeds;      /* of points in pixels */
-
-    /* The row at hand, and a line of the lens. */
-    int32_t x, y;
+    uint32_t *order, *u, *v;       /* path_seeds of points in pixels */
+    int32_t x, y;                  /* of the first pixel */
     uint32_t count, line;
-
-    /* Of samples that were placed: where the middle of the lens sees their points, in pixels;
-     * their points, how far those are, and their normals, along the world's axes. */
-    float *at[2], *z, *distance, *point[3], *normal[3];
+    struct lens_light_row samples; /* those that were placed last, along the world's axes */
     void *memory;
 };
 
-/* ERR_MEMORY; rows have up to `width` pixels. fini is to be called either way. */
+/* Rows have up to `width` pixels; samples are placed in `around`. ERR_MEMORY; fini is to be called
+ * either way. */
 int lens_row_create(const struct plan *plan, const struct patch *patch, size_t width,
-                    struct lens_row *out);
+                    struct rect around, struct lens_row *out);
 void lens_row_fini(struct lens_row *r);
 
 /* Begins a row: `count` pixels from (x, y) on. */
