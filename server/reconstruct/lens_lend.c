@@ -3,6 +3,7 @@
 #include <immintrin.h>
 #include <string.h>
 
+#define ALL    15
 #define BESIDE 3 /* columns, and rows, of pixels that have nothing */
 
 /* Less than this of the pixels around is nobody's surface. */
@@ -63,10 +64,14 @@ int lens_lenders_create(const struct plan *plan, const struct patch *patch,
     return 0;
 }
 
-/* Nearly all samples are plainly on the surface of all four pixels around: surface_match is 1, and
- * no root tells so. `a` is the upper left one. */
-static inline bool lend_plainly(const struct lens_lender *a, const struct lens_lender *b,
-                                const struct lens_light_row *s, uint32_t i, lens_quad *light)
+/* Pixels around a sample, the upper left one's bit lowest: those plainly on its surface, so that
+ * surface_match is 1, which no root needs to tell, and those that face elsewhere. */
+struct likeness {
+    int same, other;
+};
+
+static inline struct likeness compare(const struct lens_lender *a, const struct lens_lender *b,
+                                      const struct lens_light_row *s, uint32_t i)
 {
     __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
     _MM_TRANSPOSE4_PS(x, y, z, d);
@@ -75,11 +80,8 @@ static inline bool lend_plainly(const struct lens_lender *a, const struct lens_l
     const lens_quad none = {0}, allowed = none + s->off[i];
     const __m128 same =
         (__m128)((off <= allowed) & (-off <= allowed) & (cosine >= none + SURFACE_COS_FULL));
-    if (_mm_movemask_ps(same) != 15) return false;
-    const float right = s->across[i], left = 1.0f - right, down = s->down[i];
-    *light = (1.0f - down) * (left * a[0].light + right * a[1].light) +
-             down * (left * b[0].light + right * b[1].light);
-    return true;
+    const __m128 other = (__m128)(cosine <= none + SURFACE_COS_NONE);
+    return (struct likeness){_mm_movemask_ps(same), _mm_movemask_ps(other)};
 }
 
 static float match(const struct lens_lenders *l, const struct surface *sample, int32_t column,
@@ -95,7 +97,7 @@ static float match(const struct lens_lenders *l, const struct surface *sample, i
 }
 
 static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
-                      float light[3])
+                      struct likeness like, float light[3])
 {
     const struct surface sample = {
         .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
@@ -108,8 +110,10 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_light_row 
     for (int32_t k = 0; k < 4; k++) {
         const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
         const struct lens_lender *pixel = l->pixels + (size_t)y * l->width + (size_t)x;
-        const float weight = (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) *
-                             match(l, &sample, x, y, pixel);
+        if (like.other >> k & 1) continue;
+        const float matches = like.same >> k & 1 ? 1.0f : match(l, &sample, x, y, pixel);
+        const float weight =
+            (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) * matches;
         if (!(weight > 0.0f)) continue;
         sum += weight * pixel->light;
         weights += weight;
@@ -124,8 +128,13 @@ bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, u
 {
     const struct lens_lender *a =
         l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
-    lens_quad all;
-    if (!lend_plainly(a, a + l->width, row, i, &all)) return lend_some(l, row, i, light);
+    const struct lens_lender *b = a + l->width;
+    const struct likeness like = compare(a, b, row, i);
+    if (like.other == ALL) return false;
+    if (like.same != ALL) return lend_some(l, row, i, like, light);
+    const float right = row->across[i], left = 1.0f - right, down = row->down[i];
+    const lens_quad all = (1.0f - down) * (left * a[0].light + right * a[1].light) +
+                          down * (left * b[0].light + right * b[1].light);
     for (int c = 0; c < 3; c++) light[c] = all[c];
     return true;
 }

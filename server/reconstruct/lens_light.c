@@ -69,6 +69,17 @@ static bool takes_light(uint32_t albedo)
     return (albedo & ((1u << 3 * SHARED_EXPONENT_9) - 1)) != 0;
 }
 
+/* Is sample i of the row read? Those of pixels beside the block's are if their slope takes them
+ * near. */
+static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
+{
+    const struct lens_light_row *r = &f->row.samples;
+    const int32_t pixel = f->row.x + (int32_t)i;
+    if (row_near && pixel >= f->wanted.near.x0 && pixel < f->wanted.near.x1) return true;
+    return lens_wanted_at(&f->wanted, r->slope[i], r->x_low + (float)r->column[i],
+                          r->y_low + (float)r->row[i]);
+}
+
 /* By fields; samples that find none keep what their paths have found. */
 static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
@@ -76,10 +87,11 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
     const struct rect b = f->block;
     const uint32_t *albedo = f->patch->lens_albedo + sample_at(f, sample);
     const bool inside = f->row.y >= b.y0 && f->row.y < b.y1;
+    const bool near = f->row.y >= f->wanted.near.y0 && f->row.y < f->wanted.near.y1;
     for (uint32_t i = begin; i < end; i++) {
         const int32_t pixel = f->row.x + (int32_t)i;
         float light[3];
-        if (!takes_light(albedo[i])) continue;
+        if (!takes_light(albedo[i]) || !is_read(f, i, near)) continue;
         const bool lit = r->z[i] > 0.0f && fabsf(r->slope[i]) <= LENS_LIGHT_SLOPE_MOST &&
                          lens_lend(&f->lenders, r, i, light);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c];
