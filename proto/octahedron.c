@@ -1,7 +1,5 @@
 #include "proto/octahedron.h"
 
-#include <math.h>
-
 /* The octahedron |x| + |y| + |z| = 1, its lower half folded outwards over the diagonals, covers the
  * square [-1, 1]^2 (Meyer et al. 2010, section 3). */
 static void fold(const float on[3], float square[2])
@@ -59,15 +57,6 @@ static void pack(const float n[3], float steps, int32_t code[2])
     }
 }
 
-static void unpack(int32_t x, int32_t y, float steps, float n[3])
-{
-    /* The lowest integer has no positive counterpart: it reads as -1 as well. */
-    unfold(-least_of(-(float)x / steps, 1.0f), -least_of(-(float)y / steps, 1.0f), n);
-    /* |x| + |y| + |z| is 1, so the length is at least 1/sqrt(3). */
-    float scale = 1.0f / sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++) n[i] *= scale;
-}
-
 uint32_t octahedron_pack16(const float n[3])
 {
     int32_t code[2];
@@ -77,7 +66,7 @@ uint32_t octahedron_pack16(const float n[3])
 
 void octahedron_unpack16(uint32_t packed, float n[3])
 {
-    unpack((int16_t)(packed & 0xffffu), (int16_t)(packed >> 16), 32767.0f, n);
+    octahedron_unpack((int16_t)(packed & 0xffffu), (int16_t)(packed >> 16), 32767.0f, n);
 }
 
 uint16_t octahedron_pack8(const float n[3])
@@ -89,5 +78,5 @@ uint16_t octahedron_pack8(const float n[3])
 
 void octahedron_unpack8(uint16_t packed, float n[3])
 {
-    unpack((int8_t)(packed & 0xffu), (int8_t)(packed >> 8), 127.0f, n);
+    octahedron_unpack((int8_t)(packed & 0xffu), (int8_t)(packed >> 8), 127.0f, n);
 }

@@ -1,6 +1,7 @@
 #pragma once
 /* Unit vectors on the octahedron: two signed normalised integers a direction.
  * Source: Meyer et al. 2010, "On floating-point normal vectors". */
+#include <math.h>
 #include <stdint.h>
 
 /* 2 x 16 bits, x in the low half; error below 5e-5 rad. `n` need not be unit, must not be zero. */
@@ -10,3 +11,16 @@ void octahedron_unpack16(uint32_t packed, float n[3]);
 /* 2 x 8 bits; error below 0.013 rad. For matching surfaces, not for shading. */
 uint16_t octahedron_pack8(const float n[3]);
 void octahedron_unpack8(uint16_t packed, float n[3]);
+
+/* What both read: a code of `steps` to 1 and to -1 a coordinate. */
+static inline void octahedron_unpack(int32_t x, int32_t y, float steps, float n[3])
+{
+    /* The lowest integer has no positive counterpart: it reads as -1 as well. */
+    const float left = -(float)x / steps, low = -(float)y / steps;
+    const float a = -(left < 1.0f ? left : 1.0f), b = -(low < 1.0f ? low : 1.0f);
+    const float z = 1.0f - fabsf(a) - fabsf(b), over = z < 0.0f ? -z : 0.0f;
+    const float on[3] = {a - copysignf(over, a), b - copysignf(over, b), z};
+    /* |x| + |y| + |z| is 1, so the length is at least 1/sqrt(3). */
+    const float scale = 1.0f / sqrtf(on[0] * on[0] + on[1] * on[1] + on[2] * on[2]);
+    for (int i = 0; i < 3; i++) n[i] = on[i] * scale;
+}

@@ -72,14 +72,28 @@ static inline float path_unit(uint32_t bits)
     return (float)(int32_t)(bits >> 8) * 0x1p-24f;
 }
 
+/* What pairs of a pixel in a dimension are scrambled by. */
+struct path_seeds {
+    uint32_t order, u, v;
+};
+
+static inline struct path_seeds path_seeds_of(uint32_t key, uint32_t dimension)
+{
+    const uint32_t seed = path_mix(key ^ dimension * 0x9e3779b9u);
+    return (struct path_seeds){seed, path_mix(seed + 0x68bc21ebu), path_mix(seed + 0x02e5be93u)};
+}
+
+static inline void path_seeded_pair(struct path_seeds seeds, uint32_t sample, float *u, float *v)
+{
+    const uint32_t index = path_reverse(path_permute(path_reverse(sample), seeds.order));
+    *u = path_unit(path_reverse(path_permute(index, seeds.u)));
+    *v = path_unit(path_reverse(path_permute(path_pascal(index), seeds.v)));
+}
+
 /* The pair of sample `sample` in `dimension`, for the pixel that path_key named. */
 static inline void path_pair(uint32_t key, uint32_t sample, uint32_t dimension, float *u, float *v)
 {
-    const uint32_t seed = path_mix(key ^ dimension * 0x9e3779b9u);
-    const uint32_t index = path_reverse(path_permute(path_reverse(sample), seed));
-    const uint32_t seed_u = path_mix(seed + 0x68bc21ebu), seed_v = path_mix(seed + 0x02e5be93u);
-    *u = path_unit(path_reverse(path_permute(index, seed_u)));
-    *v = path_unit(path_reverse(path_permute(path_pascal(index), seed_v)));
+    path_seeded_pair(path_seeds_of(key, dimension), sample, u, v);
 }
 
 /* What a ray is for, as far as its random numbers at blended surfaces go. */

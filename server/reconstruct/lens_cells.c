@@ -10,9 +10,9 @@
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
 /* More samples show finer cells. */
-static void find_scale(const struct lens_field *f, struct lens_cells *c)
+static void find_scale(uint32_t l, struct lens_cells *c)
 {
-    const int32_t level = lens_cell_level(c->most, f->l);
+    const int32_t level = lens_cell_level(c->most, l);
     c->coarse = level > 0 ? level : 0;
     c->fine = level < 0 ? -level : 0;
     c->phase = (1 << c->fine) - 1;
@@ -33,6 +33,15 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
 static int32_t reach_of(const struct lens_cells *c)
 {
     return (int32_t)ceilf(c->most) + (2 << c->coarse);
+}
+
+/* Cells are those that reach into what pixels look at. */
+int32_t lens_cells_around_px(uint32_t layer, uint32_t l)
+{
+    struct lens_cells c;
+    find_slopes(layer, &c);
+    find_scale(l, &c);
+    return reach_of(&c) + (1 << c.coarse) + 1;
 }
 
 /* Where in `pixels` the layer's samples are. */
@@ -76,7 +85,7 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     struct lens_cells *c = out;
     *c = (struct lens_cells){.memory = NULL};
     find_slopes(layer, c);
-    find_scale(f, c);
+    find_scale(f->l, c);
     find_rects(f, c);
     if (rect_is_empty(c->targets)) return 0;
     const int32_t width = rect_width(c->rect);

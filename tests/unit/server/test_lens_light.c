@@ -18,6 +18,9 @@
 #include "proto/shared_exponent.h"
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/lens.h"
+#include "server/reconstruct/lens_extra.h"
+#include "server/reconstruct/lens_light.h"
 
 enum { SIDE = 200, TILE = 32, L = 3, N = L * L };
 
@@ -258,6 +261,90 @@ static void second_sets_go_where_lit_samples_differ(void **state)
     image_destroy(&image);
 }
 
+/* The patch of the block in the middle, and the light of its pixels. */
+static struct rect gather_middle(const struct plan *plan, struct film **film, struct patch **patch,
+                                 struct lighting *lighting)
+{
+    struct lighting_statistics cost = {.shadow_cpu_us = 0};
+    struct rect block = {0, 0, 0, 0};
+    uint32_t k;
+    assert_int_equal(film_create(plan, 64, block_halo_px(plan), film), 0);
+    land_all(plan, *film);
+    while (film_next_ready(*film, &k)) {
+        block = film_block_rect(*film, k);
+        if (block.x0 == 64 && block.y0 == 64) break;
+        film_block_done(*film, k);
+    }
+    assert_int_equal(film_gather(*film, k, patch), 0);
+    const struct rect lit = rect_grow(block, lens_light_ring_px(plan));
+    assert_int_equal(
+        lighting_create(plan, *patch, rect_intersect(lit, (*patch)->core), lighting, &cost), 0);
+    return block;
+}
+
+/* The block's picture, and which of its pixels need second sets, where samples that are not lit
+ * have the radiance `other`. */
+static void see_beside(const struct plan *plan, const struct patch *patch,
+                       const struct lighting *lighting, struct rect block, float other,
+                       float *const out[3], uint8_t *levels)
+{
+    const size_t count = (size_t)rect_area(patch->rect) * N * 3;
+    const struct rect lit = rect_intersect(rect_grow(block, lens_light_ring_px(plan)), patch->core);
+    struct lens_light_statistics lights = {0};
+    struct lens_statistics lens = {0};
+    struct patch shown = *patch;
+    shown.lens_radiance = malloc(count * sizeof(float));
+    assert_non_null(shown.lens_radiance);
+    for (size_t i = 0; i < count; i++) shown.lens_radiance[i] = other;
+    assert_int_equal(
+        lens_light_take(plan, patch, lighting, lit,
+                        rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect), block,
+                        shown.lens_radiance, &lights),
+        0);
+    assert_int_equal(lens_filter(plan, &shown, block, out, NULL, &lens), 0);
+    assert_int_equal(lens_extra_levels(plan, &shown, block, levels), 0);
+    free(shown.lens_radiance);
+}
+
+/* Samples that no filter reads are not lit, whatever they then are: slopes of this picture take
+ * samples to and beyond the reach of the block. */
+static void unlit_samples_are_not_read(void **state)
+{
+    static const uint32_t filters[] = {LENS_FILTER_NONE, LENS_FILTER_AXIS_ALIGNED,
+                                       LENS_FILTER_SHEARED};
+    static const float radii[] = {0.002f, 0.03f, 0.09f, 0.18f, 0.3f, 0.47f, 0.8f};
+    static uint8_t levels[2][64 * 64];
+    (void)state;
+    for (size_t k = 0; k < 3 * sizeof radii / sizeof radii[0]; k++) {
+        struct film *film;
+        struct patch *patch;
+        struct lighting lighting;
+        struct plan plan;
+        float *a[3], *b[3];
+        wall_plan(&plan, filters[k % 3]);
+        plan.camera.aperture_radius = radii[k / 3];
+        const struct rect block = gather_middle(&plan, &film, &patch, &lighting);
+        const size_t area = (size_t)rect_area(patch->rect);
+        for (int c = 0; c < 3; c++) {
+            a[c] = calloc(area, sizeof(float));
+            b[c] = calloc(area, sizeof(float));
+            assert_true(a[c] && b[c]);
+        }
+        see_beside(&plan, patch, &lighting, block, 0.0f, a, levels[0]);
+        see_beside(&plan, patch, &lighting, block, NAN, b, levels[1]);
+        if (plan.lens_filter == LENS_FILTER_SHEARED)
+            assert_memory_equal(levels[0], levels[1], sizeof levels[0]);
+        for (int c = 0; c < 3; c++) {
+            assert_memory_equal(a[c], b[c], area * sizeof(float));
+            free(a[c]);
+            free(b[c]);
+        }
+        lighting_fini(&lighting);
+        patch_destroy(&patch);
+        film_destroy(&film);
+    }
+}
+
 /* Plans whose fields light none read no more than before. */
 static void others_have_no_ring(void **state)
 {
@@ -278,6 +365,7 @@ int main(void)
         cmocka_unit_test(hidden_points_keep_their_own_light),
         cmocka_unit_test(blocks_do_not_show),
         cmocka_unit_test(second_sets_go_where_lit_samples_differ),
+        cmocka_unit_test(unlit_samples_are_not_read),
         cmocka_unit_test(others_have_no_ring),
     };
     return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);

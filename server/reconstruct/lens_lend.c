@@ -1,0 +1,140 @@
+#include "server/reconstruct/lens_lend.h"
+
+#include <immintrin.h>
+#include <string.h>
+
+#define ALL    15
+#define BESIDE 3 /* columns, and rows, of pixels that have nothing */
+
+/* Less than this of the pixels around is nobody's surface. */
+#define WEIGHT_MIN 1e-3f
+
+static bool has_lighting(const struct patch *patch, size_t i)
+{
+    return patch->depth[i] > 0.0f && (!patch->reflector || patch->reflector[i] > 0.0f);
+}
+
+/* A row, whose points px, py, pz are. */
+static void place_row(struct lens_lenders *l, int32_t y, const float *px, const float *py,
+                      const float *pz)
+{
+    const struct patch *p = l->patch;
+    const size_t first = patch_pixel(p, l->rect.x0, y);
+    struct lens_lender *out = l->pixels + (size_t)(y - l->rect.y0 + 1) * l->width + 1;
+    for (size_t x = 0; x < (size_t)rect_width(l->rect); x++) {
+        const size_t i = first + x;
+        const float a = p->normal[0][i], b = p->normal[1][i], c = p->normal[2][i];
+        const float *const *light = (const float *const *)l->lighting->total;
+        out[x] = (struct lens_lender){{0}, {0}};
+        if (!has_lighting(p, i)) continue;
+        out[x].plane = (lens_quad){a, b, c, a * px[x] + b * py[x] + c * pz[x]};
+        out[x].light = (lens_quad){light[0][i], light[1][i], light[2][i], p->depth[i]};
+    }
+}
+
+static void clear_edges(struct lens_lenders *l)
+{
+    const size_t rows = (size_t)rect_height(l->rect) + BESIDE, all = l->width;
+    const size_t bytes = sizeof *l->pixels;
+    memset(l->pixels, 0, all * bytes);
+    for (size_t y = 1; y < rows - 2; y++) {
+        memset(l->pixels + y * all, 0, bytes);
+        memset(l->pixels + (y + 1) * all - 2, 0, 2 * bytes);
+    }
+    memset(l->pixels + (rows - 2) * all, 0, 2 * all * bytes);
+}
+
+int lens_lenders_create(const struct plan *plan, const struct patch *patch,
+                        const struct lighting *lighting, struct rect rect, struct lens_lenders *out)
+{
+    const size_t width = (size_t)rect_width(rect), all = width + BESIDE;
+    const size_t area = all * ((size_t)rect_height(rect) + BESIDE);
+    struct lens_lenders *l = out;
+    *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
+    l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + 3 * width * sizeof(float));
+    if (!l->pixels) return ERR_MEMORY;
+    float *px = (float *)(void *)(l->pixels + area), *py = px + width, *pz = py + width;
+    surface_view_init(&l->view, plan);
+    clear_edges(l);
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        surface_points(&l->view, rect.x0, y, (uint32_t)width,
+                       patch->depth + patch_pixel(patch, rect.x0, y), px, py, pz);
+        place_row(l, y, px, py, pz);
+    }
+    return 0;
+}
+
+/* Pixels around a sample, the upper left one's bit lowest: those plainly on its surface, so that
+ * surface_match is 1, which no root needs to tell, and those that face elsewhere. */
+struct likeness {
+    int same, other;
+};
+
+static inline struct likeness compare(const struct lens_lender *a, const struct lens_lender *b,
+                                      const struct lens_light_row *s, uint32_t i)
+{
+    __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
+    _MM_TRANSPOSE4_PS(x, y, z, d);
+    const lens_quad off = x * s->point[0][i] + y * s->point[1][i] + z * s->point[2][i] - d;
+    const lens_quad cosine = x * s->normal[0][i] + y * s->normal[1][i] + z * s->normal[2][i];
+    const lens_quad none = {0}, allowed = none + s->off[i];
+    const __m128 same =
+        (__m128)((off <= allowed) & (-off <= allowed) & (cosine >= none + SURFACE_COS_FULL));
+    const __m128 other = (__m128)(cosine <= none + SURFACE_COS_NONE);
+    return (struct likeness){_mm_movemask_ps(same), _mm_movemask_ps(other)};
+}
+
+static float match(const struct lens_lenders *l, const struct surface *sample, int32_t column,
+                   int32_t row, const struct lens_lender *pixel)
+{
+    const float distance = pixel->light[3];
+    struct surface surface = {.distance = distance,
+                              .normal = {pixel->plane[0], pixel->plane[1], pixel->plane[2]}};
+    if (!(distance > 0.0f)) return 0.0f;
+    surface_points(&l->view, l->rect.x0 - 1 + column, l->rect.y0 - 1 + row, 1, &distance,
+                   &surface.point[0], &surface.point[1], &surface.point[2]);
+    return surface_match(&l->view, sample, &surface);
+}
+
+static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
+                      struct likeness like, float light[3])
+{
+    const struct surface sample = {
+        .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
+        .normal = {s->normal[0][i], s->normal[1][i], s->normal[2][i]},
+        .distance = s->distance[i],
+    };
+    const float across = s->across[i], down = s->down[i];
+    lens_quad sum = {0};
+    float weights = 0.0f;
+    for (int32_t k = 0; k < 4; k++) {
+        const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
+        const struct lens_lender *pixel = l->pixels + (size_t)y * l->width + (size_t)x;
+        if (like.other >> k & 1) continue;
+        const float matches = like.same >> k & 1 ? 1.0f : match(l, &sample, x, y, pixel);
+        const float weight =
+            (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) * matches;
+        if (!(weight > 0.0f)) continue;
+        sum += weight * pixel->light;
+        weights += weight;
+    }
+    if (!(weights > WEIGHT_MIN)) return false;
+    for (int c = 0; c < 3; c++) light[c] = sum[c] / weights;
+    return true;
+}
+
+bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
+               float light[3])
+{
+    const struct lens_lender *a =
+        l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
+    const struct lens_lender *b = a + l->width;
+    const struct likeness like = compare(a, b, row, i);
+    if (like.other == ALL) return false;
+    if (like.same != ALL) return lend_some(l, row, i, like, light);
+    const float right = row->across[i], left = 1.0f - right, down = row->down[i];
+    const lens_quad all = (1.0f - down) * (left * a[0].light + right * a[1].light) +
+                          down * (left * b[0].light + right * b[1].light);
+    for (int c = 0; c < 3; c++) light[c] = all[c];
+    return true;
+}

@@ -1,0 +1,39 @@
+#pragma once
+/* Pixels that lend their lighting to lens samples. */
+#include "server/reconstruct/lens_light_kernels.h"
+#include "server/reconstruct/lighting.h"
+#include "server/reconstruct/surface.h"
+
+typedef float lens_quad __attribute__((vector_size(16), aligned(16)));
+
+/* Zeros: the pixel has no lighting. */
+struct lens_lender {
+    lens_quad plane; /* normal, and how far along it the surface is from the eye */
+    lens_quad light; /* red, green, blue, and the distance along the ray */
+};
+
+/* Axes are the world's. Around `rect` lie a column to the left, two to the right, and such rows,
+ * that have nothing to lend. */
+struct lens_lenders {
+    const struct patch *patch;
+    const struct lighting *lighting;
+    struct surface_view view;
+    struct rect rect;
+    size_t width; /* of all */
+    struct lens_lender *pixels;
+};
+
+/* ERR_MEMORY; `pixels` is to be given back to the patch's scratch memory. */
+int lens_lenders_create(const struct plan *plan, const struct patch *patch,
+                        const struct lighting *lighting, struct rect rect,
+                        struct lens_lenders *out);
+
+/* Where samples are to be placed for lens_lend. */
+static inline struct rect lens_lenders_around(struct rect rect)
+{
+    return (struct rect){rect.x0 - 1, rect.y0 - 1, rect.x1, rect.y1};
+}
+
+/* The lighting of pixels around sample i of the row that show its surface; false: none does. */
+bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
+               float light[3]);
