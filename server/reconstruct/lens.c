@@ -8,8 +8,7 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define RUN            16 /* pixels that are looked at side by side */
-#define FOCUS_REACH_PX 6  /* how far a pixel looks for what is hidden from it */
+#define RUN 16 /* pixels that are looked at side by side */
 
 int32_t lens_halo_px(const struct plan *plan)
 {
@@ -108,7 +107,7 @@ static void find_run(const struct lens_field *f, int32_t x, int32_t y, struct fo
 static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
     const struct rect r = f->seen;
-    for (int32_t k = 1; k <= FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
+    for (int32_t k = 1; k <= LENS_FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
         for (int32_t v = y - k; v <= y + k; v++)
             for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
                 if (u >= r.x0 && u < r.x1 && v >= r.y0 && v < r.y1) add_focus(f, u, v, sum);

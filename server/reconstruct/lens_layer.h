@@ -12,6 +12,9 @@
 #define LENS_LAYERS     (2 * LENS_BANDS + 3)
 #define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
 
+/* How far pixels look for what is in focus and hidden from them. */
+#define LENS_FOCUS_REACH_PX 6
+
 /* Exponent and first digit of the slope count the bands. */
 static inline uint32_t lens_layer_of(float slope)
 {

@@ -5,9 +5,6 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-/* What is in focus has no cells: pixels may look a little around for it. */
-#define FOCUS_AROUND_PX 8
-
 #define PLACE_PX                                                                                   \
     2 /* samples lie anywhere in their pixels, and are looked for by corners of those */
 #define ROUNDING 0.999f /* of slopes between layers */
@@ -19,14 +16,14 @@ static void add_layer(struct lens_wanted *w, uint32_t layer, uint32_t l)
     const bool focus = layer == LENS_FOCUS;
     const float least = focus ? 0.0f : ROUNDING * fminf(fabsf(low), fabsf(high));
     const float most = fminf(fmaxf(fabsf(low), fabsf(high)), LENS_SLOPE_MOST);
-    const int32_t around = focus ? FOCUS_AROUND_PX : lens_cells_around_px(layer, l);
+    const int32_t around = focus ? LENS_FOCUS_REACH_PX : lens_cells_around_px(layer, l);
     const int32_t reach = around + (int32_t)ceilf(most) + 1; /* of pixels */
     w->around[layer] = (float)(around + PLACE_PX);
     for (int32_t d = 0; d <= reach && d <= LENS_WANTED_PX; d++)
         w->least[d] = fminf(w->least[d], least);
 }
 
-/* Other filters read all that they see. */
+/* Other filters read all that they see. Samples of `near` tell of errors, too (lens_extra.h). */
 void lens_wanted_init(const struct plan *plan, struct rect block, struct rect seen,
                       struct lens_wanted *out)
 {
