@@ -21,5 +21,5 @@ export const combined = [
   { name: "all_fence", about: "a chequered fence out of focus before a room under an area light, two bounces", glb: fence, bounces: 2,
     camera: { eye: [0.1, 1, 4.3], target: [0, 0.9, 0], yfov_deg: 44 },
     lights: [light({ center: [1.3, 3.6, 3.4], target: [0, 0.4, -0.5], halfU: 0.5, turn: 0.3, level: [1, 0.97, 0.88] })],
-    lens: { aperture_radius: 0.07, focus_distance: 5, blades: 6 }, crop: [150, 160, 128, 128] },
+    lens: { aperture_radius: 0.07, focus_distance: 5, blades: 6 }, crop: [340, 200, 128, 128] },
 ].map((scene) => ({ ...scene, effect: "combined" }));
