@@ -101,7 +101,7 @@ bench: all $(benches) $(pictures) $(fakes)
 accuracy = $(foreach name,effect scene method spp side,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) $(accuracy)
-## bench-quick: the same on four small pictures, below three minutes
+## bench-quick: the same on seven small pictures
 bench-quick: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60

@@ -16,17 +16,17 @@ import { scenes } from "./scenes/scenes.mjs";
 
 // By effect: counts of samples (mu of methods whose samples are turned by it), and more of them for the
 // plain average; the most samples of one half of a reference.
-const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4, lens: 0 }, repeat: 5, repeatSpp: [9, 16], scenes,
-  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256], lens: [4, 9, 16, 25, 64, 256] },
-  mu: [0.5, 0.7, 1, 1.4, 2, 2.8], more: { shadows: [576, 1024], indirect: [576], lens: [] },
-  referenceSpp: { shadows: 65536, indirect: 4096, lens: 16384 } };
-const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2, lens: 0 }, repeat: 3, repeatSpp: [9],
-  scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box", "posts", "fence_room"].includes(s.name)),
-  spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100], lens: [4, 9, 25, 100] }, mu: [0.5, 1, 2],
-  more: { shadows: [400], indirect: [400], lens: [256] }, referenceSpp: { shadows: 4096, indirect: 2048, lens: 4096 } };
-const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2, lens: 0 }, repeat: 1, repeatSpp: [], scenes: scenes.filter((s) => ["contacts", "box", "posts"].includes(s.name)),
-  spp: { shadows: [4, 9], indirect: [4, 16], lens: [4, 9] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100], lens: [25] },
-  referenceSpp: { shadows: 4096, indirect: 1024, lens: 1024 } };
+const FULL = { side: 512, beautySeeds: { shadows: 16, indirect: 4 }, repeat: 5, repeatSpp: [9, 16], scenes,
+  spp: { shadows: [4, 9, 16, 25, 49, 100, 256], indirect: [4, 9, 16, 36, 64, 256], lens: [4, 9, 16, 25, 64, 256], combined: [4, 9, 16, 25, 64] },
+  mu: [0.5, 0.7, 1, 1.4, 2, 2.8], more: { shadows: [576, 1024], indirect: [576], lens: [], combined: [144, 256] },
+  referenceSpp: { shadows: 65536, indirect: 4096, lens: 16384, combined: 8192 } };
+const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, repeatSpp: [9],
+  scenes: scenes.filter((s) => ["contacts", "large_light", "curved", "box", "posts", "fence_room", "all_box"].includes(s.name)),
+  spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100], lens: [4, 9, 25, 100], combined: [4, 9, 25, 64] }, mu: [0.5, 1, 2],
+  more: { shadows: [400], indirect: [400], lens: [256], combined: [256] }, referenceSpp: { shadows: 4096, indirect: 2048, lens: 4096, combined: 4096 } };
+const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, repeatSpp: [], scenes: scenes.filter((s) => ["contacts", "box", "posts", "all_box"].includes(s.name)),
+  spp: { shadows: [4, 9], indirect: [4, 16], lens: [4, 9], combined: [4, 9] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100], lens: [25], combined: [25] },
+  referenceSpp: { shadows: 4096, indirect: 1024, lens: 1024, combined: 1024 } };
 const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
 const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "out"];
 const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";

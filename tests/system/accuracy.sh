@@ -14,20 +14,26 @@ bench() { # missed bounds are no failure here: the picture is far too small for 
 lines() { jq -es "$1" "$tmp/bench/accuracy.jsonl"; }
 
 check "the bench runs" bench
-check "a line for each scene, method and count" lines '[.[] | [.scene, .method, .spp, .mu]] | length == 31 and (unique | length) == 31'
+check "a line for each scene, method and count" lines '[.[] | [.scene, .method, .spp, .mu]] | length == 38 and (unique | length) == 38'
 check "every figure is there" lines 'all(.[]; .finite and .judged.rmse > 0 and .judged.pixels > 100 and
     .judged.relmse > 0 and .judged.p999 > .judged.rmse and .cpu_s.trace > 0 and .cpu_s.judged > 0 and
-    .wall_s > 0 and .rays.shadow > 0 and (.effect != "lens" or .away.rmse > 0) and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
-for effect in shadows indirect lens; do
+    .wall_s > 0 and .rays.shadow > 0 and (.effect != "lens" or .away.rmse > 0)
+    and (.effect != "combined" or (.away.rmse > 0 and .edges.rmse > 0)) and .peak_rss_bytes.worker > 0 and .reference.spp > 0)'
+for effect in shadows indirect lens combined; do
     check "$effect: more samples, less error" lines '[.[] | select(.effect == "'$effect'" and .method == "average") | .judged.rmse]
         | length == 3 and . == (sort | reverse)'
 done
 check "the references are closer than what they judge" lines 'all(.[]; .reference.halves_rmse < .judged.rmse)'
-check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect", lens: "lens"}[.effect]] > 0)
+check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect", lens: "lens", combined: "lens_light"}[.effect]] > 0)
     == (.method != "average" and .method != "paths"))'
+check "all filters are counted as time of filters" lines '[.[] | select(.scene == "all_box" and .method == "auto")]
+    | length == 2 and all(.[]; .cpu_s | [.shadow, .indirect, .lens, .lens_light] | all(. > 0))
+    and all(.[].cpu_s; .judged as $all | [.trace, .pack, .decode, .reconstruct, .shadow, .indirect, .glossy, .lens, .lens_light] | add - $all | fabs < 1e-6)'
+check "all filters together take off more than half of the error" lines '[.[] | select(.scene == "all_box" and .spp == 9)] | INDEX(.method)
+    | .auto.judged.rmse < 0.5 * .average.judged.rmse'
 check "auto is one of the filters" lines '[.[] | select(.scene == "box" and .spp == 16)] | INDEX(.method)
     | .auto.judged.rmse == .constant.judged.rmse'
-check "pictures have the path tracer's light" lines 'all(.[] | select(.effect == "indirect"); .beauty.energy > 0.97 and .beauty.energy < 1.03)'
+check "pictures have the path tracer's light" lines 'all(.[] | select(.effect == "indirect" or .effect == "combined"); .beauty.energy > 0.97 and .beauty.energy < 1.03)'
 check "plots and a page" test -s "$tmp/bench/contacts-samples.svg" -a -s "$tmp/bench/contacts-seconds.svg" \
     -a -s "$tmp/bench/contacts-stages.svg" -a -s "$tmp/bench/box-samples.svg" -a -s "$tmp/bench/report.html"
 check "an unknown effect is refused" bash -c "! node tests/bench/accuracy.mjs '$build' effect=none 2>/dev/null"

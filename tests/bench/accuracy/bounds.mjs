@@ -4,21 +4,22 @@
 // the figure says "every scene".
 import { curve, equalError, errorAt, filterSeconds, median } from "./factors.mjs";
 
-const falls = (rows, scene, method) => {
-  const points = curve(rows, scene, method, (r) => r.spp).filter(([spp]) => spp >= 4 && spp <= 256);
+const falls = (rows, scene, method, most) => {
+  const points = curve(rows, scene, method, (r) => r.spp).filter(([spp]) => spp >= 4 && spp <= most);
   return points.length > 1 && points.every(([, y], i) => i === 0 || y < points[i - 1][1]);
 };
 const at = (rows, method, spp) => rows.filter((r) => r.method === method && r.spp === spp);
 const pairs = (rows, method, other, spp) => at(rows, method, spp)
   .map((r) => [r, at(rows, other, spp).find((o) => o.scene === r.scene)]).filter(([, o]) => o);
 const timesLower = (found) => found.map(([r, plainer]) => plainer.judged.rmse / r.judged.rmse);
+const worst = (values) => values.length > 0 ? [Math.max(...values)] : [];
 const secondsPerMegapixel = (r) => filterSeconds(r) / r.megapixels;
 
 // Scenes whose error falls with every step of samples, of those measured.
-function monotone(rows, method) {
+function monotone(rows, method, most = 256) {
   const scenes = [...new Set(rows.filter((r) => r.method === method).map((r) => r.scene))];
-  return { figure: `${method}: scenes whose error falls from 4 to 256 spp`, relation: ">=", bound: scenes.length, unit: "scenes",
-    values: scenes.length > 0 ? [scenes.filter((s) => falls(rows, s, method)).length] : [], scenes: scenes.length };
+  return { figure: `${method}: scenes whose error falls from 4 to ${most} spp`, relation: ">=", bound: scenes.length, unit: "scenes",
+    values: scenes.length > 0 ? [scenes.filter((s) => falls(rows, s, method, most)).length] : [], scenes: scenes.length };
 }
 
 function shadows(rows) {
@@ -55,7 +56,6 @@ function indirect(rows) {
   const factors = equalError(rows, "average").filter((f) => f.method === "constant" && f.spp === 16);
   const of = (scene, what) => factors.filter((f) => f.scene === scene).map((f) => f[what]);
   const auto = rows.filter((r) => r.method === "auto");
-  const worst = (values) => values.length > 0 ? [Math.max(...values)] : [];
   return [
     ["constant, 16 spp, box: average's RMSE over its", timesLower(pairs(rows, "constant", "average", 16).filter(([r]) => r.scene === "box")), ">=", 10, "times"],
     ["  the same over all scenes", timesLower(pairs(rows, "constant", "average", 16)), ">=", null, "times"],
@@ -98,7 +98,28 @@ function lens(rows) {
     monotone(rows, "sheared")];
 }
 
-const FIGURES = { shadows, indirect, lens };
+function combined(rows) {
+  const factors = equalError(rows, "average").filter((f) => f.method === "auto" && f.spp === 9);
+  const toPaths = equalError(rows, "paths").filter((f) => f.method === "auto" && f.spp === 9);
+  const nine = at(rows, "auto", 9), all = pairs(rows, "auto", "average", 9);
+  const inPart = (part) => all.map(([r, p]) => p[part].rmse / r[part].rmse);
+  return [
+    ["auto, 9 spp: average's CPU time for equal error", factors.map((f) => f.seconds), ">=", 5, "times"],
+    ["  the same, were the filters free", factors.map((f) => f.free), ">=", null, "times"],
+    ["auto, 9 spp: average's samples for equal error", factors.map((f) => f.samples), ">=", null, "times"],
+    ["auto, 9 spp: plain paths' CPU time for equal error", toPaths.map((f) => f.seconds), ">=", null, "times"],
+    ["auto, 9 spp: average's RMSE over its", timesLower(all), ">=", null, "times"],
+    ["  the same away from silhouettes", inPart("away"), ">=", null, "times"],
+    ["  the same at silhouettes out of focus", inPart("edges"), ">=", null, "times"],
+    ["auto, 9 spp: filters' CPU time per megapixel", nine.map(secondsPerMegapixel), "<=", null, "s"],
+    ["  of which light at lens samples", nine.map((r) => r.cpu_s.lens_light / r.megapixels), "<=", null, "s"],
+    ["auto, every scene, 9 spp: energy off the path tracer's", worst(nine.map((r) => Math.abs(r.beauty.energy - 1))), "<=", 0.005, "ratio"],
+    ["average, every scene, 9 spp: the same", worst(at(rows, "average", 9).map((r) => Math.abs(r.beauty.energy - 1))), "<=", null, "ratio"],
+    ["auto, every scene, 9 spp: energy at silhouettes off the path tracer's", worst(nine.map((r) => Math.abs(r.edges.bias))), "<=", null, "ratio"],
+    monotone(rows, "auto", 64)];
+}
+
+const FIGURES = { shadows, indirect, lens, combined };
 
 function judge(line) {
   const b = Array.isArray(line)

@@ -38,5 +38,17 @@ const lens = {
   says: "of the picture over all pixels, as parts of its mean; \"away\" are those whose slopes over 256 lens samples lie within " +
     "one pixel; the variance of the reference itself, known from its two halves, is taken off" };
 
-export const effects = { shadows, indirect, lens };
+// Soft shadows and indirect light beside the lens, each with its filter (auto) or none of them (average).
+// Where all that the lens shows of a pixel lies at about one depth, light is what varies; elsewhere, at
+// silhouettes out of focus, filters may leave halos.
+const combined = {
+  name: "combined", title: "all effects through a lens", layer: "beauty", region: "all pixels",
+  parts: { away: "visibility,0.5,1.5", edges: "visibility,-0.5,0.5" },
+  relative: true, samples: "lens samples a pixel", error: "RMSE over mean radiance",
+  methods: ["average", "paths", "auto"], against: ["average", "paths"], at: 9, stage: "lens_light",
+  filter: (method) => ({ method: method === "paths" ? "none" : method }), layers: ["beauty"],
+  says: "of the picture over all pixels, as parts of its mean; \"edges\" are those whose slopes over 256 lens samples do not lie " +
+    "within one pixel; the variance of the reference itself, known from its two halves, is taken off" };
+
+export const effects = { shadows, indirect, lens, combined };
 export const effectOf = (scene) => effects[scene.effect];

@@ -31,7 +31,7 @@ export function errorAt(points, x) {
 }
 
 // CPU seconds of the filter itself.
-export const filterSeconds = (row) => ["shadow", "indirect", "lens"].reduce((sum, stage) => sum + (row.cpu_s[stage] ?? 0), 0);
+export const filterSeconds = (row) => ["shadow", "indirect", "lens", "lens_light"].reduce((sum, stage) => sum + (row.cpu_s[stage] ?? 0), 0);
 
 // For every scene, method and count: factors against a plainer method.
 export function equalError(rows, against, part = "judged") {

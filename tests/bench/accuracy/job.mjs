@@ -33,8 +33,8 @@ export const pathsJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o
 export const indirectJob = (scene, o, file, seed, spp) => ({ ...documentOf(scene, o, file),
   sampling: { spp: 4, indirect_spp: spp, seed }, filter: { method: "average" }, layers: ["diffuse_indirect", "albedo", "id"] });
 
-// For exr_away: as many lens samples as travel one by one.
-export const lensJob = (scene, o) => ({ ...referenceJob(scene, o), sampling: { spp: 256, seed: 1 }, filter: { lens: "sheared" }, layers: ["beauty"] });
+// For exr_away, in the dark: as many lens samples as travel one by one.
+export const lensJob = (scene, o) => ({ ...referenceJob(scene, o), environment: undefined, sampling: { spp: 256, seed: 1 }, filter: { lens: "sheared" }, layers: ["beauty"] });
 
 // For exr_reference, which takes camera and lights from it; the file comes as a blob.
 export const referenceJob = (scene, o) => ({ ...documentOf(scene, o),

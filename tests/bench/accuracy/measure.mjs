@@ -10,7 +10,7 @@ export const SEED = 3;
 const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
 
 // From samples to the picture, whoever does it: what the methods differ in.
-const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect", "glossy", "lens"]
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect", "glossy", "lens", "lens_light"]
   .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
 
 function cost(runs) {
@@ -27,14 +27,19 @@ const isTurned = (scene, method) => effectOf(scene).turned?.includes(method);
 // Bounce rays of a pixel that has any, on the average; the first set has 16.
 const meanRays = ({ first_rays: first, second_rays: second }) => Math.round(160 * (first + second) / first) / 10;
 
+// Whether the samples are those that the method is about.
+function isCovered({ effect }, method, { rays: { paths, indirect, lens }, lens: { samples_lit: lit } }) {
+  const through = method === "paths" ? lens === 0 && paths > 0 : lens > 0 && paths === 0;
+  return { indirect: indirect > 0, lens: through, combined: through && (method === "auto") === (lit > 0) }[effect] ?? paths === 0;
+}
+
 // step: the samples a pixel, or mu.
 function renderTest(tools, scene, o, file, method, step) {
   const turned = isTurned(scene, method), picture = `${o.out}/pictures/${scene.name}-${method}-${step}.exr`, runs = [];
   const times = (turned ? step === 1 : o.repeatSpp.includes(step)) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
     runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, SEED), picture));
-    const { paths, indirect, lens } = runs[i].rays;
-    if ({ indirect: indirect === 0, lens: lens + paths === 0 }[scene.effect] ?? paths > 0) throw new Error(`${scene.name}: light fields do not cover it`);
+    if (!isCovered(scene, method, runs[i])) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   const spp = turned ? meanRays(runs[0].adaptive) : step;
   return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: SEED, side_px: o.side,

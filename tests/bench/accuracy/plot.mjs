@@ -2,9 +2,9 @@
 
 const WIDTH = 520, HEIGHT = 360, LEFT = 62, RIGHT = 14, TOP = 30, BOTTOM = 46;
 export const COLORS = { average: "#6b7280", axis_aligned: "#d97706", sheared: "#2563eb", sheared_4d: "#059669",
-  constant: "#d97706", linear: "#059669", blend: "#9333ea", auto: "#111827", adaptive: "#be185d" };
-const STAGES = ["import", "build", "trace", "pack", "decode", "reconstruct", "shadow", "indirect", "encode", "coordinate", "other"];
-const STAGE_COLORS = ["#cbd5e1", "#94a3b8", "#60a5fa", "#a5b4fc", "#c4b5fd", "#fca5a5", "#ef4444", "#f97316", "#86efac", "#fcd34d", "#e5e7eb"];
+  constant: "#d97706", linear: "#059669", blend: "#9333ea", auto: "#111827", paths: "#0891b2", adaptive: "#be185d" };
+const STAGES = ["import", "build", "trace", "pack", "decode", "reconstruct", "shadow", "indirect", "glossy", "lens_light", "lens", "encode", "coordinate", "other"];
+const STAGE_COLORS = ["#cbd5e1", "#94a3b8", "#60a5fa", "#a5b4fc", "#c4b5fd", "#fca5a5", "#ef4444", "#f97316", "#be185d", "#0d9488", "#4f46e5", "#86efac", "#fcd34d", "#e5e7eb"];
 
 const escape = (text) => String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 const text = (x, y, words, more = "") => `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" ${more}>${escape(words)}</text>`;

@@ -90,7 +90,7 @@ export class Reference {
 
   // Means over every second of the seeds, from the first and from the second.
   makePictures(count) {
-    if (this.#effect.name === "lens") return;
+    if (this.#scene.lens) return;
     const indirect = this.#effect.name === "indirect", what = indirect ? "paths" : "beauty";
     const one = (seed) => this.#render(`${what}-${seed}.exr`, indirect
       ? pathsJob(this.#scene, this.#o, this.#file, seed, PATHS) : beautyJob(this.#scene, this.#o, this.#file, seed));
@@ -136,8 +136,7 @@ export class Reference {
 
   // The next better one; false when it would take more than `most` samples.
   improve(most) {
-    const make = { indirect: () => this.#indirect(most), lens: () => this.#lens(most) }[this.#effect.name] ?? (() => this.#direct(most));
-    const halves = make();
+    const halves = this.#scene.lens ? this.#lens(most) : this.#effect.name === "indirect" ? this.#indirect(most) : this.#direct(most);
     if (!halves) return false;
     this.#level++;
     this.path = `${this.folder}/reference.exr`;

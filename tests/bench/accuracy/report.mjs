@@ -80,7 +80,7 @@ export function writeReport(tools, results, bounds, o) {
   const shown = Object.values(effects).filter((e) => results.some((r) => r.scene.effect === e.name));
   const page = `<!doctype html><html lang="en"><meta charset="utf-8"><title>Accuracy</title><style>${STYLE}</style>
 <h1>Accuracy of ${shown.map((e) => e.title).join(" and ")}</h1>
-<p>${o.side} × ${o.side} pixels unless said, seed ${o.seed}, build ${o.build}. CPU seconds are tracing, packing, decoding and reconstruction. Energy is the
+<p>${o.side} × ${o.side} pixels unless said, seed ${o.seed}, build ${o.build}. CPU seconds are tracing, packing, decoding and reconstruction with all filters. Energy is the
 whole picture's light over the reference's. × is how much more of it another method (the plain average unless said) needs for the same error;
 * lies beyond what was measured. Errors are</p><ul>${shown.map((e) => `<li>${e.title}: ${e.says}.</li>`).join("")}</ul>
 ${boundsTable(bounds)}

@@ -18,7 +18,7 @@ const walls = (half, height, back, front, { left = WHITE, right = WHITE, rest = 
 const ground = (half, back, front) => quad([-half, 0, back], [0, 0, front - back], [2 * half, 0, 0]);
 
 // The box of the papers: coloured walls, a chequered floor, two boxes, two balls.
-function cornell() {
+export function cornell() {
   return glbOf([...walls(1, 2, -1, 1, { left: RED, right: GREEN }),
     { name: "floor", color: ONE, texture: checkerboard(8, 8, [0.3, 0.3, 0.35], [0.75, 0.75, 0.75]), mesh: ground(1, -1, 1) },
     { name: "tall", color: WHITE, mesh: turned(box([-0.28, 0, -0.28], [0.28, 1.2, 0.28]), -0.3, [-0.42, 0, -0.35]) },
@@ -54,7 +54,7 @@ function helmet(shared) {
 }
 
 // A little off the axis: seen from there, the room's edges would lie on the centres of pixels.
-const inside = { eye: [0.037, 1.023, 3.4], target: [0.013, 1.007, 0], yfov_deg: 44.6 };
+export const inside = { eye: [0.037, 1.023, 3.4], target: [0.013, 1.007, 0], yfov_deg: 44.6 };
 const bulb = { type: "point", position: [0.05, 1.6, 0.1], intensity: [1.8, 1.71, 1.53] };
 
 //   bounces, sides: pixels across and down as parts of the bench's side, 1 and 1 unless said

@@ -22,7 +22,7 @@ function posts() {
 }
 
 // A fence close to the camera and far out of focus, before a room that is in focus.
-function fence() {
+export function fence() {
   const slat = (i) => box([-1.6 + 0.31 * i, 0.1, 2.3], [-1.46 + 0.31 * i, 1.75, 2.34]);
   const rail = (y) => box([-1.8, y, 2.34], [1.8, y + 0.12, 2.38]);
   return glbOf([

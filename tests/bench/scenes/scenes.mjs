@@ -3,8 +3,9 @@
 //   crop: [x, y, w, h] of a 512 x 512 picture, for people
 //   camera (the file's own without one), lights: as in a job document
 //   glb(shared): the scene file's bytes, `shared` being the folder of the shared scenes
+import { combined } from "./combined.mjs";
 import { indirect } from "./indirect.mjs";
 import { lens } from "./lens.mjs";
 import { shadows } from "./shadows.mjs";
 
-export const scenes = [...shadows, ...indirect, ...lens];
+export const scenes = [...shadows, ...indirect, ...lens, ...combined];
