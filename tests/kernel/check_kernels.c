@@ -1,8 +1,8 @@
 /* make check-kernels: the kernels of the filters of shadows, of indirect light, of glossy lobes and
- * of lens samples of every instruction set that the CPU has against the reference, on random fields
- * of odd sizes and unaligned input; then what a pixel costs, at 9 samples a light, three channels
- * of indirect light filtered at rule A's widest of 16 samples and 512 lines, and glossy lobes of as
- * many samples. The last line counts.
+ * of lens samples and their light of every instruction set that the CPU has against the reference,
+ * on random fields of odd sizes and unaligned input; then what a pixel costs, at 9 samples a light,
+ * three channels of indirect light filtered at rule A's widest of 16 samples and 512 lines, and
+ * glossy lobes of as many samples. The last line counts.
  *
  * The tolerance is 0: pictures must not depend on the CPU. Cycles are those of the time stamp
  * counter. */
@@ -14,6 +14,7 @@
 #include "tests/kernel/kernel_glossy.h"
 #include "tests/kernel/kernel_indirect.h"
 #include "tests/kernel/kernel_lens.h"
+#include "tests/kernel/kernel_lens_light.h"
 #include "tests/kernel/kernel_v_plane.h"
 
 #define TOLERANCE   0.0f
@@ -28,15 +29,16 @@ struct tier {
     const struct v_plane_kernels *v_plane;
     const struct glossy_kernels *glossy;
     const struct lens_kernels *lens;
+    const struct lens_light_kernels *lens_light;
 };
 
 static const struct tier tiers[] = {
     {"sse4.2", &shadow_kernels_c, &indirect_kernels_c, &v_plane_kernels_c, &glossy_kernels_c,
-     &lens_kernels_c},
+     &lens_kernels_c, &lens_light_kernels_c},
     {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2,
-     &glossy_kernels_avx2, &lens_kernels_avx2},
+     &glossy_kernels_avx2, &lens_kernels_avx2, &lens_light_kernels_avx2},
     {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512,
-     &glossy_kernels_avx512, &lens_kernels_avx512}};
+     &glossy_kernels_avx512, &lens_kernels_avx512, &lens_light_kernels_avx512}};
 
 static uint32_t count_tiers(void)
 {
@@ -132,6 +134,23 @@ static void compare_lens(const struct tier *tier, int *passed, int *failed)
         }
         if (most > TOLERANCE)
             printf("%s, lens, %s: off by %g\n", tier->name, lens_kernel_names[i], (double)most);
+        *(most <= TOLERANCE ? passed : failed) += 1;
+    }
+}
+
+static void compare_lens_light(const struct tier *tier, int *passed, int *failed)
+{
+    for (enum lens_light_kernel i = 0; i < LENS_LIGHT_KERNEL_COUNT; i++) {
+        float most = 0.0f;
+        for (uint32_t seed = 0; seed < FIELDS; seed++) {
+            struct lens_light_case k;
+            lens_light_case_init(&k, 23 + 19 * seed, 17 + seed);
+            for (uint32_t first = 0; first < 12; first += 5)
+                most = fmaxf(most, lens_light_case_compare(&k, tier->lens_light, i, first));
+            lens_light_case_fini(&k);
+        }
+        if (most > TOLERANCE)
+            printf("%s, light, %s: other bits\n", tier->name, lens_light_kernel_names[i]);
         *(most <= TOLERANCE ? passed : failed) += 1;
     }
 }
@@ -275,6 +294,34 @@ static void time_lens(uint32_t tier_count)
     lens_case_fini(&k);
 }
 
+/* A lens sample. */
+static void time_lens_light(uint32_t tier_count)
+{
+    const uint32_t count = TIMED_SIDE * TIMED_SIDE;
+    struct lens_light_case k;
+    lens_light_case_init(&k, count, 6);
+    float *out = field_memory(lens_light_case_size(&k) * sizeof *out);
+    for (enum lens_light_kernel i = 0; i < LENS_LIGHT_KERNEL_COUNT; i++) {
+        double first = 0.0;
+        for (uint32_t t = 0; t < tier_count; t++) {
+            double best = 1e30, cycles = 0.0;
+            for (int turn = 0; turn < TIMED_TURNS; turn++) {
+                const double start = now_ns();
+                const uint64_t ticks = __rdtsc();
+                lens_light_case_run(&k, tiers[t].lens_light, i, 0, out);
+                const double took = (now_ns() - start) / count;
+                if (took < best) cycles = (double)(__rdtsc() - ticks) / count;
+                best = took < best ? took : best;
+            }
+            if (t == 0) first = best;
+            printf("light, %-9s %-8s %10.1f %10.0f %9.2f\n", lens_light_kernel_names[i],
+                   tiers[t].name, best, cycles, first / best);
+        }
+    }
+    free(out);
+    lens_light_case_fini(&k);
+}
+
 /* A pixel at 9 samples. */
 static void time_v_plane(uint32_t tier_count)
 {
@@ -316,11 +363,13 @@ int main(void)
         compare_indirect(&tiers[t], &passed, &failed);
         compare_glossy(&tiers[t], &passed, &failed);
         compare_lens(&tiers[t], &passed, &failed);
+        compare_lens_light(&tiers[t], &passed, &failed);
     }
     time_all(tier_count);
     time_indirect(tier_count);
     time_glossy(tier_count);
     time_lens(tier_count);
+    time_lens_light(tier_count);
     time_v_plane(tier_count);
     printf("%d passed, %d failed\n", passed, failed);
     return failed > 0;

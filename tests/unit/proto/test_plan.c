@@ -367,9 +367,13 @@ static void second_sets_through_the_lens_are_checked(void **state)
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass = {.number = last, .strata = PLAN_LENS_SIDE, .sides = sides};
     assert_true(plan_has_rounds(&plan));
+    assert_int_equal(plan_side_maps(&plan), 1); /* though it asks how far lobes see */
     assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
     assert_int_equal(plan_pass_check(&plan, &pass), 0);
     assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.lobes = sides;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass.lobes = NULL;
     pass.strata = 5;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
     pass.strata = 7;
