@@ -140,7 +140,7 @@ static void compare_lens(const struct tier *tier, int *passed, int *failed)
 
 static void compare_lens_light(const struct tier *tier, int *passed, int *failed)
 {
-    for (enum lens_light_kernel i = 0; i < LENS_LIGHT_KERNEL_COUNT; i++) {
+    for (enum lens_light_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++) {
         float most = 0.0f;
         for (uint32_t seed = 0; seed < FIELDS; seed++) {
             struct lens_light_case k;
@@ -301,7 +301,7 @@ static void time_lens_light(uint32_t tier_count)
     struct lens_light_case k;
     lens_light_case_init(&k, count, 6);
     float *out = field_memory(lens_light_case_size(&k) * sizeof *out);
-    for (enum lens_light_kernel i = 0; i < LENS_LIGHT_KERNEL_COUNT; i++) {
+    for (enum lens_light_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++) {
         double first = 0.0;
         for (uint32_t t = 0; t < tier_count; t++) {
             double best = 1e30, cycles = 0.0;

@@ -6,15 +6,15 @@
 #include "tests/kernel/kernel_field.h"
 
 enum lens_light_kernel {
-    LENS_LIGHT_PLACE,
-    LENS_LIGHT_OWN,
-    LENS_LIGHT_ADD,
-    LENS_LIGHT_MOST,
-    LENS_LIGHT_KERNEL_COUNT
+    LIT_LENS_PLACE,
+    LIT_LENS_OWN,
+    LIT_LENS_ADD,
+    LIT_LENS_MOST,
+    LIT_LENS_KERNEL_COUNT
 };
 
-static const char *const lens_light_kernel_names[LENS_LIGHT_KERNEL_COUNT] = {"place", "own", "add",
-                                                                             "most"};
+static const char *const lens_light_kernel_names[LIT_LENS_KERNEL_COUNT] = {"place", "own", "add",
+                                                                           "most"};
 
 #define LENS_LIGHT_NUMBERS 6  /* along, height, left, length, slope, z */
 #define LENS_LIGHT_WORDS   5  /* seeds of three kinds, albedo, light */
@@ -115,12 +115,12 @@ static inline void lens_light_case_run(const struct lens_light_case *k,
 {
     const uint32_t count = k->count - first;
     const size_t n = k->count;
-    if (kernel == LENS_LIGHT_PLACE) {
+    if (kernel == LIT_LENS_PLACE) {
         const struct lens_light_row row = lens_light_case_row(k, out);
         kernels->place(&row, first, k->count);
-    } else if (kernel == LENS_LIGHT_OWN) {
+    } else if (kernel == LIT_LENS_OWN) {
         kernels->own(k->words[4] + first, 0.25f, count, (float *[3]){out, out + n, out + 2 * n});
-    } else if (kernel == LENS_LIGHT_ADD) {
+    } else if (kernel == LIT_LENS_ADD) {
         for (uint32_t c = 0; c < 3; c++)
             kernels->add(k->words[3] + first, k->number[5] + first, k->number[3] + first, c, count,
                          out + c * n);
