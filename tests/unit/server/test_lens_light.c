@@ -24,10 +24,11 @@
 
 enum { SIDE = 200, TILE = 32, L = 3, N = L * L };
 
-/* A wall at z = 2, and behind it, right of the middle, one at z = 8; the focus lies between them.
- * Slopes are 9 and -4.5 pixels. */
+/* A wall at z = 2, and behind it, right of its edge in the middle, one at z = 8; the focus lies
+ * between them. Slopes are 9 and -4.5 pixels. */
 #define NEAR_Z 2.0f
 #define FAR_Z  8.0f
+static float edge = 0.5f * SIDE;
 
 static void wall_plan(struct plan *plan, uint32_t filter)
 {
@@ -60,13 +61,13 @@ static void wall_plan(struct plan *plan, uint32_t filter)
 static float slope_of(const struct plan *plan, float z)
 {
     const float scale = plan->camera.aperture_radius * (float)SIDE;
-    return half_to_float(half_from_float(scale * (1.0f / z - 0.25f)));
+    return half_to_float(half_from_float(scale * (1.0f / z - 1.0f / plan->camera.focus_distance)));
 }
 
 /* What a pinhole sees. */
 static float depth_at(float x)
 {
-    return x < 0.5f * SIDE ? NEAR_Z : FAR_Z;
+    return x < edge ? NEAR_Z : FAR_Z;
 }
 
 /* Irradiance grows evenly over the image, so that means of pixels are exact. */
@@ -84,7 +85,7 @@ static void put_sample(const struct plan *plan, struct samples *s, int32_t x, in
     lens_pattern_point(plan, x, y, k / L, k % L, u);
     path_pair(path_key(plan->pattern.seed, plan->pattern.frame, x, y), k, PATH_PIXEL, &p[0], &p[1]);
     const float qx = (float)x + p[0] + slope_of(plan, NEAR_Z) * u[0];
-    const float z = qx < 0.5f * SIDE ? NEAR_Z : FAR_Z; /* the near wall hides what is behind it */
+    const float z = qx < edge ? NEAR_Z : FAR_Z; /* the near wall hides what is behind it */
     samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = half_from_float(1.0f);
     samples_u16(s, PLANE_LENS_SLOPE, k)[at] = half_from_float(slope_of(plan, z));
     samples_u16(s, PLANE_LENS_DEPTH, k)[at] = half_from_float(z);
@@ -306,6 +307,35 @@ static void see_beside(const struct plan *plan, const struct patch *patch,
     free(shown.lens_radiance);
 }
 
+/* Of the block in the middle. */
+static void expect_unread(const struct plan *plan)
+{
+    static uint8_t levels[2][64 * 64];
+    struct film *film;
+    struct patch *patch;
+    struct lighting lighting;
+    float *a[3], *b[3];
+    const struct rect block = gather_middle(plan, &film, &patch, &lighting);
+    const size_t area = (size_t)rect_area(patch->rect);
+    for (int c = 0; c < 3; c++) {
+        a[c] = calloc(area, sizeof(float));
+        b[c] = calloc(area, sizeof(float));
+        assert_true(a[c] && b[c]);
+    }
+    see_beside(plan, patch, &lighting, block, 0.0f, a, levels[0]);
+    see_beside(plan, patch, &lighting, block, NAN, b, levels[1]);
+    if (plan->lens_filter == LENS_FILTER_SHEARED)
+        assert_memory_equal(levels[0], levels[1], sizeof levels[0]);
+    for (int c = 0; c < 3; c++) {
+        assert_memory_equal(a[c], b[c], area * sizeof(float));
+        free(a[c]);
+        free(b[c]);
+    }
+    lighting_fini(&lighting);
+    patch_destroy(&patch);
+    film_destroy(&film);
+}
+
 /* Samples that no filter reads are not lit, whatever they then are: slopes of this picture take
  * samples to and beyond the reach of the block. */
 static void unlit_samples_are_not_read(void **state)
@@ -313,36 +343,31 @@ static void unlit_samples_are_not_read(void **state)
     static const uint32_t filters[] = {LENS_FILTER_NONE, LENS_FILTER_AXIS_ALIGNED,
                                        LENS_FILTER_SHEARED};
     static const float radii[] = {0.002f, 0.03f, 0.09f, 0.18f, 0.3f, 0.47f, 0.8f};
-    static uint8_t levels[2][64 * 64];
     (void)state;
     for (size_t k = 0; k < 3 * sizeof radii / sizeof radii[0]; k++) {
-        struct film *film;
-        struct patch *patch;
-        struct lighting lighting;
         struct plan plan;
-        float *a[3], *b[3];
         wall_plan(&plan, filters[k % 3]);
         plan.camera.aperture_radius = radii[k / 3];
-        const struct rect block = gather_middle(&plan, &film, &patch, &lighting);
-        const size_t area = (size_t)rect_area(patch->rect);
-        for (int c = 0; c < 3; c++) {
-            a[c] = calloc(area, sizeof(float));
-            b[c] = calloc(area, sizeof(float));
-            assert_true(a[c] && b[c]);
-        }
-        see_beside(&plan, patch, &lighting, block, 0.0f, a, levels[0]);
-        see_beside(&plan, patch, &lighting, block, NAN, b, levels[1]);
-        if (plan.lens_filter == LENS_FILTER_SHEARED)
-            assert_memory_equal(levels[0], levels[1], sizeof levels[0]);
-        for (int c = 0; c < 3; c++) {
-            assert_memory_equal(a[c], b[c], area * sizeof(float));
-            free(a[c]);
-            free(b[c]);
-        }
-        lighting_fini(&lighting);
-        patch_destroy(&patch);
-        film_destroy(&film);
+        expect_unread(&plan);
     }
+}
+
+/* Pixels of the block whose samples all show the near wall look for what is in focus behind it
+ * beside the block. */
+static void hidden_focus_is_lit(void **state)
+{
+    static const float radii[] = {0.03f, 0.06f, 0.09f};
+    (void)state;
+    for (size_t k = 0; k < 3; k++)
+        for (int32_t beside = 2; beside < 14; beside++) {
+            struct plan plan;
+            wall_plan(&plan, LENS_FILTER_SHEARED);
+            plan.camera.focus_distance = FAR_Z;
+            plan.camera.aperture_radius = radii[k];
+            edge = 128.0f + (float)beside;
+            expect_unread(&plan);
+        }
+    edge = 0.5f * SIDE;
 }
 
 /* Plans whose fields light none read no more than before. */
@@ -366,6 +391,7 @@ int main(void)
         cmocka_unit_test(blocks_do_not_show),
         cmocka_unit_test(second_sets_go_where_lit_samples_differ),
         cmocka_unit_test(unlit_samples_are_not_read),
+        cmocka_unit_test(hidden_focus_is_lit),
         cmocka_unit_test(others_have_no_ring),
     };
     return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
