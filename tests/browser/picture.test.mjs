@@ -11,6 +11,7 @@ import { halfTable } from "../../web/half.js";
 import { LayerImage } from "../../web/layer_image.js";
 import { LayerSource } from "../../web/layer_source.js";
 import { BlockParser } from "../../web/pixel_feed.js";
+import { unfilteredTwin } from "../../web/unfiltered.js";
 import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until } from "./house.mjs";
 
 const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
@@ -346,6 +347,17 @@ await runAll(async () => {
     await save(page, "difference-signs");
     await page.selectOption("#shown-as", "picture");
     await page.selectOption("#compare", "off");
+  });
+
+  await test("the twin leaves out what a filter or a target error would add", async () => {
+    const real = globalThis.fetch, image = { width: 32, height: 32 }, lens = { aperture_radius: 0.02, focus_distance: 2 };
+    for (const changes of [{ sampling: { spp: 16, lens_extra: 9 }, lens, filter: { lens: "sheared" } }, { sampling: { spp: 16, target_error: 0.5 } }]) {
+      const job = submit(url, { image, layers: ["beauty"], ...changes });
+      globalThis.fetch = (path, options) => real(url + path, options);
+      const twin = await unfilteredTwin(job).finally(() => { globalThis.fetch = real; });
+      const { sampling } = (await (await page.request.get(`${url}/v1/jobs/${twin.id}`)).json()).document;
+      expect(sampling.spp === 16 && !sampling.lens_extra && !sampling.target_error && !sampling.max_spp, JSON.stringify(sampling));
+    }
   });
 
   await test("a file of one's own: the EXR is equal, the PNG nearly so", async () => {
