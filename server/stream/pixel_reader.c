@@ -72,8 +72,7 @@ static bool next_of_still(struct pixel_reader *r)
     struct rect block;
     if (r->base.ending || !pixel_blocks_take(&r->dirty, &block)) return false;
     r->has = r->dirty.count == 0 ? PIXELS_STILL_REVISION : 0;
-    r->message_bytes =
-        pixels_write_block(r->message, r->still, r->layer, r->format, block, r->has);
+    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, r->format, block, r->has);
     return r->message_bytes > 0;
 }
 

@@ -24,8 +24,7 @@ struct MHD_Response {
 };
 
 struct MHD_Response *MHD_create_response_from_callback(uint64_t size, size_t block_size,
-                                                       MHD_ContentReaderCallback crc,
-                                                       void *crc_cls,
+                                                       MHD_ContentReaderCallback crc, void *crc_cls,
                                                        MHD_ContentReaderFreeCallback crfc)
 {
     (void)size;
