@@ -7,6 +7,7 @@ const LINES = { 0: 1, 2: 1, 3: 16 }; // by compression: none, ZIPS, ZIP
 const NAMES = ["none", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "B44", "B44A", "DWAA", "DWAB"];
 const BYTES = [4, 2, 4]; // by pixel type: uint, half, float
 const MOST_PIXELS = 1 << 27;
+const MOST_NUMBERS = 1 << 29; // of all channels together, which become floats: 2 GiB
 
 // {width, height, channels: Map of name to Float32Array, half: a Set of the names that were halves}.
 export async function readExr(buffer) {
@@ -30,7 +31,7 @@ async function read(buffer) {
     const y = view.getInt32(at, true) - top, rows = Math.min(lines, height - y), size = view.getInt32(at + 4, true);
     if (y < 0 || y >= height || size < 0 || at + 8 + size > buffer.byteLength) throw new Error("The EXR file is cut off.");
     let bytes = new Uint8Array(buffer, at + 8, size);
-    if (compression !== 0 && size < rows * stride) bytes = restore(await inflate(bytes));
+    if (compression !== 0 && size < rows * stride) bytes = restore(await inflate(bytes, rows * stride));
     if (bytes.byteLength !== rows * stride) throw new Error("The EXR file has a block of a wrong size.");
     readRows(bytes, y, rows, header, out, halves);
   }
@@ -68,12 +69,26 @@ function readHeader(view) {
     channels.push({ name, type });
     at += 16;
   }
+  if (width * height * channels.length > MOST_NUMBERS)
+    throw new Error(`The EXR file has ${channels.length} channels of ${width} x ${height} pixels: more than can be held here.`);
+  if (offsets + 8 * Math.ceil(height / LINES[compression]) > view.byteLength) throw new Error("The EXR file is cut off.");
   return { width, height, channels, compression, top, offsets };
 }
 
-async function inflate(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+// At most that many bytes: a few may say that they are millions.
+async function inflate(bytes, most) {
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
+  const out = new Uint8Array(most);
+  for (let at = 0; ;) {
+    const { done, value } = await reader.read();
+    if (done) return out.subarray(0, at);
+    if (at + value.byteLength > most) {
+      await reader.cancel();
+      throw new Error("The EXR file has a block that is larger than its lines.");
+    }
+    out.set(value, at);
+    at += value.byteLength;
+  }
 }
 
 // Undoes the differences between bytes and their order: first halves of pairs, then second ones.

@@ -1,8 +1,9 @@
 // How the values in sight are spread: stops for a picture, the range of the colours otherwise, with the
 // colours below.
 import { magnitudes, signs, STEPS } from "./color_map.js";
+import { sparseStep } from "./layer_image.js";
 
-const BINS = 128, MOST_SAMPLES = 300000;
+const BINS = 128;
 const STOPS = [-12, 6];
 const COLORS = ["#e0402c", "#2fae52", "#2f6fe8"];
 const RAMP_TALL = 10;
@@ -16,9 +17,8 @@ export class Histogram {
     const logs = stops || (display.logarithmic && display.shownAs === "colour");
     const [low, high] = stops ? STOPS : logs ? [Math.log2(display.low), Math.log2(display.high)] : display.shownAs === "vector" ? [-1, 1]
       : display.shownAs === "sign" ? [-display.high, display.high] : [display.low, display.high];
-    const step = Math.max(1, Math.ceil(Math.sqrt((area.x1 - area.x0) * (area.y1 - area.y0) / MOST_SAMPLES)));
     const out = { bins: COLORS.map(() => new Uint32Array(BINS)), zero: 0, bad: 0, count: 0, low, high, stops, logs };
-    image.each(area, step, (r, g, b) => {
+    image.each(area, sparseStep(area), (r, g, b) => {
       out.count++;
       if (!Number.isFinite(r + g + b)) { out.bad++; return; }
       if (stops && r <= 0 && g <= 0 && b <= 0) out.zero++;

@@ -5,6 +5,11 @@ import { halfTable } from "./half.js";
 
 export const BLOCK_PX = 64;
 
+const MOST_LOOKED_AT = 300000;
+
+// The step over {x0, y0, x1, y1} along both axes with which about 300,000 pixels at most are met.
+export const sparseStep = ({ x0, y0, x1, y1 }) => Math.max(1, Math.ceil(Math.sqrt((x1 - x0) * (y1 - y0) / MOST_LOOKED_AT)));
+
 export class LayerImage {
   constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); }
 

@@ -6,8 +6,9 @@ import { followPixels } from "./pixel_feed.js";
 
 const FLOATS = new Set(["depth", "id", "samples"]); // more than a half float can tell apart
 const KEPT = 6; // layers whose pixels stay when nobody looks
-const STILL = 1n; // the revision of pictures that will not change any more
+const STILL = 1n; // the revision of a whole picture that will not change any more
 const ENDED = new Set(["finished", "failed", "cancelled"]);
+const PAUSE_MS = 500, LONGEST_PAUSE_MS = 8000; // before a feed is asked for again
 
 export class LayerSource {
   constructor(job, layer) {
@@ -16,41 +17,63 @@ export class LayerSource {
     this.image = new LayerImage();
     this.revision = null;
     this.whole = false; // the job has finished and all of its picture is here
+    this.live = false; // more may come
   }
 
+  // `onState` gets those of the feed, "refused" with the reason when a finished job's picture is not
+  // to be had, and "still" when nothing more will come.
   follow(onChange, onState) {
     this.stop();
     if (this.whole) return;
-    const format = FLOATS.has(this.layer) ? "float" : "half";
-    const feed = (after, onEnd) => {
-      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, format, revision), after, (block) => {
+    const turn = this.turn = {}; // whatever belongs to an earlier one comes too late
+    let pause = PAUSE_MS;
+    this.live = true;
+    this.stopFeed = () => {};
+    const rest = (state, error) => {
+      this.live = false;
+      if (error) onState(state, error);
+      onState("still");
+    };
+    const feed = (after, finished) => {
+      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, this.format, revision), after, (block) => {
         this.image.put(block);
         this.revision = block.revision;
         onChange(this);
       }, (state, error) => {
-        onState(state, error);
-        if (state === "ended") onEnd();
+        if (this.turn !== turn) return;
+        if (state === "refused" && finished) { rest(state, error); return; } // it would be again
+        if (state !== "refused") onState(state, error);
+        if (state === "live" || state === "lost") return;
+        this.whole = state === "ended" && this.revision === STILL;
+        if (this.whole) rest();
+        else look(finished);
       });
     };
-    // A live feed may end with blocks unsent; that of a finished job gives the whole picture.
-    const look = async () => {
-      this.whole = this.revision === STILL;
-      if (this.whole) return;
+    const later = (after, finished, wait) => { this.again = setTimeout(() => feed(after, finished), wait); };
+    // A live feed may end with blocks unsent; that of a finished job gives the whole picture, unless
+    // the coordinator stops.
+    const look = async (cutShort) => {
       let state = null;
-      try { ({ state } = await getJob(this.job)); } catch (error) { if (error.status === 404) return; }
-      if (this.stopFeed === null) return;
-      if (state === "finished") feed(null, look);
-      else if (!ENDED.has(state)) this.again = setTimeout(() => feed(this.revision, look), 500);
+      try { ({ state } = await getJob(this.job)); } catch (error) { if (error.status === 404) state = "gone"; }
+      if (this.turn !== turn) return;
+      if (state === "finished" && cutShort) {
+        later(null, true, pause);
+        pause = Math.min(2 * pause, LONGEST_PAUSE_MS);
+      } else if (state === "finished") feed(null, true);
+      else if (state === "gone" || ENDED.has(state)) rest();
+      else later(this.revision, false, PAUSE_MS);
     };
-    this.stopFeed = () => {};
-    if (this.revision === null) feed(null, look);
-    else look();
+    if (this.revision === null) feed(null, false);
+    else look(false);
   }
+
+  get format() { return FLOATS.has(this.layer) ? "float" : "half"; }
 
   stop() {
     clearTimeout(this.again);
     this.stopFeed?.();
-    this.stopFeed = null;
+    this.stopFeed = this.turn = null;
+    this.live = false;
   }
 }
 

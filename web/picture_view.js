@@ -1,9 +1,10 @@
 // The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
 import { getJob } from "./api.js";
-import { Compare, differenceOf, figures } from "./compare.js";
+import { Compare, differenceOf } from "./compare.js";
 import { Display } from "./display.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
+import { sparseStep } from "./layer_image.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
 import { readPictureFile } from "./picture_file.js";
@@ -112,6 +113,7 @@ export class PictureView {
     if (this.source && this.source !== this.other) this.source.stop();
     this.source = this.sources.get(this.job, layer);
     this.at.layer.value = layer;
+    if (this.noted === "refused") this.at.note.hidden = true;
     this.display.setLayer(layer);
     this.follow(this.source);
     if (this.compare.mode !== "off") this.followOther();
@@ -131,7 +133,11 @@ export class PictureView {
       if (source === this.source) this.viewport.setPicture(image.width, image.height);
       this.measureSoon();
       this.redraw();
-    }, (state, error) => this.onFeedState(state, error));
+    }, (state, error) => {
+      this.onFeedState(state, error);
+      if (state === "refused") this.noteRefused(source, error);
+      if (state === "still") this.measureSoon();
+    });
     if (source.image.width > 0) this.viewport.setPicture(source.image.width, source.image.height);
     this.measureSoon();
   }
@@ -279,21 +285,36 @@ export class PictureView {
   measure() {
     const { source, other, viewport, display, at } = this;
     if (!source) return;
-    const { zoom, x, y } = viewport;
+    const { zoom, x, y } = viewport, moved = zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y;
     this.measured = { zoom, x, y };
     const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;
     display.measure(looked);
     this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
-    const found = this.compare.mode !== "off" && other ? figures(source.image, other.image, viewport.visible()) : null;
-    at.figures.textContent = found
-      ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels} pixels in sight${found.bad ? `, ${found.bad} not finite` : ""}`
-      : this.compare.mode !== "off" && other?.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
+    if (this.compare.mode !== "off" && other) this.showFigures(moved);
+    else at.figures.textContent = "";
     this.redraw();
+  }
+
+  // All pixels in sight are counted once nothing changes any more; some until then.
+  showFigures(moved) {
+    const { source, other, viewport } = this, area = viewport.visible();
+    const step = moved || source.live || other.live ? sparseStep(area) : 1;
+    const found = this.compare.figures(source.image, other.image, area, step);
+    if (moved && step > 1) this.measureSoon();
+    this.at.figures.textContent = found
+      ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels}${step > 1 ? " of the" : ""} pixels in sight${found.bad ? `, ${found.bad} not finite` : ""}`
+      : other.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
   }
 
   say(text) { this.at.said.textContent = text; }
 
+  noteRefused({ layer }, error) {
+    this.note(`There are no pixels of the layer ${layer.replaceAll("_", " ")}: ${error.message}`);
+    this.noted = "refused";
+  }
+
   note(text) {
+    this.noted = "fault";
     this.at.note.hidden = false;
     this.at.note.textContent = text;
   }

@@ -66,7 +66,7 @@ function readHeader(bytes) {
 
 // Reads a feed until its end; after a break goes on from the revision that it had. `urlAfter` makes
 // the address from a revision (a BigInt, or null for none, as at first), `onBlock` gets blocks,
-// `onState` "live", "lost" or "ended". Returns a function that stops it.
+// `onState` "live", "lost", "ended" or "refused": there is no such feed. Returns a function that stops it.
 export function followPixels(urlAfter, revision, onBlock, onState) {
   const control = new AbortController();
   run();
@@ -76,7 +76,11 @@ export function followPixels(urlAfter, revision, onBlock, onState) {
     for (let wait = 250; !control.signal.aborted; wait = Math.min(wait * 2, 5000)) {
       try {
         const response = await fetch(urlAfter(revision), { signal: control.signal, cache: "no-store" });
-        if (response.status === 404 || response.status === 409) { onState("ended"); return; }
+        if (response.status === 404 || response.status === 409) {
+          const problem = await response.json().catch(() => null);
+          if (!control.signal.aborted) onState("refused", new Error(problem?.detail ?? problem?.title ?? `the server answered ${response.status}`));
+          return;
+        }
         if (!response.ok) throw new Error(`the pixel feed answered ${response.status}`);
         onState("live");
         wait = 250;

@@ -66,11 +66,13 @@ static bool take_block(struct pixel_reader *r, struct rect *block)
     return true;
 }
 
+/* A reader has nothing of a still picture for sure until it has the last block. */
 static bool next_of_still(struct pixel_reader *r)
 {
     struct rect block;
     if (r->base.ending || !pixel_blocks_take(&r->dirty, &block)) return false;
-    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, r->format, block, 1);
+    r->has = r->dirty.count == 0 ? PIXELS_STILL_REVISION : 0;
+    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, r->format, block, r->has);
     return r->message_bytes > 0;
 }
 
@@ -167,7 +169,7 @@ struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connect
         return NULL;
     }
     r->still = image;
-    put_size(r, image, 1);
+    put_size(r, image, 0);
     pixel_blocks_mark(&r->dirty, (struct rect){0, 0, image->width_px, image->height_px});
     reader_join(&r->base, s, NULL, &s->detached, connection);
     return response;

@@ -16,6 +16,9 @@
 #define PIXELS_MAGIC         0x58505753u /* "SWPX", little-endian */
 #define PIXELS_VERSION       1u
 
+/* Of a whole picture that will not change any more; below all revisions of live ones. */
+#define PIXELS_STILL_REVISION 1u
+
 /* Three numbers a pixel. */
 enum pixels_format { PIXELS_F16 = 1, PIXELS_F32 = 2 };
 

@@ -40,7 +40,7 @@ void stream_event(struct streams *streams, const char *job, const char *name, js
                   bool final);
 
 /* The image that pixel readers see, borrowed until stream_image is called with NULL, and the part
- * that changed. */
+ * that changed. All of an image that follows another is new to them. */
 void stream_image(struct streams *streams, const char *job, const struct image *image);
 void stream_pixels(struct streams *streams, const char *job, struct rect changed);
 

@@ -167,6 +167,13 @@ void stream_event(struct streams *s, const char *job, const char *name, json_t *
     streams_kick(s);
 }
 
+static void mark_all(struct stream *stream)
+{
+    const struct pixel_changes *c = &stream->changes;
+    struct rect all = {0, 0, c->width_px, c->height_px};
+    pixel_changes_mark(&stream->changes, all, stream->revision);
+}
+
 void stream_image(struct streams *s, const char *job, const struct image *image)
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
@@ -175,8 +182,11 @@ void stream_image(struct streams *s, const char *job, const struct image *image)
     if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
     stream->image = image;
-    stream->generation++;
     stream->revision++;
+    /* Of the first image readers have nothing. A later one may have been drawn while another was
+     * seen, and must leave nothing of that one in sight. */
+    if (image && stream->generation > 0) mark_all(stream);
+    stream->generation++;
     readers_wake(stream->pixel_readers);
     streams_kick(s);
 }

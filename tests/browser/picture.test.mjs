@@ -4,9 +4,14 @@ import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { createServer, connect } from "node:net";
 import { join } from "node:path";
+import { deflateSync } from "node:zlib";
+import { figures } from "../../web/compare.js";
 import { readExr } from "../../web/exr_file.js";
 import { halfTable } from "../../web/half.js";
+import { LayerImage } from "../../web/layer_image.js";
+import { LayerSource } from "../../web/layer_source.js";
 import { BlockParser } from "../../web/pixel_feed.js";
+import { unfilteredTwin } from "../../web/unfiltered.js";
 import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until } from "./house.mjs";
 
 const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
@@ -67,6 +72,34 @@ async function readFeed(url, enough, seconds = 20) {
   return { blocks, revision };
 }
 
+// An EXR file of one deflated block of lines: as many channels of floats as told.
+function exrFile({ width, height, channels, block }) {
+  const words = (...numbers) => Buffer.from(Int32Array.from(numbers).buffer), text = (s) => Buffer.from(`${s}\0`);
+  const list = Array.from({ length: channels }, (_, i) => Buffer.concat([text(`c${i}`), words(2, 0, 1, 1)]));
+  const attribute = (name, type, body) => Buffer.concat([text(name), text(type), words(body.length), body]);
+  const head = Buffer.concat([words(20000630, 2), attribute("channels", "chlist", Buffer.concat([...list, text("")])),
+    attribute("compression", "compression", Buffer.of(3)), attribute("dataWindow", "box2i", words(0, 0, width - 1, height - 1)), text("")]);
+  const bytes = Buffer.concat([head, words(head.length + 8, 0), words(0, block.length), block]);
+  return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length);
+}
+
+// Answers of a coordinator whose job has finished, in place of fetch: one feed after the other, the
+// last again and again. An open one goes on without end.
+function fakeFeeds(answers) {
+  const real = globalThis.fetch, feeds = { asked: 0, end() { globalThis.fetch = real; } };
+  globalThis.fetch = async (address, { signal }) => {
+    if (!/pixels/.test(address)) return new Response(JSON.stringify({ state: "finished" }));
+    const { body, open } = answers[Math.min(feeds.asked++, answers.length - 1)];
+    return new Response(new ReadableStream({ start(control) {
+      control.enqueue(new Uint8Array(body));
+      if (open) signal.addEventListener("abort", () => control.error(signal.reason));
+      else control.close();
+    } }));
+  };
+  return feeds;
+}
+
+const fault = async (promise) => { try { await promise; } catch (error) { return error.message; } return "none"; };
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
 const view = async (page) => (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number);
 const mean = async (page) => { await page.waitForTimeout(150); return (await look(page)).mean; };
@@ -316,6 +349,17 @@ await runAll(async () => {
     await page.selectOption("#compare", "off");
   });
 
+  await test("the twin leaves out what a filter or a target error would add", async () => {
+    const real = globalThis.fetch, image = { width: 32, height: 32 }, lens = { aperture_radius: 0.02, focus_distance: 2 };
+    for (const changes of [{ sampling: { spp: 16, lens_extra: 9 }, lens, filter: { lens: "sheared" } }, { sampling: { spp: 16, target_error: 0.5 } }]) {
+      const job = submit(url, { image, layers: ["beauty"], ...changes });
+      globalThis.fetch = (path, options) => real(url + path, options);
+      const twin = await unfilteredTwin(job).finally(() => { globalThis.fetch = real; });
+      const { sampling } = (await (await page.request.get(`${url}/v1/jobs/${twin.id}`)).json()).document;
+      expect(sampling.spp === 16 && !sampling.lens_extra && !sampling.target_error && !sampling.max_spp, JSON.stringify(sampling));
+    }
+  });
+
   await test("a file of one's own: the EXR is equal, the PNG nearly so", async () => {
     await page.selectOption("#compare", "wipe");
     const exr = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.exr`), png = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.png`);
@@ -333,6 +377,77 @@ await runAll(async () => {
     await page.selectOption("#compare", "off");
   });
 
+  await test("EXR files that say they are huge are refused", async () => {
+    const fine = await readExr(exrFile({ width: 64, height: 16, channels: 2, block: deflateSync(Buffer.alloc(64 * 16 * 8, 128)) }));
+    expect(fine.width === 64 && fine.channels.size === 2, "a file of that kind is not read");
+    const many = await fault(readExr(exrFile({ width: 8192, height: 8192, channels: 9, block: Buffer.alloc(1) })));
+    expect(/9 channels of 8192 x 8192 pixels/.test(many), many);
+    const short = await fault(readExr(exrFile({ width: 8, height: 8192, channels: 1, block: Buffer.alloc(1) })));
+    expect(/cut off/.test(short), short);
+    const bomb = await fault(readExr(exrFile({ width: 4096, height: 16, channels: 1, block: deflateSync(Buffer.alloc(1 << 26)) })));
+    expect(/larger than its lines/.test(bomb), bomb);
+  });
+
+  await test("figures of every third pixel are nearly those of all", () => {
+    const area = { x0: 0, y0: 0, x1: 96, y1: 90 };
+    const [first, other] = [0, 1].map((noise) => {
+      const image = new LayerImage();
+      image.resize(96, 90);
+      image.put({ x: 0, y: 0, w: 96, h: 90, numbers: Float32Array.from({ length: 96 * 90 * 3 }, (_, i) => 1 + noise * 0.1 * Math.sin(i * 7.13)) });
+      return image;
+    });
+    const all = figures(first, other, area), some = figures(first, other, area, 3);
+    expect(all.pixels === 96 * 90 && some.pixels === 32 * 30, `${all.pixels} and ${some.pixels} pixels`);
+    expect(Math.abs(some.rmse / all.rmse - 1) < 0.05, `${some.rmse} of some, ${all.rmse} of all`);
+  });
+
+  await test("a layer that was left in the middle becomes whole when looked at again", async () => {
+    const whole = await (await page.request.get(`${url}/v1/jobs/${id}/pixels?layer=albedo`)).body();
+    const blocks = (image) => image.seen.reduce((sum, one) => sum + one, 0);
+    for (const share of [0.1, 0.5, 0.98]) {
+      const feeds = fakeFeeds([{ body: whole.subarray(0, 32 + share * (whole.length - 32)), open: true }, { body: whole }]);
+      const source = new LayerSource(id, "albedo");
+      source.follow(() => {}, () => {});
+      await until("some of it", () => source.image.numbers && blocks(source.image) >= Math.floor(24 * share), 5);
+      source.stop();
+      expect(blocks(source.image) < 25 && !source.whole, `${blocks(source.image)} blocks of ${share}`);
+      source.follow(() => {}, () => {});
+      await until("the end", () => source.whole && !source.live, 5);
+      expect(blocks(source.image) === 25 && feeds.asked === 2, `${blocks(source.image)} blocks from ${feeds.asked} feeds`);
+      source.follow(() => {}, () => {});
+      expect(feeds.asked === 2, "a whole layer is asked for again");
+      feeds.end();
+    }
+  });
+
+  await test("feeds that end too early are asked for again after pauses that grow", async () => {
+    const whole = await (await page.request.get(`${url}/v1/jobs/${id}/pixels?layer=albedo`)).body();
+    const feeds = fakeFeeds([{ body: whole.subarray(0, whole.length / 2) }]), source = new LayerSource(id, "albedo");
+    source.follow(() => {}, () => {});
+    await new Promise((done) => setTimeout(done, 1200));
+    source.stop();
+    expect(feeds.asked === 3 && source.live === false, `${feeds.asked} feeds in 1.2 s`); // at 0, 0, 0.5 s
+    feeds.end();
+  });
+
+  await test("a finished job's feed that is refused is not asked for again and again", async () => {
+    const some = await openPage(complaints);
+    let asked = 0;
+    await some.route(/pixels\?layer=normal/, (route) => {
+      asked++;
+      return route.fulfill({ status: 409, contentType: "application/problem+json", body: JSON.stringify({ detail: "gone for the test" }) });
+    });
+    await some.goto(`${url}/#/jobs/${id}`);
+    await until("the picture", async () => (await look(some)).lit > 0.8, 20);
+    await some.selectOption("#layer", "normal");
+    await until("that it says so", async () => /layer normal: gone for the test/.test(await text(some, "canvas-note")), 5);
+    await some.waitForTimeout(1000);
+    expect(asked === 2, `asked ${asked} times`);
+    await some.selectOption("#layer", "beauty");
+    expect(await some.isHidden("#canvas-note"), "the note stays over another layer");
+    await some.close();
+  });
+
   await test("a reader that comes again is sent what it has not", async () => {
     const running = submit(url, { image: { width: 1536, height: 1536 }, sampling: { spp: 100 } });
     const feed = `${url}/v1/jobs/${running}/pixels`;
@@ -341,7 +456,8 @@ await runAll(async () => {
     const had = await readFeed(feed, () => false, 1.5);
     const again = await readFeed(`${feed}?after=${had.revision}`, () => false, 1.5);
     const whole = await readFeed(`${feed}?after=${1n << 62n}`, (blocks) => blocks.length >= had.blocks.length, 5);
-    expect(again.blocks.length < had.blocks.length / 2, `${again.blocks.length} blocks again, of ${had.blocks.length}`);
+    const places = new Set(had.blocks.map(({ x, y }) => `${x} ${y}`)), twice = again.blocks.filter(({ x, y }) => places.has(`${x} ${y}`));
+    expect(twice.length < had.blocks.length / 2, `${twice.length} blocks again, of ${had.blocks.length}`);
     expect(whole.blocks.length >= had.blocks.length, `a revision of no life brought ${whole.blocks.length} blocks of ${had.blocks.length}`);
     expect(again.revision >= had.revision, "revisions fall");
     execFileSync("curl", ["-sS", "--noproxy", "*", "-X", "DELETE", `${url}/v1/jobs/${running}`]);
@@ -368,7 +484,7 @@ await runAll(async () => {
   });
 
   await test("nothing was written to the console but what was cut", () => {
-    const others = complaints.filter((line) => !/ERR_|404|400/.test(line));
+    const others = complaints.filter((line) => !/ERR_|404|400|409/.test(line));
     expect(others.length === 0, others.join("; "));
   });
 });

@@ -1,0 +1,157 @@
+/* The pixel feed's messages as a reader gets them: who stops in the middle knows what it lacks. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <microhttpd.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job.h"
+#include "server/stream/stream.h"
+
+enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
+
+/* A feed in place of MHD's response: MHD would ask it for bytes when its connection can take some.
+ */
+struct MHD_Response {
+    MHD_ContentReaderCallback read;
+    MHD_ContentReaderFreeCallback free;
+    void *ctx;
+};
+
+struct MHD_Response *MHD_create_response_from_callback(uint64_t size, size_t block_size,
+                                                       MHD_ContentReaderCallback crc, void *crc_cls,
+                                                       MHD_ContentReaderFreeCallback crfc)
+{
+    (void)size;
+    (void)block_size;
+    struct MHD_Response *response = malloc(sizeof *response);
+    if (response) *response = (struct MHD_Response){crc, crfc, crc_cls};
+    return response;
+}
+
+void MHD_suspend_connection(struct MHD_Connection *connection)
+{
+    (void)connection;
+}
+
+void MHD_resume_connection(struct MHD_Connection *connection)
+{
+    (void)connection;
+}
+
+static void feed_end(struct MHD_Response *feed)
+{
+    feed->free(feed->ctx);
+    free(feed);
+}
+
+static uint64_t read_number(const uint8_t *at, int bytes)
+{
+    uint64_t v = 0;
+    for (int i = bytes; i-- > 0;) v = v << 8 | at[i];
+    return v;
+}
+
+struct heard {
+    uint32_t width;
+    uint64_t revision;
+    uint16_t red; /* of the block's first pixel, a half float */
+};
+
+/* The next message: false when the feed has ended or has nothing to say. */
+static bool hear(struct MHD_Response *feed, struct heard *heard)
+{
+    static uint8_t bytes[PIXELS_MESSAGE_BYTES];
+    ssize_t got = feed->read(feed->ctx, 0, (char *)bytes, sizeof bytes);
+    if (got <= 0) return false;
+    assert_true(got >= (ssize_t)PIXELS_HEADER_BYTES);
+    assert_memory_equal(bytes, "SWPX", 4);
+    *heard = (struct heard){.width = (uint32_t)read_number(bytes + 16, 4),
+                            .revision = read_number(bytes + 24, 8)};
+    if (heard->width > 0) heard->red = (uint16_t)read_number(bytes + PIXELS_HEADER_BYTES, 2);
+    return true;
+}
+
+static struct image *image_of(float red)
+{
+    struct image *image = NULL;
+    assert_int_equal(image_create(LAYER_BEAUTY, WIDTH, HEIGHT, &image), 0);
+    const struct plane *plane = image_plane(image, "R");
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) *plane_at(plane, x, y) = red;
+    return image;
+}
+
+static const struct pixels_wish wish = {.layer = "beauty", .format = PIXELS_F16};
+static const char job[] = "0123456789abcdefghijklmnop";
+
+static void a_still_picture_is_whole_with_its_last_block(void **state)
+{
+    (void)state;
+    struct streams *streams = NULL;
+    struct heard heard;
+    assert_int_equal(streams_create(&streams), 0);
+    struct MHD_Response *feed = stream_still_response(streams, NULL, image_of(1), &wish);
+    assert_non_null(feed);
+    assert_true(hear(feed, &heard));
+    assert_int_equal(heard.width, 0);
+    assert_int_equal(heard.revision, 0);
+    for (int i = 0; i < BLOCKS; i++) {
+        assert_true(hear(feed, &heard));
+        assert_true(heard.width > 0);
+        assert_int_equal(heard.revision, i == BLOCKS - 1 ? PIXELS_STILL_REVISION : 0);
+    }
+    assert_false(hear(feed, &heard));
+    feed_end(feed);
+    streams_destroy(&streams);
+}
+
+/* Counts the blocks that are due, all of that value. */
+static int blocks_due(struct MHD_Response *feed, uint16_t red)
+{
+    struct heard heard;
+    int blocks = 0;
+    while (hear(feed, &heard)) {
+        if (heard.width == 0) continue;
+        assert_int_equal(heard.red, red);
+        blocks++;
+    }
+    return blocks;
+}
+
+static void another_image_replaces_all_of_the_one_before(void **state)
+{
+    (void)state;
+    struct streams *streams = NULL;
+    struct image *one = image_of(1), *two = image_of(2);
+    assert_int_equal(streams_create(&streams), 0);
+    stream_image(streams, job, one);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    assert_non_null(feed);
+    assert_int_equal(blocks_due(feed, 0x3c00), 0); /* nothing was drawn yet */
+    stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
+    assert_int_equal(blocks_due(feed, 0x3c00), 2);
+    stream_image(streams, job, NULL);
+    stream_image(streams, job, two); /* drawn while the other was shown */
+    assert_int_equal(blocks_due(feed, 0x4000), BLOCKS);
+    assert_int_equal(blocks_due(feed, 0x4000), 0);
+    stream_image(streams, job, NULL);
+    feed_end(feed);
+    streams_destroy(&streams);
+    image_destroy(&one);
+    image_destroy(&two);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_still_picture_is_whole_with_its_last_block),
+        cmocka_unit_test(another_image_replaces_all_of_the_one_before),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
