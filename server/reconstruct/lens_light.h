@@ -18,8 +18,8 @@ int32_t lens_light_ring_px(const struct plan *plan);
 
 /* Radiance of those lens samples of `seen`, which lies in the patch, that the filter of `block`
  * reads (lens_wanted.h), lit by `lighting`, which is of `lit`: as patch->lens_radiance lies,
- * l_u^2 * 3 planes; others are not set or not lit. Counts samples of
- * `block`. ERR_MEMORY; ERR_RANGE without the planes. */
+ * l_u^2 * 3 planes, and may be these; others are not set or not lit. Counts samples of `block`.
+ * ERR_MEMORY; ERR_RANGE without the planes. */
 int lens_light_take(const struct plan *plan, const struct patch *patch,
                     const struct lighting *lighting, struct rect lit, struct rect seen,
                     struct rect block, float *radiance, struct lens_light_statistics *statistics);
