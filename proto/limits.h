@@ -25,6 +25,7 @@
 /* Memory of a coordinator. */
 #define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame keeps for more */
 #define LIMIT_LENS_BYTES   4294967296ULL /* bytes of lens samples of a frame, all together */
+#define LIMIT_PATCH_BYTES  268435456ULL  /* bytes of samples that a thread works on at once */
 
 /* Documents. */
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */

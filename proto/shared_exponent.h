@@ -1,7 +1,8 @@
 #pragma once
 /* Three positive numbers in 32 bits: mantissas of equal scale below an exponent that they share,
- * that of the largest. Rounded to nearest: errors are below half a step of the largest's mantissa,
- * 1/256 of it with 8 bits and 1/512 with 9. */
+ * that of the largest. Rounded to nearest, errors are below half a step of the largest's mantissa,
+ * 1/256 of it with 8 bits and 1/512 with 9; rounded up as often as what is cut off asks for, below
+ * a step, but nothing in the mean. */
 #include <stdint.h>
 #include <string.h>
 
@@ -29,9 +30,10 @@ static inline uint32_t shared_exponent_most(int mantissa_bits)
     return mantissa_bits == SHARED_EXPONENT_9 ? 31 : 245;
 }
 
-/* Mantissas of r, g, b from the lowest bits on, above them the exponent. What is negative or no
- * number is 0; what is too large the most. */
-static inline uint32_t shared_exponent_pack(const float rgb[3], int mantissa_bits)
+/* Mantissas of r, g, b from the lowest bits on, above them the exponent; `up`, each in [0, 1), is
+ * added before they are cut. What is negative or no number is 0; what is too large the most. */
+static inline uint32_t shared_exponent_pack_up(const float rgb[3], int mantissa_bits,
+                                               const float up[3], float most_up)
 {
     const int32_t least = shared_exponent_least(mantissa_bits);
     const uint32_t most = shared_exponent_most(mantissa_bits);
@@ -45,15 +47,31 @@ static inline uint32_t shared_exponent_pack(const float rgb[3], int mantissa_bit
     uint32_t exponent = step > least ? (uint32_t)(step - least) : 0;
     exponent = exponent < most ? exponent : most;
     float scale = shared_exponent_power(-(least + (int32_t)exponent));
-    if (largest * scale + 0.5f >= (float)(full + 1) && exponent < most) {
+    if (largest * scale + most_up >= (float)(full + 1) && exponent < most) {
         exponent++;
         scale *= 0.5f;
     }
     for (int c = 2; c >= 0; c--) {
-        const float v = rgb[c] > 0.0f ? rgb[c] * scale + 0.5f : 0.0f;
+        const float v = rgb[c] > 0.0f ? rgb[c] * scale + up[c] : 0.0f;
         packed = packed << mantissa_bits | (v < (float)full ? (uint32_t)v : full);
     }
     return packed | exponent << 3 * mantissa_bits;
+}
+
+/* To nearest. */
+static inline uint32_t shared_exponent_pack(const float rgb[3], int mantissa_bits)
+{
+    return shared_exponent_pack_up(rgb, mantissa_bits, (const float[]){0.5f, 0.5f, 0.5f}, 0.5f);
+}
+
+/* Up or down by eight random bits for each number, the lowest 24, so that the mean over all of them
+ * is the number, to 1/512 of a step. What is exact stays. */
+static inline uint32_t shared_exponent_pack_random(const float rgb[3], int mantissa_bits,
+                                                   uint32_t random)
+{
+    float up[3];
+    for (int c = 0; c < 3; c++) up[c] = (float)(2 * (random >> 8 * c & 255u) + 1) * (1.0f / 512.0f);
+    return shared_exponent_pack_up(rgb, mantissa_bits, up, 511.0f / 512.0f);
 }
 
 static inline void shared_exponent_unpack(uint32_t packed, int mantissa_bits, float rgb[3])

@@ -164,10 +164,13 @@ uint32_t frame_pass_samples(const struct plan_pass *pass)
     return count > 0 ? count : 1;
 }
 
-uint64_t frame_pass_work(const struct plan_pass *pass, uint32_t area)
+uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, uint32_t area)
 {
+    const uint32_t lens = pass->number == 0 ? plan->lens_strata_per_axis : 0;
+    const uint32_t field = pass->count + pass->strata * pass->strata;
     uint64_t rays = 0;
-    if (!pass->sides) return (uint64_t)frame_pass_samples(pass) * area;
+    if (!pass->sides)
+        return (uint64_t)(lens > 0 ? field + lens * lens : frame_pass_samples(pass)) * area;
     for (uint32_t i = 0; i < area; i++) rays += (uint64_t)pass->sides[i] * pass->sides[i];
     for (uint32_t i = 0; i < area && pass->lobes; i++)
         rays += (uint64_t)pass->lobes[i] * pass->lobes[i];

@@ -257,7 +257,7 @@ static void land(struct decode_task *t)
     counters_add(&f->statistics.counters, &t->result.counters);
     f->statistics.tiles_done++;
     f->samples_landed += frame_has_rounds(f)
-                             ? frame_pass_work(&t->pass, (uint32_t)rect_area(t->rect))
+                             ? frame_pass_work(&f->plan, &t->pass, (uint32_t)rect_area(t->rect))
                              : frame_pass_samples(&t->pass);
     if (frame_has_rounds(f)) frame_rounds_note(f);
     error = submit_ready(f);

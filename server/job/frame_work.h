@@ -80,8 +80,8 @@ bool frame_task_over(struct frame *f);
 /* Samples a pixel of a pass, by which the work that is done is told: paths, and bounce rays, each
  * of which goes on as a path does; at least one. */
 uint32_t frame_pass_samples(const struct plan_pass *pass);
-/* The same of all of a tile's pixels, which may differ. */
-uint64_t frame_pass_work(const struct plan_pass *pass, uint32_t area);
+/* The same of all of a tile's pixels, which may differ; with the samples of the lens. */
+uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, uint32_t area);
 
 /* What a pass of a tile traces. */
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);

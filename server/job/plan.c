@@ -95,9 +95,11 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-/* All samples of a frame that has rounds stay until the last. */
-static int fit_memory(const struct plan *plan, struct fault *fault)
+/* All samples of a frame that has rounds stay until the last. Second sets through the lens are no
+ * reason to refuse it. */
+static int fit_memory(struct plan *plan, struct plan_report *report, struct fault *fault)
 {
+    char why[PLAN_WHY_BYTES];
     struct samples_layout layout;
     const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
     const char *place = plan->target_error > 0.0f ? "/sampling/target_error" : "/filter/indirect";
@@ -106,10 +108,13 @@ static int fit_memory(const struct plan *plan, struct fault *fault)
     const uint64_t each = layout.total_bytes / (LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     if (each * pixels <= LIMIT_TARGET_BYTES) return 0;
-    return fault_set(fault, ERR_LIMIT, place,
-                     "%" PRIu64 " pixels keep %" PRIu64
-                     " bytes each until all their samples are known: above %llu in all",
-                     pixels, each, LIMIT_TARGET_BYTES);
+    snprintf(why, sizeof why,
+             "%" PRIu64 " pixels keep %" PRIu64
+             " bytes each until all their samples are known: above %llu in all",
+             pixels, each, LIMIT_TARGET_BYTES);
+    if (plan->lens_extra == 0) return fault_set(fault, ERR_LIMIT, place, "%s", why);
+    plan_lens_one_set(why, plan, report);
+    return 0;
 }
 
 /* Paths alone: no filter runs. `indirect_why` is said of indirect light, `why` of light fields. */
@@ -309,7 +314,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
     tell_darkness(report);
     error = check_strata(job, plan, fault);
     if (!error) error = fit_tile(plan, report, fault);
-    if (!error) error = fit_memory(plan, fault);
+    if (!error) error = fit_memory(plan, report, fault);
     if (!error && plan_check(plan, &inner) != 0)
         error = fault_set(fault, inner.code, "", "%s: %s", inner.pointer, inner.detail);
     return error;

@@ -185,9 +185,14 @@ bool plan_lens_possible(const struct job *job, const struct plan *plan, char why
  * filter.method does, and under that auto the sheared filter. */
 uint32_t plan_choose_lens_filter(const struct job *job, char why[PLAN_FILTER_WHY_BYTES]);
 const char *plan_lens_filter_name(uint32_t filter);
+/* Bytes a pixel that lens samples of the job travel in, with the surfaces that they meet, where
+ * light fields are to light them, and with second sets if there may be any. */
+uint64_t plan_lens_bytes(const struct job *job, bool surfaces);
 /* No lens samples, because of `why`. */
 void plan_lens_none(const struct job *job, const char *why, struct plan_report *report);
 void plan_lens(const struct job *job, struct plan *plan, struct plan_report *report);
+/* No second sets through the lens after all, because of `why`; nothing else has such sets. */
+void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report);
 /* Of a plan of lens samples with its bounces: enum lens_light, and a sentence that says why. Light
  * fields light them where a filter of the lens runs and one of light fields would: of shadows and
  * of indirect light where fields cover the scene, else of indirect light alone. */

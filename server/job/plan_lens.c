@@ -19,11 +19,12 @@ static uint32_t strata_of(const struct job *job)
     return job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
 }
 
-/* Bytes a pixel of what lens samples travel in, and second sets if there may be any. */
-static uint64_t bytes_of(uint32_t l, const struct job *job)
+uint64_t plan_lens_bytes(const struct job *job, bool surfaces)
 {
+    const uint64_t l = strata_of(job), seen = 3 * sizeof(float) + sizeof(uint16_t);
+    const uint64_t met = surfaces ? 2 * sizeof(uint16_t) + 2 * sizeof(uint32_t) : 0;
     const uint64_t more = job->lens_extra > 0 ? 4 * sizeof(float) : 0;
-    return (uint64_t)l * l * (3 * sizeof(float) + sizeof(uint16_t)) + sizeof(uint16_t) + more;
+    return l * l * (seen + met) + sizeof(uint16_t) + more;
 }
 
 static const char *first_other_layer(const struct job *job)
@@ -44,10 +45,10 @@ bool plan_lens_possible(const struct job *job, const struct plan *plan, char why
     else if (l > most)
         snprintf(why, PLAN_WHY_BYTES, "%u lens samples are more than the %u that travel one by one",
                  l * l, most * most);
-    else if (bytes_of(l, job) * pixels > LIMIT_LENS_BYTES)
+    else if (plan_lens_bytes(job, false) * pixels > LIMIT_LENS_BYTES)
         snprintf(why, PLAN_WHY_BYTES,
                  "%" PRIu64 " pixels of %" PRIu64 " bytes of lens samples are above %llu in all",
-                 pixels, bytes_of(l, job), LIMIT_LENS_BYTES);
+                 pixels, plan_lens_bytes(job, false), LIMIT_LENS_BYTES);
     else
         return true;
     return false;
@@ -142,6 +143,15 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
         plan->planes |= PLANE_BIT(LENS_MORE);
         plan->capabilities |= CAPABILITY_SIDES;
     }
+}
+
+void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report)
+{
+    plan->lens_extra = 0;
+    plan->planes &= ~PLANE_BIT(LENS_MORE);
+    plan->capabilities &= ~(uint32_t)CAPABILITY_SIDES;
+    plan_skip(report, "sampling.lens_extra", "%s", why);
+    plan_warn(report, "sampling.lens_extra is left out: %s", why);
 }
 
 void plan_lens(const struct job *job, struct plan *plan, struct plan_report *report)

@@ -4,14 +4,12 @@
 
 #include "proto/samples.h"
 #include "server/job/plan.h"
+#include "server/reconstruct/block.h"
 
 /* What a resolve of sub-samples reads: lens samples make the picture. */
 #define PLANES_RESOLVE                                                                             \
     (PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |    \
      PLANE_BIT(SUB_ID))
-
-/* Bytes a lens sample with its surface (samples.h). */
-#define SAMPLE_BYTES 26u
 
 static bool is_indirect_filtered(const struct job *job, const struct plan *plan)
 {
@@ -20,15 +18,33 @@ static bool is_indirect_filtered(const struct job *job, const struct plan *plan)
     return plan->bounces > 0 && !averaged;
 }
 
+/* What a thread needs at least to light samples of the lens: at most so much. */
+static uint64_t block_bytes(const struct job *job, const struct plan *plan)
+{
+    char unused[PLAN_FILTER_WHY_BYTES];
+    struct plan lit = *plan;
+    lit.lens_light = LENS_LIGHT_DIFFUSE;
+    lit.lens_strata_per_axis = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
+    lit.lens_filter = plan_choose_lens_filter(job, unused);
+    lit.planes |= PLANES_LENS | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
+    lit.light_planes = LIGHT_PLANES_STRATA;
+    lit.indirect_strata_per_axis =
+        job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    if (job->indirect == INDIRECT_SHEARED &&
+        lit.indirect_strata_per_axis <= LIMIT_PLANE_STRATA_PER_AXIS)
+        lit.planes |= PLANE_BIT(INDIRECT_STRATA);
+    lit.shadow_filter = plan_choose_filter(job, &lit, unused);
+    lit.indirect_filter = plan_choose_indirect_filter(job, &lit, unused);
+    return block_patch_bytes_least(&lit);
+}
+
 /* Whether fields could light lens samples at all; else why not. */
 static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
                         char why[PLAN_WHY_BYTES])
 {
     char unused[PLAN_FILTER_WHY_BYTES];
-    const uint32_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
-    const uint64_t more = job->lens_extra > 0 ? 4 * sizeof(float) : 0; /* of second sets */
-    const uint64_t bytes = ((uint64_t)SAMPLE_BYTES * l * l + more) * (uint64_t)plan->width_px *
-                           (uint64_t)plan->height_px;
+    const uint64_t bytes =
+        plan_lens_bytes(job, true) * (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     if (plan_choose_lens_filter(job, unused) == LENS_FILTER_NONE)
         snprintf(why, PLAN_WHY_BYTES, "no filter of the lens runs: its samples are averaged");
     else if (job->indirect == INDIRECT_ADAPTIVE)
@@ -37,6 +53,10 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
         snprintf(why, PLAN_WHY_BYTES,
                  "%" PRIu64 " bytes of lens samples with their surfaces are above %llu", bytes,
                  LIMIT_LENS_BYTES);
+    else if (block_bytes(job, plan) > LIMIT_PATCH_BYTES)
+        snprintf(why, PLAN_WHY_BYTES,
+                 "a block's lens samples with their surfaces are above %llu bytes",
+                 LIMIT_PATCH_BYTES);
     else
         return plan_light_field_possible(job, scene, why);
     return false;

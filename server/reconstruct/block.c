@@ -18,7 +18,6 @@
 #define SIDE_FILTERED_PX       128
 #define SIDE_FILTERED_LARGE_PX 256
 #define BLOCKS_ENOUGH          64
-#define STRATA_HEAVY           8 /* per axis: above, a patch of single rays is 1 kB a pixel and more */
 
 /* Of bounce rays of pixel centres, which a light field beside paths consists of. */
 #define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | PLANE_BIT(OPEN))
@@ -28,18 +27,6 @@ static bool is_filtered(const struct plan *plan)
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
            plan->indirect_filter != INDIRECT_FILTER_NONE ||
            plan->glossy_filter != GLOSSY_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
-}
-
-int32_t block_side_px(const struct plan *plan)
-{
-    int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
-    bool heavy = (plan->planes >> PLANE_INDIRECT_STRATA & 1u) &&
-                 plan->indirect_strata_per_axis > STRATA_HEAVY;
-    heavy = heavy || plan->lens_strata_per_axis > STRATA_HEAVY;
-    if (!is_filtered(plan) || heavy) return SIDE_PX;
-    const bool wide = plan->lens_filter != LENS_FILTER_NONE;
-    const bool many = (int64_t)plan->width_px * plan->height_px >= BLOCKS_ENOUGH * large;
-    return wide || many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
 }
 
 /* Pixels beside a block whose lighting the resolve borrows. */
@@ -60,6 +47,31 @@ int32_t block_halo_px(const struct plan *plan)
     if (indirect < shadow) indirect = shadow;
     indirect += lens_light_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
+}
+
+/* Of the largest patch that blocks of this side have. */
+static uint64_t bytes_of(const struct plan *plan, int32_t side_px)
+{
+    const int32_t side = side_px + 2 * block_halo_px(plan);
+    const size_t width = (size_t)(side < plan->width_px ? side : plan->width_px);
+    const size_t height = (size_t)(side < plan->height_px ? side : plan->height_px);
+    return patch_bytes(plan, width * height);
+}
+
+uint64_t block_patch_bytes_least(const struct plan *plan)
+{
+    return bytes_of(plan, SIDE_PX);
+}
+
+int32_t block_side_px(const struct plan *plan)
+{
+    const int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
+    const bool wide = plan->lens_filter != LENS_FILTER_NONE;
+    const bool many = (int64_t)plan->width_px * plan->height_px >= BLOCKS_ENOUGH * large;
+    int32_t side = wide || many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
+    if (!is_filtered(plan)) return SIDE_PX;
+    while (side > SIDE_PX && bytes_of(plan, side) > LIMIT_PATCH_BYTES) side /= 2;
+    return side;
 }
 
 static bool contains(struct rect outer, struct rect inner)
@@ -101,7 +113,7 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
 }
 
 /* What the lens sees, its samples lit by the fields of pixel centres where the plan has these. */
-static int reconstruct_lens(const struct plan *plan, const struct patch *patch, struct rect block,
+static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct rect block,
                             struct image *image, struct block_statistics *statistics)
 {
     struct lighting lighting;
@@ -118,7 +130,7 @@ static int reconstruct_lens(const struct plan *plan, const struct patch *patch, 
     return error;
 }
 
-static int reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
+static int reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
                        struct image *image, struct block_squares *squares,
                        struct block_statistics *statistics)
 {
@@ -158,9 +170,8 @@ static void measure_pixels(const struct block_squares *squares, const struct ima
     }
 }
 
-static int run(const struct plan *plan, const struct patch *patch, struct rect block,
-               struct image *image, const struct block_measure *measure,
-               struct block_statistics *statistics)
+static int run(const struct plan *plan, struct patch *patch, struct rect block, struct image *image,
+               const struct block_measure *measure, struct block_statistics *statistics)
 {
     struct rect whole = {0, 0, image->width_px, image->height_px};
     struct block_squares squares = {.memory = NULL};
@@ -175,15 +186,14 @@ static int run(const struct plan *plan, const struct patch *patch, struct rect b
     return error;
 }
 
-int block_reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
+int block_reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics)
 {
     return run(plan, patch, block, image, NULL, statistics);
 }
 
-int block_reconstruct_measured(const struct plan *plan, const struct patch *patch,
-                               struct rect block, struct image *image,
-                               const struct block_measure *measure,
+int block_reconstruct_measured(const struct plan *plan, struct patch *patch, struct rect block,
+                               struct image *image, const struct block_measure *measure,
                                struct block_statistics *statistics)
 {
     return run(plan, patch, block, image, measure, statistics);

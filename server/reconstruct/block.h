@@ -1,8 +1,9 @@
 #pragma once
 /* One block from samples to pixels: the mean of the paths' sums, or the light field's lighting
  * (filtered or not), composition with albedo, anti-aliased resolve; or, under a plan with both, the
- * sum of the paths' picture and of the light field's indirect light. A pure function of its
- * arguments; any thread. */
+ * sum of the paths' picture and of the light field's indirect light. A function of its arguments
+ * alone; any thread. Where light fields light lens samples, these are lit in place:
+ * patch->lens_radiance changes, and a second copy of what weighs most is spared. */
 #include "server/image/image.h"
 #include "server/reconstruct/block_squares.h"
 #include "server/reconstruct/glossy.h"
@@ -26,8 +27,11 @@ struct block_statistics {
 };
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far
- * around each. Pixels do not depend on it. */
+ * around each, as far as their patches stay below LIMIT_PATCH_BYTES. Pixels do not depend on it. */
 int32_t block_side_px(const struct plan *plan);
+
+/* Bytes of a patch of the smallest blocks that there are, with all that is around them. */
+uint64_t block_patch_bytes_least(const struct plan *plan);
 
 /* Pixels around a block that its reconstruction reads under this plan. */
 int32_t block_halo_px(const struct plan *plan);
@@ -41,11 +45,10 @@ struct block_measure {
 
 /* Writes `block` (inside patch->core; patch->rect is block grown by the halo and cut at the image)
  * of every channel that `image` has. `layers` as in proto/job.h. */
-int block_reconstruct(const struct plan *plan, const struct patch *patch, struct rect block,
+int block_reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics);
 
 /* The same, and *measure; the image has the layer beauty. */
-int block_reconstruct_measured(const struct plan *plan, const struct patch *patch,
-                               struct rect block, struct image *image,
-                               const struct block_measure *measure,
+int block_reconstruct_measured(const struct plan *plan, struct patch *patch, struct rect block,
+                               struct image *image, const struct block_measure *measure,
                                struct block_statistics *statistics);

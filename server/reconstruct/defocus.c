@@ -92,21 +92,14 @@ int defocus_compose(const struct plan *plan, const struct patch *patch, struct r
     return 0;
 }
 
-int defocus_compose_lit(const struct plan *plan, const struct patch *patch, struct rect block,
+int defocus_compose_lit(const struct plan *plan, struct patch *patch, struct rect block,
                         const struct lighting *lighting, struct rect lit, struct image *image,
                         struct block_statistics *statistics)
 {
-    const size_t planes = (size_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis * 3;
-    const size_t bytes = planes * (size_t)rect_area(patch->rect) * sizeof(float);
     const struct rect seen = rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect);
     const uint64_t start_us = thread_cpu_us();
-    struct patch shown = *patch; /* but for its samples' radiance */
-    shown.lens_radiance = scratch_take(patch->scratch, bytes);
-    if (!shown.lens_radiance) return ERR_MEMORY;
-    int error = lens_light_take(plan, patch, lighting, lit, seen, block, shown.lens_radiance,
-                                &statistics->lens_light);
+    const int error = lens_light_take(plan, patch, lighting, lit, seen, block, patch->lens_radiance,
+                                      &statistics->lens_light);
     statistics->lens_light_cpu_us = thread_cpu_us() - start_us;
-    if (!error) error = defocus_compose(plan, &shown, block, image, statistics);
-    scratch_give(patch->scratch, shown.lens_radiance);
-    return error;
+    return error ? error : defocus_compose(plan, patch, block, image, statistics);
 }

@@ -15,7 +15,8 @@
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics);
 
-/* The same where light fields light the samples: by `lighting`, which is of `lit`. */
-int defocus_compose_lit(const struct plan *plan, const struct patch *patch, struct rect block,
+/* The same where light fields light the samples: by `lighting`, which is of `lit`. In place: the
+ * patch has the samples as they are lit afterwards. */
+int defocus_compose_lit(const struct plan *plan, struct patch *patch, struct rect block,
                         const struct lighting *lighting, struct rect lit, struct image *image,
                         struct block_statistics *statistics);

@@ -13,7 +13,6 @@
 
 #define AROUND_PX 2  /* between q and the pixels that lend */
 #define RUN_PX    16 /* samples side by side are lit if one of them is read */
-#define ROUNDING  0.999f
 
 int32_t lens_light_ring_px(const struct plan *plan)
 {
@@ -92,7 +91,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         const int32_t pixel = f->row.x + (int32_t)i;
         float light[3];
         if (!takes_light(albedo[i]) || !is_read(f, i, near)) continue;
-        const bool lit = r->z[i] > 0.0f && fabsf(r->slope[i]) <= LENS_LIGHT_SLOPE_MOST &&
+        const bool lit = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST &&
                          lens_lend(&f->lenders, r, i, light);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c];
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;

@@ -4,7 +4,10 @@
  * the middle sees the same point. A sample of pixel position p at lens position u with slope s
  * shows what a pinhole shows at q = p + s u (lens_pattern.h); the pixels around q that show its
  * surface lend their lighting. Where none does, the point is hidden from the middle, and the sample
- * keeps what its own path has found. */
+ * keeps what its own path has found.
+ *
+ * What is lent is linear between pixel centres, at any number of samples: a sharp shadow's edge
+ * between two of them stays a ramp as wide as a pixel, however many samples look at it. */
 #include "server/reconstruct/lighting.h"
 
 struct lens_light_statistics {
@@ -18,8 +21,8 @@ int32_t lens_light_ring_px(const struct plan *plan);
 
 /* Radiance of those lens samples of `seen`, which lies in the patch, that the filter of `block`
  * reads (lens_wanted.h), lit by `lighting`, which is of `lit`: as patch->lens_radiance lies,
- * l_u^2 * 3 planes; others are not set or not lit. Counts samples of
- * `block`. ERR_MEMORY; ERR_RANGE without the planes. */
+ * l_u^2 * 3 planes, and may be these; others are not set or not lit. Counts samples of `block`.
+ * ERR_MEMORY; ERR_RANGE without the planes. */
 int lens_light_take(const struct plan *plan, const struct patch *patch,
                     const struct lighting *lighting, struct rect lit, struct rect seen,
                     struct rect block, float *radiance, struct lens_light_statistics *statistics);

@@ -35,7 +35,7 @@ struct lens_light_kernels {
     /* Light of `count` samples as they have packed it, times `scale`. */
     void (*own)(const uint32_t *packed, float scale, uint32_t count, float *const light[3]);
 
-    /* Light times channel c of albedo, and what shines by itself. */
+    /* Light times channel c of albedo, and what shines by itself; `out` may be `shine`. */
     void (*add)(const uint32_t *albedo, const float *light, const float *shine, uint32_t c,
                 uint32_t count, float *out);
 

@@ -102,9 +102,11 @@ static void kernel_own(const uint32_t *packed, float scale, uint32_t count, floa
 }
 
 static void kernel_add(const uint32_t *restrict albedo, const float *restrict light,
-                       const float *restrict shine, uint32_t c, uint32_t count, float *restrict out)
+                       const float *shine, uint32_t c, uint32_t count, float *out)
 {
     const uint32_t shift = c * SHARED_EXPONENT_9, full = (1u << SHARED_EXPONENT_9) - 1;
+    /* Each number comes of those at its own place alone. */
+#pragma GCC ivdep
     for (uint32_t i = 0; i < count; i++) {
         const int32_t exponent = (int32_t)(albedo[i] >> 3 * SHARED_EXPONENT_9) +
                                  shared_exponent_least(SHARED_EXPONENT_9);

@@ -149,6 +149,14 @@ static void carve_all(struct carver *c, const struct plan *plan, struct patch *p
     if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
 }
 
+size_t patch_bytes(const struct plan *plan, size_t area)
+{
+    struct carver carver = {.area = area};
+    struct patch unused = {.memory = NULL};
+    carve_all(&carver, plan, &unused);
+    return carver.used_bytes;
+}
+
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
 {
     *out = NULL;
@@ -157,15 +165,13 @@ int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
     if (!p) return ERR_MEMORY;
     p->rect = p->core = rect;
     struct carver carver = {.area = (size_t)rect_area(rect)};
-    carve_all(&carver, plan, p);
-    if (carver.used_bytes > 0) {
-        p->memory = aligned_alloc(ALIGN_BYTES, carver.used_bytes);
+    const size_t bytes = patch_bytes(plan, carver.area);
+    if (bytes > 0) {
+        carver.memory = p->memory = aligned_alloc(ALIGN_BYTES, bytes);
         if (!p->memory) {
             free(p);
             return ERR_MEMORY;
         }
-        carver.memory = p->memory;
-        carver.used_bytes = 0;
         carve_all(&carver, plan, p);
     }
     *out = p;

@@ -82,6 +82,9 @@ struct patch {
     void *memory;            /* owned */
 };
 
+/* Bytes of the arrays that the plan has for so many pixels. */
+size_t patch_bytes(const struct plan *plan, size_t area);
+
 /* Allocates all arrays that the plan has for `rect`, which is all core. */
 int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
 void patch_destroy(struct patch **patch);

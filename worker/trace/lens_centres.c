@@ -119,6 +119,14 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
            off <= PLANE_PX * plan_pixel_size(plan, distance) + SLACK * sqrtf(dot(d, d));
 }
 
+/* Whether fields light a sample that far ahead: its slope as it travels says so where it is read.
+ */
+static bool is_near_focus(const struct plan *plan, float ahead)
+{
+    const float slope = half_to_float(half_from_float(lens_slope(plan, ahead)));
+    return fabsf(slope) < LENS_LIGHT_SLOPE_MOST;
+}
+
 static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
 {
     const struct plan *plan = l->context.plan;
@@ -127,7 +135,7 @@ static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
                            s->position.z[i] - c->eye[2]};
     const float normal[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
     const float z = dot(from, c->forward), read = travelled(plan, z);
-    if (!(z > 0.0f) || !(fabsf(lens_slope(plan, z)) < LENS_LIGHT_SLOPE_MOST)) return false;
+    if (!(z > 0.0f)) return false;
     const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
     const float x = 0.5f * (a / c->half_width + 1.0f) * (float)plan->width_px;
     const float y = 0.5f * (1.0f - b / c->half_height) * (float)plan->height_px;
@@ -142,7 +150,12 @@ static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
 void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
                         const struct path_vertex *v, struct lanes_mask *lit)
 {
+    const struct plan *plan = centres->context.plan;
     for (int i = 0; i < LANES; i++)
         lit->on[i] =
-            i < (int)p->count && v->active.on[i] && is_shown(centres, &v->surface, i) ? -1 : 0;
+            i < (int)p->count && v->active.on[i] &&
+                    is_near_focus(plan, path_ahead(&centres->context, p, v, (uint32_t)i)) &&
+                    is_shown(centres, &v->surface, i)
+                ? -1
+                : 0;
 }

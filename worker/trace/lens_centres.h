@@ -23,6 +23,7 @@ void lens_centres_fini(struct lens_centres *centres);
 
 /* Which of the camera paths' first surfaces light fields light for sure: the pixel whose middle
  * lies nearest shows the same surface, well within what reconstruction asks for
- * (server/reconstruct/ surface.h: half of it), of depths as they travel. */
+ * (server/reconstruct/surface.h: half as far off the pixel's plane at most, and normals up to 8
+ * degrees apart, not 10), of depths and slopes as they travel. */
 void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
                         const struct path_vertex *v, struct lanes_mask *lit);

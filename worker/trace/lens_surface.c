@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "proto/octahedron.h"
+#include "proto/pattern_path.h"
 #include "proto/shared_exponent.h"
 #include "worker/trace/block_store.h"
 
@@ -28,7 +29,8 @@ static void find_light(const struct path_context *c, const struct path_harvest *
 }
 
 /* Of pure Lambert surfaces nothing is left; of others what their other lobes have sent on. What is
- * not finite stays so, for whoever counts it. */
+ * not finite stays so, for whoever counts it. The albedo is the exact one, though it travels
+ * rounded: rounded at random it adds as much in the mean, and nothing is left that is cut at 0. */
 static void take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
 {
     struct path_rgb *left = &h->indirect;
@@ -44,6 +46,16 @@ static void take_out(const struct path_context *c, size_t slot, struct path_harv
     left->r[slot] = fmaxf(left->r[slot] - albedo->r[slot] * brought->r[slot], 0.0f);
     left->g[slot] = fmaxf(left->g[slot] - albedo->g[slot] * brought->g[slot], 0.0f);
     left->b[slot] = fmaxf(left->b[slot] - albedo->b[slot] * brought->b[slot], 0.0f);
+}
+
+/* Bits by which a sample's albedo is rounded: of the pixel and the sample alone, so that neither
+ * tiles nor all samples of a surface have them in common. */
+static uint32_t rounding_of(const struct path_context *c, const struct block *b, size_t lane,
+                            uint32_t sample)
+{
+    const struct pattern *p = &c->plan->pattern;
+    const uint32_t key = path_key(p->seed, p->frame, b->x_px[lane], b->y_px[lane]);
+    return path_mix(key + 0x9e3779b9u * (sample + 1));
 }
 
 void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
@@ -63,7 +75,8 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
         for (int n = 0; n < 3; n++) light[n] *= c->plan->radiance_scale;
         depth[i] = met ? h->distance[k] : 0.0f;
         normals[i] = met ? octahedron_pack8(normal) : 0;
-        albedos[i] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
+        albedos[i] =
+            shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, rounding_of(c, b, i, sample));
         lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);
         take_out(c, k, h);
     }

@@ -158,16 +158,22 @@ static void note_camera_surface(const struct path_packet *p, const struct path_v
     }
 }
 
+float path_ahead(const struct path_context *c, const struct path_packet *p,
+                 const struct path_vertex *v, uint32_t i)
+{
+    const float *ahead = c->plan->camera.forward;
+    const struct RTCRay16 *r = &p->rays.ray;
+    const float along = r->dir_x[i] * ahead[0] + r->dir_y[i] * ahead[1] + r->dir_z[i] * ahead[2];
+    const float z = v->surface.distance[i] * along;
+    return z > FLT_MIN ? z : FLT_MIN; /* a hit, at 0 too */
+}
+
 /* What paths of the lens see lies this far ahead of it. */
 static void note_depth(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_harvest *h)
 {
-    const float *ahead = c->plan->camera.forward;
-    const struct RTCRay16 *r = &p->rays.ray;
     for (uint32_t i = 0; i < p->count; i++) {
-        float along = r->dir_x[i] * ahead[0] + r->dir_y[i] * ahead[1] + r->dir_z[i] * ahead[2];
-        float z = v->surface.distance[i] * along;
-        z = z > FLT_MIN ? z : FLT_MIN; /* a hit, at 0 too */
+        const float z = path_ahead(c, p, v, i);
         h->distance[p->slot[i]] = v->surface.hit.on[i] ? z : INFINITY;
     }
 }

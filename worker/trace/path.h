@@ -137,6 +137,11 @@ float path_pixel_offset(const struct plan *plan, float u);
 void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
                  uint32_t count, struct path_pool *pool);
 
+/* How far ahead of the lens lies what camera path i of the packet meets: the same bits for all who
+ * ask. */
+float path_ahead(const struct path_context *c, const struct path_packet *p,
+                 const struct path_vertex *v, uint32_t i);
+
 /* Adds what the rays met shines: environment, rectangles, surfaces. */
 void path_meet(const struct path_context *c, const struct path_packet *p,
                const struct path_vertex *v, struct path_harvest *h);

@@ -69,12 +69,43 @@ static void odd_numbers_are_bounded(void **state)
         }
 }
 
+/* Over all that random bits can be, in the mean nothing is lost, also where the largest mantissa is
+ * full; no error is above a step. */
+static void random_rounding_has_no_bias(void **state)
+{
+    static const float in[][3] = {
+        {0.7f, 0.3f, 0.001f}, {0.9985f, 0.5f, 0.25f}, {0.9999f, 0.1f, 0}, {0.99805f, 0.3f, 0.6f}};
+    (void)state;
+    for (size_t k = 0; k < sizeof in / sizeof in[0]; k++)
+        for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
+            double sum[3] = {0};
+            const float step =
+                ldexpf(1.0f, in[k][0] * ldexpf(1.0f, m) > ldexpf(1.0f, m) - 1.01f ? 1 - m : -m);
+            for (uint32_t r = 0; r < 256; r++) {
+                float out[3];
+                shared_exponent_unpack(shared_exponent_pack_random(in[k], m, r * 0x010101u), m,
+                                       out);
+                for (int c = 0; c < 3; c++) {
+                    assert_true(fabsf(out[c] - in[k][c]) < step);
+                    sum[c] += (double)out[c] / 256;
+                }
+            }
+            for (int c = 0; c < 3; c++)
+                assert_true(fabs(sum[c] - (double)in[k][c]) <= (double)step / 500);
+        }
+    const float exact[] = {0.125f, 0.75f, 1.0f};
+    for (uint32_t r = 0; r < 256; r++)
+        assert_int_equal(shared_exponent_pack_random(exact, SHARED_EXPONENT_9, r * 0x010101u),
+                         shared_exponent_pack(exact, SHARED_EXPONENT_9));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_are_half_a_step),
         cmocka_unit_test(what_is_exact_stays),
         cmocka_unit_test(odd_numbers_are_bounded),
+        cmocka_unit_test(random_rounding_has_no_bias),
     };
     return cmocka_run_group_tests_name("shared_exponent", tests, NULL, NULL);
 }

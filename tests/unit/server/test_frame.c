@@ -28,6 +28,7 @@ struct bench {
     float target;      /* error; 0: none */
     bool rate;         /* bounce rays come in two sets */
     bool lobes;        /* and rays of glossy lobes */
+    bool lens;         /* and its second sets of paths */
     unsigned extended;
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
@@ -122,6 +123,22 @@ static int tear_down(void **state)
     return error;
 }
 
+/* What light fields light is told of by second sets. */
+static void lens_plan(struct plan *plan)
+{
+    plan->camera.aperture_radius = 0.1f;
+    plan->camera.focus_distance = 4.0f;
+    plan->planes = PLANES_LENS | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) |
+                   PLANE_BIT(ID) | PLANE_BIT(LENS_MORE);
+    plan->light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    plan->sub_samples = 0;
+    plan->indirect_strata_per_axis = 2;
+    plan->lens_strata_per_axis = 3;
+    plan->lens_filter = LENS_FILTER_SHEARED;
+    plan->lens_light = LENS_LIGHT_DIFFUSE;
+    plan->lens_extra = 9;
+}
+
 static void begin(struct bench *b, int32_t tile_px)
 {
     struct frame_options options = {
@@ -155,8 +172,21 @@ static void begin(struct bench *b, int32_t tile_px)
     else
         synthetic_plan(&b->plan, 203, 131, tile_px);
     if (!(b->target > 0.0f) && !b->rate) b->plan.indirect_filter = b->beside;
+    if (b->lens) lens_plan(&b->plan);
     if (b->lobes) b->plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     assert_int_equal(frame_create(&options, &b->frame), 0);
+}
+
+/* Nothing that its workers send has any light. */
+static struct samples *empty_pass(const struct plan *plan, const struct fleet_tile *tile)
+{
+    struct samples_layout layout;
+    struct samples *samples;
+    assert_int_equal(samples_layout_init(&layout, plan, tile->pass.number, rect_width(tile->rect),
+                                         rect_height(tile->rect)),
+                     0);
+    assert_int_equal(samples_create(&layout, &samples), 0);
+    return samples;
 }
 
 /* Sends a tile's samples, `damage` bytes of them spoilt; the verdict, or 0 for a later one. */
@@ -169,7 +199,8 @@ static uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_t
     if (pass.first + pass.count + pass.strata == 0)
         pass = plan_scheduled_pass(&b->plan, tile->pass.number);
     const bool rounds = b->target > 0.0f || b->rate;
-    struct samples *samples = rounds ? synthetic_pass_of(&b->plan, tile->index, &pass)
+    struct samples *samples = b->lens  ? empty_pass(&b->plan, tile)
+                              : rounds ? synthetic_pass_of(&b->plan, tile->index, &pass)
                               : b->path_spp > 0
                                   ? synthetic_pass(&b->plan, tile->index, tile->pass.number)
                               : b->filter ? filtered_tile(&b->plan, &shelf, tile->index)
@@ -407,6 +438,22 @@ static void the_share_counts_bounce_rays(void **state)
     assert_int_equal(send_tile(b, 1, &tile, 0), 0);
     run(b);
     assert_true(frame_traced_share(b->frame) == 25.0 / 41.0);
+    frame_drop(&b->frame);
+    run(b);
+}
+
+/* Samples of the lens belong to the first pass, and second sets are to come. */
+static void the_share_counts_lens_samples(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    b->lens = true;
+    begin(b, 256);
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+    while (b->accepted == 0) uv_run(&b->loop, UV_RUN_ONCE);
+    /* 4 bounce rays and 9 samples of the lens, and 9 more in the mean */
+    assert_true(frame_traced_share(b->frame) == 13.0 / 22.0);
     frame_drop(&b->frame);
     run(b);
 }
@@ -649,6 +696,7 @@ int main(void)
         TEST(unfiltered_frames_count_nothing),
         TEST(bad_workers_change_nothing),
         TEST(passes_give_the_same_files_in_any_order),
+        TEST(the_share_counts_lens_samples),
         TEST(the_share_counts_samples),
         TEST(light_fields_beside_paths_do_not_see_tiles),
         TEST(the_share_counts_bounce_rays),

@@ -3,6 +3,7 @@
 
 #include "proto/message.h"
 #include "proto/samples.h"
+#include "server/reconstruct/block.h"
 #include "tests/unit/server/plan_stage.h"
 
 #define BIT(plane) PLANE_BIT(plane)
@@ -170,6 +171,58 @@ static void second_sets_are_planned(void **state)
     assert_string_equal(why(s, "sampling.lens_extra"), "the camera is a pinhole");
 }
 
+/* Of a large picture: a block of 64 pixels and all around it, with what is beside lens samples. */
+static void blocks_fit_a_threads_memory(void **state)
+{
+    static const struct {
+        uint32_t lens_spp;
+        int32_t side_px;
+    } sides[] = {{9, 256}, {49, 256}, {64, 128}, {144, 64}};
+    struct stage *s = *state;
+    s->job.width_px = s->job.height_px = 512;
+    for (size_t k = 0; k < sizeof sides / sizeof sides[0]; k++) {
+        s->job.lens_spp = sides[k].lens_spp;
+        must_make(s);
+        assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+        assert_int_equal(block_side_px(&s->plan), sides[k].side_px);
+        const int32_t side = block_side_px(&s->plan) + 2 * block_halo_px(&s->plan);
+        assert_true(patch_bytes(&s->plan, (size_t)side * (size_t)side) <= LIMIT_PATCH_BYTES);
+    }
+    s->job.lens_spp = 196;
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    assert_string_equal(s->report.lens_light_why,
+                        "a block's lens samples with their surfaces are above 268435456 bytes");
+    assert_non_null(why(s, "light fields of pixel centres"));
+    assert_int_equal(block_side_px(&s->plan), 128); /* without surfaces */
+    s->job.width_px = s->job.height_px = 128;       /* there is not so much around a block */
+    must_make(s);
+    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+}
+
+/* They are kept until all samples are known, with all that the plan has beside them. */
+static void second_sets_are_left_out_where_samples_are_too_many(void **state)
+{
+    struct stage *s = *state;
+    s->job.lens_extra = 9;
+    s->job.lens_spp = 4;
+    s->job.light_spp = 256;
+    s->job.layers |= LAYER_VISIBILITY;
+    for (int k = 0; k < LIMIT_LIGHTS; k++) set_lamp(&s->lights[k]);
+    s->scene.count[SCENE_LIGHTS] = LIMIT_LIGHTS;
+    s->job.width_px = s->job.height_px = 1024;
+    must_make(s);
+    assert_int_equal(s->plan.lens_extra, 9);
+    s->job.width_px = s->job.height_px = 2048;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
+    assert_int_equal(s->plan.lens_extra, 0);
+    assert_false(plan_has_rounds(&s->plan) || s->plan.planes & BIT(LENS_MORE));
+    assert_false(s->plan.capabilities & CAPABILITY_SIDES);
+    assert_non_null(why(s, "sampling.lens_extra"));
+    assert_true(has_warning(s, "sampling.lens_extra is left out: 4194304 pixels keep "));
+}
+
 static void filters_are_taken_as_asked(void **state)
 {
     struct stage *s = *state;
@@ -333,6 +386,8 @@ int main(void)
         TEST(pinholes_have_none),
         TEST(samples_are_those_asked_for),
         TEST(second_sets_are_planned),
+        TEST(blocks_fit_a_threads_memory),
+        TEST(second_sets_are_left_out_where_samples_are_too_many),
         TEST(filters_are_taken_as_asked),
         TEST(paths_take_what_lens_samples_cannot),
         TEST(any_scene_will_do),

@@ -148,6 +148,67 @@ static void tiles_do_not_show(void **state)
     free(g);
 }
 
+/* Slopes of `slope`, on their way: how many samples of the board there are, and how many of them
+ * bring no light. */
+static uint32_t board_samples(float slope, float as_it_travels, uint32_t *black)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    uint32_t samples = 0;
+    *black = 0;
+    p.camera.aperture_radius = slope / (SIDE * (1.0f / 2 - 1.0f / 6));
+    struct traced t = trace_all(f, &p);
+    for (uint32_t k = 0; k < N; k++)
+        for (size_t i = 0; i < SIDE * SIDE; i++) {
+            float left[3], brought[3];
+            if (half_to_float(samples_u16(t.samples, PLANE_LENS_SLOPE, k)[i]) != as_it_travels)
+                continue;
+            parts_of(&t, k, i, left, brought);
+            samples++;
+            *black += is_black(left) && is_black(brought);
+        }
+    traced_fini(&t);
+    free(f);
+    return samples;
+}
+
+/* Fields do not light what they read as too far out of focus, though it is not by a hair. */
+static void slopes_count_as_they_travel(void **state)
+{
+    uint32_t black;
+    (void)state;
+    assert_true(board_samples(23.98f, 23.984375f, &black) > 100);
+    assert_true(black > 10);
+    assert_true(board_samples(23.995f, 24.0f, &black) > 100);
+    assert_int_equal(black, 0);
+}
+
+/* All samples of a surface together have its albedo, finer than a step of one. */
+static void albedos_are_right_in_the_mean(void **state)
+{
+    static const float albedo[3] = {0.7003f, 0.3001f, 0.0504f};
+    struct scene_fixture *f = fixture_new();
+    const uint32_t paint = fixture_material(f, albedo[0], albedo[1], albedo[2]);
+    double sum[3] = {0};
+    (void)state;
+    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    fixture_panel(f, paint, (float[]){0, 0, -1.5f}, (float[]){9, 0, 0}, (float[]){0, 9, 0});
+    struct traced t = trace_all(f, &p);
+    for (uint32_t k = 0; k < N; k++)
+        for (size_t i = 0; i < SIDE * SIDE; i++) {
+            float a[3];
+            shared_exponent_unpack(samples_u32(t.samples, PLANE_LENS_ALBEDO, k)[i],
+                                   SHARED_EXPONENT_9, a);
+            for (int c = 0; c < 3; c++) {
+                assert_true(fabsf(a[c] - albedo[c]) < 1.0f / 512);
+                sum[c] += (double)a[c] / (N * SIDE * SIDE);
+            }
+        }
+    for (int c = 0; c < 3; c++) assert_true(fabs(sum[c] - (double)albedo[c]) < 5e-5);
+    traced_fini(&t);
+    free(f);
+}
+
 /* Paths of second sets bring all of their light, whatever lights the first. */
 static struct samples *second_set(uint32_t light, struct counters *counters)
 {
@@ -196,6 +257,8 @@ int main(void)
         cmocka_unit_test(samples_bring_their_light_in_parts),
         cmocka_unit_test(samples_tell_of_their_surface),
         cmocka_unit_test(tiles_do_not_show),
+        cmocka_unit_test(slopes_count_as_they_travel),
+        cmocka_unit_test(albedos_are_right_in_the_mean),
         cmocka_unit_test(second_sets_are_whole_paths),
     };
     return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
