@@ -5,6 +5,7 @@
 #include <time.h>
 #include <xmmintrin.h>
 
+#include "worker/stages.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/geometry.h"
 #include "worker/trace/glossy.h"
@@ -67,106 +68,6 @@ void tile_tracer_destroy(struct tile_tracer **tracer)
 struct queries *tile_tracer_queries(struct tile_tracer *tracer)
 {
     return &tracer->queries;
-}
-
-/* What a pass of a plan runs. */
-struct stages {
-    bool centres;          /* pixel centres */
-    bool lights;           /* their light fields of lights */
-    bool bounces;          /* bounce rays leave them */
-    bool glossy;           /* and rays of their glossy lobes */
-    bool lens;             /* the lens's light field */
-    bool more;             /* or a second set of paths through it */
-    uint32_t first, count; /* samples of the path tracer */
-    struct plan_pass pass;
-    struct path_context paths, field, through_lens;
-    struct path_context whole; /* through the lens, with all of their light */
-};
-
-static bool has_rectangles(const struct plan *plan)
-{
-    for (uint32_t k = 0; k < plan->light_count; k++)
-        if (plan->lights[k].type == LIGHT_RECTANGLE) return true;
-    return false;
-}
-
-static bool has_blended(const struct material_table *materials)
-{
-    for (uint32_t k = 0; k < materials->count; k++)
-        if (materials->materials[k].blend) return true;
-    return false;
-}
-
-static bool has_emissive(const struct material_table *materials)
-{
-    for (uint32_t k = 0; k < materials->count; k++)
-        if (materials->materials[k].emissive) return true;
-    return false;
-}
-
-/* Whether all that shines is listed: no environment, and no mesh that no light stands for. */
-static bool is_listed(const struct render_scene *scene, const struct plan *plan)
-{
-    if (plan->environment.kind != ENVIRONMENT_NONE) return false;
-    for (uint64_t k = 0; k < scene->blob->count[SCENE_MESHES]; k++) {
-        const struct mesh_view *mesh = &scene->meshes[k];
-        if (mesh->material->emissive && !(mesh->flags & MESH_IS_LIGHT)) return false;
-    }
-    return true;
-}
-
-#define PLANES_DEMODULATED (PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT))
-
-/* With bounce rays, but those of second sets. */
-static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
-{
-    return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides;
-}
-
-static void stages_init(struct tile_tracer *t, const struct plan *plan,
-                        const struct plan_pass *pass, struct counters *counters, struct stages *out)
-{
-    const bool first = pass->number == 0;
-    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS |
-                                                                  PLANES_LENS_MORE)) != 0 ||
-                                                plan->light_planes != 0),
-                           .lights = first,
-                           .lens = first && plan->lens_strata_per_axis > 0,
-                           .more = pass->sides && plan->lens_extra > 0,
-                           .pass = *pass,
-                           .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                           .glossy = traces_lobes(plan, pass),
-                           .first = pass->first,
-                           .count = plan->paths.spp > 0 ? pass->count : 0};
-    out->centres = out->centres || out->bounces;
-    out->paths = (struct path_context){
-        .queries = &t->queries,
-        .lights = &t->lights,
-        .sky = &t->sky,
-        .plan = plan,
-        .counters = counters,
-        .demodulate = (plan->planes & PLANES_DEMODULATED) != 0,
-        .blended = has_blended(t->queries.scene->materials),
-        .shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
-                  has_emissive(t->queries.scene->materials),
-        .leaves_diffuse = plan->paths.without_diffuse_indirect != 0,
-        .leaves_glossy = plan->paths.without_glossy_indirect != 0,
-    };
-    out->field = out->paths;
-    out->field.field = true;
-    out->field.strata = pass->strata;
-    out->field.sides = pass->sides;
-    out->field.lobes = pass->lobes;
-    out->field.pass = pass->number;
-    out->field.listed = is_listed(t->queries.scene, plan);
-    out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
-    out->whole = out->paths;
-    out->whole.lens = true;
-    out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
-    out->through_lens = out->whole;
-    out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
-    out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
-    if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = &t->centres;
 }
 
 /* Marks lanes whose surface reflects something. */
@@ -455,7 +356,12 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     tracer->queries.rejected = 0;
     light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);
-    stages_init(tracer, plan, pass, counters, &stages);
+    const struct path_context parts = {.queries = &tracer->queries,
+                                       .lights = &tracer->lights,
+                                       .sky = &tracer->sky,
+                                       .plan = plan,
+                                       .counters = counters};
+    stages_init(&parts, &tracer->centres, pass, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
     if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
