@@ -297,12 +297,12 @@ export class PictureView {
 
   // All pixels in sight are counted once nothing changes any more; some until then.
   showFigures(moved) {
-    const { source, other, viewport } = this, area = viewport.visible();
-    const step = moved || source.live || other.live ? sparseStep(area) : 1;
+    const { source, other, viewport } = this, area = viewport.visible(), live = source.live || other.live;
+    const step = moved || live ? sparseStep(area) : 1;
     const found = this.compare.figures(source.image, other.image, area, step);
     if (moved && step > 1) this.measureSoon();
     this.at.figures.textContent = found
-      ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels}${step > 1 ? " of the" : ""} pixels in sight${found.bad ? `, ${found.bad} not finite` : ""}`
+      ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels}${step > 1 ? " of the" : ""} pixels in sight${live ? " so far" : ""}${found.bad ? `, ${found.bad} not finite` : ""}`
       : other.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
   }
 

@@ -307,7 +307,7 @@ await runAll(async () => {
     await page.press("#other-job", "Enter");
     await page.selectOption("#other-layer", "beauty");
     await press(page, "f");
-    const said = await until("figures", async () => /^RMSE .* over 102400 /.test(await text(page, "figures")) && text(page, "figures"), 20);
+    const said = await until("figures", async () => /^RMSE .* over 102400 pixels in sight$/.test(await text(page, "figures")) && text(page, "figures"), 20);
     const files = [];
     for (const job of [id, plain]) {
       const file = join(tmp, `${job}.exr`);
@@ -330,7 +330,7 @@ await runAll(async () => {
   await test("filtered and unfiltered at one key, of the same samples", async () => {
     const before = await mean(page);
     await press(page, "u");
-    await until("the twin's picture", async () => Number((/RMSE ([0-9.]+), .* over 102400 /.exec(await text(page, "figures")) ?? [])[1]) > 0.002, 60);
+    await until("the twin's picture", async () => Number((/RMSE ([0-9.]+), .* over 102400 pixels in sight$/.exec(await text(page, "figures")) ?? [])[1]) > 0.002, 60);
     const twin = await page.inputValue("#other-job");
     const { document } = await (await page.request.get(`${url}/v1/jobs/${twin}`)).json();
     const own = (await (await page.request.get(`${url}/v1/jobs/${id}`)).json()).document;

@@ -32,7 +32,7 @@ const meanRays = ({ first_rays: first, second_rays: second }) => Math.round(160 
 
 // Whether the samples are those that the method is about.
 function isCovered({ effect }, method, { rays: { paths, indirect, lens }, lens: { samples_lit: lit } }) {
-  const through = method === "paths" ? lens === 0 && paths > 0 : lens > 0 && paths === 0;
+  const through = method === "paths" ? lens === 0 && paths > 0 : lens > 0 && (method === "extra") === (paths > 0);
   return { indirect: indirect > 0, lens: through, combined: through && (method === "auto") === (lit > 0) }[effect] ?? paths === 0;
 }
 
