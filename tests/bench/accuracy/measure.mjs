@@ -39,7 +39,7 @@ function isCovered({ effect }, method, { rays: { paths, indirect, lens }, lens: 
 // step: the samples a pixel, or mu.
 function renderTest(tools, scene, o, file, method, step) {
   const turned = isTurned(scene, method), picture = `${o.out}/pictures/${scene.name}-${method}-${step}.exr`, runs = [];
-  const times = (turned ? step === 1 : o.repeatSpp.includes(step)) ? o.repeat : 1;
+  const times = (turned ? step === 1 : o.repeatSpp[scene.effect] === step) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
     runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, SEED), picture));
     if (!isCovered(scene, method, runs[i])) throw new Error(`${scene.name}: light fields do not cover it`);
@@ -70,10 +70,10 @@ function judgeAll(tools, reference, rows, effect) {
     const found = tools.judge(reference.path, row.picture, effect);
     for (const part of ["judged", ...Object.keys(effect.parts ?? {})])
       found[part].rmse = reference.corrected(found[part].rmse, part);
+    found.judged.doubt = reference.doubt(row.picture);
     return { ...row, ...found };
   });
 }
-const smallest = (rows) => Math.min(...rows.map((r) => r.judged.rmse));
 
 // Rows as accuracy.md names them, and the reference they were judged by. A scene whose file is not
 // here (the shared ones may be absent) gives null.
@@ -94,10 +94,10 @@ export function measureScene(tools, scene, o) {
   reference.makePictures(o.beautySeeds[scene.effect]);
   reference.improve(Infinity);
   let rows = judgeAll(tools, reference, pictures, effect);
-  while (!reference.said(smallest(rows)).good && reference.improve(o.referenceSpp[scene.effect])) {
+  while (!reference.said(rows).good && reference.improve(o.referenceSpp[scene.effect])) {
     o.say(`${scene.name}: better reference, ${reference.spp} samples`);
     rows = judgeAll(tools, reference, pictures, effect);
   }
-  const said = reference.said(smallest(rows));
+  const said = reference.said(rows);
   return { rows: rows.map((row) => ({ ...row, reference: said })), reference };
 }

@@ -63,6 +63,9 @@ export function programs(build, folder) {
     // How far two pictures are apart where the filters work: pixel centres, before albedo or weighed
     // by it, as `judged` has it.
     apart: (a, b, effect) => judged(a, b, effect).rmse,
+    // How well a picture's error is known by two halves of a reference: its standard error as a part of it.
+    doubt: (halves, test, { layer, times, where }) => JSON.parse(run("tests/bench/exr_doubt",
+      [...halves, test, layer, ...(times ? [times] : []), ...(where ? [where] : [])])).doubt,
     picturesApart: (a, b) => compare(a, b, PICTURE).rmse,
     same: (a, b, layer) => compare(a, b, layer).rmse === 0,
     // All figures of a picture.

@@ -37,6 +37,7 @@ export class Reference {
   #file;
   #effect;
   #level = -1;
+  #halves;
 
   // file: the scene's; o: side, shared; folder: where references are kept.
   constructor(tools, scene, o, file, folder) {
@@ -139,6 +140,7 @@ export class Reference {
     const halves = this.#scene.lens ? this.#lens(most) : this.#effect.name === "indirect" ? this.#indirect(most) : this.#direct(most);
     if (!halves) return false;
     this.#level++;
+    this.#halves = halves;
     this.path = `${this.folder}/reference.exr`;
     this.#tools.mean(this.path, [...halves, ...this.pictures]);
     this.differences = { judged: this.#tools.apart(...halves, this.#effect) };
@@ -156,10 +158,17 @@ export class Reference {
     return Math.sqrt(Math.max(error * error - 0.25 * this.differences[part] ** 2, 0));
   }
 
-  // `smallest`: the least error that is judged by it. Where the reference's own variance is taken off,
-  // that may be as large as a quarter of what is judged: it is known to a tenth.
-  said(smallest) {
-    return { spp: this.spp, halves_rmse: this.differences.judged,
-      good: this.differences.judged <= (this.#effect.relative ? 1 : 0.1) * smallest, beauty_halves_rmse: this.picturesDifference };
+  // How well the error of a picture is known: the standard error of `corrected` as a part of it. Null
+  // where the reference's own share stays in it.
+  doubt(picture) {
+    return this.#effect.relative ? this.#tools.doubt(this.#halves, picture, this.#effect) : null;
+  }
+
+  // Of rows judged by it. A reference is good when every error is known to a tenth (two standard
+  // errors), or, where its own share stays in them, when its halves differ by a tenth of the least.
+  said(rows) {
+    const smallest = Math.min(...rows.map((r) => r.judged.rmse)), doubt = Math.max(...rows.map((r) => r.judged.doubt));
+    return { spp: this.spp, halves_rmse: this.differences.judged, doubt: this.#effect.relative ? doubt : null,
+      good: this.#effect.relative ? doubt <= 0.05 : this.differences.judged <= 0.1 * smallest, beauty_halves_rmse: this.picturesDifference };
   }
 }
