@@ -28,7 +28,7 @@ const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, r
   spp: { shadows: [4, 9], indirect: [4, 16], lens: [4, 9], combined: [4, 9] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100], lens: [25], combined: [25] },
   referenceSpp: { shadows: 4096, indirect: 1024, lens: 1024, combined: 1024 } };
 const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
-const WORDS = ["scene", "method", "spp", "mu", "side", "reference", "repeat", "out"];
+const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "out"];
 const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";
 
 const ROOT = new URL("../..", import.meta.url).pathname;
