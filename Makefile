@@ -25,13 +25,14 @@ worker_src := $(filter-out worker/main.c,$(shell find worker -name '*.c' 2>/dev/
 unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 fake_src   := $(wildcard tests/fake/*.c)
+load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
 analytic_src := $(wildcard tests/golden/analytic*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(bench_src) $(picture_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(analytic_src) $(golden_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
@@ -45,13 +46,14 @@ programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import
 unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
 fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
 fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src))
+loads    := $(patsubst tests/load/%.c,$(B)/tests/load/%,$(load_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
 pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak golden check-shade check-kernels bench \
-        bench-accuracy bench-quick fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick simulate fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -69,13 +71,13 @@ demo: deps
 	@deploy/demo.sh $(B)
 ## test: set everything up, run all tests; ends with "N passed, N failed"
 test: deps-browser
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(benches) $(pictures) $(checks) $(goldens)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens)
 	@tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)
 	@tests/run $(B) unit
 ## system: the tests of real processes alone
-system: all $(fakes) $(benches) $(pictures) $(goldens)
+system: all $(fakes) $(loads) $(benches) $(pictures) $(goldens)
 	@tests/run $(B) system
 ## browser: the browser tests alone
 browser: all
@@ -104,6 +106,10 @@ bench-accuracy: all $(pictures)
 ## bench-quick: the same on seven small pictures
 bench-quick: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
+## simulate: the scheduler on simulated farms of 256 workers, e.g. make simulate runs=5000 farm=uneven
+runs ?= 1000
+simulate: $(loads)
+	@$(B)/tests/load/simulate_farm runs=$(runs) $(if $(farm),farm=$(farm))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev
@@ -117,7 +123,7 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory -j$$(nproc) B=build/tsan EXTRA="-fsanitize=thread -fno-omit-frame-pointer" sanitized
 .PHONY: sanitized fuzzers
-sanitized: $(programs) $(unit) $(fakes) $(benches) $(pictures) $(goldens)
+sanitized: $(programs) $(unit) $(fakes) $(loads) $(benches) $(pictures) $(goldens)
 	@tests/run $(B) unit system
 ## lint: layout, clang-tidy, cppcheck, include arrows
 lint: deps-dev
@@ -195,6 +201,9 @@ $(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(B)/libimport.a $(B)/l
 $(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(worker_libs)
+$(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)

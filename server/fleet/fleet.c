@@ -1,17 +1,11 @@
-#include "server/fleet/fleet.h"
-
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 
 #include "proto/build.h"
 #include "server/fleet/admission.h"
-#include "server/fleet/lease.h"
-#include "server/fleet/listener.h"
-#include "server/fleet/processes.h"
+#include "server/fleet/fleet_work.h"
 #include "server/fleet/roster.h"
-#include "server/fleet/schedule.h"
-#include "server/fleet/session.h"
 
 #define DEFAULT_BEAT_MS     500u
 #define DEFAULT_SILENCE_MS  10000u
@@ -19,31 +13,6 @@
 #define TICK_MAX_MS         250u
 #define TICK_MIN_MS         10u
 #define WORKER_ID_LIFE_BITS 24
-
-struct fleet {
-    uv_loop_t *loop;
-    struct fleet_client client;
-    uint32_t beat_ms, silence_ms, stall_ms;
-    struct session_host host;
-    struct session **sessions; /* owned, by growing id */
-    size_t session_count, session_capacity;
-    struct schedule_worker *offers; /* owned scratch of hand_out, session_capacity long each */
-    struct session **offered;
-    uint32_t *give;
-    uint64_t next_id;
-    size_t unacked_bytes;
-    char embree_version[LIMIT_NAME_BYTES]; /* of the first worker; "" before it */
-    struct fleet_totals totals;
-    struct lease_past past;
-    uv_idle_t turn; /* active: on_turn is due before the loop sleeps */
-    uv_timer_t tick;
-    struct listener local, tcp;
-    struct processes *processes;
-    bool closing;
-    unsigned open; /* handles, sessions and processes that are not released yet */
-    void (*closed)(void *ctx);
-    void *closed_ctx;
-};
 
 /* ---- sessions ---- */
 
@@ -80,7 +49,9 @@ static int reserve_session(struct fleet *fleet)
     if (offered) fleet->offered = offered;
     uint32_t *give = realloc(fleet->give, capacity * sizeof *give);
     if (give) fleet->give = give;
-    if (!sessions || !offers || !offered || !give) return ERR_MEMORY;
+    const struct lease_table **tables = realloc(fleet->tables, capacity * sizeof *tables);
+    if (tables) fleet->tables = tables;
+    if (!sessions || !offers || !offered || !give || !tables) return ERR_MEMORY;
     fleet->session_capacity = capacity;
     return 0;
 }
@@ -93,6 +64,7 @@ static void release(struct fleet *fleet)
     free(fleet->offers);
     free(fleet->offered);
     free(fleet->give);
+    free(fleet->tables);
     free(fleet);
     if (closed) closed(ctx);
 }
@@ -196,7 +168,7 @@ static bool was_leased(struct fleet *fleet, struct session *s, const struct mess
     if (at == LEASE_NONE)
         return lease_has_tile(&s->leases, r->frame_id, r->index) ||
                lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
-    lease_remove(&s->leases, at);
+    lease_answer(&s->leases, at, uv_now(fleet->loop));
     lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
     return true;
 }
@@ -239,83 +211,11 @@ static int take_result(void *ctx, struct session *s, uint64_t request_id,
 
 /* ---- the turn of the loop ---- */
 
-static size_t gather_offers(struct fleet *fleet)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < fleet->session_count; i++) {
-        struct session *s = fleet->sessions[i];
-        if (!session_may_work(s) || s->want == 0) continue;
-        fleet->offered[count] = s;
-        fleet->offers[count++] = (struct schedule_worker){
-            .threads = s->hello.threads, .want = s->want, .in_hand = s->leases.count};
-    }
-    return count;
-}
-
-/* A lease is on the worker, or back with the client. False: the worker gets no more this turn. */
-static bool send_lease(struct fleet *fleet, struct session *s, const struct fleet_tile *tile)
-{
-    const struct fleet_client *client = &fleet->client;
-    if (!session_knows_frame(s, tile->frame_id)) {
-        uint32_t bytes = 0;
-        const uint8_t *plan = client->plan(client->ctx, tile->frame_id, &bytes);
-        if (!plan || !session_may_work(s)) {
-            client->returned(client->ctx, s->id, tile);
-            return false;
-        }
-        if (session_send_plan(s, tile->frame_id, plan, bytes) != 0) goto fail;
-    }
-    if (session_send_tile(s, tile, uv_now(fleet->loop)) != 0) goto fail;
-    return true;
-fail:
-    client->returned(client->ctx, s->id, tile);
-    session_end(s);
-    return false;
-}
-
-/* One tile for one worker; false when it gets no more this turn. *dry: capabilities for which
- * there is no tile. */
-static bool hand_one(struct fleet *fleet, struct session *s, uint32_t *dry, bool *is_dry)
-{
-    struct fleet_tile tile;
-    uint32_t capabilities = s->hello.capabilities;
-    if (fleet->closing || !session_may_work(s) || s->want == 0) return false;
-    if (*is_dry && (capabilities & ~*dry) == 0) return false;
-    if (!fleet->client.next_tile(fleet->client.ctx, s->id, capabilities, &tile)) {
-        *dry = capabilities;
-        *is_dry = true;
-        return false;
-    }
-    return send_lease(fleet, s, &tile);
-}
-
-/* Tiles go round one by one, so that an unknown supply ends evenly, too. The client may call the
- * fleet from inside; sessions stay in memory until the loop has turned. */
-static void hand_out(struct fleet *fleet)
-{
-    size_t count = gather_offers(fleet);
-    if (count == 0) return;
-    const struct fleet_client *client = &fleet->client;
-    uint64_t supply = client->tiles_left ? client->tiles_left(client->ctx) : UINT64_MAX;
-    schedule_share(fleet->offers, count, supply, fleet->give);
-    uint32_t dry = 0;
-    bool is_dry = false;
-    for (bool any = true; any;) {
-        any = false;
-        for (size_t i = 0; i < count; i++) {
-            if (fleet->give[i] == 0) continue;
-            fleet->give[i] =
-                hand_one(fleet, fleet->offered[i], &dry, &is_dry) ? fleet->give[i] - 1 : 0;
-            any = any || fleet->give[i] > 0;
-        }
-    }
-}
-
 static void on_turn(uv_idle_t *turn)
 {
     struct fleet *fleet = turn->data;
     uv_idle_stop(turn);
-    hand_out(fleet);
+    fleet_hand_out(fleet);
     for (size_t i = 0; i < fleet->session_count; i++) session_turn(fleet->sessions[i]);
 }
 
@@ -373,8 +273,9 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
     lease_past_init(&fleet->past);
     uv_idle_init(loop, &fleet->turn);
     uv_timer_init(loop, &fleet->tick);
-    fleet->turn.data = fleet->tick.data = fleet;
-    fleet->open = 2;
+    uv_timer_init(loop, &fleet->late);
+    fleet->turn.data = fleet->tick.data = fleet->late.data = fleet;
+    fleet->open = 3;
     return fleet;
 }
 
@@ -472,6 +373,7 @@ void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx)
     for (size_t i = 0; i < fleet->session_count; i++) say_goodbye(fleet->sessions[i]);
     uv_close((uv_handle_t *)&fleet->turn, on_handle_closed);
     uv_close((uv_handle_t *)&fleet->tick, on_handle_closed);
+    uv_close((uv_handle_t *)&fleet->late, on_handle_closed);
 }
 
 void fleet_wake(struct fleet *fleet)

@@ -42,6 +42,10 @@ struct fleet_client {
     /* About how many tiles next_tile could still give now, so that a short supply is spread evenly;
      * NULL: not known. */
     uint64_t (*tiles_left)(void *ctx);
+    /* A copy of a tile that is leased, for a worker that would idle while another is late with it;
+     * false: there cannot be one. NULL: no copies; else tiles_left is not. */
+    bool (*copy_tile)(void *ctx, uint64_t worker, uint32_t capabilities,
+                      const struct fleet_tile *of, struct fleet_tile *out);
 };
 
 struct fleet_options {

@@ -19,8 +19,16 @@ int lease_add(struct lease_table *t, const struct lease *lease)
         t->at = at;
         t->capacity = capacity;
     }
-    t->at[t->count++] = *lease;
+    t->at[t->count] = *lease;
+    t->at[t->count].copied = false;
+    t->at[t->count++].begun_ms = lease->since_ms;
     return 0;
+}
+
+uint32_t lease_begun(const struct lease_table *t)
+{
+    const uint32_t threads = t->threads > 0 ? t->threads : 1;
+    return t->count < threads ? t->count : threads;
 }
 
 uint32_t lease_find(const struct lease_table *t, uint64_t frame_id, uint32_t index,
@@ -34,10 +42,25 @@ uint32_t lease_find(const struct lease_table *t, uint64_t frame_id, uint32_t ind
     return LEASE_NONE;
 }
 
-void lease_remove(struct lease_table *t, uint32_t at)
+void lease_remove(struct lease_table *t, uint32_t at, uint64_t now_ms)
 {
+    const uint32_t begun = lease_begun(t);
     t->count--;
     memmove(&t->at[at], &t->at[at + 1], (t->count - at) * sizeof t->at[0]);
+    if (at < begun && t->count >= begun) t->at[begun - 1].begun_ms = now_ms;
+}
+
+/* How much of the pace the last tile is. */
+#define PACE_PART 0.25
+
+void lease_answer(struct lease_table *t, uint32_t at, uint64_t now_ms)
+{
+    if (at < lease_begun(t)) {
+        const double took_ms = (double)(now_ms - t->at[at].begun_ms);
+        t->pace_ms = t->pace_ms > 0 ? t->pace_ms + PACE_PART * (took_ms - t->pace_ms) : took_ms;
+        if (t->pace_ms < 1) t->pace_ms = 1; /* the clock's step */
+    }
+    lease_remove(t, at, now_ms);
 }
 
 bool lease_has_tile(const struct lease_table *t, uint64_t frame_id, uint32_t index)
@@ -54,12 +77,10 @@ bool lease_has_frame(const struct lease_table *t, uint64_t frame_id)
     return false;
 }
 
-void lease_forget_frame(struct lease_table *t, uint64_t frame_id)
+void lease_forget_frame(struct lease_table *t, uint64_t frame_id, uint64_t now_ms)
 {
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < t->count; i++)
-        if (t->at[i].tile.frame_id != frame_id) t->at[kept++] = t->at[i];
-    t->count = kept;
+    for (uint32_t i = t->count; i-- > 0;)
+        if (t->at[i].tile.frame_id == frame_id) lease_remove(t, i, now_ms);
 }
 
 static bool is_stalled(const struct lease *lease, uint64_t now_ms, uint64_t progress_ms,
@@ -75,6 +96,16 @@ uint32_t lease_stalled(const struct lease_table *t, uint64_t now_ms, uint64_t pr
     for (uint32_t i = 0; i < t->count; i++)
         if (is_stalled(&t->at[i], now_ms, progress_ms, answered, overtaken, stall_ms)) return i;
     return LEASE_NONE;
+}
+
+double lease_pace_ms(const struct lease_table *t, uint64_t now_ms)
+{
+    double pace_ms = t->pace_ms;
+    for (uint32_t i = 0; i < lease_begun(t) && pace_ms > 0; i++) {
+        const double since_ms = (double)(now_ms - t->at[i].begun_ms);
+        if (since_ms > pace_ms) pace_ms = since_ms;
+    }
+    return pace_ms;
 }
 
 static const struct lease_key no_key = {.index = UINT32_MAX, .generation = UINT32_MAX};

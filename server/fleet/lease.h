@@ -10,12 +10,17 @@ struct lease {
     struct fleet_tile tile;
     uint64_t since_ms;
     uint64_t answered_before; /* results of its session when it was given */
+    uint64_t begun_ms;        /* since when a thread should be at it; the table's to fill in */
+    bool copied;              /* a copy of it was leased to somebody else, or cannot be */
 };
 
-/* In the order in which they were given. Zero-initialised is empty. */
+/* In the order in which they were given, which is the order in which a worker takes them.
+ * Zero-initialised is empty, of a worker with one thread. */
 struct lease_table {
     struct lease *at; /* owned */
     uint32_t count, capacity;
+    uint32_t threads; /* of its worker; 0 is 1 */
+    double pace_ms;   /* that a thread takes for a tile, lately; 0: not known yet */
 };
 
 #define LEASE_NONE UINT32_MAX
@@ -28,11 +33,19 @@ int lease_add(struct lease_table *t, const struct lease *lease);
 /* Index of a lease, or LEASE_NONE. */
 uint32_t lease_find(const struct lease_table *t, uint64_t frame_id, uint32_t index,
                     uint32_t generation);
-void lease_remove(struct lease_table *t, uint32_t at);
+/* Takes a lease out; the next one is begun. */
+void lease_remove(struct lease_table *t, uint32_t at, uint64_t now_ms);
+/* The same when its result came: it tells of the worker's pace. */
+void lease_answer(struct lease_table *t, uint32_t at, uint64_t now_ms);
+/* The pace, or how long the oldest lease that is begun has been so, if that is longer: a worker
+ * that hangs becomes slow. 0: not known. */
+double lease_pace_ms(const struct lease_table *t, uint64_t now_ms);
+/* Leases that threads should be at: the first ones. */
+uint32_t lease_begun(const struct lease_table *t);
 /* A lease on the tile in any generation. */
 bool lease_has_tile(const struct lease_table *t, uint64_t frame_id, uint32_t index);
 bool lease_has_frame(const struct lease_table *t, uint64_t frame_id);
-void lease_forget_frame(struct lease_table *t, uint64_t frame_id);
+void lease_forget_frame(struct lease_table *t, uint64_t frame_id, uint64_t now_ms);
 
 /* The first lease that is to be taken back: older than stall_ms, and either the session made no
  * progress in that time, or `overtaken` tiles given at the same time or later were answered since

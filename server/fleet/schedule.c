@@ -17,11 +17,37 @@ uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t suppl
     return at_most(full, threads + fair);
 }
 
-static uint64_t total_threads(const struct schedule_worker *workers, size_t count)
+/* All workers together. */
+struct farm {
+    uint64_t threads;
+    double typical_ms; /* pace of a thread, harmonic mean over those whose pace is known; 0: none */
+    double left_ms;    /* until all that is left is done, did everyone work to the end */
+};
+
+static struct farm add_up(const struct schedule_worker *workers, size_t count, uint64_t supply)
 {
-    uint64_t total = 0;
-    for (size_t i = 0; i < count; i++) total += workers[i].threads;
-    return total;
+    struct farm farm = {0};
+    double known = 0, tiles_per_ms = 0, tiles = (double)supply;
+    for (size_t i = 0; i < count; i++) {
+        farm.threads += workers[i].threads;
+        tiles += workers[i].in_hand;
+        if (workers[i].pace_ms == 0) continue;
+        known += workers[i].threads;
+        tiles_per_ms += workers[i].threads / workers[i].pace_ms;
+    }
+    if (known == 0) return farm;
+    farm.typical_ms = known / tiles_per_ms;
+    farm.left_ms = tiles * farm.typical_ms / (double)farm.threads;
+    return farm;
+}
+
+/* Tiles that it would be done with in time. */
+static uint32_t timely(const struct schedule_worker *w, const struct farm *farm)
+{
+    const double rounds = w->pace_ms > 0 ? (farm->left_ms + farm->typical_ms) / w->pace_ms
+                                         : SCHEDULE_TILES_PER_THREAD;
+    return rounds < SCHEDULE_TILES_PER_THREAD ? w->threads * (uint32_t)rounds
+                                              : w->threads * SCHEDULE_TILES_PER_THREAD;
 }
 
 /* Tiles that bring worker w, who holds in_hand and was given `given`, up to `target`. */
@@ -36,12 +62,14 @@ void schedule_share(const struct schedule_worker *workers, size_t count, uint64_
                     uint32_t *give)
 {
     for (size_t i = 0; i < count; i++) give[i] = 0;
-    const uint64_t threads_total = total_threads(workers, count);
+    const struct farm farm = add_up(workers, count, supply);
     const uint64_t left_at_start = supply;
     for (uint32_t level = 1; level <= SCHEDULE_TILES_PER_THREAD * LEVELS_PER_TILE; level++) {
         for (size_t i = 0; i < count && supply > 0; i++) {
             const struct schedule_worker *w = &workers[i];
-            uint32_t depth = schedule_depth(w->threads, threads_total, left_at_start);
+            if (w->want == give[i]) continue;
+            uint32_t depth = schedule_depth(w->threads, farm.threads, left_at_start);
+            depth = at_most(depth, timely(w, &farm));
             uint32_t target = (w->threads * level + LEVELS_PER_TILE - 1) / LEVELS_PER_TILE;
             uint32_t tiles = at_most(missing(w, give[i], at_most(target, depth)), supply);
             give[i] += tiles;

@@ -3,8 +3,9 @@
  *
  * A worker's queue is filled to two tiles a thread, so that none of its threads waits for the link.
  * When fewer tiles are left than that takes, queues become shorter, down to one tile a thread: what
- * a slow worker has queued at the end, everyone waits for. Tiles go where the fewest are held per
- * thread, so that a short supply is spread evenly. */
+ * a slow worker has queued at the end, everyone waits for. For the same reason a worker is given
+ * nothing that it would not be done with before the others have done all the rest and one tile
+ * more. Tiles go where the fewest are held per thread, so that a short supply is spread evenly. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -14,12 +15,14 @@ struct schedule_worker {
     uint32_t threads; /* at least 1 */
     uint32_t want;    /* tiles it asked for and did not get */
     uint32_t in_hand; /* leases it holds */
+    double pace_ms;   /* that a thread takes for a tile; 0: not known */
 };
 
 /* Tiles that a worker should hold at most, of `supply` left for `threads_total` threads. */
 uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t supply);
 
-/* Fills give[i], the tiles for worker i: at most its want, their sum at most `supply`. supply
- * UINT64_MAX: not known. Ties go to the worker that comes first. */
+/* All workers that work are given, also those that want nothing. Fills give[i], the tiles for
+ * worker i: at most its want, their sum at most `supply`. supply UINT64_MAX: not known. Ties go to
+ * the worker that comes first. */
 void schedule_share(const struct schedule_worker *workers, size_t count, uint64_t supply,
                     uint32_t *give);

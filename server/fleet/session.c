@@ -106,7 +106,7 @@ static void return_leases(struct session *s)
 {
     while (s->leases.count > 0) {
         struct fleet_tile tile = s->leases.at[0].tile;
-        lease_remove(&s->leases, 0);
+        lease_remove(&s->leases, 0, now_ms(s));
         s->host->returned(s->host->ctx, s, &tile);
     }
 }
@@ -231,7 +231,7 @@ static void take_back_stalled(struct session *s, uint64_t now, uint32_t stall_ms
                                stall_ms)) != LEASE_NONE) {
         struct fleet_tile tile = s->leases.at[at].tile;
         if (now - s->progress_ms >= stall_ms) s->stalled = true;
-        lease_remove(&s->leases, at);
+        lease_remove(&s->leases, at, now);
         s->host->returned(s->host->ctx, s, &tile);
     }
 }

@@ -138,7 +138,7 @@ void session_ack(struct session *s, const struct message_ack *ack, uint64_t requ
 
 void session_cancel(struct session *s, uint64_t frame_id)
 {
-    lease_forget_frame(&s->leases, frame_id);
+    lease_forget_frame(&s->leases, frame_id, uv_now(s->handle.any.loop));
     for (uint32_t i = s->unacked_count; i-- > 0;)
         if (s->unacked[i].tile.frame_id == frame_id) remove_unacked(s, i);
     for (uint32_t i = 0; i < s->frame_count; i++) {

@@ -36,6 +36,7 @@ static int take_hello(struct session *s, const struct frame_view *f)
         return 0;
     }
     session_enter(s, SESSION_WORKING);
+    s->leases.threads = s->hello.threads;
     s->inbox.limit_bytes = LIMIT_FRAME_BYTES;
     message_encode_welcome(outbox_payload(&s->outbox), &welcome);
     outbox_put(&s->outbox, MESSAGE_WELCOME, f->request_id);
@@ -87,7 +88,7 @@ static bool end_lease(struct session *s, uint64_t frame_id, uint32_t index, uint
     uint32_t at = lease_find(&s->leases, frame_id, index, generation);
     if (at == LEASE_NONE) return false;
     *tile = s->leases.at[at].tile;
-    lease_remove(&s->leases, at);
+    lease_remove(&s->leases, at, uv_now(s->handle.any.loop));
     return true;
 }
 

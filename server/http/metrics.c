@@ -62,6 +62,8 @@ static void write_jobs(FILE *out, const struct jobs_totals *t)
            t->tiles_done);
     single(out, "shearwater_tiles_reissued_total", "counter", "Tiles leased again.",
            t->tiles_reissued);
+    single(out, "shearwater_tiles_copied_total", "counter",
+           "Tiles given to a second worker, since the first was late.", t->tiles_copied);
     single(out, "shearwater_results_dropped_total", "counter",
            "Results that were late, duplicate or foreign.", t->results_dropped);
     single(out, "shearwater_samples_rejected_total", "counter", "Samples that were not finite.",

@@ -203,16 +203,9 @@ static bool is_behind(const struct frame *f, uint32_t blocks_most, uint32_t pend
     return f->blocks_out > blocks_most || film_pending(f->film) > pending_most;
 }
 
-bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+/* What a worker is told of a tile that was leased to it. */
+static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct fleet_tile *out)
 {
-    uint32_t tile, generation;
-    if ((f->plan.capabilities & ~capabilities) != 0) return false;
-    if (is_behind(f, blocks_out_most(f), PENDING_MOST)) {
-        f->held = true;
-        return false;
-    }
-    if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
-    f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
     const uint32_t number = tile_queue_pass(f->tiles, tile);
     *out = (struct fleet_tile){.frame_id = f->options.id,
                                .index = tile,
@@ -224,6 +217,30 @@ bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct
         out->counts = f->rate.packed.data + f->rate.tiles[tile].packed;
         out->counts_bytes = f->rate.tiles[tile].packed_bytes;
     }
+}
+
+bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+{
+    uint32_t tile, generation;
+    if ((f->plan.capabilities & ~capabilities) != 0) return false;
+    if (is_behind(f, blocks_out_most(f), PENDING_MOST)) {
+        f->held = true;
+        return false;
+    }
+    if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
+    f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
+    describe(f, tile, generation, out);
+    return true;
+}
+
+bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
+                const struct fleet_tile *of, struct fleet_tile *out)
+{
+    uint32_t generation;
+    if ((f->plan.capabilities & ~capabilities) != 0) return false;
+    if (!tile_queue_copy(f->tiles, worker, of->index, of->generation, &generation)) return false;
+    f->statistics.tiles_copied = tile_queue_copied(f->tiles);
+    describe(f, of->index, generation, out);
     return true;
 }
 

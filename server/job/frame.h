@@ -77,6 +77,9 @@ const struct fault *frame_refusal(const struct frame *f);
  * behind that more samples would only fill memory; frame_was_held then says once that it goes on.
  */
 bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
+/* A copy of a leased tile, as it is leased. */
+bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
+                const struct fleet_tile *of, struct fleet_tile *out);
 bool frame_was_held(struct frame *f);
 
 /* A verdict, or 0 when *bytes was taken over and `judged` follows. */

@@ -305,6 +305,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
                                 .submitted = jobs->submitted,
                                 .tiles_done = sum.tiles_done,
                                 .tiles_reissued = sum.tiles_reissued,
+                                .tiles_copied = sum.tiles_copied,
                                 .results_dropped = sum.results_dropped,
                                 .samples_rejected = sum.results_corrupt,
                                 .counters = sum.counters,

@@ -85,7 +85,7 @@ void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_picture
 /* Counts for metrics and readiness. */
 struct jobs_totals {
     uint64_t queued, importing, running, finished, failed, cancelled, submitted;
-    uint64_t tiles_done, tiles_reissued, results_dropped, samples_rejected;
+    uint64_t tiles_done, tiles_reissued, tiles_copied, results_dropped, samples_rejected;
     struct counters counters;
     uint64_t import_cpu_us, reconstruct_cpu_us, shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
         lens_cpu_us, lens_light_cpu_us, decode_cpu_us, encode_cpu_us;

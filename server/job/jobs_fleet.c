@@ -22,6 +22,13 @@ static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct 
     return false;
 }
 
+static bool copy_tile(void *ctx, uint64_t worker, uint32_t capabilities,
+                      const struct fleet_tile *of, struct fleet_tile *out)
+{
+    struct frame *work = work_of(ctx, of->frame_id);
+    return work && frame_copy(work, worker, capabilities, of, out);
+}
+
 static const uint8_t *plan(void *ctx, uint64_t id, uint32_t *size_bytes)
 {
     struct frame *work = work_of(ctx, id);
@@ -93,5 +100,6 @@ struct fleet_client jobs_fleet_client(struct jobs *jobs)
                                  .returned = returned,
                                  .faulted = faulted,
                                  .blob_path = blob_path,
-                                 .tiles_left = tiles_left};
+                                 .tiles_left = tiles_left,
+                                 .copy_tile = copy_tile};
 }

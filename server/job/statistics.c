@@ -27,6 +27,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->bytes_received += more->bytes_received;
     sum->tiles_done += more->tiles_done;
     sum->tiles_reissued += more->tiles_reissued;
+    sum->tiles_copied += more->tiles_copied;
     sum->results_dropped += more->results_dropped;
     sum->results_corrupt += more->results_corrupt;
     sum->sub_samples_unmatched += more->sub_samples_unmatched;
@@ -85,6 +86,7 @@ static const struct line lines[] = {
     {NULL, "wall_s", FIELD(wall_us), true},
     {"tiles", "done", FIELD(tiles_done), false},
     {"tiles", "reissued", FIELD(tiles_reissued), false},
+    {"tiles", "copied", FIELD(tiles_copied), false},
     {"results", "dropped", FIELD(results_dropped), false},
     {"results", "corrupt", FIELD(results_corrupt), false},
     {"pixels", "background", FIELD(pixels_background), false},

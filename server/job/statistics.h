@@ -19,7 +19,7 @@ struct statistics {
     uint64_t coordinate_cpu_us;          /* the loop's thread while the job was in work: all else */
     uint64_t wall_us;                    /* from import to the last file */
     uint64_t bytes_received;             /* samples as they came over the wire */
-    uint64_t tiles_done, tiles_reissued; /* each pass of a tile counts */
+    uint64_t tiles_done, tiles_reissued, tiles_copied; /* each pass of a tile counts */
     uint64_t results_dropped;            /* duplicate, stale, foreign */
     uint64_t results_corrupt;
     uint64_t sub_samples_unmatched, pixels_background;

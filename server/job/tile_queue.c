@@ -8,8 +8,16 @@
 
 enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
 
+/* Leases of a tile that are in force at the same time: its own and a copy. */
+#define TILE_LEASES 2
+
+struct tile_lease {
+    uint64_t worker;
+    uint32_t generation; /* 0: none */
+};
+
 struct tile_entry {
-    uint64_t worker; /* of the lease in force */
+    struct tile_lease leases[TILE_LEASES];
     uint64_t faulted_by[TILE_QUEUE_FAULTS];
     uint32_t generation; /* of the last lease; 0: never leased */
     uint32_t settled;    /* the generation under which the last pass landed; 0: none has */
@@ -24,7 +32,7 @@ struct tile_entry {
 struct tile_queue {
     uint32_t count, window;
     uint32_t passes, landed; /* of all tiles */
-    uint64_t reissued;
+    uint64_t reissued, copied;
     uint32_t fresh_count;    /* tiles that wait for a pass not leased before: a heap */
     uint32_t returned_count; /* tiles that came back and wait: a stack */
     uint64_t *fresh;         /* keys */
@@ -159,6 +167,13 @@ void tile_queue_destroy(struct tile_queue **queue)
     *queue = NULL;
 }
 
+static uint32_t add_lease(struct tile_entry *t, uint64_t worker)
+{
+    const struct tile_lease lease = {.worker = worker, .generation = ++t->generation};
+    t->leases[t->leases[0].generation != 0] = lease;
+    return lease.generation;
+}
+
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation)
 {
     if (tile_queue_waiting(q) == 0) return false;
@@ -171,19 +186,39 @@ bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uin
     struct tile_entry *t = &q->tiles[*tile];
     assert(t->state == TILE_WAITING);
     t->state = TILE_LEASED;
-    t->worker = worker;
-    *generation = ++t->generation;
+    *generation = add_lease(t, worker);
     return true;
 }
 
-/* The tile if this very lease is in force. */
-static struct tile_entry *in_force(struct tile_queue *q, uint64_t worker, uint32_t tile,
-                                   uint32_t generation)
+bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
+                     uint32_t *generation)
 {
-    if (tile >= q->count) return NULL;
+    struct tile_entry *t = tile < q->count ? &q->tiles[tile] : NULL;
+    if (!t || t->state != TILE_LEASED || t->leases[1].generation != 0) return false;
+    if (t->leases[0].generation != of_generation || t->leases[0].worker == worker) return false;
+    *generation = add_lease(t, worker);
+    q->copied++;
+    return true;
+}
+
+/* The tile if this very lease was in force; it is so no longer. */
+static struct tile_entry *end_lease(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                    uint32_t generation)
+{
+    if (tile >= q->count || generation == 0) return NULL;
     struct tile_entry *t = &q->tiles[tile];
-    bool same = t->state == TILE_LEASED && t->generation == generation && t->worker == worker;
-    return same ? t : NULL;
+    for (int i = 0; i < TILE_LEASES; i++) {
+        if (t->leases[i].generation != generation || t->leases[i].worker != worker) continue;
+        if (i == 0) t->leases[0] = t->leases[1];
+        t->leases[1] = (struct tile_lease){0};
+        return t;
+    }
+    return NULL;
+}
+
+static bool is_somebodys(const struct tile_entry *t, uint32_t generation)
+{
+    return t->leases[0].generation == generation || t->leases[1].generation == generation;
 }
 
 /* Takes a tile that came back out of those that wait. */
@@ -199,19 +234,19 @@ static void take_out(struct tile_queue *q, uint32_t tile)
 enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                 uint32_t generation)
 {
-    struct tile_entry *t = in_force(q, worker, tile, generation);
-    if (t) {
+    struct tile_entry *t = end_lease(q, worker, tile, generation);
+    if (t && t->state == TILE_LEASED) {
         t->state = TILE_RECEIVED;
         return VERDICT_ACCEPTED;
     }
+    if (t) return VERDICT_DUPLICATE; /* the other one's was first */
     if (tile >= q->count || generation == 0 || generation > q->tiles[tile].generation)
         return VERDICT_FOREIGN;
     t = &q->tiles[tile];
     if (t->state == TILE_LANDED || t->state == TILE_RECEIVED || generation <= t->settled)
         return VERDICT_DUPLICATE;
-    if (t->state == TILE_LEASED && t->generation == generation)
-        return VERDICT_FOREIGN; /* somebody else's lease */
-    if (t->generation != generation) return VERDICT_STALE;
+    if (is_somebodys(t, generation)) return VERDICT_FOREIGN;
+    if (t->generation != generation || t->state != TILE_WAITING) return VERDICT_STALE;
     take_out(q, tile); /* it came back, and nobody has begun it since */
     t->state = TILE_RECEIVED;
     return VERDICT_ACCEPTED;
@@ -222,6 +257,7 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     struct tile_entry *t = &q->tiles[tile];
     assert(tile < q->count && t->state == TILE_RECEIVED);
     t->settled = t->generation;
+    memset(t->leases, 0, sizeof t->leases);
     t->returns = 0;
     t->faults = 0;
     t->pass++;
@@ -247,8 +283,11 @@ uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
     return q->tiles[tile].pass;
 }
 
+/* A lease ended without a result: unless the tile has another, or its result is looked at, it waits
+ * again. */
 static void put_back(struct tile_queue *q, struct tile_entry *t)
 {
+    if (t->state == TILE_RECEIVED || t->leases[0].generation != 0) return;
     t->state = TILE_WAITING;
     q->returned[q->returned_count++] = (uint32_t)(t - q->tiles);
 }
@@ -256,12 +295,13 @@ static void put_back(struct tile_queue *q, struct tile_entry *t)
 void tile_queue_reject(struct tile_queue *q, uint32_t tile)
 {
     assert(tile < q->count && q->tiles[tile].state == TILE_RECEIVED);
+    q->tiles[tile].state = TILE_LEASED;
     put_back(q, &q->tiles[tile]);
 }
 
 bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
 {
-    struct tile_entry *t = in_force(q, worker, tile, generation);
+    struct tile_entry *t = end_lease(q, worker, tile, generation);
     if (!t) return true;
     put_back(q, t);
     return ++t->returns < TILE_QUEUE_RETURNS;
@@ -269,7 +309,7 @@ bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uin
 
 bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
 {
-    struct tile_entry *t = in_force(q, worker, tile, generation);
+    struct tile_entry *t = end_lease(q, worker, tile, generation);
     if (!t) return true;
     put_back(q, t);
     if (t->faults == TILE_QUEUE_FAULTS) return false;
@@ -298,6 +338,11 @@ uint32_t tile_queue_landed(const struct tile_queue *q)
 uint64_t tile_queue_reissued(const struct tile_queue *q)
 {
     return q->reissued;
+}
+
+uint64_t tile_queue_copied(const struct tile_queue *q)
+{
+    return q->copied;
 }
 
 bool tile_queue_complete(const struct tile_queue *q)

@@ -1,12 +1,15 @@
 #pragma once
 /* The tiles of a frame: who traces which, and what became of it. Pure data, no clock, no IO.
  *
- * A tile is traced in passes, one after the other: it has at most one lease at a time. For its pass
- * it waits, is leased to a worker under a generation, its result is received (taken to be decoded)
- * and then lands; it then waits for the next pass, until its last has landed. Anything else puts it
- * back in the queue, where it goes first. A result counts under the lease that is in force, or,
- * while the tile waits after this came back, under the one that was last: whose link broke may send
- * under another name what nobody has begun since.
+ * A tile is traced in passes, one after the other. For its pass it waits, is leased to a worker
+ * under a generation, its result is received (taken to be decoded) and then lands; it then waits
+ * for the next pass, until its last has landed. Anything else puts it back in the queue, where it
+ * goes first. A result counts under the lease that is in force, or, while the tile waits after this
+ * came back, under the one that was last: whose link broke may send under another name what nobody
+ * has begun since.
+ *
+ * Of a tile whose worker is slow a copy may be leased to a second one: two leases are in force, and
+ * the first result counts. The bytes are the same whoever sends them.
  *
  * A window of tiles after the other is brought to its last pass, so that what is held between
  * passes is bounded; small pictures are one window. Within it the pass that is least far goes
@@ -38,6 +41,11 @@ void tile_queue_destroy(struct tile_queue **queue);
  * all its passes. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
 
+/* Leases a copy of a leased tile to another worker. False, and nothing is leased, when that lease
+ * is not in force, the worker holds the tile itself, or there is a copy already. */
+bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
+                     uint32_t *generation);
+
 /* A tile whose passes have all landed gets more of them, LIMIT_PASSES in all at most. */
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);
 
@@ -68,4 +76,6 @@ uint32_t tile_queue_waiting(const struct tile_queue *q); /* tiles that could be 
 uint32_t tile_queue_landed(const struct tile_queue *q);  /* passes of all tiles */
 /* Leases beyond the first of each pass of each tile. */
 uint64_t tile_queue_reissued(const struct tile_queue *q);
+/* Copies that were leased; they are not among these. */
+uint64_t tile_queue_copied(const struct tile_queue *q);
 bool tile_queue_complete(const struct tile_queue *q);

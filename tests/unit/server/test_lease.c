@@ -7,7 +7,7 @@
 #include <cmocka.h>
 #include <stdlib.h>
 
-#include "server/fleet/lease.h"
+#include "server/fleet/late.h"
 
 static void add(struct lease_table *t, uint64_t frame_id, uint32_t index, uint64_t since_ms,
                 uint64_t answered)
@@ -27,9 +27,9 @@ static void leases_are_found_and_forgotten(void **state)
     assert_int_equal(lease_find(&t, 0, 3, 1), LEASE_NONE);
     assert_int_equal(lease_find(&t, 1, 3, 2), LEASE_NONE);
     assert_true(lease_has_tile(&t, 1, 3));
-    lease_remove(&t, 3);
+    lease_remove(&t, 3, 0);
     assert_false(lease_has_tile(&t, 1, 3));
-    lease_forget_frame(&t, 0);
+    lease_forget_frame(&t, 0, 0);
     assert_int_equal(t.count, 4);
     assert_false(lease_has_frame(&t, 0));
     assert_int_equal(lease_find(&t, 1, 1, 1), 0); /* the order stays */
@@ -56,7 +56,7 @@ static void without_progress_all_have_stalled(void **state)
     assert_int_equal(lease_stalled(&t, 1999, 900, 0, 10, 1000), LEASE_NONE);
     assert_int_equal(lease_stalled(&t, 2000, 1000, 0, 10, 1000), 0);
     assert_int_equal(lease_stalled(&t, 2000, 1001, 0, 10, 1000), LEASE_NONE);
-    lease_remove(&t, 0);
+    lease_remove(&t, 0, 0);
     assert_int_equal(lease_stalled(&t, 2000, 1000, 0, 10, 1000), LEASE_NONE); /* too young */
     lease_table_fini(&t);
 }
@@ -93,6 +93,67 @@ static void ended_leases_are_remembered_for_a_while(void **state)
     free(past);
 }
 
+/* Threads take leases in their order; the pace follows what they took lately. */
+static void the_pace_is_learnt(void **state)
+{
+    (void)state;
+    struct lease_table t = {.threads = 2};
+    for (uint32_t i = 0; i < 4; i++) add(&t, 1, i, 1000, 0);
+    assert_int_equal(lease_begun(&t), 2);
+    assert_true(lease_pace_ms(&t, 9000) == 0);
+    lease_answer(&t, 1, 1100); /* lease 2 is begun in its place */
+    assert_true(t.pace_ms == 100);
+    assert_int_equal(t.at[1].tile.index, 2);
+    assert_int_equal(t.at[1].begun_ms, 1100);
+    lease_answer(&t, 1, 1300);
+    assert_true(t.pace_ms == 125);
+    assert_true(lease_pace_ms(&t, 1310) == 310); /* lease 0 has been under work since 1000 */
+    lease_remove(&t, 0, 1400);
+    assert_true(t.pace_ms == 125);
+    lease_answer(&t, 0, 1300);
+    assert_true(t.pace_ms < 125 && t.pace_ms >= 1);
+    assert_int_equal(lease_begun(&t), 0);
+    lease_table_fini(&t);
+}
+
+static struct lease_table holder(uint32_t threads, double pace_ms, uint32_t leases,
+                                 uint64_t since_ms)
+{
+    struct lease_table t = {.threads = threads, .pace_ms = pace_ms};
+    for (uint32_t i = 0; i < leases; i++) add(&t, 1, i, since_ms, 0);
+    return t;
+}
+
+/* A copy goes to who would be done well before: of the lease that is waited for longest. */
+static void late_leases_are_found(void **state)
+{
+    (void)state;
+    struct lease_table idle = {.threads = 1, .pace_ms = 100}, slow = holder(1, 1000, 2, 5000),
+                       even = holder(1, 100, 1, 5000), silent = holder(1, 0, 1, 5000);
+    const struct lease_table *tables[] = {&idle, &even, &slow, NULL};
+    struct late_lease late;
+    assert_true(late_find(tables, 4, 0, 5000, &late));
+    assert_int_equal(late.holder, 2);
+    assert_int_equal(late.at, 1); /* it is not begun, but will be the last */
+    slow.at[1].copied = true;
+    assert_true(late_find(tables, 4, 0, 5000, &late));
+    assert_int_equal(late.at, 0);
+    slow.at[0].copied = true;
+    assert_false(late_find(tables, 4, 0, 5000, &late));
+    assert_false(late_find(tables, 4, 0, 5250, &late));
+    assert_true(late_find(tables, 4, 0, 5400, &late)); /* what should have come long ago */
+    assert_int_equal(late.holder, 1);
+    tables[1] = &silent;
+    assert_false(late_find(tables, 4, 0, 5100, &late));
+    assert_true(late_find(tables, 4, 0, 5400, &late));
+    tables[0] = &slow; /* slow ones get no copies */
+    tables[2] = &even;
+    assert_false(late_find(tables, 3, 0, 9000, &late));
+    lease_table_fini(&slow);
+    lease_table_fini(&even);
+    lease_table_fini(&silent);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -100,6 +161,8 @@ int main(void)
         cmocka_unit_test(a_table_has_an_end),
         cmocka_unit_test(without_progress_all_have_stalled),
         cmocka_unit_test(an_overtaken_lease_has_stalled),
+        cmocka_unit_test(the_pace_is_learnt),
+        cmocka_unit_test(late_leases_are_found),
         cmocka_unit_test(ended_leases_are_remembered_for_a_while),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

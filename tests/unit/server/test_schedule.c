@@ -20,7 +20,7 @@ static uint64_t sum(const uint32_t *give, size_t count)
 static void fills_two_tiles_a_thread(void **state)
 {
     (void)state;
-    const struct schedule_worker w[] = {{4, 100, 0}, {1, 100, 0}, {2, 100, 3}};
+    const struct schedule_worker w[] = {{4, 100, 0, 0}, {1, 100, 0, 0}, {2, 100, 3, 0}};
     uint32_t give[3];
     schedule_share(w, 3, UINT64_MAX, give);
     assert_int_equal(give[0], 8);
@@ -33,7 +33,8 @@ static void fills_two_tiles_a_thread(void **state)
 static void gives_no_more_than_wanted(void **state)
 {
     (void)state;
-    const struct schedule_worker w[] = {{4, 3, 0}, {4, 0, 0}, {4, 100, 8}, {4, 100, 200}};
+    const struct schedule_worker w[] = {
+        {4, 3, 0, 0}, {4, 0, 0, 0}, {4, 100, 8, 0}, {4, 100, 200, 0}};
     uint32_t give[4];
     schedule_share(w, 4, UINT64_MAX, give);
     assert_int_equal(give[0], 3);
@@ -45,7 +46,7 @@ static void gives_no_more_than_wanted(void **state)
 static void spreads_a_short_supply(void **state)
 {
     (void)state;
-    const struct schedule_worker w[] = {{4, 8, 0}, {4, 8, 0}, {4, 8, 0}};
+    const struct schedule_worker w[] = {{4, 8, 0, 0}, {4, 8, 0, 0}, {4, 8, 0, 0}};
     uint32_t give[3];
     schedule_share(w, 3, 6, give);
     assert_int_equal(sum(give, 3), 6);
@@ -59,7 +60,7 @@ static void spreads_a_short_supply(void **state)
 static void serves_the_idle_first(void **state)
 {
     (void)state;
-    const struct schedule_worker w[] = {{2, 4, 2}, {2, 4, 0}};
+    const struct schedule_worker w[] = {{2, 4, 2, 0}, {2, 4, 0, 0}};
     uint32_t give[2];
     schedule_share(w, 2, 2, give);
     assert_int_equal(give[0], 0);
@@ -69,7 +70,7 @@ static void serves_the_idle_first(void **state)
 static void gives_by_threads(void **state)
 {
     (void)state;
-    const struct schedule_worker w[] = {{16, 32, 0}, {1, 2, 0}};
+    const struct schedule_worker w[] = {{16, 32, 0, 0}, {1, 2, 0, 0}};
     uint32_t give[2];
     schedule_share(w, 2, 17, give);
     assert_int_equal(sum(give, 2), 17);
@@ -91,6 +92,34 @@ static void queues_thin_out(void **state)
     assert_int_equal(schedule_depth(4, 16, 1), 5);
 }
 
+/* At the end a slow worker gets nothing that the others would wait for; alone it gets all. */
+static void leaves_the_last_tiles_to_the_fast(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{1, 2, 0, 1000}, {1, 2, 1, 100}, {1, 2, 1, 100}};
+    uint32_t give[3];
+    schedule_share(w, 3, 40, give);
+    assert_true(give[0] > 0); /* some 15 rounds are left for the fast ones */
+    schedule_share(w, 3, 4, give);
+    assert_int_equal(give[0], 0);
+    assert_int_equal(sum(give + 1, 2), 2);
+    schedule_share(w, 1, 4, give);
+    assert_int_equal(give[0], 2);
+    const struct schedule_worker unknown[] = {{1, 2, 0, 0}, {1, 2, 1, 100}};
+    schedule_share(unknown, 2, 1, give);
+    assert_int_equal(give[0], 1); /* who has not answered may be fast */
+}
+
+/* Who wants nothing now works, too: a short supply is not all for the one who asks first. */
+static void counts_those_who_work(void **state)
+{
+    (void)state;
+    const struct schedule_worker w[] = {{4, 8, 0, 0}, {4, 0, 8, 0}, {4, 0, 8, 0}, {4, 0, 8, 0}};
+    uint32_t give[4];
+    schedule_share(w, 4, 8, give);
+    assert_int_equal(give[0], 6);
+}
+
 static void holds_for_any_input(void **state)
 {
     (void)state;
@@ -102,7 +131,8 @@ static void holds_for_any_input(void **state)
         for (int i = 0; i < WORKERS; i++) {
             x ^= x << 13, x ^= x >> 7, x ^= x << 17;
             w[i] = (struct schedule_worker){1 + (uint32_t)(x % 128), (uint32_t)(x >> 20) % 257,
-                                            (uint32_t)(x >> 40) % 257};
+                                            (uint32_t)(x >> 40) % 257,
+                                            (double)(x >> 48 & 3) * (double)(x >> 50 & 1023)};
         }
         uint64_t supply = x % 3000;
         schedule_share(w, WORKERS, supply, give);
@@ -117,9 +147,14 @@ static void holds_for_any_input(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fills_two_tiles_a_thread), cmocka_unit_test(gives_no_more_than_wanted),
-        cmocka_unit_test(spreads_a_short_supply),   cmocka_unit_test(serves_the_idle_first),
-        cmocka_unit_test(gives_by_threads),         cmocka_unit_test(queues_thin_out),
+        cmocka_unit_test(fills_two_tiles_a_thread),
+        cmocka_unit_test(gives_no_more_than_wanted),
+        cmocka_unit_test(spreads_a_short_supply),
+        cmocka_unit_test(serves_the_idle_first),
+        cmocka_unit_test(gives_by_threads),
+        cmocka_unit_test(queues_thin_out),
+        cmocka_unit_test(leaves_the_last_tiles_to_the_fast),
+        cmocka_unit_test(counts_those_who_work),
         cmocka_unit_test(holds_for_any_input),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

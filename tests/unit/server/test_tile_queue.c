@@ -315,6 +315,49 @@ static void leases_hold_in_every_pass(void **state)
     tile_queue_destroy(&q);
 }
 
+/* Of two leases of a tile the first result counts, whoever sends it; either may come back. */
+static void a_copy_is_as_good(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 4);
+    uint32_t copy;
+    assert_false(tile_queue_copy(q, BOB, 0, 1, &copy)); /* not leased */
+    lease(q, ALICE, 0, 1, 0);
+    assert_false(tile_queue_copy(q, ALICE, 0, 1, &copy)); /* has it */
+    assert_false(tile_queue_copy(q, BOB, 0, 2, &copy));
+    assert_false(tile_queue_copy(q, BOB, 9, 1, &copy));
+    assert_true(tile_queue_copy(q, BOB, 0, 1, &copy));
+    assert_int_equal(copy, 2);
+    assert_false(tile_queue_copy(q, CAROL, 0, 1, &copy)); /* one is enough */
+    finish(q, BOB, 0, 2);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE);
+    /* The first lease comes back: the copy stays, and is not given again. */
+    lease(q, ALICE, 0, 3, 1);
+    assert_true(tile_queue_copy(q, BOB, 0, 3, &copy));
+    assert_true(tile_queue_return(q, ALICE, 0, 3));
+    assert_int_equal(tile_queue_waiting(q), 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 3), VERDICT_STALE);
+    assert_true(tile_queue_copy(q, CAROL, 0, 4, &copy)); /* it is the tile's own now */
+    assert_true(tile_queue_fault(q, BOB, 0, 4));
+    finish(q, CAROL, 0, 5);
+    /* A result that is refused leaves the tile to the other one; both gone, it waits. */
+    lease(q, ALICE, 0, 6, 2);
+    assert_true(tile_queue_copy(q, BOB, 0, 6, &copy));
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 6), VERDICT_ACCEPTED);
+    tile_queue_reject(q, 0);
+    assert_int_equal(tile_queue_waiting(q), 0);
+    assert_true(tile_queue_return(q, BOB, 0, 7));
+    assert_int_equal(tile_queue_waiting(q), 1);
+    lease(q, ALICE, 0, 8, 2);
+    assert_true(tile_queue_copy(q, BOB, 0, 8, &copy));
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 8), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 9), VERDICT_DUPLICATE);
+    tile_queue_reject(q, 0);
+    assert_int_equal(tile_queue_waiting(q), 1);
+    assert_int_equal(tile_queue_copied(q), 5);
+    tile_queue_destroy(&q);
+}
+
 /* A long frame may lose many leases, but not of one pass. */
 static void each_pass_has_its_own_patience(void **state)
 {
@@ -413,6 +456,7 @@ int main(void)
         cmocka_unit_test(idle_workers_open_the_next_window),
         cmocka_unit_test(slow_tiles_catch_up),
         cmocka_unit_test(leases_hold_in_every_pass),
+        cmocka_unit_test(a_copy_is_as_good),
         cmocka_unit_test(each_pass_has_its_own_patience),
         cmocka_unit_test(survives_any_order),
     };

@@ -1,0 +1,131 @@
+#include "server/fleet/fleet_work.h"
+#include "server/fleet/late.h"
+
+/* How often those who idle look again for tiles that others are late with. */
+#define LATE_MS 25u
+
+static size_t gather_offers(struct fleet *fleet)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        struct session *s = fleet->sessions[i];
+        if (!session_may_work(s)) continue;
+        fleet->offered[count] = s;
+        fleet->offers[count++] =
+            (struct schedule_worker){.threads = s->hello.threads,
+                                     .want = s->want,
+                                     .in_hand = s->leases.count,
+                                     .pace_ms = lease_pace_ms(&s->leases, uv_now(fleet->loop))};
+    }
+    return count;
+}
+
+/* A lease is on the worker, or back with the client. False: the worker gets no more this turn. */
+static bool send_lease(struct fleet *fleet, struct session *s, const struct fleet_tile *tile)
+{
+    const struct fleet_client *client = &fleet->client;
+    if (!session_knows_frame(s, tile->frame_id)) {
+        uint32_t bytes = 0;
+        const uint8_t *plan = client->plan(client->ctx, tile->frame_id, &bytes);
+        if (!plan || !session_may_work(s)) {
+            client->returned(client->ctx, s->id, tile);
+            return false;
+        }
+        if (session_send_plan(s, tile->frame_id, plan, bytes) != 0) goto fail;
+    }
+    if (session_send_tile(s, tile, uv_now(fleet->loop)) != 0) goto fail;
+    return true;
+fail:
+    client->returned(client->ctx, s->id, tile);
+    session_end(s);
+    return false;
+}
+
+/* One tile for one worker; false when it gets no more this turn. *dry: capabilities for which
+ * there is no tile. */
+static bool hand_one(struct fleet *fleet, struct session *s, uint32_t *dry, bool *is_dry)
+{
+    struct fleet_tile tile;
+    uint32_t capabilities = s->hello.capabilities;
+    if (fleet->closing || !session_may_work(s) || s->want == 0) return false;
+    if (*is_dry && (capabilities & ~*dry) == 0) return false;
+    if (!fleet->client.next_tile(fleet->client.ctx, s->id, capabilities, &tile)) {
+        *dry = capabilities;
+        *is_dry = true;
+        return false;
+    }
+    return send_lease(fleet, s, &tile);
+}
+
+/* Tiles go round one by one, so that an unknown supply ends evenly, too. The client may call the
+ * fleet from inside; sessions stay in memory until the loop has turned. */
+static void hand_tiles(struct fleet *fleet, size_t count, uint64_t supply)
+{
+    schedule_share(fleet->offers, count, supply, fleet->give);
+    uint32_t dry = 0;
+    bool is_dry = false;
+    for (bool any = true; any;) {
+        any = false;
+        for (size_t i = 0; i < count; i++) {
+            if (fleet->give[i] == 0) continue;
+            fleet->give[i] =
+                hand_one(fleet, fleet->offered[i], &dry, &is_dry) ? fleet->give[i] - 1 : 0;
+            any = any || fleet->give[i] > 0;
+        }
+    }
+}
+
+/* ---- copies ---- */
+
+static bool is_idle(const struct session *s)
+{
+    return session_may_work(s) && s->want > 0 && s->leases.count < s->hello.threads;
+}
+
+/* One copy for the session at `idle`; false when none pays now. */
+static bool hand_copy(struct fleet *fleet, size_t idle)
+{
+    const struct fleet_client *client = &fleet->client;
+    struct session *s = fleet->sessions[idle];
+    struct late_lease late;
+    struct fleet_tile tile;
+    while (late_find(fleet->tables, fleet->session_count, idle, uv_now(fleet->loop), &late)) {
+        struct lease *lease = &fleet->sessions[late.holder]->leases.at[late.at];
+        lease->copied = true;
+        if (client->copy_tile(client->ctx, s->id, s->hello.capabilities, &lease->tile, &tile))
+            return send_lease(fleet, s, &tile);
+    }
+    return false;
+}
+
+static void on_late(uv_timer_t *timer)
+{
+    fleet_wake(timer->data);
+}
+
+/* Sessions that end here are not released before the loop has turned; their tables are empty. */
+static void hand_copies(struct fleet *fleet)
+{
+    bool idles = false, works = false;
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        fleet->tables[i] = &fleet->sessions[i]->leases;
+        works = works || fleet->tables[i]->count > 0;
+    }
+    if (!works) return;
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        while (is_idle(fleet->sessions[i]) && hand_copy(fleet, i)) continue;
+        idles = idles || is_idle(fleet->sessions[i]);
+    }
+    if (idles) uv_timer_start(&fleet->late, on_late, LATE_MS, 0);
+}
+
+void fleet_hand_out(struct fleet *fleet)
+{
+    const size_t count = gather_offers(fleet);
+    if (count == 0) return;
+    const struct fleet_client *client = &fleet->client;
+    const uint64_t supply = client->tiles_left ? client->tiles_left(client->ctx) : UINT64_MAX;
+    hand_tiles(fleet, count, supply);
+    if (client->copy_tile && !fleet->closing && client->tiles_left(client->ctx) == 0)
+        hand_copies(fleet);
+}
