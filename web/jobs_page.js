@@ -14,7 +14,7 @@ const poll = new Poll(show, (state, error) => {
   showConnection(refused ? "live" : state, error);
   $("problem").hidden = !refused;
   $("problem").textContent = refused ? error.message : "";
-});
+}, { slowMs: 4000 });
 
 const view = () => {
   const { state, text, cursor } = Object.fromEntries(new URLSearchParams(location.search));
@@ -45,8 +45,8 @@ function route() {
   if ($("state").selectedIndex < 0) $("state").value = "";
   $("text").value = text ?? "";
   $("clear").hidden = !state && !text && !cursor;
-  document.title = `${[state, text && `“${text}”`, cursor && "older"].filter(Boolean).join(", ") || "Jobs"} · Shearwater`
-    .replace(/^(?!Jobs)/, "Jobs: ");
+  const which = [state, text && `“${text}”`, cursor && "older"].filter(Boolean).join(", ");
+  document.title = `Jobs${which ? `: ${which}` : ""} · Shearwater`;
   poll.follow(jobsUrl({ limit: ROWS, state, text, cursor }));
 }
 

@@ -51,6 +51,8 @@ struct live_job {
     json_t *last_progress; /* where it stood when it ended; NULL before */
 
     json_t *log;              /* job_log.h; NULL before its first line */
+    bool log_due;             /* it has lines that the store does not have */
+    uint64_t log_kept_us;     /* when it was last sent there */
     json_t *error;            /* problem document of a failed job */
     job_store_done cancelled; /* who waits for the end; NULL: nobody */
     void *cancelled_ctx;
@@ -74,6 +76,8 @@ void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
 /* live_log.c: a line in its log, with the time. */
 void live_job_log(struct live_job *job, const char *what, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+/* Between states, now and then: lines that are not in the store yet go there with the report. */
+void live_job_keep_log(struct live_job *job);
 /* Goes on with the log of an earlier run: {report} as the store has it. */
 void live_job_take_log(struct live_job *job, const json_t *report);
 /* The state that it came to, the warnings of its plan, why it failed. */

@@ -1,6 +1,7 @@
 /* A job's log: what is worth a line. */
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
@@ -14,6 +15,24 @@ void live_job_log(struct live_job *job, const char *what, const char *format, ..
     va_end(arguments);
     job_log_add(&job->log, jobs_time_ms(), what, "%s", text);
     job->revision++;
+    job->log_due = true;
+}
+
+/* Workers may come and go by the hundred: a commit for each would be too many. */
+#define KEEP_EVERY_US 2000000u
+
+void live_job_keep_log(struct live_job *job)
+{
+    uint64_t now_us = jobs_clock_us();
+    if (!job->log_due || job->state != JOB_RUNNING || now_us - job->log_kept_us < KEEP_EVERY_US)
+        return;
+    job->log_due = false;
+    job->log_kept_us = now_us;
+    json_t *report = live_job_report(job);
+    char *text = json_dumps(report, JSON_COMPACT);
+    job_store_update(job->jobs->options.store, job->id, NULL, NULL, text, NULL, NULL);
+    free(text);
+    json_decref(report);
 }
 
 void live_job_take_log(struct live_job *job, const json_t *report)

@@ -196,6 +196,22 @@ await runAll(async () => {
     complaints.length = 0; // of the time without a server
   });
 
+  await test("what happened before the coordinator was killed is in the log of the job that goes on", async () => {
+    const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400 } });
+    await until("running", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 2, 30);
+    process.kill((await get("/v1/workers")).workers[0].pid, "SIGKILL");
+    await until("the line", async () => (await get(`/v1/jobs/${id}`)).log.some(({ what }) => what === "worker"), 20);
+    await page.waitForTimeout(4000);
+    await stopServer("SIGKILL");
+    await startServer(new URL(url).port);
+    await until("running again", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 0, 30);
+    const lines = (await get(`/v1/jobs/${id}`)).log.map(({ text }) => text);
+    const [lost, again] = [lines.findIndex((line) => /has left/.test(line)), lines.indexOf("taken up again after a restart of the coordinator")];
+    expect(lost > 0 && again > lost, lines.join("; "));
+    await page.request.delete(`${url}/v1/jobs/${id}`);
+    complaints.length = 0;
+  });
+
   await test("the panel has no violations of WCAG 2.2 AA, on a phone or at 200 % either", async () => {
     await page.goto(`${url}/#/jobs/${slow}`);
     await page.reload();
