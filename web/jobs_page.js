@@ -14,7 +14,9 @@ const poll = new Poll(show, (state, error) => {
   showConnection(refused ? "live" : state, error);
   $("problem").hidden = !refused;
   $("problem").textContent = refused ? error.message : "";
-}, { slowMs: 4000 });
+});
+const PACE = { quickMs: 1000, slowMs: 4000 };
+const PACE_OF_TEXT = { quickMs: 5000, slowMs: 20000 }; // all documents are read for each look
 
 const view = () => {
   const { state, text, cursor } = Object.fromEntries(new URLSearchParams(location.search));
@@ -47,6 +49,7 @@ function route() {
   $("clear").hidden = !state && !text && !cursor;
   const which = [state, text && `“${text}”`, cursor && "older"].filter(Boolean).join(", ");
   document.title = `Jobs${which ? `: ${which}` : ""} · Shearwater`;
+  Object.assign(poll, text ? PACE_OF_TEXT : PACE);
   poll.follow(jobsUrl({ limit: ROWS, state, text, cursor }));
 }
 

@@ -32,7 +32,8 @@ enum query {
 
 /* No LIKE: what people look for may hold its wildcards. */
 #define HAS_TEXT                                                                                   \
-    " AND (?3 IS NULL OR instr(lower(id), lower(?3)) > 0 OR instr(lower(document), lower(?3)) > 0)"
+    " AND (?3 IS NULL OR instr(lower(id), lower(?3)) > 0 OR instr(lower(document), lower(?3)) > "  \
+    "0)"
 
 static const char *const query_text[QUERY_COUNT] = {
     [QUERY_BEGIN] = "BEGIN IMMEDIATE",
