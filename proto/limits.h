@@ -37,6 +37,9 @@
 #define LIMIT_PATH_BYTES            512     /* bytes of a relative path inside a scene */
 #define LIMIT_WARNINGS              64      /* warnings kept for a scene or a job */
 #define LIMIT_IDEMPOTENCY_KEY_BYTES 128     /* bytes of an Idempotency-Key header */
+#define LIMIT_LOG_LINES             200     /* lines of a job's log */
+#define LIMIT_LIST_TEXT_BYTES       128     /* bytes that a listing may be searched for */
+#define LIMIT_CAMERAS_LISTED        64      /* cameras that a plan names */
 
 /* Assets and scene blobs. */
 #define LIMIT_ASSET_BYTES         2147483648ULL /* bytes of an uploaded file */

@@ -31,3 +31,26 @@ export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
 export const pixelsUrl = (id, layer, format, after) =>
   `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${after === null ? "" : `&after=${after}`}`;
 export const imageUrl = (id, frame, kind) => `/v1/jobs/${id}/frames/${frame}/image.${kind}`;
+// What is at an address, unless it still is what `tag` names: {body, tag}, or null.
+export async function getChanged(path, tag) {
+  const response = await fetch(path, { cache: "no-store", headers: tag ? { "If-None-Match": tag } : {} });
+  if (response.status === 304) return null;
+  const body = await response.json().catch(() => null);
+  if (!response.ok) throw new ApiError(response.status, body);
+  return { body, tag: response.headers.get("ETag") };
+}
+export const jobUrl = (id) => `/v1/jobs/${id}`;
+// Of those of {state, text, cursor, limit} that say something.
+export const jobsUrl = (query) =>
+  `/v1/jobs?${new URLSearchParams(Object.entries(query).filter(([, value]) => value))}`;
+export const workersUrl = "/v1/workers";
+export const drainWorker = (id, drain) => request(`/v1/workers/${id}`, {
+  method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ drain }),
+});
+// {plan} of a document that is only checked.
+export const planJob = (document, signal) => request("/v1/jobs?dry_run=1", {
+  method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(document), signal,
+});
+export const hasAsset = async (sha256) =>
+  (await fetch(`/v1/assets/${sha256}`, { method: "HEAD", cache: "no-store" })).status === 200;
+export const assetUrl = (sha256) => `/v1/assets/${sha256}`;

@@ -1,9 +1,6 @@
 // One job: its events, its picture, what can be done with it.
 import { cancelJob, eventsUrl, getJob, imageUrl } from "./api.js";
-import { facts } from "./facts.js";
-
-const ENDED = new Set(["finished", "failed", "cancelled"]);
-const seconds = (s) => s < 90 ? `${Math.ceil(s)} s` : s < 5400 ? `${Math.ceil(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
+import { ENDED, percent as percentOf, seconds } from "./progress_text.js";
 
 export class JobView {
   constructor(picture, elements, onConnection) {
@@ -71,7 +68,6 @@ export class JobView {
     this.at.cancel.disabled = ENDED.has(job.state);
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
-    this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
     if (ENDED.has(job.state) && !this.ended) this.end(job);
   }
 
@@ -83,7 +79,7 @@ export class JobView {
 
   showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
     const finished = this.state === "finished";
-    const percent = finished ? 100 : Math.min(99, Math.floor(fraction * 100));
+    const percent = percentOf(this.state, fraction);
     this.at.progress.value = percent;
     let text = `${percent} %`;
     if (this.state && !finished) text += ` · ${this.state}`;

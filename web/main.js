@@ -2,19 +2,12 @@
 // #/jobs/ID.
 import { listWorkers } from "./api.js";
 import { JobList } from "./job_list.js";
+import { showConnection } from "./connection.js";
+import { JobPanel } from "./job_panel.js";
 import { JobView } from "./job_view.js";
 import { PictureView } from "./picture_view.js";
 
 const $ = (id) => document.getElementById(id);
-const WORDS = { live: "connected", connecting: "connecting", lost: "no connection, trying again" };
-
-function showConnection(state, error) {
-  const element = $("connection");
-  if (element.dataset.state === state) return;
-  element.dataset.state = state;
-  element.textContent = WORDS[state];
-  element.title = error?.message ?? "";
-}
 
 const picture = new PictureView({
   stage: $("stage"), canvas: $("canvas"), overlay: $("overlay"), note: $("canvas-note"), layer: $("layer"),
@@ -32,8 +25,13 @@ const view = new JobView(picture, {
   section: $("job"), title: $("job-title"), cancel: $("cancel"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
   download_exr: $("download-exr"), download_png: $("download-png"),
-  warnings: $("warnings"), facts: $("facts"),
+  warnings: $("warnings"),
 }, showConnection);
+const panel = new JobPanel({
+  section: $("panel"), again: $("again"), standing: $("standing"), plan: $("plan"), skippedPart: $("skipped-part"),
+  skippedTitle: $("skipped-title"), skipped: $("skipped"), times: $("times"), rays: $("rays"), statistics: $("statistics"),
+  log: $("log"),
+}, () => {});
 const list = new JobList({ list: $("jobs"), empty: $("jobs-empty"), more: $("jobs-more") }, showConnection);
 
 function route() {
@@ -42,6 +40,7 @@ function route() {
   list.select(id);
   if (id) view.open(id);
   else view.close();
+  panel.open(id ?? null);
   document.title = id ? `Job ${id.slice(-6)} · Shearwater` : "Shearwater";
 }
 addEventListener("hashchange", route);

@@ -401,14 +401,33 @@ int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain)
     return 0;
 }
 
-int fleet_port(const struct fleet *fleet)
+const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker)
 {
-    return fleet->tcp.port;
+    const struct session *s = find_session(fleet, worker);
+    return s ? s->hello.name : NULL;
 }
 
 static bool is_listed(const struct session *s)
 {
     return s->state == SESSION_WORKING || s->state == SESSION_DRAINING;
+}
+
+bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker)
+{
+    const struct session *s = find_session(fleet, worker);
+    return s && is_listed(s);
+}
+
+unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_work *out,
+                    unsigned most)
+{
+    const struct session *s = find_session(fleet, worker);
+    return s ? roster_work(s, out, most) : 0;
+}
+
+int fleet_port(const struct fleet *fleet)
+{
+    return fleet->tcp.port;
 }
 
 json_t *fleet_roster(const struct fleet *fleet)

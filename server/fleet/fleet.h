@@ -76,6 +76,20 @@ void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *a
 void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain); /* ERR_NOT_FOUND */
 
+/* What a worker calls itself; borrowed until the loop turns. NULL: it is not known (any more). */
+const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker);
+/* False once its link is ending. */
+bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker);
+
+/* The frames that a worker holds tiles of, with how many of each, oldest tile first. Returns how
+ * many there are, at most `most`. */
+struct fleet_work {
+    uint64_t frame_id;
+    uint32_t tiles;
+};
+unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_work *out,
+                    unsigned most);
+
 /* Port of the TCP listener, 0 without one. */
 int fleet_port(const struct fleet *fleet);
 unsigned fleet_count(const struct fleet *fleet); /* sessions that may work */

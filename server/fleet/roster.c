@@ -13,6 +13,20 @@ static const struct {
     {CAPABILITY_LENS, "lens"},
 };
 
+unsigned roster_work(const struct session *s, struct fleet_work *out, unsigned most)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; i < s->leases.count; i++) {
+        uint64_t frame = s->leases.at[i].tile.frame_id;
+        unsigned at = 0;
+        while (at < count && out[at].frame_id != frame) at++;
+        if (at == most) continue;
+        if (at == count) out[count++] = (struct fleet_work){.frame_id = frame};
+        out[at].tiles++;
+    }
+    return count;
+}
+
 static json_t *capabilities(uint32_t bits)
 {
     json_t *names = json_array();

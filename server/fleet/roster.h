@@ -6,3 +6,6 @@
 
 /* One worker. New reference; NULL on failed allocation. */
 json_t *roster_entry(const struct session *s);
+
+/* As fleet_work, of one session. */
+unsigned roster_work(const struct session *s, struct fleet_work *out, unsigned most);

@@ -17,6 +17,30 @@ static void answer_error(struct request *r, int error)
         request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
 }
 
+/* A body with its ETag. NULL: it was answered, as unchanged or with a problem. */
+static struct MHD_Response *tagged(struct request *r, json_t *body)
+{
+    char etag[ETAG_BYTES];
+    char *text = json_dumps(body, JSON_COMPACT);
+    if (!text) {
+        answer_error(r, ERR_MEMORY);
+        return NULL;
+    }
+    etag_of_bytes(text, strlen(text), etag);
+    if (request_unchanged(r, etag)) {
+        free(text);
+        return NULL;
+    }
+    struct MHD_Response *response = response_of_taken(text, strlen(text), "application/json");
+    if (response) {
+        response_header(response, "ETag", etag);
+        response_header(response, "Cache-Control", "no-cache");
+    } else {
+        answer_error(r, ERR_MEMORY);
+    }
+    return response;
+}
+
 static void on_submitted(void *ctx, const struct fault *fault, const char *id, bool existed)
 {
     struct request *r = ctx;
@@ -81,17 +105,13 @@ void route_job_submit(struct request *r)
 }
 
 /* The query of a listing, checked. */
-struct listing {
-    size_t limit;
-    const char *cursor, *state;
-};
-
-static bool read_listing(struct request *r, struct listing *out)
+static bool read_listing(struct request *r, struct job_listing *out)
 {
     const char *limit = target_parameter(&r->target, "limit"), *fault = NULL;
     enum job_state state;
     out->cursor = target_parameter(&r->target, "cursor");
     out->state = target_parameter(&r->target, "state");
+    out->text = target_parameter(&r->target, "text");
     out->limit = LIMIT_LIST_ROWS / 2;
     if (limit) {
         size_t digits = strspn(limit, "0123456789");
@@ -103,19 +123,32 @@ static bool read_listing(struct request *r, struct listing *out)
         fault = "state must be queued, importing, running, finished, failed or cancelled";
     else if (out->cursor && !job_id_is_valid(out->cursor))
         fault = "cursor must be the next of an earlier page";
+    else if (out->text && (!out->text[0] || strlen(out->text) > LIMIT_LIST_TEXT_BYTES))
+        fault = "text must have 1 to 128 bytes";
     if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);
     return !fault;
+}
+
+/* Every byte that is no letter or digit as %XX: three times the bytes and an end. */
+static void escape(const char *text, char *out)
+{
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        bool plain =
+            (*c >= '0' && *c <= '9') || (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z');
+        out += sprintf(out, plain ? "%c" : "%%%02X", *c);
+    }
 }
 
 /* RFC 8288: where the next page is. */
 static void add_next_link(struct request *r, struct MHD_Response *response, const char *next)
 {
-    struct listing listing;
-    char link[256];
+    struct job_listing listing;
+    char text[3 * LIMIT_LIST_TEXT_BYTES + 1] = "", link[256 + sizeof text];
     if (!next || !read_listing(r, &listing)) return;
-    snprintf(link, sizeof link, "</v1/jobs?limit=%zu&cursor=%.64s%s%s>; rel=\"next\"",
+    if (listing.text) escape(listing.text, text);
+    snprintf(link, sizeof link, "</v1/jobs?limit=%zu&cursor=%.64s%s%s%s%s>; rel=\"next\"",
              listing.limit, next, listing.state ? "&state=" : "",
-             listing.state ? listing.state : "");
+             listing.state ? listing.state : "", text[0] ? "&text=" : "", text);
     response_header(response, "Link", link);
 }
 
@@ -127,47 +160,30 @@ static void on_listed(void *ctx, int error, json_t *body)
         answer_error(r, error);
         return;
     }
-    struct MHD_Response *response = response_of_json(body, "application/json");
-    if (response) {
-        response_header(response, "Cache-Control", "no-store");
-        add_next_link(r, response, json_string_value(json_object_get(body, "next")));
-    }
+    struct MHD_Response *response = tagged(r, body);
+    if (!response) return;
+    add_next_link(r, response, json_string_value(json_object_get(body, "next")));
     request_answer(r, 200, response);
 }
 
 void route_job_list(struct request *r)
 {
-    struct listing listing;
+    struct job_listing listing;
     if (!read_listing(r, &listing)) return;
     request_hold(r);
-    jobs_list(r->http->options.jobs, listing.state, listing.cursor, listing.limit, on_listed, r);
+    jobs_list(r->http->options.jobs, &listing, on_listed, r);
 }
 
 static void on_got(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
-    char etag[ETAG_BYTES];
     if (!request_back(r)) return;
     if (error || !body) {
         answer_error(r, error ? error : ERR_NOT_FOUND);
         return;
     }
-    char *text = json_dumps(body, JSON_COMPACT);
-    if (!text) {
-        answer_error(r, ERR_MEMORY);
-        return;
-    }
-    etag_of_bytes(text, strlen(text), etag);
-    if (request_unchanged(r, etag)) {
-        free(text);
-        return;
-    }
-    struct MHD_Response *response = response_of_taken(text, strlen(text), "application/json");
-    if (response) {
-        response_header(response, "ETag", etag);
-        response_header(response, "Cache-Control", "no-cache");
-    }
-    request_answer(r, 200, response);
+    struct MHD_Response *response = tagged(r, body);
+    if (response) request_answer(r, 200, response);
 }
 
 void route_job_get(struct request *r)

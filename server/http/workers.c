@@ -3,10 +3,40 @@
 
 #include "server/http/request.h"
 
+/* The jobs that a worker holds tiles of; the fleet knows frames as numbers only. */
+#define WORK_LISTED 16
+
+static json_t *work_of(struct request *r, uint64_t worker)
+{
+    struct fleet_work work[WORK_LISTED];
+    char id[JOB_ID_BYTES];
+    int32_t number;
+    json_t *list = json_array();
+    unsigned count = fleet_work(r->http->options.fleet, worker, work, WORK_LISTED);
+    for (unsigned i = 0; i < count; i++) {
+        if (!jobs_find_work(r->http->options.jobs, work[i].frame_id, id, &number)) continue;
+        json_array_append_new(list, json_pack("{s:s,s:i,s:i}", "job", id, "frame", (int)number,
+                                              "tiles", (int)work[i].tiles));
+    }
+    return list;
+}
+
+static json_t *roster_of(struct request *r)
+{
+    size_t i;
+    json_t *worker;
+    json_t *roster = fleet_roster(r->http->options.fleet);
+    json_array_foreach (roster, i, worker) {
+        uint64_t id = (uint64_t)json_integer_value(json_object_get(worker, "id"));
+        json_object_set_new(worker, "work", work_of(r, id));
+    }
+    return roster;
+}
+
 void route_worker_list(struct request *r)
 {
     struct MHD_Response *response = NULL;
-    json_t *body = json_pack("{s:o}", "workers", fleet_roster(r->http->options.fleet));
+    json_t *body = json_pack("{s:o}", "workers", roster_of(r));
     if (body) response = response_of_json(body, "application/json");
     json_decref(body);
     if (response) response_header(response, "Cache-Control", "no-store");
@@ -64,7 +94,7 @@ void route_worker_patch(struct request *r)
         request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
         return;
     }
-    json_t *roster = fleet_roster(r->http->options.fleet);
+    json_t *roster = roster_of(r);
     json_t *worker = json_incref(find_worker(roster, r->match.worker));
     json_decref(roster);
     if (worker)

@@ -168,6 +168,7 @@ static void tell_progress(struct live_job *job)
     job->progress_due = false;
     if (job_state_is_final(job->state)) return;
     tell_tile(job);
+    live_job_keep_log(job);
     json_t *progress = live_job_progress(job);
     if (progress)
         json_object_set_new(progress, "revision", json_integer((json_int_t)job->revision));

@@ -57,19 +57,21 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
 /* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan
  * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
  * warnings}, statistics {...},
- * warnings, error, frames: [{number, state, exr, png}], priority, revision}; exr and png are
- * addresses, null until the file is there. NULL: no such job. Borrowed. */
+ * warnings, error, log (job_log.h), frames: [{number, state, exr, png}], priority, revision}; exr
+ * and png are addresses, null until the file is there. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
 /* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or
  * null}. ERR_RANGE for an unknown state or a cursor that is none. */
-void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
-               jobs_answer done, void *ctx);
+void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
  * is removed, too. */
 void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx);
+
+/* The job and the number of a frame in work; false: it is over, or there never was one. */
+bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES], int32_t *number);
 
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {

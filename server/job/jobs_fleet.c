@@ -10,6 +10,15 @@ static struct frame *work_of(struct jobs *jobs, uint64_t id)
     return open ? open->frame->work : NULL;
 }
 
+bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES], int32_t *number)
+{
+    const struct open_frame *open = jobs_table_frame(jobs, frame_id);
+    if (!open) return false;
+    memcpy(id, open->job->id, JOB_ID_BYTES);
+    *number = frame_number(open->frame->work);
+    return true;
+}
+
 static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
 {
     struct jobs *jobs = ctx;
@@ -45,11 +54,31 @@ static uint32_t result(void *ctx, uint64_t worker, const struct message_result *
     return VERDICT_FOREIGN;
 }
 
+static const char *worker_name(const struct jobs *jobs, uint64_t worker)
+{
+    const char *name = jobs->fleet ? fleet_worker_name(jobs->fleet, worker) : NULL;
+    return name && name[0] ? name : "a worker";
+}
+
+/* A line counts all tiles that come back at once. */
+static void log_returned(struct live_job *job, uint64_t worker)
+{
+    const struct jobs *jobs = job->jobs;
+    const char *name = worker_name(jobs, worker);
+    if (jobs->fleet && fleet_worker_is_here(jobs->fleet, worker))
+        live_job_log(job, "tiles", "%s did not do a tile that it held: it is given out again",
+                     name);
+    else
+        live_job_log(job, "worker", "%s has left: a tile that it held is given out again", name);
+}
+
 static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
 {
     struct jobs *jobs = ctx;
-    struct frame *work = work_of(jobs, tile->frame_id);
-    if (!work) return;
+    struct open_frame *open = jobs_table_frame(jobs, tile->frame_id);
+    if (!open) return;
+    struct frame *work = open->frame->work;
+    log_returned(open->job, worker);
     frame_returned(work, worker, tile);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
@@ -57,8 +86,11 @@ static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
 static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault *fault)
 {
     struct jobs *jobs = ctx;
-    struct frame *work = work_of(jobs, fault->frame_id);
-    if (!work) return;
+    struct open_frame *open = jobs_table_frame(jobs, fault->frame_id);
+    if (!open) return;
+    struct frame *work = open->frame->work;
+    live_job_log(open->job, "tiles", "%s cannot trace a tile: %.200s", worker_name(jobs, worker),
+                 fault->text);
     frame_faulted(work, worker, fault);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }

@@ -2,24 +2,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
+#include "server/job/time_json.h"
 
 /* Longer documents are not opened for a listing. */
 #define LISTED_DOCUMENT_BYTES 16384
-
-/* RFC 3339, UTC, with milliseconds. */
-static json_t *time_json(int64_t time_ms)
-{
-    char text[48];
-    struct tm parts;
-    time_t seconds = (time_t)(time_ms / 1000);
-    if (!gmtime_r(&seconds, &parts)) return json_null();
-    size_t n = strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &parts);
-    snprintf(text + n, sizeof text - n, ".%03dZ", (int)(time_ms % 1000));
-    return json_string(text);
-}
 
 static json_t *parse(const char *text)
 {
@@ -78,12 +67,21 @@ static json_t *summary_of(const struct live_job *live, const struct job_row *row
                      "created", time_json(row->created_ms), "priority", (int)row->priority);
 }
 
+/* Of one that waits there is only one thing to tell. */
+static json_t *log_of(const json_t *report, const struct job_row *row)
+{
+    json_t *log = job_log_read(report);
+    if (!log) job_log_add(&log, row->created_ms, "state", LOG_SUBMITTED);
+    return log ? log : json_array();
+}
+
 static json_t *body_of(const struct live_job *live, const struct job_row *row,
                        const struct frame_row *frames, size_t frame_count)
 {
     static const char *const keys[] = {"progress", "plan", "statistics", "warnings", "revision"};
     json_t *body = summary_of(live, row);
     json_t *report = report_of(live, row);
+    json_object_set_new(body, "log", log_of(report, row));
     json_object_set_new(body, "document", parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
@@ -169,11 +167,11 @@ static void on_rows(void *ctx, int error, const struct job_row *rows, size_t cou
     free(q);
 }
 
-void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
-               jobs_answer done, void *ctx)
+void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx)
 {
     enum job_state known;
-    if ((state && !job_state_from_name(state, &known)) || (cursor && !job_id_is_valid(cursor))) {
+    if ((listing->state && !job_state_from_name(listing->state, &known)) ||
+        (listing->cursor && !job_id_is_valid(listing->cursor))) {
         done(ctx, ERR_RANGE, NULL);
         return;
     }
@@ -183,8 +181,7 @@ void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t 
         return;
     }
     *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx};
-    job_store_list(jobs->options.store, state, cursor,
-                   limit < LIMIT_LIST_ROWS ? limit : LIMIT_LIST_ROWS, on_rows, q);
+    job_store_list(jobs->options.store, listing, on_rows, q);
 }
 
 /* The picture of a live job's frame. False when only the store can tell. */

@@ -128,6 +128,15 @@ static void note_tile(struct live_job *job, const struct frame *work, const stru
     job->last_tile_worker = worker;
 }
 
+static void log_corrupt(struct live_job *job, const struct frame *work, uint64_t worker)
+{
+    const char *name = fleet_worker_name(job->jobs->fleet, worker);
+    const struct fault *refusal = frame_refusal(work);
+    live_job_log(job, "tiles",
+                 "a result of %s is refused, its tile given out again: %.100s: %.200s",
+                 name ? name : "a worker that has left", refusal->pointer, refusal->detail);
+}
+
 static void on_judged(void *ctx, struct frame *work, uint64_t worker, const struct message_ack *ack)
 {
     struct jobs *jobs = ctx;
@@ -142,7 +151,10 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
         if (plan_pass_count(plan) > 1 || plan_has_rounds(plan)) fleet_wake(jobs->fleet);
         return;
     }
-    if (ack->verdict == VERDICT_CORRUPT) count_corrupt(jobs, work, worker);
+    if (ack->verdict == VERDICT_CORRUPT) {
+        log_corrupt(job, work, worker);
+        count_corrupt(jobs, work, worker);
+    }
     fleet_wake(jobs->fleet);
 }
 
@@ -232,6 +244,7 @@ static void note_end(struct live_job *job, const struct frame *work)
     json_t *warnings = json_object_get(job->plan, "warnings");
     job->tiles_beyond += frame_tiles_total(work) - frame_tiles_planned(work);
     if (frame_warning(work)[0] == '\0') return;
+    live_job_log(job, "warning", "frame %d: %s", frame_number(work), frame_warning(work));
     if (json_array_size(warnings) < LIMIT_WARNINGS)
         json_array_append_new(warnings, json_string(frame_warning(work)));
 }
@@ -254,6 +267,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     frame->png = *png;
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
     note_end(job, work);
+    live_job_log(job, "frame", "frame %d is drawn and encoded", number_of(job, frame));
     close_work(job, frame);
     if (job->frame_count > 1) record_report(job);
     struct frame_row row = {.number = number_of(job, frame),
@@ -320,6 +334,7 @@ void live_job_open_frame(struct live_job *job)
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);
+    live_job_log(job, "frame", "frame %d is begun", number_of(job, frame));
     if (job->trace_started_us == 0) {
         job->trace_started_us = jobs_clock_us();
         job->trace_started_fraction = live_job_fraction(job);

@@ -25,6 +25,7 @@ static void destroy(struct live_job *job)
 {
     prepared_destroy(&job->prepared);
     json_decref(job->plan);
+    json_decref(job->log);
     json_decref(job->error);
     json_decref(job->last_progress);
     free(job->frames);
@@ -102,6 +103,8 @@ static void end(struct live_job *job, enum job_state state)
 {
     job->last_progress = live_job_progress(job);
     go(job, state);
+    live_job_take_log(job, NULL);
+    live_job_log_state(job);
     live_job_drop(job);
     close_statistics(job);
     json_t *report = live_job_report(job);
@@ -177,6 +180,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
         return;
     }
     go(job, JOB_RUNNING);
+    live_job_log_state(job);
     json_t *report = live_job_report(job);
     char *text = json_dumps(report, JSON_COMPACT);
     job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, text,
@@ -193,6 +197,8 @@ static void take_report(struct live_job *job, const char *text)
 {
     json_t *report = text ? json_loads(text, 0, NULL) : NULL;
     statistics_read(json_object_get(report, "statistics"), &job->statistics);
+    live_job_take_log(job, report);
+    live_job_log_state(job);
     json_decref(report);
 }
 

@@ -50,6 +50,9 @@ struct live_job {
     uint64_t last_tile_worker;
     json_t *last_progress; /* where it stood when it ended; NULL before */
 
+    json_t *log;              /* job_log.h; NULL before its first line */
+    bool log_due;             /* it has lines that the store does not have */
+    uint64_t log_kept_us;     /* when it was last sent there */
     json_t *error;            /* problem document of a failed job */
     job_store_done cancelled; /* who waits for the end; NULL: nobody */
     void *cancelled_ctx;
@@ -70,6 +73,16 @@ void live_job_fail(struct live_job *job, const struct fault *fault);
 void live_job_finish(struct live_job *job);
 void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
 
+/* live_log.c: a line in its log, with the time. */
+void live_job_log(struct live_job *job, const char *what, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+/* Between states, now and then: lines that are not in the store yet go there with the report. */
+void live_job_keep_log(struct live_job *job);
+/* Goes on with the log of an earlier run: {report} as the store has it. */
+void live_job_take_log(struct live_job *job, const json_t *report);
+/* The state that it came to, the warnings of its plan, why it failed. */
+void live_job_log_state(struct live_job *job);
+
 /* live_frames.c: a running job with a frame that is not yet opened; opening the next. */
 bool live_job_has_unopened(const struct live_job *job);
 void live_job_open_frame(struct live_job *job);
@@ -77,7 +90,8 @@ void live_job_drop_frames(struct live_job *job);
 /* Floats of an image and of samples that wait for their next pass: what opening a frame costs. */
 uint64_t live_job_frame_floats(const struct live_job *job);
 
-/* live_report.c: what GET shows and what is kept: {progress, plan, statistics, warnings, revision}.
+/* live_report.c: what GET shows and what is kept: {progress, plan, statistics, warnings, revision,
+ * log}.
  * New references. */
 json_t *live_job_report(const struct live_job *job);
 json_t *live_job_progress(const struct live_job *job);

@@ -91,10 +91,10 @@ json_t *live_job_report(const struct live_job *job)
     struct statistics statistics;
     live_job_statistics(job, &statistics);
     json_t *warnings = json_object_get(job->plan, "warnings");
-    return json_pack("{s:o,s:O?,s:o,s:o,s:I}", "progress", live_job_progress(job), "plan",
+    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?}", "progress", live_job_progress(job), "plan",
                      job->plan, "statistics", statistics_json(&statistics), "warnings",
                      warnings ? json_incref(warnings) : json_array(), "revision",
-                     (json_int_t)job->revision);
+                     (json_int_t)job->revision, "log", job->log);
 }
 
 void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])

@@ -94,6 +94,8 @@ struct plan_report {
     char warnings[LIMIT_WARNINGS][LIMIT_DETAIL_BYTES];
     struct plan_light_source lights[LIMIT_LIGHTS]; /* of the plan's lights, in order */
     char camera_name[64];
+    uint32_t camera_count; /* of the scene's, listed */
+    char cameras[LIMIT_CAMERAS_LISTED][64];
     bool camera_is_default; /* the importer made it, because the file has none */
 };
 

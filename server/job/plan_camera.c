@@ -118,12 +118,21 @@ static int set_lens(const struct job *job, struct plan_camera *out, struct plan_
     return 0;
 }
 
+/* What else there is to choose from. */
+static void list_cameras(const struct scene *scene, struct plan_report *report)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_CAMERAS] && i < LIMIT_CAMERAS_LISTED; i++)
+        snprintf(report->cameras[report->camera_count++], sizeof report->cameras[0], "%.63s",
+                 scene_name(scene, scene->cameras[i].name));
+}
+
 int plan_resolve_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                         struct plan_report *report, struct fault *fault)
 {
     struct fault inner = {0};
     uint64_t index;
     *out = (struct plan_camera){0};
+    list_cameras(scene, report);
     if (job->camera.kind == JOB_CAMERA_LOOK_AT) {
         int error = look_at(job, out, fault);
         if (error) return error;

@@ -1,5 +1,6 @@
 /* The plan as people read it. */
 #include <math.h>
+#include <string.h>
 
 #include "proto/samples.h"
 #include "server/job/plan.h"
@@ -136,6 +137,18 @@ static json_t *camera_of(const struct plan *plan, const struct plan_report *repo
     return camera;
 }
 
+/* By index; "" for one whose name is too long for a list. */
+static json_t *cameras_of(const struct plan_report *report)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < report->camera_count; i++) {
+        bool whole = strlen(report->cameras[i]) < sizeof report->cameras[0] - 1;
+        json_t *name = whole ? json_string(report->cameras[i]) : NULL;
+        json_array_append_new(list, name ? name : json_string(""));
+    }
+    return list;
+}
+
 static json_t *samples_of(const struct plan *plan)
 {
     uint64_t light = 0;
@@ -206,7 +219,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     return json_pack(
         "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
         "s:s,s:f,"
-        "s:f,s:o}",
+        "s:f,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
         "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
@@ -221,5 +234,5 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "environment", environment_of(plan), "emitters", emitters_of(plan, report), "camera",
         camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
         scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
-        (double)plan->length_unit, "warnings", warnings_of(report));
+        (double)plan->length_unit, "warnings", warnings_of(report), "cameras", cameras_of(report));
 }

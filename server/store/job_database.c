@@ -30,6 +30,11 @@ enum query {
     QUERY_COUNT
 };
 
+/* No LIKE: what people look for may hold its wildcards. */
+#define HAS_TEXT                                                                                   \
+    " AND (?3 IS NULL OR instr(lower(id), lower(?3)) > 0 OR instr(lower(document), lower(?3)) > "  \
+    "0)"
+
 static const char *const query_text[QUERY_COUNT] = {
     [QUERY_BEGIN] = "BEGIN IMMEDIATE",
     [QUERY_COMMIT] = "COMMIT",
@@ -51,10 +56,10 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
     [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"
                      " ORDER BY number",
-    [QUERY_LIST] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)"
+    [QUERY_LIST] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)" HAS_TEXT
                    " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?3"
-                         " AND (?1 IS NULL OR id < ?1) ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?4"
+                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
     [QUERY_UNFINISHED] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs"
                          " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
     [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"
@@ -326,16 +331,17 @@ int job_database_get(struct job_database *db, const char *id, struct job_records
     return read_jobs(db, s, true, out);
 }
 
-int job_database_list(struct job_database *db, const char *state, const char *cursor, size_t limit,
+int job_database_list(struct job_database *db, const struct job_listing *listing,
                       struct job_records *out)
 {
-    sqlite3_stmt *s = statement(db, state ? QUERY_LIST_STATE : QUERY_LIST);
+    sqlite3_stmt *s = statement(db, listing->state ? QUERY_LIST_STATE : QUERY_LIST);
     if (!s) return finish(db, s);
-    bind_text(s, 1, cursor);
-    sqlite3_bind_int64(s, 2, (sqlite3_int64)limit + 1); /* one more, to know of more */
-    if (state) bind_text(s, 3, state);
+    bind_text(s, 1, listing->cursor);
+    sqlite3_bind_int64(s, 2, (sqlite3_int64)listing->limit + 1); /* one more, to know of more */
+    bind_text(s, 3, listing->text);
+    if (listing->state) bind_text(s, 4, listing->state);
     int error = read_jobs(db, s, false, out);
-    out->more = out->count > limit;
+    out->more = out->count > listing->limit;
     return error;
 }
 

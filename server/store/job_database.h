@@ -33,6 +33,6 @@ int job_database_find_blob(struct job_database *db, const struct digest *source,
 
 /* Each fills an empty *out; job_records_fini in any case. */
 int job_database_get(struct job_database *db, const char *id, struct job_records *out);
-int job_database_list(struct job_database *db, const char *state, const char *cursor, size_t limit,
+int job_database_list(struct job_database *db, const struct job_listing *listing,
                       struct job_records *out);
 int job_database_unfinished(struct job_database *db, struct job_records *out);

@@ -22,6 +22,7 @@ void job_request_free(struct job_request *r)
     free(r->document);
     free(r->key);
     free(r->cursor);
+    free(r->text);
     job_records_fini(&r->records);
     free(r);
 }
@@ -74,7 +75,11 @@ int job_request_perform(struct job_request *r, struct job_database *db)
     case REQUEST_GET:
         return job_database_get(db, r->id, &r->records);
     case REQUEST_LIST:
-        return job_database_list(db, r->state, r->cursor, r->limit, &r->records);
+        return job_database_list(
+            db,
+            &(struct job_listing){
+                .state = r->state, .cursor = r->cursor, .text = r->text, .limit = r->limit},
+            &r->records);
     case REQUEST_FIND_BLOB:
         return job_database_find_blob(db, &r->source, &r->blob);
     }

@@ -21,7 +21,7 @@ struct job_request {
     int error;
     void *ctx;
     char id[JOB_ID_BYTES];
-    char *state, *fault, *report, *document, *key, *cursor;
+    char *state, *fault, *report, *document, *key, *cursor, *text;
     int64_t created_ms, updated_ms;
     int32_t priority;
     struct frame_row frame; /* its state is `state` */

@@ -203,8 +203,8 @@ void job_store_get(struct job_store *s, const char *id, job_store_found done, vo
     submit(s, r, 0);
 }
 
-void job_store_list(struct job_store *s, const char *state, const char *cursor, size_t limit,
-                    job_store_listed done, void *ctx)
+void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
+                    void *ctx)
 {
     struct job_request *r = job_request_create(REQUEST_LIST, NULL, ctx);
     if (!r) {
@@ -212,9 +212,10 @@ void job_store_list(struct job_store *s, const char *state, const char *cursor, 
         return;
     }
     int error = 0;
-    r->state = job_request_copy(state, &error);
-    r->cursor = job_request_copy(cursor, &error);
-    r->limit = limit < LIMIT_LIST_ROWS ? limit : LIMIT_LIST_ROWS;
+    r->state = job_request_copy(listing->state, &error);
+    r->cursor = job_request_copy(listing->cursor, &error);
+    r->text = job_request_copy(listing->text, &error);
+    r->limit = listing->limit < LIMIT_LIST_ROWS ? listing->limit : LIMIT_LIST_ROWS;
     r->call.listed = done;
     submit(s, r, error);
 }

@@ -61,12 +61,17 @@ typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
                                 const struct frame_row *frames, size_t frame_count);
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
 
-/* Newest first, at most `limit`, strictly before id `cursor` (NULL: from the newest), in `state`
- * (NULL: any). */
+/* Which jobs, newest first. */
+struct job_listing {
+    const char *state;  /* NULL: any */
+    const char *cursor; /* strictly before this id; NULL: from the newest */
+    const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
+    size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
+};
 typedef void (*job_store_listed)(void *ctx, int error, const struct job_row *rows, size_t count,
                                  bool more);
-void job_store_list(struct job_store *s, const char *state, const char *cursor, size_t limit,
-                    job_store_listed done, void *ctx);
+void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
+                    void *ctx);
 
 /* Start-up, blocking: every job that is not finished, failed or cancelled, oldest first. The
  * callback's pointers are borrowed; it may submit changes. ERR_STATE while requests are pending. */

@@ -1,35 +1,15 @@
 // The viewer for everybody: axe-core at WCAG 2.2 AA, keys, announcements. TAP on standard output.
 //   node tests/browser/access.test.mjs BUILD_DIR
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
+import { clean as cleanPage } from "./axe.mjs";
 import { expect, look, openPage, runAll, shots, startServer, submit, test, text, until } from "./house.mjs";
-
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 await runAll(async () => {
   const url = await startServer();
   const complaints = [];
   const page = await openPage(complaints, { reducedMotion: "reduce", bypassCSP: false });
 
-  // axe-core runs in the page through the debugger: the page's policy lets no script in.
-  const violations = async () => {
-    const session = await page.context().newCDPSession(page);
-    const run = (expression, awaitPromise = false) => session.send("Runtime.evaluate", { expression, awaitPromise, returnByValue: true });
-    await run(axe);
-    const { result, exceptionDetails } = await run(
-      `axe.run(document, { runOnly: ${JSON.stringify(RULES)} }).then((r) => JSON.stringify({ passes: r.passes.length, violations:
-        r.violations.map((v) => v.id + ": " + v.nodes.map((n) => n.target.join(" ") + " (" + n.failureSummary + ")").join(", ")) }))`, true);
-    await session.detach();
-    if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
-    return JSON.parse(result.value);
-  };
-  const clean = async (what) => {
-    const found = await violations();
-    expect(found.passes > 15, `${what}: only ${found.passes} rules were looked at`);
-    expect(found.violations.length === 0, `${what}: ${found.violations.join("; ")}`);
-  };
+  const clean = (what) => cleanPage(page, what);
 
   const slow = submit(url, { image: { width: 512, height: 512 }, sampling: { spp: 100, tile_px: 32 }, layers: ["beauty", "albedo", "depth"] });
 

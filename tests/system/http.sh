@@ -106,6 +106,8 @@ check "a repeated query parameter is refused" is 400 "$url/v1/jobs?limit=3&limit
 for limit in 0 101 -1 1x 99999999999; do
     check "limit=$limit is refused" is 400 "$url/v1/jobs?limit=$limit"
 done
+check "no text to look for is refused" is 400 "$url/v1/jobs?text="
+check "a long text to look for is refused" is 400 "$url/v1/jobs?text=${long:1:129}"
 check "a state that is none is refused" is 400 "$url/v1/jobs?state=done"
 check "a cursor that is none is refused" is 400 "$url/v1/jobs?cursor=%27%3B--"
 for id in x 0123456789ABCDEFGHJKMNPQRS "$none$none" %27; do

@@ -259,6 +259,12 @@ try 200 GET /v1/jobs '/v1/jobs?limit=1'
 check "... with a link to the next page" grep -q 'rel="next"' "$tmp/head"
 next=$(jq -r .next "$tmp/body")
 try 200 GET /v1/jobs "/v1/jobs?cursor=$next&state=finished"
+try 304 GET /v1/jobs -H "If-None-Match: $(header ETag)" "/v1/jobs?cursor=$next&state=finished"
+try 200 GET /v1/jobs "/v1/jobs?limit=1&text=${asset:0:20}"
+check "... and the next page is looked through, too" grep -q "&text=${asset:0:20}>; rel=.next" "$tmp/head"
+try 400 GET /v1/jobs '/v1/jobs?text='
+check "a finished job tells what happened to it" jq -e '(.log | map(.what)) == ["state", "state", "state", "frame", "frame", "state"] and
+    .log[0].time == .created and .log[-1].text == "finished: all files are stored"' "$tmp/job"
 
 p='/v1/jobs/{id}/frames/{n}/image.exr'
 try 200 GET $p "/v1/jobs/$id/frames/1/image.exr"

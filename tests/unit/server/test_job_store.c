@@ -282,14 +282,19 @@ static void on_listed(void *ctx, int error, const struct job_row *rows, size_t c
     for (size_t i = 0; i < count; i++) strcpy(l->ids[i], rows[i].id);
 }
 
-static struct listed *list(struct fixture *f, const char *state, const char *cursor, size_t limit)
+static struct listed *find(struct fixture *f, const struct job_listing *listing)
 {
     static struct listed l;
     l = (struct listed){.error = 1};
-    job_store_list(f->store, state, cursor, limit, on_listed, &l);
+    job_store_list(f->store, listing, on_listed, &l);
     settle(f);
     assert_int_equal(l.error, 0);
     return &l;
+}
+
+static struct listed *list(struct fixture *f, const char *state, const char *cursor, size_t limit)
+{
+    return find(f, &(struct job_listing){.state = state, .cursor = cursor, .limit = limit});
 }
 
 static void listing_pages_from_the_newest(void **state)
@@ -310,6 +315,37 @@ static void listing_pages_from_the_newest(void **state)
     assert_int_equal(l->count, 2);
     assert_string_equal(l->ids[1], make_row(2).id);
     assert_int_equal(list(f, "failed", NULL, 10)->count, 0);
+}
+
+static size_t count_with(struct fixture *f, const char *text, const char *state)
+{
+    return find(f, &(struct job_listing){.state = state, .text = text, .limit = 10})->count;
+}
+
+static void listing_looks_for_text(void **state)
+{
+    struct fixture *f = *state;
+    for (int i = 0; i < 4; i++) insert_plain(f, i);
+    struct insertion i = {.error = 1};
+    struct job_row row = make_row(9);
+    struct digest digest = {0};
+    row.document = "{\"camera\":\"Nord_100%\"}";
+    job_store_insert(f->store, &row, NULL, &digest, on_inserted, &i);
+    settle(f);
+    job_store_update(f->store, make_row(2).id, "finished", NULL, NULL, NULL, NULL);
+    assert_int_equal(count_with(f, "nord", NULL), 1);
+    assert_int_equal(count_with(f, "d_1", NULL), 1);
+    assert_int_equal(count_with(f, "100%\"", NULL), 1);
+    assert_int_equal(count_with(f, "n%d", NULL), 0); /* no wildcards */
+    assert_int_equal(count_with(f, "N_rd", NULL), 0);
+    assert_int_equal(count_with(f, "SCENE", NULL), 4);
+    assert_int_equal(count_with(f, "scene", "finished"), 1);
+    assert_int_equal(count_with(f, "nord", "finished"), 0);
+    assert_int_equal(count_with(f, make_row(3).id, NULL), 1);
+    struct listed *l = find(f, &(struct job_listing){.text = "scene", .limit = 3});
+    assert_int_equal(l->count, 3);
+    assert_true(l->more);
+    assert_string_equal(l->ids[0], make_row(3).id);
 }
 
 struct resumed {
@@ -470,6 +506,7 @@ int main(void)
         TEST(updates_set_what_is_given),
         TEST(frames_are_kept_by_number_and_go_with_their_job),
         TEST(listing_pages_from_the_newest),
+        TEST(listing_looks_for_text),
         TEST(unfinished_jobs_are_found_oldest_first),
         TEST(blobs_are_remembered),
         TEST(many_submissions_share_commits),

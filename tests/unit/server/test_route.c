@@ -41,7 +41,7 @@ static void finds_every_resource(void **state)
         {METHOD_HEAD, "/v1/assets/" HEX, ROUTE_ASSET_HEAD},
         {METHOD_POST, "/v1/jobs", ROUTE_JOB_SUBMIT},
         {METHOD_POST, "/v1/jobs?dry_run=1", ROUTE_JOB_SUBMIT},
-        {METHOD_GET, "/v1/jobs?limit=5&state=running&cursor=" ID, ROUTE_JOB_LIST},
+        {METHOD_GET, "/v1/jobs?limit=5&state=running&text=a%20b&cursor=" ID, ROUTE_JOB_LIST},
         {METHOD_GET, "/v1/jobs/" ID, ROUTE_JOB_GET},
         {METHOD_HEAD, "/v1/jobs/" ID, ROUTE_JOB_GET},
         {METHOD_DELETE, "/v1/jobs/" ID "?purge=1", ROUTE_JOB_DELETE},

@@ -1,0 +1,86 @@
+/* A job's log: what is worth a line. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "server/job/job_log.h"
+#include "server/job/jobs_table.h"
+
+void live_job_log(struct live_job *job, const char *what, const char *format, ...)
+{
+    char text[LIMIT_DETAIL_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    job_log_add(&job->log, jobs_time_ms(), what, "%s", text);
+    job->revision++;
+    job->log_due = true;
+}
+
+/* Workers may come and go by the hundred: a commit for each would be too many. */
+#define KEEP_EVERY_US 2000000u
+
+void live_job_keep_log(struct live_job *job)
+{
+    uint64_t now_us = jobs_clock_us();
+    if (!job->log_due || job->state != JOB_RUNNING || now_us - job->log_kept_us < KEEP_EVERY_US)
+        return;
+    job->log_due = false;
+    job->log_kept_us = now_us;
+    json_t *report = live_job_report(job);
+    char *text = json_dumps(report, JSON_COMPACT);
+    job_store_update(job->jobs->options.store, job->id, NULL, NULL, text, NULL, NULL);
+    free(text);
+    json_decref(report);
+}
+
+void live_job_take_log(struct live_job *job, const json_t *report)
+{
+    if (job->log) return;
+    job->log = job_log_read(report);
+    if (job->log)
+        live_job_log(job, "state", "taken up again after a restart of the coordinator");
+    else
+        job_log_add(&job->log, job->created_ms, "state", LOG_SUBMITTED);
+}
+
+static void log_warnings(struct live_job *job)
+{
+    size_t i;
+    json_t *warning;
+    json_array_foreach (json_object_get(job->plan, "warnings"), i, warning)
+        live_job_log(job, "warning", "%s", json_string_value(warning));
+}
+
+static void log_failure(struct live_job *job)
+{
+    const char *detail = json_string_value(json_object_get(job->error, "detail"));
+    const char *title = json_string_value(json_object_get(job->error, "title"));
+    const char *pointer = json_string_value(json_object_get(job->error, "pointer"));
+    live_job_log(job, "error", "failed: %s%s%s", pointer ? pointer : "", pointer ? ": " : "",
+                 detail  ? detail
+                 : title ? title
+                         : "");
+}
+
+void live_job_log_state(struct live_job *job)
+{
+    switch (job->state) {
+    case JOB_IMPORTING:
+        live_job_log(job, "state", "the scene is imported and the frame planned");
+        break;
+    case JOB_RUNNING:
+        live_job_log(job, "state", "planned: tiles are given out");
+        log_warnings(job);
+        break;
+    case JOB_FAILED:
+        log_failure(job);
+        break;
+    case JOB_FINISHED:
+        live_job_log(job, "state", "finished: all files are stored");
+        break;
+    default:
+        live_job_log(job, "state", "%s", job_state_name(job->state));
+    }
+}

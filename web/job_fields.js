@@ -1,0 +1,103 @@
+// The members of a job document that the form asks for: their names, limits and defaults are those of
+// proto/openapi.yaml (tests/browser/submit.test.mjs holds them to it).
+//
+// A field: {at: its place below its group's, label, kind, ...}. Kinds: integer and number ({min, max,
+// above: exclusive, otherwise: the default}), choice ({of, otherwise}), flag, vector, color, several
+// ({of, otherwise}), digest, variant ({of: [{label, value, is, fields}]}: another shape of the same
+// member), lights. A member that is left empty is left out: its default holds.
+
+const COORDINATE = 1e15, RADIANCE = 1e12;
+const vector = (at, label) => ({ at, label, kind: "vector", min: -COORDINATE, max: COORDINATE });
+const color = (at, label) => ({ at, label, kind: "color", min: 0, max: RADIANCE });
+const isObject = (value) => value !== null && typeof value === "object";
+
+export const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "samples", "visibility", "slope_min",
+  "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect"];
+
+export const LIGHTS = {
+  rectangle: {
+    value: { type: "rectangle", center: [0, 2, 0], half_u: [0.5, 0, 0], half_v: [0, 0, 0.5], radiance: [10, 10, 10] },
+    fields: [vector("/center", "Centre"), vector("/half_u", "Half side u"), vector("/half_v", "Half side v"),
+      color("/radiance", "Radiance"),
+      { at: "/profile", label: "Profile", kind: "choice", of: ["uniform", "gaussian"], otherwise: "uniform" }],
+    hint: "Emits to the side of u × v.",
+  },
+  point: {
+    value: { type: "point", position: [0, 2, 0], intensity: [10, 10, 10] },
+    fields: [vector("/position", "Position"), color("/intensity", "Intensity")],
+  },
+  spot: {
+    value: { type: "spot", position: [0, 2, 0], direction: [0, -1, 0], intensity: [10, 10, 10], outer_deg: 45 },
+    fields: [vector("/position", "Position"), vector("/direction", "Direction"), color("/intensity", "Intensity"),
+      { at: "/inner_deg", label: "Inner angle", unit: "°", kind: "number", min: 0, max: 90, otherwise: 0 },
+      { at: "/outer_deg", label: "Outer angle", unit: "°", kind: "number", min: 0, max: 90, otherwise: 45 }],
+  },
+  directional: {
+    value: { type: "directional", direction: [0, -1, 0], irradiance: [3, 3, 3] },
+    fields: [vector("/direction", "Direction"), color("/irradiance", "Irradiance")],
+    hint: "Direction is the way the light travels.",
+  },
+};
+
+// What a camera of its own starts from, when no plan has told of a better one.
+export const LOOK_AT = { eye: [0, 1, 5], target: [0, 1, 0], yfov_deg: 45 };
+export const LOOK_AT_FIELDS = [vector("/eye", "Eye"), vector("/target", "Target"),
+  { ...vector("/up", "Up"), otherwise: [0, 1, 0] },
+  { at: "/yfov_deg", label: "Vertical field of view", unit: "°", kind: "number", above: 0, max: 179, otherwise: 45 }];
+
+export const GROUPS = [
+  { title: "Camera", fields: [{ at: "/scene/camera", label: "Camera", kind: "camera" }] },
+  { title: "Image", fields: [
+    { at: "/image/width", label: "Width", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
+    { at: "/image/height", label: "Height", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
+    { at: "/image/pixel_type", label: "Numbers of the EXR", kind: "choice", of: ["float", "half"], otherwise: "float" },
+    { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" }] },
+  { title: "Lights", fields: [
+    { at: "/scene/lights", label: "Use the scene's own lights", kind: "flag", otherwise: true },
+    { at: "/lights", label: "Lights of the job", kind: "lights", most: 64 }] },
+  { title: "Environment", fields: [{ at: "/environment", label: "Environment", kind: "variant", of: [
+    { label: "none", value: null, is: (value) => !isObject(value), fields: [] },
+    { label: "a map", value: { asset: "" }, is: (value) => isObject(value) && !("radiance" in value), fields: [
+      { at: "/asset", label: "Map", kind: "digest", accept: ".hdr,.exr" },
+      { at: "/intensity", label: "Intensity", kind: "number", min: 0, max: RADIANCE, otherwise: 1 },
+      { at: "/rotation_deg", label: "Rotation", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] },
+    { label: "the same from everywhere", value: { radiance: [1, 1, 1] }, is: (value) => isObject(value) && "radiance" in value,
+      fields: [color("/radiance", "Radiance")] }] }] },
+  { title: "Lens", fields: [{ at: "/lens", label: "Lens", kind: "variant", of: [
+    { label: "pinhole", value: null, is: (value) => !isObject(value), fields: [] },
+    { label: "thin lens", value: { aperture_radius: 0.05, focus_distance: 5 }, is: isObject, fields: [
+      { at: "/aperture_radius", label: "Aperture radius", kind: "number", min: 0, max: COORDINATE },
+      { at: "/focus_distance", label: "Focus distance", kind: "number", min: 0, max: COORDINATE },
+      { at: "/blades", label: "Blades", kind: "integer", min: 0, max: 32, otherwise: 0 },
+      { at: "/blade_rotation_deg", label: "Rotation of the blades", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] }] }] },
+  { title: "Effects", fields: [
+    { at: "/effects/indirect_bounces", label: "Indirect bounces", kind: "integer", min: 0, max: 64, otherwise: 1 },
+    { at: "/effects/ambient_occlusion", label: "Ambient occlusion", kind: "variant", of: [
+      { label: "none", value: false, is: (value) => !isObject(value), fields: [] },
+      { label: "within a distance", value: { distance: 1 }, is: isObject,
+        fields: [{ at: "/distance", label: "Distance", kind: "number", above: 0, max: COORDINATE }] }] }] },
+  { title: "Sampling", fields: [
+    { at: "/sampling/spp", label: "Samples a pixel", kind: "integer", min: 1, max: 65536, otherwise: 9 },
+    { at: "/sampling/seed", label: "Seed", kind: "integer", min: 0, max: 9007199254740992, otherwise: 1 },
+    { at: "/sampling/target_error", label: "Target error (0: none)", kind: "number", min: 0, max: 1000, otherwise: 0 },
+    { at: "/sampling/max_spp", label: "Most samples for it", kind: "integer", min: 0, max: 65536, otherwise: 0 }],
+    more: [
+    { at: "/sampling/light_spp", label: "Samples a light (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
+    { at: "/sampling/indirect_spp", label: "Bounce rays (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
+    { at: "/sampling/lens_spp", label: "Lens samples (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
+    { at: "/sampling/lens_extra", label: "Second lens samples", kind: "integer", min: 0, max: 36, otherwise: 0 },
+    { at: "/sampling/tile_px", label: "Side of a tile", unit: "px", kind: "integer", min: 8, max: 256, otherwise: 64 }] },
+  { title: "Filter", fields: [
+    { at: "/filter/method", label: "Method", kind: "choice", of: ["auto", "sheared", "axis_aligned", "average", "none"], otherwise: "auto" },
+    { at: "/filter/mu", label: "Width factor", kind: "number", above: 0, max: 100, otherwise: 1 }],
+    more: [
+    { at: "/filter/indirect", label: "Of indirect light", kind: "choice", otherwise: "auto",
+      of: ["auto", "average", "constant", "linear", "blend", "adaptive", "sheared"] },
+    { at: "/filter/glossy", label: "Of glossy light", kind: "choice", of: ["auto", "average", "virtual_hit", "bandlimit"], otherwise: "auto" },
+    { at: "/filter/lens", label: "Of lens samples", kind: "choice", of: ["auto", "average", "axis_aligned", "sheared"], otherwise: "auto" }] },
+  { title: "Layers", fields: [{ at: "/layers", label: "Layers", kind: "several", of: LAYERS, otherwise: ["beauty"] }] },
+  { title: "Frames and priority", fields: [
+    { at: "/frames/first", label: "First frame", kind: "integer", min: 0, max: 1073741824, otherwise: 1 },
+    { at: "/frames/last", label: "Last frame", kind: "integer", min: 0, max: 1073741824 },
+    { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 }] },
+];

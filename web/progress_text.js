@@ -1,0 +1,13 @@
+// How far a job is, in words. 100 % is said of finished jobs alone.
+
+export const ENDED = new Set(["finished", "failed", "cancelled"]);
+
+export const percent = (state, fraction = 0) => state === "finished" ? 100 : Math.min(99, Math.floor(fraction * 100));
+
+export const seconds = (s) => s < 90 ? `${Math.ceil(s)} s` : s < 5400 ? `${Math.ceil(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
+
+// "12 s left", or nothing when there is no telling.
+export const timeLeft = (job) => {
+  const eta = job.progress?.eta_s;
+  return !ENDED.has(job.state) && Number.isFinite(eta) ? `${seconds(eta)} left` : "";
+};
