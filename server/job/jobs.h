@@ -10,6 +10,7 @@
 #include "proto/job.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
+#include "server/job/steering.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
@@ -58,18 +59,24 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
  * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
  * warnings}, statistics {...},
  * warnings, error, frames: [{number, state, exr, png}], priority, revision}; exr and png are
- * addresses, null until the file is there. NULL: no such job. Borrowed. */
+ * addresses, null until the file is there; paused, region, near: see steering.h. NULL: no such job.
+ * Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
-/* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or
- * null}. ERR_RANGE for an unknown state or a cursor that is none. */
+/* {jobs: [{id, state, created, priority, paused, progress, revision, width, height}], next: cursor
+ * or null}. ERR_RANGE for an unknown state or a cursor that is none. */
 void jobs_list(struct jobs *jobs, const char *state, const char *cursor, size_t limit,
                jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
  * is removed, too. */
 void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx);
+
+/* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended; 0 when it
+ * is in force and, but for region and point, durable. */
+void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
+                job_store_done done, void *ctx);
 
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {

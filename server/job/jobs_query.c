@@ -71,11 +71,37 @@ static json_t *frames_of_rows(const char *id, const struct frame_row *rows, size
     return list;
 }
 
+/* Of a job that is not in the table. */
+static bool is_paused(const struct job_row *row)
+{
+    enum job_state state;
+    return row->paused && row->state && job_state_from_name(row->state, &state) &&
+           !job_state_is_final(state);
+}
+
 static json_t *summary_of(const struct live_job *live, const struct job_row *row)
 {
     const char *state = live ? job_state_name(live->state) : row->state;
-    return json_pack("{s:s,s:s,s:o,s:i}", "id", row->id, "state", state ? state : "queued",
-                     "created", time_json(row->created_ms), "priority", (int)row->priority);
+    return json_pack("{s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
+                     "created", time_json(row->created_ms), "priority",
+                     (int)(live ? live->priority : row->priority), "paused",
+                     (int)(live ? live_job_is_paused(live) : is_paused(row)));
+}
+
+/* What goes first, as somebody has asked. */
+static void add_wish(json_t *body, const struct live_job *live)
+{
+    const struct tile_wish none = {0}, *wish = live ? &live->wish : &none;
+    const struct rect r = wish->region;
+    json_object_set_new(body, "region",
+                        rect_is_empty(r)
+                            ? json_null()
+                            : json_pack("{s:i,s:i,s:i,s:i}", "x", r.x0, "y", r.y0, "width",
+                                        rect_width(r), "height", rect_height(r)));
+    json_object_set_new(body, "near",
+                        wish->has_near
+                            ? json_pack("{s:i,s:i}", "x", wish->near_x, "y", wish->near_y)
+                            : json_null());
 }
 
 static json_t *body_of(const struct live_job *live, const struct job_row *row,
@@ -84,6 +110,7 @@ static json_t *body_of(const struct live_job *live, const struct job_row *row,
     static const char *const keys[] = {"progress", "plan", "statistics", "warnings", "revision"};
     json_t *body = summary_of(live, row);
     json_t *report = report_of(live, row);
+    add_wish(body, live);
     json_object_set_new(body, "document", parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);

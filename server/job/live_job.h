@@ -21,6 +21,8 @@ struct live_job {
     struct jobs *jobs;
     char id[JOB_ID_BYTES];
     int32_t priority;
+    bool paused; /* its tiles are not given */
+    struct tile_wish wish;
     int64_t created_ms;
     enum job_state state;
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
@@ -69,6 +71,16 @@ void live_job_begin(struct live_job *job);
 void live_job_fail(struct live_job *job, const struct fault *fault);
 void live_job_finish(struct live_job *job);
 void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
+
+/* Takes it out of work, or back: clocks stand still meanwhile. Its frames stay as they are. */
+void live_job_pause(struct live_job *job, bool paused);
+/* An ended job is not: there is nothing left to pause. */
+static inline bool live_job_is_paused(const struct live_job *job)
+{
+    return job->paused && !job_state_is_final(job->state);
+}
+/* For its open frames, and those that come. */
+void live_job_wish(struct live_job *job, const struct tile_wish *wish);
 
 /* live_frames.c: a running job with a frame that is not yet opened; opening the next. */
 bool live_job_has_unopened(const struct live_job *job);
