@@ -1,6 +1,7 @@
 // One job: its events, its picture, what can be done with it.
-import { cancelJob, eventsUrl, getJob, imageUrl } from "./api.js";
+import { eventsUrl, getJob, imageUrl } from "./api.js";
 import { facts } from "./facts.js";
+import { Steering } from "./steering.js";
 
 const ENDED = new Set(["finished", "failed", "cancelled"]);
 const seconds = (s) => s < 90 ? `${Math.ceil(s)} s` : s < 5400 ? `${Math.ceil(s / 60)} min` : `${(s / 3600).toFixed(1)} h`;
@@ -10,7 +11,7 @@ export class JobView {
     this.picture = picture;
     this.at = elements;
     this.onConnection = onConnection;
-    elements.cancel.addEventListener("click", () => this.cancel());
+    this.steering = new Steering(picture, elements.steering, (job) => this.show(job));
   }
 
   // Shows a job; the one before is left.
@@ -18,18 +19,20 @@ export class JobView {
     this.close();
     this.id = id;
     this.announced = -1;
-    this.ended = false;
+    this.ended = this.paused = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
     this.at.announce.textContent = "";
     this.showProblem(null);
     this.showProgress({ fraction: 0 });
     this.picture.open(id);
+    this.steering.open(id);
     this.listen();
     await this.reload();
   }
 
   close() {
+    this.steering.close();
     this.picture.open(null);
     this.events?.close();
     this.id = null;
@@ -64,11 +67,12 @@ export class JobView {
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
     this.state = job.state;
+    this.paused = job.paused;
+    this.steering.show(job);
     this.frame = job.document?.frames?.first ?? 1;
     this.showProgress(job.progress ?? {});
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
-    this.at.cancel.disabled = ENDED.has(job.state);
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
@@ -86,7 +90,7 @@ export class JobView {
     const percent = finished ? 100 : Math.min(99, Math.floor(fraction * 100));
     this.at.progress.value = percent;
     let text = `${percent} %`;
-    if (this.state && !finished) text += ` · ${this.state}`;
+    if (this.state && !finished) text += ` · ${this.state}${this.paused ? ", paused" : ""}`;
     if (total && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
     if (Number.isFinite(eta) && !ENDED.has(this.state)) text += ` · ${seconds(eta)} left`;
     if (finished) text += " · finished";
@@ -104,11 +108,6 @@ export class JobView {
       link.href = imageUrl(this.id, this.frame, kind);
       link.download = `${this.id}.${kind}`;
     }
-  }
-
-  async cancel() {
-    try { await cancelJob(this.id); } catch (error) { this.showProblem(error.message); }
-    await this.reload();
   }
 
   showProblem(text) {
