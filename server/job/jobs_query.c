@@ -104,6 +104,25 @@ static void add_wish(json_t *body, const struct live_job *live)
                             : json_null());
 }
 
+/* Of a job that is not loaded: the frames that are finished are so, whoever waits. */
+static void add_stored_frames(json_t *body, const struct frame_row *frames, size_t count)
+{
+    json_t *span = json_object_get(json_object_get(body, "document"), "frames");
+    json_t *progress = json_object_get(body, "progress");
+    const json_int_t first = json_integer_value(json_object_get(span, "first"));
+    const json_int_t total = json_integer_value(json_object_get(span, "last")) - first + 1;
+    json_int_t done = 0;
+    for (size_t i = 0; i < count; i++) {
+        enum frame_state state;
+        done += frames[i].state && frame_state_from_name(frames[i].state, &state) &&
+                state == FRAME_FINISHED;
+    }
+    if (!json_is_object(progress) || total < 1 || done > total) return;
+    json_object_set_new(progress, "frames_done", json_integer(done));
+    json_object_set_new(progress, "frames_total", json_integer(total));
+    json_object_set_new(progress, "fraction", json_real((double)done / (double)total));
+}
+
 static json_t *body_of(const struct live_job *live, const struct job_row *row,
                        const struct frame_row *frames, size_t frame_count)
 {
@@ -114,6 +133,7 @@ static json_t *body_of(const struct live_job *live, const struct job_row *row,
     json_object_set_new(body, "document", parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
+    if (live && !live->frames) add_stored_frames(body, frames, frame_count);
     json_object_set_new(body, "error",
                         live && live->error ? json_incref(live->error) : parse(row->error));
     json_object_set_new(body, "frames",
