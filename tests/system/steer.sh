@@ -24,8 +24,8 @@ eventually() { # eventually SECONDS COMMAND...
 }
 shows() { get "$1" | jq -e "$2"; }
 exr() { http -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
-# 256 tiles in several passes, some seconds' worth.
-long='"image": {"width": 512, "height": 512}, "sampling": {"spp": 196, "tile_px": 32}, "filter": {"method": "none"}'
+# 144 tiles in several passes, some seconds' worth.
+long='"image": {"width": 384, "height": 384}, "sampling": {"spp": 144, "tile_px": 32}, "filter": {"method": "none"}'
 short='"image": {"width": 128, "height": 128}, "sampling": {"spp": 16, "tile_px": 32}'
 
 start
@@ -35,7 +35,7 @@ exr "$undisturbed" "$tmp/undisturbed.exr"
 
 # Pause.
 job=$(submit "$long")
-check "a job has begun" eventually 60 shows "$job" '.progress.tiles_done > 100'
+check "a job has begun" eventually 60 shows "$job" '.progress.tiles_done > 40'
 check "shearwater steer pauses it, and says so" is "$(steer "$job" --pause)" "$job: running, paused, priority 0"
 workers_empty() { http "$url/v1/workers" | jq -e 'all(.workers[]; .tiles_in_hand == 0)'; }
 check "tiles under way land" eventually 30 workers_empty
@@ -74,7 +74,7 @@ check "an ended job is steered no more" is "$(patch "$job" '{"paused": true}')" 
 check "... nor paused" shows "$job" '.paused | not'
 
 # Frames that are finished stay so over a restart in a pause.
-frames=$(submit "${long/196/64}, \"frames\": {\"first\": 1, \"last\": 4}")
+frames=$(submit "${long/144/64}, \"frames\": {\"first\": 1, \"last\": 4}")
 check "a job of four frames has finished one" eventually 120 shows "$frames" '.progress.frames_done >= 1'
 steer "$frames" --pause >/dev/null
 eventually 30 workers_empty
@@ -87,34 +87,40 @@ check "its finished frames are there while it is paused" is "$(get "$frames" | j
 check "... and are what its progress tells" shows "$frames" ".paused and .progress.frames_done == $done_before and .progress.frames_total == 4 and .progress.fraction == $done_before / 4"
 steer "$frames" --resume >/dev/null
 check "it goes on with the others" await_state "$frames" finished 180
-check "... of which each is traced once" shows "$frames" ".statistics.tiles_done < 4 * 256 * 2 and .progress.frames_done == 4"
+check "... of which each is traced once" shows "$frames" ".statistics.tiles_done < 4 * 144 * 2 and .progress.frames_done == 4"
 exr "$frames" "$tmp/first-again.exr" 1
 check "... and the first is the file of before" cmp "$tmp/first.exr" "$tmp/first-again.exr"
 
-# Many paused jobs leave room for others; cancelling works on paused ones.
+# Many paused jobs leave room for others. Twelve keep their tiles; one more begins anew when it goes on.
 parked=()
-for _ in 1 2 3 4 5 6; do
+for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13; do
     one=$(submit "$long, \"priority\": 20")
     eventually 60 shows "$one" '.progress.tiles_done > 4'
     steer "$one" --pause >/dev/null
     parked+=("$one")
 done
 other=$(submit "$short")
-check "six paused jobs with frames in work stop nobody" await_state "$other" finished 60
+check "thirteen paused jobs stop nobody" await_state "$other" finished 60
+check "the first keep their tiles" shows "${parked[11]}" '.progress.tiles_done > 4'
+check "the last has given its memory back" shows "${parked[12]}" '.paused and .progress.tiles_done == 0'
 check "a paused job can be cancelled" "$build/shearwater" cancel "${parked[0]}" --server "$url"
 check "... and is" await_state "${parked[0]}" cancelled 30
 check "... for good" is "$(patch "${parked[0]}" '{"paused": false}')" 409
+steer "${parked[12]}" --resume >/dev/null
+check "the last finishes when it goes on" await_state "${parked[12]}" finished 180
+exr "${parked[12]}" "$tmp/parked.exr"
+check "... byte by byte as if undisturbed" cmp "$tmp/undisturbed.exr" "$tmp/parked.exr"
 for one in "${parked[@]:1}"; do http -o /dev/null -X DELETE "$url/v1/jobs/$one?purge=1"; done
 
 # Priority: who is raised overtakes who runs, who is lowered waits.
 first=$(submit "$long")
 check "the first runs" eventually 60 shows "$first" '.progress.tiles_done > 20'
-second=$(submit "${long/196/64}")
+second=$(submit "${long/144/64}")
 steer "$second" --priority 10 >/dev/null
 check "a job that is raised overtakes" await_state "$second" finished 120
 check "... the other goes on after it" shows "$first" '.state == "running"'
 steer "$first" --priority -5 >/dev/null
-second=$(submit "${long/196/64}")
+second=$(submit "${long/144/64}")
 check "a job that is lowered is overtaken" await_state "$second" finished 120
 check "... and its place is on disk" shows "$first" '.priority == -5 and .state == "running"'
 
@@ -133,16 +139,16 @@ hold=$(submit "$long, \"priority\": 50")
 eventually 60 shows "$hold" '.progress.tiles_done > 10'
 region=$(submit "$long")
 eventually 60 shows "$region" '.state == "running"'
-steer "$region" --pause --region 320,330,128x118 >/dev/null
+steer "$region" --pause --region 192,200,128x120 >/dev/null
 http -o /dev/null -X DELETE "$url/v1/jobs/$hold?purge=1"
-check "a region is shown" shows "$region" '.region == {"x": 320, "y": 330, "width": 128, "height": 118} and .progress.tiles_done == 0'
+check "a region is shown" shows "$region" '.region == {"x": 192, "y": 200, "width": 128, "height": 120} and .progress.tiles_done == 0'
 timeout 90 curl -sSN --noproxy '*' "$url/v1/jobs/$region/events" >"$tmp/events" &
 listener=$!
 sleep 0.7
 steer "$region" --resume >/dev/null
 # Tile events are a sample of those that landed. The region's 16 tiles, some passes each, come first.
 tiles() { awk '/^event: /{e = $2} /^data: / && e == "tile" {print substr($0, 7)}' "$tmp/events" | jq -se "$1"; }
-elsewhere='(.x < 320 or .y < 320 or .x >= 448 or .y >= 448)'
+elsewhere='(.x < 192 or .y < 192 or .x >= 320 or .y >= 320)'
 check "others come, too" eventually 90 tiles "any(.[]; $elsewhere)"
 kill $listener 2>/dev/null
 check "... after the region's" tiles "[.[:4][] | $elsewhere] | any | not"
@@ -158,9 +164,9 @@ while [ $SECONDS -lt $end ] && [ "$(job_state "$region")" = running ]; do
     case $((RANDOM % 6)) in
     0) steer "$region" --pause; sleep 0.2; steer "$region" --resume ;;
     1) steer "$region" --priority $((RANDOM % 201 - 100)) ;;
-    2) steer "$region" --region $((RANDOM % 256)),$((RANDOM % 256)),$((RANDOM % 256 + 1))x$((RANDOM % 256 + 1)) ;;
+    2) steer "$region" --region $((RANDOM % 192)),$((RANDOM % 192)),$((RANDOM % 192 + 1))x$((RANDOM % 192 + 1)) ;;
     3) steer "$region" --region none --near none ;;
-    *) steer "$region" --near $((RANDOM % 512)),$((RANDOM % 512)) ;;
+    *) steer "$region" --near $((RANDOM % 384)),$((RANDOM % 384)) ;;
     esac >/dev/null 2>&1
     steps=$((steps + 1))
 done
