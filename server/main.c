@@ -14,6 +14,7 @@ static const struct command {
     {"render", cli_render, "render a job file here and now, and write its pictures"},
     {"submit", cli_submit, "hand a job file to a running coordinator"},
     {"watch", cli_watch, "follow a job until it ends"},
+    {"steer", cli_steer, "pause a job, resume it, let it go first"},
     {"cancel", cli_cancel, "cancel a job"},
     {"workers", cli_workers, "list a coordinator's workers"},
     {"compare", cli_compare, "measure how far a picture is from a reference"},

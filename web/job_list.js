@@ -81,7 +81,7 @@ function setText(element, text) { if (element.textContent !== text) element.text
 function fill(row, job) {
   const [when, state, size, part] = row.firstElementChild.children;
   setText(when, new Date(job.created).toLocaleString());
-  setText(state, job.state);
+  setText(state, job.paused ? `${job.state}, paused` : job.state);
   state.dataset.state = job.state;
   setText(size, job.width ? `${job.width} × ${job.height}` : job.id.slice(-8));
   const fraction = job.progress?.fraction ?? 0;

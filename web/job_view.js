@@ -1,13 +1,14 @@
 // One job: its events, its picture, what can be done with it.
-import { cancelJob, eventsUrl, getJob, imageUrl } from "./api.js";
+import { eventsUrl, getJob, imageUrl } from "./api.js";
 import { ENDED, percent as percentOf, seconds } from "./progress_text.js";
+import { Steering } from "./steering.js";
 
 export class JobView {
   constructor(picture, elements, onConnection) {
     this.picture = picture;
     this.at = elements;
     this.onConnection = onConnection;
-    elements.cancel.addEventListener("click", () => this.cancel());
+    this.steering = new Steering(picture, elements.steering, (job) => this.show(job));
   }
 
   // Shows a job; the one before is left.
@@ -15,18 +16,20 @@ export class JobView {
     this.close();
     this.id = id;
     this.announced = -1;
-    this.ended = false;
+    this.ended = this.paused = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
     this.at.announce.textContent = "";
     this.showProblem(null);
     this.showProgress({ fraction: 0 });
     this.picture.open(id);
+    this.steering.open(id);
     this.listen();
     await this.reload();
   }
 
   close() {
+    this.steering.close();
     this.picture.open(null);
     this.events?.close();
     this.id = null;
@@ -61,11 +64,12 @@ export class JobView {
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
     this.state = job.state;
+    this.paused = job.paused;
+    this.steering.show(job);
     this.frame = job.document?.frames?.first ?? 1;
     this.showProgress(job.progress ?? {});
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
-    this.at.cancel.disabled = ENDED.has(job.state);
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     if (ENDED.has(job.state) && !this.ended) this.end(job);
@@ -82,7 +86,7 @@ export class JobView {
     const percent = percentOf(this.state, fraction);
     this.at.progress.value = percent;
     let text = `${percent} %`;
-    if (this.state && !finished) text += ` · ${this.state}`;
+    if (this.state && !finished) text += ` · ${this.state}${this.paused ? ", paused" : ""}`;
     if (total && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
     if (Number.isFinite(eta) && !ENDED.has(this.state)) text += ` · ${seconds(eta)} left`;
     if (finished) text += " · finished";
@@ -100,11 +104,6 @@ export class JobView {
       link.href = imageUrl(this.id, this.frame, kind);
       link.download = `${this.id}.${kind}`;
     }
-  }
-
-  async cancel() {
-    try { await cancelJob(this.id); } catch (error) { this.showProblem(error.message); }
-    await this.reload();
   }
 
   showProblem(text) {

@@ -27,6 +27,17 @@ export class LayerImage {
     return true;
   }
 
+  // Until its own blocks come, that picture's are shown; they are not there for anything else.
+  showOver(old) {
+    if (!old.numbers || this.numbers) return;
+    this.resize(old.width, old.height);
+    this.numbers = old.numbers.slice();
+    this.touch();
+  }
+
+  // All blocks are its own.
+  isWhole() { return this.numbers !== null && !this.seen.includes(0); }
+
   // All blocks are to be shown again.
   touch() {
     for (let i = 0; i < this.columns * this.rows; i++) this.changed.add(i);

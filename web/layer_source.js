@@ -93,6 +93,9 @@ export class LayerSources {
     return source;
   }
 
+  // All that there are of a job.
+  of(job) { return [...this.kept.values()].filter((source) => source.job === job); }
+
   forget(name) {
     const source = this.kept.get(name);
     source.stop();

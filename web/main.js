@@ -18,14 +18,20 @@ const picture = new PictureView({
   compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"), otherFile: $("other-file"),
   otherProblem: $("other-problem"), wipe: $("wipe"), position: $("wipe-position"), angle: $("wipe-angle"),
   flip: $("flip"), unfiltered: $("unfiltered"), figures: $("figures"), histogram: $("histogram"), histogramText: $("histogram-text"),
-  readout: $("readout"), pins: $("pins"), said: $("said"),
+  readout: $("readout"), underText: $("under-text"), pins: $("pins"), said: $("said"),
   sheet: { dialog: $("keys"), list: $("keys-list"), open: $("keys-open"), close: $("keys-close") },
 }, (state, error) => { if (state === "lost" && error) showConnection("connecting", error); });
 const view = new JobView(picture, {
-  section: $("job"), title: $("job-title"), cancel: $("cancel"), announce: $("announce"),
+  section: $("job"), title: $("job-title"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
   download_exr: $("download-exr"), download_png: $("download-png"),
   warnings: $("warnings"),
+  steering: {
+    cancel: $("cancel"), cancelDialog: $("cancel-dialog"), cancelYes: $("cancel-yes"), cancelNo: $("cancel-no"),
+    pause: $("pause"), priority: $("priority"), lower: $("priority-lower"), raise: $("priority-raise"),
+    seen: $("first-seen"), draw: $("first-draw"), clear: $("first-clear"), region: $("first-text"),
+    follow: $("follow"), more: $("more"), problem: $("steer-problem"),
+  },
 }, showConnection);
 const panel = new JobPanel({
   section: $("panel"), again: $("again"), standing: $("standing"), plan: $("plan"), skippedPart: $("skipped-part"),

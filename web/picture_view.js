@@ -25,11 +25,15 @@ export class PictureView {
     this.onFeedState = onFeedState;
     this.layers = [];
     this.source = this.other = null;
+    // Of whoever steers the job: drags that it takes, areas that it shows, the pixel pointed at.
+    this.takesDrag = () => false;
+    this.areas = () => [];
+    this.onPointed = () => {};
     const redraw = () => this.redraw();
     this.viewport = new Viewport(redraw);
     this.compare = new Compare(() => { this.showCompare(); redraw(); });
     this.display = new Display(elements, () => { this.measureSoon(); redraw(); });
-    this.probe = new Probe({ readout: elements.readout, list: elements.pins }, redraw);
+    this.probe = new Probe({ readout: elements.readout, list: elements.pins }, () => { this.onPointed(this.probe.point); redraw(); });
     this.histogram = new Histogram(elements.histogram, elements.histogramText);
     this.overlay = new ValueOverlay(elements.overlay);
     this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
@@ -41,7 +45,7 @@ export class PictureView {
       this.note(error.message);
     }
     this.gestures = new Gestures(elements.canvas, this.viewport, {
-      onDrag: (kind, x, y) => this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio),
+      onDrag: (kind, x, y) => this.takesDrag(kind, x, y) || this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio),
       onPoint: (x, y) => this.probe.set(x === null ? null : this.viewport.toPicture(x, y)),
       onClick: (x, y) => { this.probe.set(this.viewport.toPicture(x, y)); this.probe.pin(); },
     });
@@ -82,18 +86,33 @@ export class PictureView {
 
   // Shows a job's layers from nothing; null: no job.
   open(job) {
+    if (job && this.under?.job !== job) this.under = null;
     this.sources.clear();
     this.source = this.other = null;
     this.job = job;
     this.layers = [];
     delete this.at.canvas.dataset.view;
-    this.viewport.setPicture(0, 0);
+    if (!this.under) this.viewport.setPicture(0, 0);
     this.at.note.hidden = true;
     this.at.otherJob.value = this.at.otherFile.value = "";
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
     this.probe.clear();
-    if (job) this.setLayer("beauty");
+    if (job) this.setLayer(this.under?.layer ?? "beauty");
+  }
+
+  // The picture of now stays under that of the job, block by block until its own are there.
+  keepUnder(job) {
+    if (!this.source) return;
+    const images = new Map([...this.sources.of(this.job)].map(({ layer, image }) => [layer, image]));
+    this.under = { job, of: this.job, layer: this.source.layer, images };
+  }
+
+  showUnder() {
+    const { under, source } = this, shown = under && under.images.has(source.layer) && !source.image.isWhole();
+    this.at.underText.hidden = !shown;
+    const text = shown ? `Blocks that are not drawn yet show job ${under.of.slice(-6)}.` : "";
+    if (this.at.underText.textContent !== text) this.at.underText.textContent = text;
   }
 
   // The names of the job's layers.
@@ -112,6 +131,7 @@ export class PictureView {
   setLayer(layer) {
     if (this.source && this.source !== this.other) this.source.stop();
     this.source = this.sources.get(this.job, layer);
+    if (this.under?.images.has(layer)) this.source.image.showOver(this.under.images.get(layer));
     this.at.layer.value = layer;
     if (this.noted === "refused") this.at.note.hidden = true;
     this.display.setLayer(layer);
@@ -254,7 +274,8 @@ export class PictureView {
     const { at, viewport, source, other } = this;
     if (!source) return;
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
-    this.overlay.draw({ image: shown.image, viewport, names: this.names(), marks: this.probe.marks(), scalar: SCALARS.has(shown.layer), ratio: this.ratio });
+    this.showUnder();
+    this.overlay.draw({ image: shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: SCALARS.has(shown.layer), ratio: this.ratio });
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
     at.zoomText.textContent = `${Number((viewport.zoom * 100).toPrecision(3))} %`;
     const { zoom, x, y } = viewport;

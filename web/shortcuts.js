@@ -6,9 +6,17 @@ export class Shortcuts {
   // those that need it. `dialog` with a `list` (a dl) is the sheet.
   constructor(target, actions, { dialog, list, open, close }) {
     this.dialog = dialog;
+    this.list = list;
     this.runs = new Map();
-    for (const { keys, run } of actions) for (const key of keys) this.runs.set(key, run);
+    this.add(actions);
     target.addEventListener("keydown", (event) => this.press(event));
+    open.addEventListener("click", () => this.toggle());
+    close.addEventListener("click", () => dialog.close());
+  }
+
+  // More keys, and their lines of the sheet.
+  add(actions) {
+    for (const { keys, run } of actions) for (const key of keys) this.runs.set(key, run);
     for (const { keys, name, shown } of actions) {
       if (!name) continue;
       const term = document.createElement("dt"), text = document.createElement("dd");
@@ -18,10 +26,8 @@ export class Shortcuts {
         term.append(cap, " ");
       }
       text.textContent = name;
-      list.append(term, text);
+      this.list.append(term, text);
     }
-    open.addEventListener("click", () => this.toggle());
-    close.addEventListener("click", () => dialog.close());
   }
 
   press(event) {

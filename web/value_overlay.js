@@ -14,9 +14,9 @@ export function short(v, digits = DIGITS) {
 export class ValueOverlay {
   constructor(canvas) { this.canvas = canvas; this.context = canvas.getContext("2d"); this.written = 0; }
 
-  // `names`: [{x, y, text}] on the canvas; `marks`: [{x, y, name}] of the picture's pixels; `image`: the one whose values are written;
+  // `areas`: [{x, y, width, height, name}] of the picture; `names`: [{x, y, text}] on the canvas; `marks`: [{x, y, name}] of the picture's pixels; `image`: the one whose values are written;
   // `scalar`: its three values are one.
-  draw({ image, viewport, names, marks, scalar, ratio }) {
+  draw({ image, viewport, areas, names, marks, scalar, ratio }) {
     const { context, canvas } = this, { zoom } = viewport;
     context.clearRect(0, 0, canvas.width, canvas.height);
     this.written = 0;
@@ -25,6 +25,7 @@ export class ValueOverlay {
     context.textAlign = "center";
     for (const { x, y, text } of names) this.write(text, x, y, ratio);
     context.textAlign = "left";
+    for (const area of areas) this.outline(area, viewport, ratio);
     for (const { x, y, name } of marks) {
       const left = (x - viewport.x) * zoom, top = (y - viewport.y) * zoom;
       const size = Math.max(zoom, 9 * ratio), inset = (zoom - size) / 2;
@@ -35,6 +36,19 @@ export class ValueOverlay {
       }
       this.write(name, left + inset + size + 4 * ratio, top + zoom / 2, ratio);
     }
+  }
+
+  outline({ x, y, width, height, name }, viewport, ratio) {
+    const { context } = this, { zoom } = viewport;
+    const left = (x - viewport.x) * zoom, top = (y - viewport.y) * zoom;
+    context.lineWidth = 2 * ratio;
+    for (const [color, dash] of [["#000", []], ["#ffd479", [6 * ratio, 4 * ratio]]]) {
+      context.strokeStyle = color;
+      context.setLineDash(dash);
+      context.strokeRect(left, top, width * zoom, height * zoom);
+    }
+    context.setLineDash([]);
+    this.write(name, Math.max(left, 0) + 6 * ratio, Math.max(top, 0) + 12 * ratio, ratio);
   }
 
   writeValues(image, viewport, scalar, ratio) {

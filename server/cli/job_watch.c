@@ -22,6 +22,8 @@ static bool on_event(void *ctx, const char *name, const json_t *data)
     const bool of_job = strcmp(name, "state") == 0 || strcmp(name, "snapshot") == 0;
     const char *state = of_job ? json_string_value(json_object_get(data, "state")) : NULL;
     if (state) snprintf(w->state, sizeof w->state, "%s", state);
+    if (state && json_is_true(json_object_get(data, "paused")))
+        snprintf(w->state, sizeof w->state, "paused");
     if (strcmp(name, "progress") == 0)
         progress_show(w->progress, w->state, data);
     else if (strcmp(name, "snapshot") == 0)

@@ -19,10 +19,11 @@ void etag_of_bytes(const void *data, size_t size_bytes, char out[ETAG_BYTES])
 
 /* One tag at *at, quotes included; moves *at behind it. NULL at the end or where it is malformed.
  */
-static const char *next_tag(const char **at, size_t *size_bytes)
+static const char *next_tag(const char **at, size_t *size_bytes, bool *weak)
 {
     const char *p = *at + strspn(*at, " \t,");
-    if (p[0] == 'W' && p[1] == '/') p += 2;
+    *weak = p[0] == 'W' && p[1] == '/';
+    if (*weak) p += 2;
     if (*p != '"') return NULL;
     const char *end = strchr(p + 1, '"');
     if (!end) return NULL;
@@ -31,12 +32,24 @@ static const char *next_tag(const char **at, size_t *size_bytes)
     return p;
 }
 
-bool etag_listed(const char *list, const char *etag)
+static bool is_listed(const char *list, const char *etag, bool strongly)
 {
     size_t size_bytes = 0, want = 0;
-    const char *tag = etag, *wanted = next_tag(&tag, &want);
+    bool weak, wanted_weak;
+    const char *tag = etag, *wanted = next_tag(&tag, &want, &wanted_weak);
     if (strcmp(list, "*") == 0) return true;
-    for (const char *at = list; wanted && (tag = next_tag(&at, &size_bytes));)
-        if (size_bytes == want && memcmp(tag, wanted, want) == 0) return true;
+    for (const char *at = list; wanted && (tag = next_tag(&at, &size_bytes, &weak));)
+        if (!(strongly && weak) && size_bytes == want && memcmp(tag, wanted, want) == 0)
+            return true;
     return false;
+}
+
+bool etag_listed(const char *list, const char *etag)
+{
+    return is_listed(list, etag, false);
+}
+
+bool etag_matches(const char *list, const char *etag)
+{
+    return is_listed(list, etag, true);
 }

@@ -13,3 +13,6 @@ void etag_of_bytes(const void *data, size_t size_bytes, char out[ETAG_BYTES]);
 
 /* Does a list of tags as in If-None-Match (weak comparison) name `etag`? "*" names all. */
 bool etag_listed(const char *list, const char *etag);
+
+/* The same as in If-Match: by strong comparison, so that a weak tag names nothing. */
+bool etag_matches(const char *list, const char *etag);

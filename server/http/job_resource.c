@@ -3,43 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/http/etag.h"
-#include "server/http/request.h"
+#include "server/http/job_body.h"
 #include "server/job/job_id.h"
 #include "server/job/state.h"
-
-/* What the store or the jobs' side failed with, for requests that sent no document. */
-static void answer_error(struct request *r, int error)
-{
-    if (error == ERR_NOT_FOUND)
-        request_problem(r, PROBLEM_NOT_FOUND, "there is no such job", NULL);
-    else
-        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
-}
-
-/* A body with its ETag. NULL: it was answered, as unchanged or with a problem. */
-static struct MHD_Response *tagged(struct request *r, json_t *body)
-{
-    char etag[ETAG_BYTES];
-    char *text = json_dumps(body, JSON_COMPACT);
-    if (!text) {
-        answer_error(r, ERR_MEMORY);
-        return NULL;
-    }
-    etag_of_bytes(text, strlen(text), etag);
-    if (request_unchanged(r, etag)) {
-        free(text);
-        return NULL;
-    }
-    struct MHD_Response *response = response_of_taken(text, strlen(text), "application/json");
-    if (response) {
-        response_header(response, "ETag", etag);
-        response_header(response, "Cache-Control", "no-cache");
-    } else {
-        answer_error(r, ERR_MEMORY);
-    }
-    return response;
-}
 
 static void on_submitted(void *ctx, const struct fault *fault, const char *id, bool existed)
 {
@@ -157,10 +123,10 @@ static void on_listed(void *ctx, int error, json_t *body)
     struct request *r = ctx;
     if (!request_back(r)) return;
     if (error) {
-        answer_error(r, error);
+        job_body_error(r, error);
         return;
     }
-    struct MHD_Response *response = tagged(r, body);
+    struct MHD_Response *response = job_body_tagged(r, body);
     if (!response) return;
     add_next_link(r, response, json_string_value(json_object_get(body, "next")));
     request_answer(r, 200, response);
@@ -177,13 +143,7 @@ void route_job_list(struct request *r)
 static void on_got(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
-    if (!request_back(r)) return;
-    if (error || !body) {
-        answer_error(r, error ? error : ERR_NOT_FOUND);
-        return;
-    }
-    struct MHD_Response *response = tagged(r, body);
-    if (response) request_answer(r, 200, response);
+    if (request_back(r)) job_body_send(r, error, body);
 }
 
 void route_job_get(struct request *r)
@@ -202,7 +162,7 @@ static void on_cancelled(void *ctx, int error)
     if (error == ERR_STATE)
         request_problem(r, PROBLEM_ENDED, "it can only be removed now, with purge=1", NULL);
     else if (error)
-        answer_error(r, error);
+        job_body_error(r, error);
     else if (purged)
         request_answer(r, 204, response_empty());
     else

@@ -244,6 +244,23 @@ bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
     return true;
 }
 
+/* Blocks that touch the region, and all that these read. */
+static struct rect needed_by(const struct frame *f, struct rect region)
+{
+    const int32_t side = block_side_px(&f->plan);
+    const struct rect blocks = {region.x0 / side * side, region.y0 / side * side,
+                                (region.x1 + side - 1) / side * side,
+                                (region.y1 + side - 1) / side * side};
+    return rect_grow(blocks, block_halo_px(&f->plan));
+}
+
+void frame_steer(struct frame *f, const struct tile_wish *wish)
+{
+    struct tile_wish needed = *wish;
+    if (!rect_is_empty(wish->region)) needed.region = needed_by(f, wish->region);
+    tile_queue_steer(f->tiles, &needed);
+}
+
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number)
 {
     if (frame_has_target(f)) return rounds_pass(f->target.rounds, tile, number);

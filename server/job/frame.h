@@ -12,6 +12,7 @@
 #include "server/image/exr.h"
 #include "server/job/state.h"
 #include "server/job/statistics.h"
+#include "server/job/tile_order.h"
 #include "server/store/objects.h"
 #include "server/team/team.h"
 
@@ -66,6 +67,9 @@ uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now *
 /* Samples that have landed, of all: passes differ in length. 1 only when all have. */
 double frame_traced_share(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
+
+/* From now on tiles are given in that order: with a region, those that its pixels need. */
+void frame_steer(struct frame *f, const struct tile_wish *wish);
 
 /* What there is to warn of when the frame is encoded: a sentence, "" for nothing. */
 const char *frame_warning(const struct frame *f);

@@ -46,7 +46,8 @@ void jobs_event(struct live_job *job, const char *name, json_t *data, bool final
 void jobs_event_state(struct live_job *job)
 {
     jobs_event(job, "state",
-               json_pack("{s:s,s:I,s:o}", "state", job_state_name(job->state), "revision",
+               json_pack("{s:s,s:b,s:i,s:I,s:o}", "state", job_state_name(job->state), "paused",
+                         (int)live_job_is_paused(job), "priority", (int)job->priority, "revision",
                          (json_int_t)job->revision, "progress", live_job_progress(job)),
                job_state_is_final(job->state));
 }
@@ -65,6 +66,7 @@ static void begin_jobs(struct jobs *jobs)
     struct live_job *after;
     for (struct live_job *job = jobs->first; job && ready < READY_AHEAD; job = after) {
         after = job->after;
+        if (job->paused) continue;
         if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
         if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || live_job_has_unopened(job))
             ready++;
@@ -74,16 +76,17 @@ static void begin_jobs(struct jobs *jobs)
 static const struct live_job *first_with_tiles(const struct jobs *jobs)
 {
     for (unsigned i = 0; i < jobs->open_count; i++)
-        if (frame_tiles_waiting(jobs->open[i].frame->work) > 0) return jobs->open[i].job;
+        if (!jobs->open[i].job->paused && frame_tiles_waiting(jobs->open[i].frame->work) > 0)
+            return jobs->open[i].job;
     return NULL;
 }
 
 static bool has_room(const struct jobs *jobs, const struct live_job *job)
 {
     uint64_t floats = live_job_frame_floats(job);
-    if (jobs->open_count < 2) return true;
+    if (jobs_table_working(jobs) < 2) return true;
     for (unsigned i = 0; i < jobs->open_count; i++)
-        floats += live_job_frame_floats(jobs->open[i].job);
+        if (!jobs->open[i].job->paused) floats += live_job_frame_floats(jobs->open[i].job);
     return floats <= OPEN_FLOATS_MOST;
 }
 
@@ -92,8 +95,8 @@ static bool has_room(const struct jobs *jobs, const struct live_job *job)
 static bool open_next(struct jobs *jobs)
 {
     struct live_job *job = jobs->first;
-    while (job && !live_job_has_unopened(job)) job = job->after;
-    if (!job || jobs->open_count == OPEN_MOST) return false;
+    while (job && (job->paused || !live_job_has_unopened(job))) job = job->after;
+    if (!job || jobs_table_working(jobs) >= OPEN_MOST) return false;
     const struct live_job *giving = first_with_tiles(jobs);
     if (giving ? !jobs_table_before(job, giving) : !has_room(jobs, job)) return false;
     live_job_open_frame(job);
@@ -183,7 +186,7 @@ static void on_progress(uv_timer_t *timer)
     for (struct live_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
         if (job->progress_due)
             tell_progress(job);
-        else
+        else if (!job->paused)
             quiet++;
     }
 }
@@ -240,7 +243,9 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     if (!job || jobs_table_add(resumption->jobs, job) != 0) {
         free(job);
         resumption->error = ERR_MEMORY;
+        return;
     }
+    job->paused = row->paused;
 }
 
 int jobs_resume(struct jobs *jobs)

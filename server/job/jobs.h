@@ -10,6 +10,7 @@
 #include "proto/job.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
+#include "server/job/steering.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
@@ -58,12 +59,13 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
  * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
  * warnings}, statistics {...},
  * warnings, error, log (job_log.h), frames: [{number, state, exr, png}], priority, revision}; exr
- * and png are addresses, null until the file is there. NULL: no such job. Borrowed. */
+ * and png are addresses, null until the file is there; paused, region, near: see steering.h. NULL:
+ * no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
-/* {jobs: [{id, state, created, priority, progress, revision, width, height}], next: cursor or
- * null}. ERR_RANGE for an unknown state or a cursor that is none. */
+/* {jobs: [{id, state, created, priority, paused, progress, revision, width, height}], next: cursor
+ * or null}. ERR_RANGE for an unknown state or a cursor that is none. */
 void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
@@ -72,6 +74,11 @@ void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done d
 
 /* The job and the number of a frame in work; false: it is over, or there never was one. */
 bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES], int32_t *number);
+
+/* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended; 0 when it
+ * is in force and, but for region and point, durable. */
+void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
+                job_store_done done, void *ctx);
 
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {

@@ -24,6 +24,7 @@ static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct 
     struct jobs *jobs = ctx;
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct frame *work = jobs->open[i].frame->work;
+        if (jobs->open[i].job->paused) continue;
         if (!frame_lease(work, worker, capabilities, out)) continue;
         if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);
         return true;
@@ -119,7 +120,7 @@ static uint64_t tiles_left(void *ctx)
     struct jobs *jobs = ctx;
     uint64_t sum = 0;
     for (unsigned i = 0; i < jobs->open_count; i++)
-        sum += frame_tiles_waiting(jobs->open[i].frame->work);
+        if (!jobs->open[i].job->paused) sum += frame_tiles_waiting(jobs->open[i].frame->work);
     return sum;
 }
 

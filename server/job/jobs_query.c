@@ -60,11 +60,56 @@ static json_t *frames_of_rows(const char *id, const struct frame_row *rows, size
     return list;
 }
 
+/* Of a job that is not in the table. */
+static bool is_paused(const struct job_row *row)
+{
+    enum job_state state;
+    return row->paused && row->state && job_state_from_name(row->state, &state) &&
+           !job_state_is_final(state);
+}
+
 static json_t *summary_of(const struct live_job *live, const struct job_row *row)
 {
     const char *state = live ? job_state_name(live->state) : row->state;
-    return json_pack("{s:s,s:s,s:o,s:i}", "id", row->id, "state", state ? state : "queued",
-                     "created", time_json(row->created_ms), "priority", (int)row->priority);
+    return json_pack("{s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
+                     "created", time_json(row->created_ms), "priority",
+                     (int)(live ? live->priority : row->priority), "paused",
+                     (int)(live ? live_job_is_paused(live) : is_paused(row)));
+}
+
+/* What goes first, as somebody has asked. */
+static void add_wish(json_t *body, const struct live_job *live)
+{
+    const struct tile_wish none = {0}, *wish = live ? &live->wish : &none;
+    const struct rect r = wish->region;
+    json_object_set_new(body, "region",
+                        rect_is_empty(r)
+                            ? json_null()
+                            : json_pack("{s:i,s:i,s:i,s:i}", "x", r.x0, "y", r.y0, "width",
+                                        rect_width(r), "height", rect_height(r)));
+    json_object_set_new(body, "near",
+                        wish->has_near
+                            ? json_pack("{s:i,s:i}", "x", wish->near_x, "y", wish->near_y)
+                            : json_null());
+}
+
+/* Of a job that is not loaded: the frames that are finished are so, whoever waits. */
+static void add_stored_frames(json_t *body, const struct frame_row *frames, size_t count)
+{
+    json_t *span = json_object_get(json_object_get(body, "document"), "frames");
+    json_t *progress = json_object_get(body, "progress");
+    const json_int_t first = json_integer_value(json_object_get(span, "first"));
+    const json_int_t total = json_integer_value(json_object_get(span, "last")) - first + 1;
+    json_int_t done = 0;
+    for (size_t i = 0; i < count; i++) {
+        enum frame_state state;
+        done += frames[i].state && frame_state_from_name(frames[i].state, &state) &&
+                state == FRAME_FINISHED;
+    }
+    if (!json_is_object(progress) || total < 1 || done > total) return;
+    json_object_set_new(progress, "frames_done", json_integer(done));
+    json_object_set_new(progress, "frames_total", json_integer(total));
+    json_object_set_new(progress, "fraction", json_real((double)done / (double)total));
 }
 
 /* Of one that waits there is only one thing to tell. */
@@ -82,9 +127,11 @@ static json_t *body_of(const struct live_job *live, const struct job_row *row,
     json_t *body = summary_of(live, row);
     json_t *report = report_of(live, row);
     json_object_set_new(body, "log", log_of(report, row));
+    add_wish(body, live);
     json_object_set_new(body, "document", parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
+    if (live && !live->frames) add_stored_frames(body, frames, frame_count);
     json_object_set_new(body, "error",
                         live && live->error ? json_incref(live->error) : parse(row->error));
     json_object_set_new(body, "frames",

@@ -35,6 +35,13 @@ static void link_in_order(struct jobs *jobs, struct live_job *job)
     *(job->after ? &job->after->before : &jobs->last) = job;
 }
 
+static void unlink_job(struct jobs *jobs, struct live_job *job)
+{
+    *(job->before ? &job->before->after : &jobs->first) = job->after;
+    *(job->after ? &job->after->before : &jobs->last) = job->before;
+    job->before = job->after = NULL;
+}
+
 int jobs_table_add(struct jobs *jobs, struct live_job *job)
 {
     if (jobs->count == jobs->capacity) {
@@ -59,9 +66,7 @@ void jobs_table_remove(struct jobs *jobs, struct live_job *job)
     assert(at < jobs->count && jobs->by_id[at] == job);
     memmove(jobs->by_id + at, jobs->by_id + at + 1,
             (--jobs->count - at) * sizeof(struct live_job *));
-    *(job->before ? &job->before->after : &jobs->first) = job->after;
-    *(job->after ? &job->after->before : &jobs->last) = job->before;
-    job->before = job->after = NULL;
+    unlink_job(jobs, job);
 }
 
 struct live_job *jobs_table_find(const struct jobs *jobs, const char *id)
@@ -76,13 +81,34 @@ static bool open_before(const struct live_job *job, const struct live_frame *fra
     return job == other->job ? frame < other->frame : jobs_table_before(job, other->job);
 }
 
+/* Puts it among the first `count`, which are in order. */
+static void insert_open(struct jobs *jobs, unsigned count, struct open_frame one)
+{
+    unsigned at = count;
+    for (; at > 0 && open_before(one.job, one.frame, &jobs->open[at - 1]); at--)
+        jobs->open[at] = jobs->open[at - 1];
+    jobs->open[at] = one;
+}
+
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame)
 {
-    assert(jobs->open_count < OPEN_MOST);
-    unsigned at = jobs->open_count++;
-    for (; at > 0 && open_before(job, frame, &jobs->open[at - 1]); at--)
-        jobs->open[at] = jobs->open[at - 1];
-    jobs->open[at] = (struct open_frame){.job = job, .frame = frame};
+    assert(jobs->open_count < OPEN_MOST + PARKED_MOST);
+    insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
+}
+
+void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority)
+{
+    unlink_job(jobs, job);
+    job->priority = priority;
+    link_in_order(jobs, job);
+    for (unsigned i = 1; i < jobs->open_count; i++) insert_open(jobs, i, jobs->open[i]);
+}
+
+unsigned jobs_table_working(const struct jobs *jobs)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < jobs->open_count; i++) count += !jobs->open[i].job->paused;
+    return count;
 }
 
 void jobs_table_close(struct jobs *jobs, struct live_frame *frame)

@@ -8,6 +8,8 @@
 #define OPEN_MOST 4
 #define OPEN_FLOATS_MOST                                                                           \
     (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K beauties */
+#define PARKED_MOST        12 /* of paused jobs, beside these */
+#define PARKED_FLOATS_MOST OPEN_FLOATS_MOST
 #define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define SENDERS_KNOWN      64 /* workers that sent something corrupt */
@@ -47,7 +49,7 @@ struct jobs {
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
     uint64_t submitted;
 
-    struct open_frame open[OPEN_MOST]; /* in order of service */
+    struct open_frame open[OPEN_MOST + PARKED_MOST]; /* in order of service */
     unsigned open_count;
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
@@ -65,6 +67,10 @@ int jobs_table_add(struct jobs *jobs,
                    struct live_job *job); /* ERR_MEMORY; the table owns it then */
 void jobs_table_remove(struct jobs *jobs, struct live_job *job);
 struct live_job *jobs_table_find(const struct jobs *jobs, const char *id);
+/* Gives it another priority, and its place by it. */
+void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority);
+/* Open frames whose tiles are given. */
+unsigned jobs_table_working(const struct jobs *jobs);
 /* Whether a is served before b. */
 bool jobs_table_before(const struct live_job *a, const struct live_job *b);
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame);

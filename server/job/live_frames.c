@@ -82,6 +82,13 @@ void live_job_drop_frames(struct live_job *job)
     }
 }
 
+void live_job_wish(struct live_job *job, const struct tile_wish *wish)
+{
+    job->wish = *wish;
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job) frame_steer(job->jobs->open[i].frame->work, wish);
+}
+
 static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
                                struct live_frame **frame)
 {
@@ -331,6 +338,7 @@ void live_job_open_frame(struct live_job *job)
         live_job_fail(job, &fault);
         return;
     }
+    frame_steer(frame->work, &job->wish);
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);

@@ -99,6 +99,23 @@ static void close_statistics(struct live_job *job)
     job->work_started_us = 0;
 }
 
+void live_job_pause(struct live_job *job, bool paused)
+{
+    job->paused = paused;
+    if (job->state == JOB_QUEUED) return; /* no clock runs yet */
+    if (paused) {
+        job->statistics.wall_us += jobs_clock_us() - job->work_started_us;
+        job->statistics.coordinate_cpu_us += jobs_loop_cpu_us() - job->work_started_cpu_us;
+        job->work_started_us = 0;
+        return;
+    }
+    job->work_started_us = jobs_clock_us();
+    job->work_started_cpu_us = jobs_loop_cpu_us();
+    if (job->trace_started_us == 0) return;
+    job->trace_started_us = job->work_started_us;
+    job->trace_started_fraction = live_job_fraction(job);
+}
+
 static void end(struct live_job *job, enum job_state state)
 {
     job->last_progress = live_job_progress(job);
@@ -229,8 +246,10 @@ static void on_loaded(void *ctx, int error, const struct job_row *row,
     struct fault fault;
     job->loading = false;
     if (!unhold(job) || job_state_is_final(job->state)) return;
-    job->work_started_us = jobs_clock_us();
-    job->work_started_cpu_us = jobs_loop_cpu_us();
+    if (!job->paused) {
+        job->work_started_us = jobs_clock_us();
+        job->work_started_cpu_us = jobs_loop_cpu_us();
+    }
     go(job, JOB_IMPORTING);
     if (error)
         fault_set(&fault, error, "", "the job could not be read from the store");

@@ -21,6 +21,8 @@ struct live_job {
     struct jobs *jobs;
     char id[JOB_ID_BYTES];
     int32_t priority;
+    bool paused; /* its tiles are not given */
+    struct tile_wish wish;
     int64_t created_ms;
     enum job_state state;
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
@@ -82,6 +84,16 @@ void live_job_keep_log(struct live_job *job);
 void live_job_take_log(struct live_job *job, const json_t *report);
 /* The state that it came to, the warnings of its plan, why it failed. */
 void live_job_log_state(struct live_job *job);
+
+/* Takes it out of work, or back: clocks stand still meanwhile. Its frames stay as they are. */
+void live_job_pause(struct live_job *job, bool paused);
+/* An ended job is not: there is nothing left to pause. */
+static inline bool live_job_is_paused(const struct live_job *job)
+{
+    return job->paused && !job_state_is_final(job->state);
+}
+/* For its open frames, and those that come. */
+void live_job_wish(struct live_job *job, const struct tile_wish *wish);
 
 /* live_frames.c: a running job with a frame that is not yet opened; opening the next. */
 bool live_job_has_unopened(const struct live_job *job);

@@ -30,7 +30,7 @@ double live_job_fraction(const struct live_job *job)
 static json_t *eta_of(const struct live_job *job, double fraction)
 {
     double gained = fraction - job->trace_started_fraction;
-    if (job->state != JOB_RUNNING || job->trace_started_us == 0 || gained < 0.005)
+    if (job->state != JOB_RUNNING || job->paused || job->trace_started_us == 0 || gained < 0.005)
         return json_null();
     double elapsed_s = (double)(jobs_clock_us() - job->trace_started_us) * 1e-6;
     double eta_s = elapsed_s * (1 - fraction) / gained;

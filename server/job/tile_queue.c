@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/error.h"
+#include "server/job/tile_heap.h"
 
 enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
 
@@ -33,103 +34,60 @@ struct tile_queue {
     uint32_t count, window;
     uint32_t passes, landed; /* of all tiles */
     uint64_t reissued, copied;
-    uint32_t fresh_count;    /* tiles that wait for a pass not leased before: a heap */
+    struct tile_grid grid;
+    int32_t cell_px;
+    struct tile_wish wish;
+    bool is_wished, is_stale; /* a wish is there; keys are of the one before */
+    uint32_t between;         /* tiles of which some passes have landed, but not the last */
+    /* Tiles that wait for a pass not leased before: the first one, and others. Owned. */
+    struct tile_heap untouched, begun;
     uint32_t returned_count; /* tiles that came back and wait: a stack */
-    uint64_t *fresh;         /* keys */
-    uint32_t *order;         /* tiles by rank */
     uint32_t *returned;
     struct tile_entry *tiles;
 };
 
-/* Distance along the Hilbert curve of the cell (x, y) in a square of `side` cells, a power of two.
- */
-static uint64_t hilbert(uint32_t side, uint32_t x, uint32_t y)
-{
-    uint64_t d = 0;
-    for (uint32_t s = side / 2; s > 0; s /= 2) {
-        uint32_t right = (x & s) != 0, down = (y & s) != 0;
-        d += (uint64_t)s * s * ((3 * right) ^ down);
-        if (down) continue;
-        if (right) {
-            x = side - 1 - x;
-            y = side - 1 - y;
-        }
-        uint32_t swap = x;
-        x = y;
-        y = swap;
-    }
-    return d;
-}
-
-struct place {
-    uint64_t distance; /* of the cell */
-    uint32_t tile;
-};
-
-static int compare_places(const void *a, const void *b)
-{
-    const struct place *p = a, *q = b;
-    if (p->distance != q->distance) return p->distance < q->distance ? -1 : 1;
-    return (p->tile > q->tile) - (p->tile < q->tile);
-}
-
-static int order_tiles(struct tile_queue *q, const struct tile_grid *grid, int32_t cell_px)
-{
-    struct place *places = calloc(q->count, sizeof *places);
-    if (!places) return ERR_MEMORY;
-    int32_t longest = grid->width_px > grid->height_px ? grid->width_px : grid->height_px;
-    uint32_t side = 1;
-    while ((int64_t)side * cell_px < longest) side *= 2;
-    for (uint32_t i = 0; i < q->count; i++) {
-        struct rect r = tile_grid_rect(grid, i);
-        places[i].tile = i;
-        places[i].distance = hilbert(side, (uint32_t)(r.x0 / cell_px), (uint32_t)(r.y0 / cell_px));
-    }
-    qsort(places, q->count, sizeof *places, compare_places);
-    for (uint32_t i = 0; i < q->count; i++) {
-        q->order[i] = places[i].tile;
-        q->tiles[places[i].tile].rank = i;
-    }
-    free(places);
-    return 0;
-}
-
-/* What is fresh is a binary heap with the least key at the top: the window, the pass, the rank. */
+/* The window, the pass, the rank. */
 #define RANK_BITS 32
 #define PASS_BITS 11
 _Static_assert(LIMIT_PASSES < 1 << PASS_BITS, "passes fit a key");
 
-static uint64_t key_of(const struct tile_queue *q, const struct tile_entry *t)
+static struct tile_key key_of(const struct tile_queue *q, uint32_t tile)
 {
-    uint64_t window = t->rank / q->window;
-    return window << (RANK_BITS + PASS_BITS) | (uint64_t)t->pass << RANK_BITS | t->rank;
+    const struct tile_entry *t = &q->tiles[tile];
+    const uint64_t window = t->rank / q->window;
+    return (struct tile_key){
+        .lead = q->is_wished ? tile_order_lead(&q->wish, &q->grid, q->cell_px, tile) : 0,
+        .place = window << (RANK_BITS + PASS_BITS) | (uint64_t)t->pass << RANK_BITS | t->rank,
+        .tile = tile};
 }
 
-static void fresh_push(struct tile_queue *q, uint64_t key)
+static void wait_fresh(struct tile_queue *q, uint32_t tile)
 {
-    uint32_t at = q->fresh_count++;
-    while (at > 0 && q->fresh[(at - 1) / 2] > key) {
-        q->fresh[at] = q->fresh[(at - 1) / 2];
-        at = (at - 1) / 2;
-    }
-    q->fresh[at] = key;
+    tile_heap_push(q->tiles[tile].pass > 0 ? &q->begun : &q->untouched, key_of(q, tile));
 }
 
-static uint32_t fresh_pop(struct tile_queue *q)
+/* Through the first lease after it: wishes may come faster than tiles go. */
+static void follow_wish(struct tile_queue *q)
 {
-    const uint32_t tile = q->order[(uint32_t)q->fresh[0]];
-    const uint64_t key = q->fresh[--q->fresh_count];
-    uint32_t at = 0;
-    for (;;) {
-        uint32_t child = 2 * at + 1;
-        if (child >= q->fresh_count) break;
-        if (child + 1 < q->fresh_count && q->fresh[child + 1] < q->fresh[child]) child++;
-        if (q->fresh[child] >= key) break;
-        q->fresh[at] = q->fresh[child];
-        at = child;
+    struct tile_heap *const heaps[] = {&q->untouched, &q->begun};
+    q->is_stale = false;
+    for (unsigned h = 0; h < 2; h++) {
+        for (uint32_t i = 0; i < heaps[h]->count; i++)
+            heaps[h]->keys[i] = key_of(q, heaps[h]->keys[i].tile);
+        tile_heap_restore(heaps[h]);
     }
-    q->fresh[at] = key;
-    return tile;
+}
+
+/* The first of those that wait for a pass not leased before. Wishes that move must not begin tile
+ * after tile and end none: beyond some windows' worth of tiles between passes, these go first. */
+static uint32_t pop_fresh(struct tile_queue *q)
+{
+    if (q->is_stale) follow_wish(q);
+    if (q->begun.count == 0) return tile_heap_pop(&q->untouched);
+    if (q->untouched.count == 0) return tile_heap_pop(&q->begun);
+    const bool many = q->is_wished && q->between / TILE_QUEUE_WINDOWS >= q->window;
+    const bool begun = many || tile_key_before(&q->begun.keys[0], &q->untouched.keys[0]);
+    return tile_heap_pop(begun ? &q->begun : &q->untouched);
 }
 
 int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
@@ -141,16 +99,23 @@ int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t pa
     q->count = tile_grid_count(grid);
     q->passes = q->count * passes;
     q->window = window;
-    q->fresh = calloc(q->count, sizeof *q->fresh);
-    q->order = calloc(q->count, sizeof *q->order);
+    q->grid = *grid;
+    q->cell_px = cell_px;
+    q->untouched.keys = calloc(q->count, sizeof *q->untouched.keys);
+    q->begun.keys = calloc(q->count, sizeof *q->begun.keys);
     q->returned = calloc(q->count, sizeof *q->returned);
     q->tiles = calloc(q->count, sizeof *q->tiles);
-    if (!q->fresh || !q->order || !q->returned || !q->tiles || order_tiles(q, grid, cell_px) != 0) {
+    /* The stack of those that came back is empty still: room for the order. */
+    if (!q->untouched.keys || !q->begun.keys || !q->returned || !q->tiles ||
+        tile_order_along_curve(grid, cell_px, q->returned) != 0) {
         tile_queue_destroy(&q);
         return ERR_MEMORY;
     }
-    for (uint32_t i = 0; i < q->count; i++) q->tiles[i].passes = (uint16_t)passes;
-    for (uint32_t i = 0; i < q->count; i++) fresh_push(q, key_of(q, &q->tiles[q->order[i]]));
+    for (uint32_t i = 0; i < q->count; i++) {
+        q->tiles[q->returned[i]].passes = (uint16_t)passes;
+        q->tiles[q->returned[i]].rank = i;
+        wait_fresh(q, q->returned[i]);
+    }
     *out = q;
     return 0;
 }
@@ -159,8 +124,8 @@ void tile_queue_destroy(struct tile_queue **queue)
 {
     struct tile_queue *q = *queue;
     if (!q) return;
-    free(q->fresh);
-    free(q->order);
+    free(q->untouched.keys);
+    free(q->begun.keys);
     free(q->returned);
     free(q->tiles);
     free(q);
@@ -174,6 +139,13 @@ static uint32_t add_lease(struct tile_entry *t, uint64_t worker)
     return lease.generation;
 }
 
+void tile_queue_steer(struct tile_queue *q, const struct tile_wish *wish)
+{
+    q->wish = *wish;
+    q->is_wished = wish->has_near || !rect_is_empty(wish->region);
+    q->is_stale = true;
+}
+
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation)
 {
     if (tile_queue_waiting(q) == 0) return false;
@@ -181,7 +153,7 @@ bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uin
         *tile = q->returned[--q->returned_count];
         q->reissued++;
     } else {
-        *tile = fresh_pop(q);
+        *tile = pop_fresh(q);
     }
     struct tile_entry *t = &q->tiles[*tile];
     assert(t->state == TILE_WAITING);
@@ -260,10 +232,12 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     memset(t->leases, 0, sizeof t->leases);
     t->returns = 0;
     t->faults = 0;
+    q->between += t->pass == 0;
     t->pass++;
+    q->between -= t->pass == t->passes;
     q->landed++;
     t->state = t->pass < t->passes ? TILE_WAITING : TILE_LANDED;
-    if (t->state == TILE_WAITING) fresh_push(q, key_of(q, t));
+    if (t->state == TILE_WAITING) wait_fresh(q, tile);
 }
 
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes)
@@ -273,8 +247,9 @@ void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes)
     if (passes == 0) return;
     t->passes = (uint16_t)(t->passes + passes);
     q->passes += passes;
+    q->between++;
     t->state = TILE_WAITING;
-    fresh_push(q, key_of(q, t));
+    wait_fresh(q, tile);
 }
 
 uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
@@ -327,7 +302,7 @@ uint32_t tile_queue_count(const struct tile_queue *q)
 
 uint32_t tile_queue_waiting(const struct tile_queue *q)
 {
-    return q->fresh_count + q->returned_count;
+    return q->untouched.count + q->begun.count + q->returned_count;
 }
 
 uint32_t tile_queue_landed(const struct tile_queue *q)

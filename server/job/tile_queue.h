@@ -14,20 +14,22 @@
  * A window of tiles after the other is brought to its last pass, so that what is held between
  * passes is bounded; small pictures are one window. Within it the pass that is least far goes
  * first, so that the window forms early and no tile is left behind with many passes to go. Within
- * a pass tiles are given in the order of a Hilbert curve over cells of the reconstruction's block
- * size, so that blocks complete early and few unfinished ones are held at a time (Hilbert 1891; the
- * turning form is Warren, Hacker's Delight, 16-2). */
+ * a pass tiles are given in the order of tile_order.h. A wish goes before all that, but for tiles
+ * that came back, and for the bound on tiles between passes. */
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "proto/message.h"
 #include "proto/tile.h"
+#include "server/job/tile_order.h"
 
 /* Different workers that must have failed at a tile before the frame fails. */
 #define TILE_QUEUE_FAULTS 3
 /* Times that a pass of a tile may come back without a result, by workers that died or gave up: a
  * tile that kills every worker must not do so for ever. */
 #define TILE_QUEUE_RETURNS 32
+/* Windows of tiles that may be between their first pass and their last when wishes move. */
+#define TILE_QUEUE_WINDOWS 4
 
 struct tile_queue;
 
@@ -45,6 +47,9 @@ bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uin
  * is not in force, the worker holds the tile itself, or there is a copy already. */
 bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
                      uint32_t *generation);
+
+/* From now on the order is as wished; an empty wish is the order of the start. */
+void tile_queue_steer(struct tile_queue *q, const struct tile_wish *wish);
 
 /* A tile whose passes have all landed gets more of them, LIMIT_PASSES in all at most. */
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);

@@ -18,6 +18,7 @@ enum query {
     QUERY_INSERT,
     QUERY_INSERT_KEY,
     QUERY_UPDATE,
+    QUERY_STEER,
     QUERY_UPDATE_FRAME,
     QUERY_REMOVE,
     QUERY_GET,
@@ -44,10 +45,12 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_UNDO] = "ROLLBACK TO change",
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
     [QUERY_INSERT] =
-        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
+    [QUERY_STEER] = "UPDATE jobs SET priority = coalesce(?2, priority),"
+                    " paused = coalesce(?3, paused), updated_ms = ?4 WHERE id = ?1",
     [QUERY_UPDATE_FRAME] = "INSERT INTO frames (job, number, state, exr, png)"
                            " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
                            " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
@@ -211,6 +214,7 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     sqlite3_bind_int64(s, 6, row->created_ms);
     sqlite3_bind_int64(s, 7, row->updated_ms);
     sqlite3_bind_int(s, 8, row->priority);
+    sqlite3_bind_int(s, 9, row->paused);
     return finish(db, s);
 }
 
@@ -248,6 +252,18 @@ int job_database_update(struct job_database *db, const char *id, const char *sta
     bind_text(s, 3, error);
     bind_text(s, 4, report);
     sqlite3_bind_int64(s, 5, now_ms());
+    return finish_one(db, s);
+}
+
+int job_database_steer(struct job_database *db, const char *id, const int32_t *priority,
+                       const bool *paused)
+{
+    sqlite3_stmt *s = statement(db, QUERY_STEER);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, id);
+    if (priority) sqlite3_bind_int(s, 2, *priority);
+    if (paused) sqlite3_bind_int(s, 3, *paused);
+    sqlite3_bind_int64(s, 4, now_ms());
     return finish_one(db, s);
 }
 

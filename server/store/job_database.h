@@ -23,6 +23,8 @@ int job_database_insert(struct job_database *db, const struct job_row *row, cons
 /* ERR_NOT_FOUND when there is no such job, here and below. */
 int job_database_update(struct job_database *db, const char *id, const char *state,
                         const char *error, const char *report);
+int job_database_steer(struct job_database *db, const char *id, const int32_t *priority,
+                       const bool *paused);
 int job_database_update_frame(struct job_database *db, const char *id,
                               const struct frame_row *frame);
 int job_database_remove(struct job_database *db, const char *id);

@@ -75,6 +75,7 @@ int job_records_add(struct job_records *out, sqlite3_stmt *s)
     job->row.created_ms = sqlite3_column_int64(s, 5);
     job->row.updated_ms = sqlite3_column_int64(s, 6);
     job->row.priority = sqlite3_column_int(s, 7);
+    job->row.paused = sqlite3_column_int(s, 8) != 0;
     return error;
 }
 

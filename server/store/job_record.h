@@ -5,7 +5,8 @@
 #include "server/store/job_store.h"
 
 /* Columns in the order that job_records_add reads. */
-#define JOB_RECORD_COLUMNS       "id, document, state, error, report, created_ms, updated_ms, priority"
+#define JOB_RECORD_COLUMNS                                                                         \
+    "id, document, state, error, report, created_ms, updated_ms, priority, paused"
 #define JOB_RECORD_FRAME_COLUMNS "number, state, exr, png"
 
 struct job_record {

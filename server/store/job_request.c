@@ -47,7 +47,8 @@ static int perform_insert(struct job_database *db, struct job_request *r)
                           .report = r->report,
                           .created_ms = r->created_ms,
                           .updated_ms = r->updated_ms,
-                          .priority = r->priority};
+                          .priority = r->priority,
+                          .paused = r->paused};
     memcpy(row.id, r->id, sizeof row.id);
     return job_database_insert(db, &row, r->key, &r->body, r->existing);
 }
@@ -66,6 +67,9 @@ int job_request_perform(struct job_request *r, struct job_database *db)
         return perform_insert(db, r);
     case REQUEST_UPDATE:
         return job_database_update(db, r->id, r->state, r->fault, r->report);
+    case REQUEST_STEER:
+        return job_database_steer(db, r->id, r->has_priority ? &r->priority : NULL,
+                                  r->has_paused ? &r->paused : NULL);
     case REQUEST_UPDATE_FRAME:
         return perform_update_frame(db, r);
     case REQUEST_REMOVE:
@@ -120,6 +124,7 @@ void job_request_answer(const struct job_request *r)
             r->call.inserted(r->ctx, r->error, r->error == ERR_EXISTS ? r->existing : NULL);
         break;
     case REQUEST_UPDATE:
+    case REQUEST_STEER:
     case REQUEST_UPDATE_FRAME:
     case REQUEST_REMOVE:
     case REQUEST_REMEMBER_BLOB:

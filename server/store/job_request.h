@@ -5,6 +5,7 @@
 enum request_kind {
     REQUEST_INSERT,
     REQUEST_UPDATE,
+    REQUEST_STEER,
     REQUEST_UPDATE_FRAME,
     REQUEST_REMOVE,
     REQUEST_REMEMBER_BLOB,
@@ -24,7 +25,8 @@ struct job_request {
     char *state, *fault, *report, *document, *key, *cursor, *text;
     int64_t created_ms, updated_ms;
     int32_t priority;
-    struct frame_row frame; /* its state is `state` */
+    bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
+    struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;
     size_t limit;
     char existing[JOB_ID_BYTES];

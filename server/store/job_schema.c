@@ -33,6 +33,7 @@ static const char *const migrations[] = {
     "CREATE TABLE blobs ("
     "  source BLOB PRIMARY KEY,"
     "  blob BLOB NOT NULL) WITHOUT ROWID;",
+    "ALTER TABLE jobs ADD COLUMN paused INTEGER NOT NULL DEFAULT 0;",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

@@ -145,6 +145,7 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     r->created_ms = row->created_ms;
     r->updated_ms = row->updated_ms;
     r->priority = row->priority;
+    r->paused = row->paused;
     if (body) r->body = *body;
     r->call.inserted = done;
     submit(s, r, error);
@@ -164,6 +165,22 @@ void job_store_update(struct job_store *s, const char *id, const char *state, co
     r->report = job_request_copy(report, &error);
     r->call.done = done;
     submit(s, r, error);
+}
+
+void job_store_steer(struct job_store *s, const char *id, const int32_t *priority,
+                     const bool *paused, job_store_done done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_STEER, id, ctx);
+    if (!r) {
+        if (done) done(ctx, ERR_MEMORY);
+        return;
+    }
+    r->has_priority = priority != NULL;
+    r->has_paused = paused != NULL;
+    if (priority) r->priority = *priority;
+    if (paused) r->paused = *paused;
+    r->call.done = done;
+    submit(s, r, 0);
 }
 
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,

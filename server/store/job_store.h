@@ -22,6 +22,7 @@ struct job_row {
     const char *report;    /* JSON: plan, statistics, warnings, frames, as far as known */
     int64_t created_ms, updated_ms;
     int32_t priority;
+    bool paused;
 };
 
 /* One row of `frames`. */
@@ -52,6 +53,9 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
  * below. done may be NULL. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
                       const char *report, job_store_done done, void *ctx);
+/* Sets priority and paused (each if not NULL). */
+void job_store_steer(struct job_store *s, const char *id, const int32_t *priority,
+                     const bool *paused, job_store_done done, void *ctx);
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             job_store_done done, void *ctx);
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);

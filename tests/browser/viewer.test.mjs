@@ -86,6 +86,7 @@ await runAll(async () => {
     await page.goto(`${url}/#/jobs/${id}`);
     await until("running", async () => /running/.test(await text(page, "progress-text")), 20);
     await page.click("#cancel");
+    await page.click("#cancel-yes");
     await until("cancelled", async () => /cancelled/.test(await text(page, "announce")), 20);
     expect(await page.locator("#cancel").isDisabled(), "it can be cancelled twice");
   });

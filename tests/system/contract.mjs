@@ -27,7 +27,7 @@ function resolve(node) {
 
 const KEYWORDS = new Set(["type", "enum", "const", "pattern", "minLength", "maxLength", "minimum", "maximum",
   "exclusiveMinimum", "minItems", "maxItems", "uniqueItems", "items", "required", "properties",
-  "additionalProperties", "maxProperties", "oneOf", "description", "default", "example", "format",
+  "additionalProperties", "minProperties", "maxProperties", "oneOf", "description", "default", "example", "format",
   "contentMediaType"]);
 
 const typeOf = (v) => v === null ? "null" : Array.isArray(v) ? "array" :
@@ -63,6 +63,7 @@ function misfits(value, schema, at = "") {
     if (s.items) value.forEach((v, i) => found.push(...misfits(v, s.items, `${at}/${i}`)));
   } else if (typeOf(value) === "object") {
     for (const name of s.required ?? []) if (!(name in value)) say(`${name} is missing`);
+    if (Object.keys(value).length < s.minProperties) say("too few members");
     if (Object.keys(value).length > s.maxProperties) say("too many members");
     for (const [name, v] of Object.entries(value)) {
       if (s.properties && name in s.properties) found.push(...misfits(v, s.properties[name], `${at}/${name}`));

@@ -476,8 +476,56 @@ static void a_newer_schema_is_refused(void **state)
     close_store(f);
     set_version(f, "PRAGMA user_version = 1000");
     assert_int_equal(open_store(f), ERR_VERSION);
-    set_version(f, "PRAGMA user_version = 1");
+    set_version(f, "PRAGMA user_version = 2");
     assert_int_equal(open_store(f), 0);
+}
+
+static const char first_id[] = "01JOB000000000000000000001";
+
+/* A folder of the first version: its jobs are there, and none is paused. */
+static void an_older_schema_is_brought_up(void **state)
+{
+    struct fixture *f = *state;
+    const bool paused = true;
+    int error = 1;
+    insert_plain(f, 1);
+    close_store(f);
+    set_version(f, "ALTER TABLE jobs DROP COLUMN paused; PRAGMA user_version = 1");
+    assert_int_equal(open_store(f), 0);
+    struct found found = get(f, first_id);
+    assert_true(found.there && !found.row.paused);
+    job_store_steer(f->store, found.row.id, NULL, &paused, on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    assert_true(get(f, first_id).row.paused);
+}
+
+static void steering_sets_what_is_given(void **state)
+{
+    struct fixture *f = *state;
+    const bool paused = true, going = false;
+    const int32_t priority = -42;
+    int error = 1;
+    insert_plain(f, 1);
+    struct found before = get(f, first_id);
+    job_store_steer(f->store, before.row.id, NULL, &paused, on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    assert_true(get(f, first_id).row.paused);
+    assert_int_equal(get(f, first_id).row.priority, before.row.priority);
+    job_store_steer(f->store, before.row.id, &priority, NULL, on_done, &error);
+    settle(f);
+    close_store(f);
+    assert_int_equal(open_store(f), 0);
+    assert_true(get(f, first_id).row.paused);
+    assert_int_equal(get(f, first_id).row.priority, -42);
+    assert_string_equal(get(f, first_id).state, before.state);
+    job_store_steer(f->store, before.row.id, &priority, &going, on_done, &error);
+    settle(f);
+    assert_false(get(f, first_id).row.paused);
+    job_store_steer(f->store, "none", &priority, &going, on_done, &error);
+    settle(f);
+    assert_int_equal(error, ERR_NOT_FOUND);
 }
 
 static void a_damaged_file_is_refused(void **state)
@@ -513,6 +561,8 @@ int main(void)
         TEST(closing_finishes_what_is_queued),
         TEST(one_folder_has_one_owner),
         TEST(a_newer_schema_is_refused),
+        TEST(an_older_schema_is_brought_up),
+        TEST(steering_sets_what_is_given),
         TEST(a_damaged_file_is_refused),
     };
     return cmocka_run_group_tests_name("job_store", tests, NULL, NULL);

@@ -55,6 +55,10 @@ static void tags(void **state)
     assert_true(etag_listed("\"a\"", "\"a\""));
     assert_true(etag_listed("\"x\", W/\"a\" ,\"y\"", "\"a\""));
     assert_false(etag_listed("\"x\", \"y\"", "\"a\""));
+    assert_true(etag_matches("*", "\"a\""));
+    assert_true(etag_matches("W/\"a\", \"a\"", "\"a\""));
+    assert_false(etag_matches("W/\"a\"", "\"a\""));
+    assert_false(etag_matches("\"b\", a", "\"a\""));
     assert_false(etag_listed("a", "\"a\""));
     assert_false(etag_listed("\"a", "\"a\""));
     assert_false(etag_listed("", "\"a\""));

@@ -1,0 +1,105 @@
+/* Changing how a job that has not ended is served: its rank, whether it goes on, what goes first.
+ * Rank and pause are durable before they are in force; what goes first is a hint that a restart
+ * forgets. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/job/jobs_table.h"
+
+/* Frames of paused jobs keep what has landed, as far as memory for it goes: the last in order of
+ * service are dropped beyond that, but for one, and traced anew when their job goes on. */
+static struct live_job *too_many_parked(const struct jobs *jobs)
+{
+    unsigned parked = 0;
+    uint64_t floats = 0;
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        struct live_job *job = jobs->open[i].job;
+        if (!job->paused) continue;
+        floats += live_job_frame_floats(job);
+        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST)) return job;
+    }
+    return NULL;
+}
+
+static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
+{
+    struct live_job *surplus;
+    if (job->paused == paused) return;
+    live_job_pause(job, paused);
+    while ((surplus = too_many_parked(jobs))) {
+        live_job_drop_frames(surplus);
+        surplus->revision++;
+    }
+}
+
+static void wish(struct live_job *job, const struct steering *s)
+{
+    struct tile_wish wished = job->wish;
+    if (s->given & STEERING_REGION) wished.region = s->region;
+    if (s->given & STEERING_NEAR) {
+        wished.has_near = s->has_near;
+        wished.near_x = s->near_x;
+        wished.near_y = s->near_y;
+    }
+    live_job_wish(job, &wished);
+}
+
+static void apply(struct jobs *jobs, struct live_job *job, const struct steering *s)
+{
+    if (s->given & STEERING_PRIORITY) jobs_table_rank(jobs, job, s->priority);
+    if (s->given & STEERING_PAUSED) pause_job(jobs, job, s->paused);
+    if (s->given & (STEERING_REGION | STEERING_NEAR)) wish(job, s);
+    job->revision++;
+    /* A point that follows somebody's mouse is nobody else's news. */
+    if (s->given & ~(uint32_t)STEERING_NEAR) jobs_event_state(job);
+    jobs_advance_soon(jobs);
+    if (jobs->fleet) fleet_wake(jobs->fleet);
+}
+
+struct change {
+    struct jobs *jobs;
+    struct steering steering;
+    char id[JOB_ID_BYTES];
+    job_store_done done;
+    void *ctx;
+};
+
+static void on_durable(void *ctx, int error)
+{
+    struct change *c = ctx;
+    struct live_job *job = jobs_table_find(c->jobs, c->id);
+    if (!error && !c->jobs->stopping) {
+        if (job && !job_state_is_final(job->state))
+            apply(c->jobs, job, &c->steering);
+        else
+            error = ERR_STATE; /* it has just ended */
+    }
+    c->done(c->ctx, error);
+    free(c);
+}
+
+void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
+                job_store_done done, void *ctx)
+{
+    const bool durable = steering->given & (STEERING_PRIORITY | STEERING_PAUSED);
+    struct live_job *job = jobs_table_find(jobs, id);
+    if (!job || job_state_is_final(job->state) || jobs->stopping) {
+        done(ctx, ERR_STATE);
+        return;
+    }
+    if (!durable) {
+        apply(jobs, job, steering);
+        done(ctx, 0);
+        return;
+    }
+    struct change *c = malloc(sizeof *c);
+    if (!c) {
+        done(ctx, ERR_MEMORY);
+        return;
+    }
+    *c = (struct change){.jobs = jobs, .steering = *steering, .done = done, .ctx = ctx};
+    memcpy(c->id, job->id, sizeof c->id);
+    job_store_steer(jobs->options.store, id,
+                    steering->given & STEERING_PRIORITY ? &steering->priority : NULL,
+                    steering->given & STEERING_PAUSED ? &steering->paused : NULL, on_durable, c);
+}

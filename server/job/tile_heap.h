@@ -1,0 +1,23 @@
+#pragma once
+/* Tiles that wait, the one whose key is least at the top: a binary heap in memory of its owner. */
+#include <stdint.h>
+
+struct tile_key {
+    uint64_t lead, place; /* compared in this order */
+    uint32_t tile;
+};
+
+struct tile_heap {
+    struct tile_key *keys; /* owned by whoever made it, with room for all that is pushed */
+    uint32_t count;
+};
+
+static inline int tile_key_before(const struct tile_key *a, const struct tile_key *b)
+{
+    return a->lead != b->lead ? a->lead < b->lead : a->place < b->place;
+}
+
+void tile_heap_push(struct tile_heap *heap, struct tile_key key);
+uint32_t tile_heap_pop(struct tile_heap *heap);
+/* Puts keys that have changed in place into order again. */
+void tile_heap_restore(struct tile_heap *heap);

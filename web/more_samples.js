@@ -1,0 +1,34 @@
+// A job once more with four times the samples: the same document otherwise, so that it is the job that
+// anybody would have submitted with them. The key makes it one job, however often it is asked for.
+import { getJob, submitJob } from "./api.js";
+
+const MOST = 65536; // samples a pixel, of any kind (proto/limits.h)
+const TRIES = 16;
+const more = (n) => Math.min(MOST, 4 * n);
+
+// The document with more samples. Those of 0 follow spp. A job that samples until an error is reached
+// aims at half of it, which takes four times the samples.
+export function withMoreSamples(document) {
+  const { sampling } = document;
+  if (!(sampling.spp < MOST)) throw new Error(`This job has ${sampling.spp} samples a pixel: there cannot be more.`);
+  const changed = {};
+  for (const name of ["light_spp", "indirect_spp", "lens_spp", "lens_extra", "max_spp"])
+    if (sampling[name] > 0) changed[name] = more(sampling[name]);
+  if (sampling.target_error > 0) changed.target_error = sampling.target_error / 2;
+  else changed.spp = more(sampling.spp);
+  return { ...document, sampling: { ...sampling, ...changed } };
+}
+
+// {id, spp} of the job with more. One that was called off or failed is not given again: the next one is.
+export async function submitMore(job) {
+  const document = withMoreSamples((await getJob(job)).document);
+  let key = `more-${job}`;
+  for (let i = 0; i < TRIES; i++) {
+    const { id, existed } = await submitJob(document, key);
+    if (!existed) return { id, document };
+    const { state } = await getJob(id);
+    if (state !== "failed" && state !== "cancelled") return { id, document };
+    key = `more-${id}`;
+  }
+  throw new Error("Every job with more samples was called off or failed.");
+}
