@@ -100,7 +100,7 @@ static bool read_listing(struct request *r, struct listing *out)
     if (out->limit < 1 || out->limit > LIMIT_LIST_ROWS)
         fault = "limit must be a number from 1 to 100";
     else if (out->state && !job_state_from_name(out->state, &state))
-        fault = "state must be queued, importing, running, finished, failed or cancelled";
+        fault = "state must be queued, importing, running, resting, finished, failed or cancelled";
     else if (out->cursor && !job_id_is_valid(out->cursor))
         fault = "cursor must be the next of an earlier page";
     if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);

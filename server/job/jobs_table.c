@@ -21,6 +21,7 @@ static size_t place_of(const struct jobs *jobs, const char *id)
 bool jobs_table_before(const struct live_job *a, const struct live_job *b)
 {
     if (a->priority != b->priority) return a->priority > b->priority;
+    if (a->live != b->live) return a->live; /* somebody waits at it */
     return strcmp(a->id, b->id) < 0;
 }
 
@@ -49,12 +50,14 @@ int jobs_table_add(struct jobs *jobs, struct live_job *job)
     jobs->by_id[at] = job;
     jobs->count++;
     jobs->in_state[job->state]++;
+    jobs->live_count += job->live;
     link_in_order(jobs, job);
     return 0;
 }
 
 void jobs_table_remove(struct jobs *jobs, struct live_job *job)
 {
+    jobs->live_count -= job->live;
     size_t at = place_of(jobs, job->id);
     assert(at < jobs->count && jobs->by_id[at] == job);
     memmove(jobs->by_id + at, jobs->by_id + at + 1,
@@ -78,7 +81,9 @@ static bool open_before(const struct live_job *job, const struct live_frame *fra
 
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame)
 {
-    assert(jobs->open_count < OPEN_MOST);
+    assert(job->live ? jobs->open_live < LIVE_MOST
+                     : jobs->open_count - jobs->open_live < OPEN_MOST);
+    jobs->open_live += job->live;
     unsigned at = jobs->open_count++;
     for (; at > 0 && open_before(job, frame, &jobs->open[at - 1]); at--)
         jobs->open[at] = jobs->open[at - 1];
@@ -90,6 +95,7 @@ void jobs_table_close(struct jobs *jobs, struct live_frame *frame)
     unsigned at = 0;
     while (at < jobs->open_count && jobs->open[at].frame != frame) at++;
     assert(at < jobs->open_count);
+    jobs->open_live -= jobs->open[at].job->live;
     jobs->open_count--;
     for (; at < jobs->open_count; at++) jobs->open[at] = jobs->open[at + 1];
 }
