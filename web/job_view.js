@@ -31,6 +31,7 @@ export class JobView {
 
   close() {
     this.picture.open(null);
+    this.at.live.close();
     this.events?.close();
     this.id = null;
     this.at.section.hidden = true;
@@ -56,8 +57,12 @@ export class JobView {
       else this.onConnection("connecting");
     };
     on("snapshot", (job) => this.show(job));
-    on("progress", (progress) => this.showProgress(progress));
-    on("state", (change) => { this.state = change.state; this.reload(); });
+    on("progress", (progress) => { this.showProgress(progress); if (this.at.live.progress(progress)) this.reload(); });
+    on("state", (change) => {
+      this.state = change.state;
+      if (!this.at.live.changed(change)) this.reload();
+      else this.showProgress(change.progress);
+    });
     on("frame", () => this.reload());
   }
 
@@ -69,6 +74,7 @@ export class JobView {
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
     this.at.cancel.disabled = ENDED.has(job.state);
+    this.at.live.show(this.id, job);
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));
@@ -82,14 +88,14 @@ export class JobView {
   }
 
   showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
-    const finished = this.state === "finished";
+    const finished = this.state === "finished" || this.state === "resting";
     const percent = finished ? 100 : Math.min(99, Math.floor(fraction * 100));
     this.at.progress.value = percent;
     let text = `${percent} %`;
     if (this.state && !finished) text += ` · ${this.state}`;
-    if (total && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
+    if (total && !finished && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
     if (Number.isFinite(eta) && !ENDED.has(this.state)) text += ` · ${seconds(eta)} left`;
-    if (finished) text += " · finished";
+    if (finished) text += this.state === "resting" ? " · complete" : " · finished";
     this.at.progressText.textContent = text;
     if (Math.floor(percent / 10) > this.announced) {
       this.announced = Math.floor(percent / 10);

@@ -3,6 +3,7 @@
 import { listWorkers } from "./api.js";
 import { JobList } from "./job_list.js";
 import { JobView } from "./job_view.js";
+import { LiveView } from "./live_view.js";
 import { PictureView } from "./picture_view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -28,11 +29,16 @@ const picture = new PictureView({
   readout: $("readout"), pins: $("pins"), said: $("said"),
   sheet: { dialog: $("keys"), list: $("keys-list"), open: $("keys-open"), close: $("keys-close") },
 }, (state, error) => { if (state === "lost" && error) showConnection("connecting", error); });
+const live = new LiveView({
+  bar: $("live"), mode: $("camera-mode"), focus: $("camera-focus"), copy: $("camera-copy"), make: $("make-live"),
+  aperture: $("camera-aperture"), distance: $("camera-distance"), state: $("live-state"), problem: $("live-problem"),
+  makeProblem: (text) => view.showProblem(text),
+}, picture);
 const view = new JobView(picture, {
   section: $("job"), title: $("job-title"), cancel: $("cancel"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
   download_exr: $("download-exr"), download_png: $("download-png"),
-  warnings: $("warnings"), facts: $("facts"),
+  warnings: $("warnings"), facts: $("facts"), live,
 }, showConnection);
 const list = new JobList({ list: $("jobs"), empty: $("jobs-empty"), more: $("jobs-more") }, showConnection);
 
