@@ -18,6 +18,7 @@ export class JobView {
     this.close();
     this.id = id;
     this.announced = -1;
+    this.state = this.stateRevision = undefined;
     this.ended = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
@@ -60,6 +61,7 @@ export class JobView {
     on("progress", (progress) => { this.showProgress(progress); if (this.at.live.progress(progress)) this.reload(); });
     on("state", (change) => {
       this.state = change.state;
+      this.stateRevision = change.revision;
       if (!this.at.live.changed(change)) this.reload();
       else this.showProgress(change.progress);
     });
@@ -68,13 +70,14 @@ export class JobView {
 
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
-    this.state = job.state;
+    // An answer may be older than an event that came before it.
+    if (ENDED.has(job.state) || !(job.revision < this.stateRevision)) this.state = job.state;
     this.frame = job.document?.frames?.first ?? 1;
     this.showProgress(job.progress ?? {});
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
     this.at.cancel.disabled = ENDED.has(job.state);
-    this.at.live.show(this.id, job);
+    this.at.live.show(this.id, { ...job, state: this.state });
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     this.at.facts.replaceChildren(...facts(job).flatMap(([name, value]) => [textElement("dt", name), textElement("dd", value)]));

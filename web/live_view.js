@@ -5,7 +5,7 @@ import { LiveCamera } from "./live_camera.js";
 import { distanceAlongView, dolly, orbit, pan, shortest } from "./orbit.js";
 
 const TURN = 5 * Math.PI / 180, STEP = 0.05, NEARER = 0.9; // of a key
-const A_DRAG = 2 * Math.PI; // turn of a drag over the picture's height
+const A_DRAG = Math.PI; // turn of a drag over the picture's height
 const CALM_MS = 300;
 const OPEN = new Set(["running", "resting"]);
 
