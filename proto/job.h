@@ -14,7 +14,7 @@
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
  *             seed, tile_px}
  *   filter    {method, indirect, glossy, lens, mu}
- *   layers    [names]      frames {first, last}      priority
+ *   layers    [names]      frames {first, last}      priority      live: bool
  *
  * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>
@@ -148,6 +148,7 @@ struct job {
     int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
     int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
+    bool live;        /* its camera is moved while it is open (job_view.h); default false */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/job_camera.h"
 #include "proto/job_environment.h"
 #include "proto/job_lens.h"
 #include "proto/job_lights.h"
@@ -16,8 +17,7 @@
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
-#define JOB(member)    offsetof(struct job, member)
-#define CAMERA(member) offsetof(struct job_camera, member)
+#define JOB(member) offsetof(struct job, member)
 
 static int read_file(struct json_cursor *at, const char *path, const json_t *v, struct job *job)
 {
@@ -60,83 +60,6 @@ static int read_files(struct json_cursor *at, const struct json_member *m, const
         json_cursor_leave(at, length);
     }
     qsort(job->files, job->file_count, sizeof *job->files, file_order);
-    return 0;
-}
-
-#define VECTOR(vector, must)                                                                       \
-    {                                                                                              \
-        .name = #vector, .read = json_member_f32x3, .offset = CAMERA(vector),                      \
-        .min = -LIMIT_COORDINATE, .max = LIMIT_COORDINATE, .required = (must)                      \
-    }
-
-static const struct json_member look_at_members[] = {
-    VECTOR(eye, true),
-    VECTOR(target, true),
-    VECTOR(up, false),
-    {.name = "yfov_deg", .read = json_member_f32, .offset = CAMERA(yfov_deg), .min = 0, .max = 179},
-    {.name = NULL}};
-
-/* Eye, target and up must span a frame. */
-static int check_look_at(struct json_cursor *at, const struct job_camera *c)
-{
-    double view[3], up[3], side[3];
-    for (int i = 0; i < 3; i++) {
-        view[i] = (double)c->target[i] - (double)c->eye[i];
-        up[i] = (double)c->up[i];
-    }
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        side[i] = view[j] * up[k] - view[k] * up[j];
-    }
-    const double view_length = sqrt(view[0] * view[0] + view[1] * view[1] + view[2] * view[2]);
-    const double up_length = sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
-    const double side_length = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
-    if (!(view_length >= 1e-15))
-        return json_cursor_refuse_member(at, "target", ERR_RANGE, "it is where the eye is");
-    if (!(up_length >= 1e-15))
-        return json_cursor_refuse_member(at, "up", ERR_RANGE, "it has no length");
-    if (!(side_length > 1e-5 * view_length * up_length))
-        return json_cursor_refuse_member(at, "up", ERR_RANGE, "it lies along the view");
-    if (!(c->yfov_deg >= 1e-4f))
-        return json_cursor_refuse_member(at, "yfov_deg", ERR_RANGE, "%.9g is below 0.0001",
-                                         (double)c->yfov_deg);
-    return 0;
-}
-
-static int read_look_at(struct json_cursor *at, const json_t *v, struct job_camera *camera)
-{
-    *camera = (struct job_camera){
-        .kind = JOB_CAMERA_LOOK_AT, .up = {0.0f, 1.0f, 0.0f}, .yfov_deg = 45.0f};
-    const int error = json_cursor_members(at, v, look_at_members, camera);
-    return error ? error : check_look_at(at, camera);
-}
-
-static int read_camera_name(struct json_cursor *at, const json_t *v, struct job_camera *camera)
-{
-    if (json_string_length(v) >= LIMIT_NAME_BYTES)
-        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %d",
-                                  json_string_length(v), LIMIT_NAME_BYTES - 1);
-    camera->kind = JOB_CAMERA_NAME;
-    memcpy(camera->name, json_string_value(v), json_string_length(v) + 1);
-    return 0;
-}
-
-static int read_camera(struct json_cursor *at, const struct json_member *m, const json_t *v,
-                       void *o)
-{
-    struct job_camera *camera = &((struct job *)o)->camera;
-    int64_t index = 0;
-    (void)m;
-    if (json_is_null(v)) return 0;
-    if (json_is_string(v)) return read_camera_name(at, v, camera);
-    if (json_is_object(v)) return read_look_at(at, v, camera);
-    if (!json_is_number(v))
-        return json_cursor_refuse(at, ERR_TYPE,
-                                  "it must be a camera's name, its index or an object");
-    const int error = json_cursor_whole(at, v, 0, LIMIT_CAMERAS - 1, &index);
-    if (error) return error;
-    camera->kind = JOB_CAMERA_INDEX;
-    camera->index = (uint32_t)index;
     return 0;
 }
 
@@ -206,7 +129,7 @@ static int read_layers(struct json_cursor *at, const struct json_member *m, cons
 static const struct json_member scene_members[] = {
     {.name = "asset", .read = json_member_digest, .offset = JOB(scene), .required = true},
     {.name = "files", .read = read_files},
-    {.name = "camera", .read = read_camera},
+    {.name = "camera", .read = job_camera_read},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
     LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
                   "digest as \"asset\""),
@@ -266,6 +189,7 @@ static const struct json_member job_members[] = {
     {.name = "layers", .read = read_layers},
     OBJECT("frames", frames_members),
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
+    {.name = "live", .read = json_member_bool, .offset = JOB(live)},
     {.name = NULL}};
 
 static void set_defaults(struct job *job)
@@ -371,6 +295,22 @@ static int check_adaptive(struct json_cursor *at, const struct job *job)
                                      target ? "sampling.target_error" : "the layer error");
 }
 
+/* What a picture that begins anew with each move of the camera has no use for. */
+static int check_live(struct json_cursor *at, const struct job *job)
+{
+    if (!job->live) return 0;
+    if (job->last_frame != job->first_frame)
+        return json_cursor_refuse_member(
+            at, "frames", ERR_UNSUPPORTED,
+            "a live job has one frame, not those from %d to %d: its camera is moved by hand",
+            job->first_frame, job->last_frame);
+    if (!(job->target_error > 0.0f)) return 0;
+    json_cursor_enter(at, "sampling");
+    return json_cursor_refuse_member(
+        at, "target_error", ERR_UNSUPPORTED,
+        "a live job begins anew with each move and aims at no error: give spp");
+}
+
 /* Names what the whole document must respect; the cursor stands at its root. */
 static int check_relations(struct json_cursor *at, const struct job *job)
 {
@@ -397,6 +337,7 @@ static int check_relations(struct json_cursor *at, const struct job *job)
     }
     int error = check_target(at, job);
     if (!error) error = check_adaptive(at, job);
+    if (!error) error = check_live(at, job);
     return error ? error : check_layers(at, job);
 }
 

@@ -1,4 +1,5 @@
 /* The canonical job document: every member, in one order, defaults spelled out. */
+#include "proto/job_camera.h"
 #include "proto/job_environment.h"
 #include "proto/job_lens.h"
 #include "proto/job_lights.h"
@@ -25,19 +26,6 @@ static json_t *write_digest(const struct digest *digest)
     return json_string(hex);
 }
 
-static json_t *write_camera(const struct job_camera *camera)
-{
-    if (camera->kind == JOB_CAMERA_DEFAULT) return json_null();
-    if (camera->kind == JOB_CAMERA_NAME) return json_string(camera->name);
-    if (camera->kind == JOB_CAMERA_INDEX) return json_integer(camera->index);
-    json_t *object = json_object();
-    int failures = set(object, "eye", job_number_write3(camera->eye));
-    failures += set(object, "target", job_number_write3(camera->target));
-    failures += set(object, "up", job_number_write3(camera->up));
-    failures += set(object, "yfov_deg", job_number_write(camera->yfov_deg));
-    return checked(object, failures);
-}
-
 static json_t *write_files(const struct job *job)
 {
     json_t *object = json_object();
@@ -52,7 +40,7 @@ static json_t *write_scene(const struct job *job)
     json_t *object = json_object();
     int failures = set(object, "asset", write_digest(&job->scene));
     failures += set(object, "files", write_files(job));
-    failures += set(object, "camera", write_camera(&job->camera));
+    failures += set(object, "camera", job_camera_write(&job->camera));
     failures += set(object, "lights", json_boolean(job->scene_lights));
     return checked(object, failures);
 }
@@ -139,5 +127,6 @@ json_t *job_write(const struct job *job)
     failures += set(object, "layers", write_layers(job));
     failures += set(object, "frames", write_frames(job));
     failures += set(object, "priority", json_integer(job->priority));
+    failures += set(object, "live", json_boolean(job->live));
     return checked(object, failures);
 }

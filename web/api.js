@@ -25,6 +25,10 @@ export const cancelJob = (id) => request(`/v1/jobs/${id}`, { method: "DELETE" })
 export const steerJob = (id, change, last = false) => request(`/v1/jobs/${id}`, {
   method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify(change), keepalive: last,
 });
+// The answer's view is what the feed names before its pixels.
+export const moveCamera = (id, change) => request(`/v1/jobs/${id}`, {
+  method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify(change),
+});
 // The same key is the same job.
 export const submitJob = (document, key) => request("/v1/jobs", {
   method: "POST", headers: { "Content-Type": "application/json", "Idempotency-Key": key }, body: JSON.stringify(document),

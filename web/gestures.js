@@ -2,12 +2,13 @@
 
 export class Gestures {
   // `onDrag(kind, x, y)` may take a drag that begins ("down"), goes on ("move") and ends ("up") for
-  // itself by returning true at "down"; `onPoint(x, y)` hears of the mouse, null when it has left;
+  // itself by returning true at "down", and hears of the pointer's event, too; `onWheel(event)` may take a
+  // turn of the wheel the same way; `onPoint(x, y)` hears of the mouse, null when it has left;
   // `onClick(x, y)` of clicks and taps. All in pixels of the canvas.
-  constructor(canvas, viewport, { onDrag, onPoint, onClick }) {
+  constructor(canvas, viewport, { onDrag, onPoint, onClick, onWheel = () => false }) {
     this.canvas = canvas;
     this.viewport = viewport;
-    this.on = { drag: onDrag, point: onPoint, click: onClick };
+    this.on = { drag: onDrag, point: onPoint, click: onClick, wheel: onWheel };
     this.fingers = new Map();
     canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     canvas.addEventListener("pointerdown", (event) => this.down(event));
@@ -26,6 +27,7 @@ export class Gestures {
   // Wheels zoom; touchpads' two fingers pan sideways and with shift.
   wheel(event) {
     event.preventDefault();
+    if (this.on.wheel(event)) return;
     const { x, y } = this.place(event);
     const unit = event.deltaMode === 1 ? 24 : event.deltaMode === 2 ? 400 : 1;
     if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY))
@@ -35,12 +37,12 @@ export class Gestures {
   }
 
   down(event) {
-    if (event.button > 1) return;
     const at = this.place(event);
+    if (event.button > 1 && this.on.drag("down", at.x, at.y, event) !== true) return;
     this.canvas.setPointerCapture(event.pointerId);
     this.fingers.set(event.pointerId, at);
     this.moved = this.fingers.size > 1;
-    this.taken = this.fingers.size === 1 && event.button === 0 && this.on.drag("down", at.x, at.y) === true;
+    this.taken = this.fingers.size === 1 && (event.button > 1 || this.on.drag("down", at.x, at.y, event) === true);
   }
 
   move(event) {
@@ -49,7 +51,7 @@ export class Gestures {
     if (!before) return;
     if (!this.moved && Math.hypot(at.x - before.x, at.y - before.y) < 4) return;
     this.moved = true;
-    if (this.taken) this.on.drag("move", at.x, at.y);
+    if (this.taken) this.on.drag("move", at.x, at.y, event);
     else if (this.fingers.size === 1) this.viewport.pan(at.x - before.x, at.y - before.y);
     else this.pinch(event.pointerId, before, at);
     this.fingers.set(event.pointerId, at);
@@ -66,7 +68,7 @@ export class Gestures {
   up(event) {
     const at = this.fingers.get(event.pointerId);
     if (!this.fingers.delete(event.pointerId)) return;
-    if (this.taken) this.on.drag("up", at.x, at.y);
+    if (this.taken) this.on.drag("up", at.x, at.y, event);
     else if (!this.moved && event.type === "pointerup") this.on.click(at.x, at.y);
     this.taken = false;
   }

@@ -16,6 +16,7 @@ export class JobView {
     this.close();
     this.id = id;
     this.announced = -1;
+    this.state = this.stateRevision = undefined;
     this.ended = this.paused = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
@@ -31,6 +32,7 @@ export class JobView {
   close() {
     this.steering.close();
     this.picture.open(null);
+    this.at.live.close();
     this.events?.close();
     this.id = null;
     this.at.section.hidden = true;
@@ -56,20 +58,27 @@ export class JobView {
       else this.onConnection("connecting");
     };
     on("snapshot", (job) => this.show(job));
-    on("progress", (progress) => this.showProgress(progress));
-    on("state", (change) => { this.state = change.state; this.reload(); });
+    on("progress", (progress) => { this.showProgress(progress); if (this.at.live.progress(progress)) this.reload(); });
+    on("state", (change) => {
+      this.state = change.state;
+      this.stateRevision = change.revision;
+      if (!this.at.live.changed(change)) this.reload();
+      else this.showProgress(change.progress);
+    });
     on("frame", () => this.reload());
   }
 
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
-    this.state = job.state;
+    // An answer may be older than an event that came before it.
+    if (ENDED.has(job.state) || !(job.revision < this.stateRevision)) this.state = job.state;
     this.paused = job.paused;
     this.steering.show(job);
     this.frame = job.document?.frames?.first ?? 1;
     this.showProgress(job.progress ?? {});
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
+    this.at.live.show(this.id, { ...job, state: this.state });
     this.showDownloads(job);
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     if (ENDED.has(job.state) && !this.ended) this.end(job);
@@ -82,14 +91,14 @@ export class JobView {
   }
 
   showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
-    const finished = this.state === "finished";
-    const percent = percentOf(this.state, fraction);
+    const finished = this.state === "finished" || this.state === "resting";
+    const percent = finished ? 100 : percentOf(this.state, fraction);
     this.at.progress.value = percent;
     let text = `${percent} %`;
     if (this.state && !finished) text += ` · ${this.state}${this.paused ? ", paused" : ""}`;
-    if (total && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
+    if (total && !finished && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
     if (Number.isFinite(eta) && !ENDED.has(this.state)) text += ` · ${seconds(eta)} left`;
-    if (finished) text += " · finished";
+    if (finished) text += this.state === "resting" ? " · complete" : " · finished";
     this.at.progressText.textContent = text;
     if (Math.floor(percent / 10) > this.announced) {
       this.announced = Math.floor(percent / 10);

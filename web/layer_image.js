@@ -1,6 +1,7 @@
 // One layer's numbers as they are, beside the GPU: for the probe, the histogram and the figures, and
 // to fill a texture again. Three numbers a pixel, half floats or floats. Does not grow with updates:
 // what has changed is a set of blocks.
+import { CoarsePicture } from "./coarse_picture.js";
 import { halfTable } from "./half.js";
 
 export const BLOCK_PX = 64;
@@ -11,7 +12,8 @@ const MOST_LOOKED_AT = 300000;
 export const sparseStep = ({ x0, y0, x1, y1 }) => Math.max(1, Math.ceil(Math.sqrt((x1 - x0) * (y1 - y0) / MOST_LOOKED_AT)));
 
 export class LayerImage {
-  constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); }
+  // `view`: of a live job the number of the camera's view that is in sight; 0 for none.
+  constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); this.view = 0; }
 
   // A picture of that size in which nothing is there yet; keeps the one that is there when the size
   // is the same.
@@ -44,9 +46,49 @@ export class LayerImage {
     this.version++;
   }
 
+  // A view of a live job begins. The one before stays in sight until there is something of it.
+  beginView(number, width, height) {
+    if (this.next?.number === number) return;
+    this.next = { number, width, height };
+    this.coarse = null;
+  }
+
+  // The size of the picture whose blocks come now: of a view maybe a coarse one.
+  beginPicture(width, height) {
+    const full = this.next ?? { width, height };
+    this.resize(full.width, full.height);
+    if (width === full.width && height === full.height) this.coarse = null;
+    else if (this.coarse?.width !== width || this.coarse.height !== height) this.coarse = new CoarsePicture(width, height);
+  }
+
+  showCoarse(kind) {
+    if (this.numbers?.constructor !== kind) this.numbers = new kind(this.width * this.height * 3);
+    this.coarse.stretch(this.numbers, this.width, this.height);
+    this.view = this.next.number;
+    this.seen.fill(1);
+    this.touch();
+  }
+
+  // Nothing of another view stays beside blocks of this one.
+  clearView() {
+    this.view = this.next.number;
+    this.seen.fill(0);
+    this.numbers?.fill(0);
+    this.touch();
+  }
+
   // A block of the pixel feed, or of a file. Blocks outside the picture are ignored.
   put({ x, y, w, h, numbers }) {
-    if (w === 0) { this.resize(x, y); return; }
+    if (w === 0) {
+      if (h > 0) this.beginView(h, x, y);
+      else this.beginPicture(x, y);
+      return;
+    }
+    if (this.coarse) {
+      if (this.coarse.put({ x, y, w, h, numbers })) this.showCoarse(numbers.constructor);
+      return;
+    }
+    if (this.next && this.view !== this.next.number) this.clearView();
     if (x + w > this.width || y + h > this.height) return;
     const kind = numbers.constructor;
     if (this.numbers?.constructor !== kind) this.numbers = new kind(this.width * this.height * 3);

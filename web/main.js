@@ -5,6 +5,7 @@ import { JobList } from "./job_list.js";
 import { showConnection } from "./connection.js";
 import { JobPanel } from "./job_panel.js";
 import { JobView } from "./job_view.js";
+import { LiveView } from "./live_view.js";
 import { PictureView } from "./picture_view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -21,6 +22,11 @@ const picture = new PictureView({
   readout: $("readout"), underText: $("under-text"), pins: $("pins"), said: $("said"),
   sheet: { dialog: $("keys"), list: $("keys-list"), open: $("keys-open"), close: $("keys-close") },
 }, (state, error) => { if (state === "lost" && error) showConnection("connecting", error); });
+const live = new LiveView({
+  bar: $("live"), mode: $("camera-mode"), focus: $("camera-focus"), copy: $("camera-copy"), make: $("make-live"),
+  aperture: $("camera-aperture"), distance: $("camera-distance"), state: $("live-state"), problem: $("live-problem"),
+  makeProblem: (text) => view.showProblem(text),
+}, picture);
 const view = new JobView(picture, {
   section: $("job"), title: $("job-title"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),
@@ -32,6 +38,7 @@ const view = new JobView(picture, {
     seen: $("first-seen"), draw: $("first-draw"), clear: $("first-clear"), region: $("first-text"),
     follow: $("follow"), more: $("more"), problem: $("steer-problem"),
   },
+  live,
 }, showConnection);
 const panel = new JobPanel({
   section: $("panel"), again: $("again"), standing: $("standing"), plan: $("plan"), skippedPart: $("skipped-part"),

@@ -46,6 +46,7 @@ export function pictureKeys(view) {
     { keys: ["Shift+ArrowUp"], run: step(0, -1) },
     { keys: ["Shift+ArrowDown"], shown: ["Shift", "←", "→", "↑", "↓"], name: "point at a pixel", run: step(0, 1) },
     { keys: ["Enter"], name: "pin the probe there", run: () => probe.pin() },
+    { keys: ["c"], name: "move the camera of a live job: then arrows orbit, Shift and arrows pan, + and − go nearer and away, F focuses, Esc ends it", run: () => view.toggleCamera?.() },
     { keys: ["?"], name: "this sheet", run: () => view.shortcuts.toggle() },
   ];
 }

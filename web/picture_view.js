@@ -45,7 +45,10 @@ export class PictureView {
       this.note(error.message);
     }
     this.gestures = new Gestures(elements.canvas, this.viewport, {
-      onDrag: (kind, x, y) => this.takesDrag(kind, x, y) || this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio),
+      onDrag: (kind, x, y, event) => this.cameraDrag?.(kind, x, y, event) ||
+        (event.button === 0 || kind !== "down") && (this.takesDrag(kind, x, y) ||
+          this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio)),
+      onWheel: (event) => this.cameraWheel?.(event) === true,
       onPoint: (x, y) => this.probe.set(x === null ? null : this.viewport.toPicture(x, y)),
       onClick: (x, y) => { this.probe.set(this.viewport.toPicture(x, y)); this.probe.pin(); },
     });
@@ -276,6 +279,7 @@ export class PictureView {
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
     this.overlay.draw({ image: shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: SCALARS.has(shown.layer), ratio: this.ratio });
+    this.onViewShown?.(source.image.view);
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
     at.zoomText.textContent = `${Number((viewport.zoom * 100).toPrecision(3))} %`;
     const { zoom, x, y } = viewport;

@@ -32,6 +32,7 @@ export class Shortcuts {
 
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (this.before?.(event)) { event.preventDefault(); return; } // a mode of the picture has taken it
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const run = (event.shiftKey ? this.runs.get(`Shift+${key}`) : null) ?? this.runs.get(event.key) ?? this.runs.get(key);
     if (!run) return;

@@ -80,12 +80,21 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
     return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
 }
 
+/* Tests do not wait for half an hour. */
+static uint64_t live_idle_ms(void)
+{
+    const char *text = getenv("SHEARWATER_LIVE_IDLE_MS");
+    const uint64_t ms = text ? strtoull(text, NULL, 10) : 0;
+    return ms >= 1 && ms <= 86400000 ? ms : LIVE_IDLE_MS;
+}
+
 static int open_jobs(struct coordinator *c, const struct coordinator_options *options,
                      struct fault *fault)
 {
     int error = team_create(&c->loop, "team", options->team_threads, &c->team);
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
+                                .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
                                 .streams = c->streams,

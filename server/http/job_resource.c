@@ -86,7 +86,7 @@ static bool read_listing(struct request *r, struct job_listing *out)
     if (out->limit < 1 || out->limit > LIMIT_LIST_ROWS)
         fault = "limit must be a number from 1 to 100";
     else if (out->state && !job_state_from_name(out->state, &state))
-        fault = "state must be queued, importing, running, finished, failed or cancelled";
+        fault = "state must be queued, importing, running, resting, finished, failed or cancelled";
     else if (out->cursor && !job_id_is_valid(out->cursor))
         fault = "cursor must be the next of an earlier page";
     else if (out->text && (!out->text[0] || strlen(out->text) > LIMIT_LIST_TEXT_BYTES))

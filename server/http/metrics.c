@@ -49,12 +49,14 @@ static void write_build(FILE *out)
 
 static void write_jobs(FILE *out, const struct jobs_totals *t)
 {
-    const struct sample now[] = {
-        {"queued", t->queued}, {"importing", t->importing}, {"running", t->running}};
+    const struct sample now[] = {{"queued", t->queued},
+                                 {"importing", t->importing},
+                                 {"running", t->running},
+                                 {"resting", t->resting}};
     const struct sample ended[] = {
         {"finished", t->finished}, {"failed", t->failed}, {"cancelled", t->cancelled}};
     family(out, "shearwater_jobs", "gauge", "Jobs that have not ended, by state.");
-    labelled(out, "shearwater_jobs", "state", now, 3);
+    labelled(out, "shearwater_jobs", "state", now, sizeof now / sizeof now[0]);
     family(out, "shearwater_jobs_ended_total", "counter", "Jobs that have ended, by state.");
     labelled(out, "shearwater_jobs_ended_total", "state", ended, 3);
     single(out, "shearwater_jobs_submitted_total", "counter", "Jobs accepted.", t->submitted);

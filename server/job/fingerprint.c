@@ -9,6 +9,7 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
     struct digest digest;
     json_t *document = job_write(job);
     json_object_del(document, "priority");
+    json_object_del(document, "live");
     json_object_del(json_object_get(document, "sampling"), "tile_px");
     char *text = document ? json_dumps(document, JSON_COMPACT | JSON_SORT_KEYS) : NULL;
     json_decref(document);

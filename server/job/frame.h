@@ -29,6 +29,8 @@ struct frame_events {
     void (*extended)(void *ctx, struct frame *frame);
     /* All tiles have landed with all their passes: workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
+    /* Of a frame that is kept: all of its pixels are there as they will stay. */
+    void (*completed)(void *ctx, struct frame *frame);
     /* The files are stored as objects. */
     void (*encoded)(void *ctx, struct frame *frame, const struct digest *exr,
                     const struct digest *png);
@@ -43,6 +45,7 @@ struct frame_options {
     const struct plan *plan;      /* copied */
     struct team *team;
     const struct objects *objects;
+    bool kept; /* its files are not made when it is complete, but by frame_store */
     struct frame_events events;
 };
 
@@ -70,6 +73,10 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
 /* From now on tiles are given in that order: with a region, those that its pixels need. */
 void frame_steer(struct frame *f, const struct tile_wish *wish);
+
+/* Of a frame that is kept: `completed` was told; makes its files, once, after that. */
+bool frame_is_complete(const struct frame *f);
+void frame_store(struct frame *f);
 
 /* What there is to warn of when the frame is encoded: a sentence, "" for nothing. */
 const char *frame_warning(const struct frame *f);

@@ -76,7 +76,22 @@ static void encode_done(struct team_task *task)
     free(t);
 }
 
+bool frame_is_complete(const struct frame *f)
+{
+    return f->complete;
+}
+
 void frame_encode(struct frame *f)
+{
+    if (!f->options.kept) {
+        frame_store(f);
+        return;
+    }
+    f->complete = true;
+    f->options.events.completed(f->options.events.ctx, f);
+}
+
+void frame_store(struct frame *f)
 {
     frame_state_go(&f->state, FRAME_ENCODING);
     struct encode_task *t = calloc(1, sizeof *t);

@@ -69,6 +69,7 @@ struct frame {
     uint32_t blocks_out; /* on the team */
     uint32_t tasks;      /* on the team, of any kind */
     bool held;
+    bool complete;       /* of a frame that is kept */
     atomic_bool dropped; /* the team skips what is queued */
 };
 
@@ -143,5 +144,6 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
 /* Tells the owner; the frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
 
-/* Writes EXR and PNG on the team, then `encoded` or `failed`. */
+/* Writes EXR and PNG on the team, then `encoded` or `failed`. Of a frame that is kept: `completed`.
+ */
 void frame_encode(struct frame *f);

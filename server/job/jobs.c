@@ -86,8 +86,17 @@ static bool has_room(const struct jobs *jobs, const struct live_job *job)
     uint64_t floats = live_job_frame_floats(job);
     if (jobs_table_working(jobs) < 2) return true;
     for (unsigned i = 0; i < jobs->open_count; i++)
-        if (!jobs->open[i].job->paused) floats += live_job_frame_floats(jobs->open[i].job);
+        if (jobs_table_is_working(jobs->open[i].job))
+            floats += live_job_frame_floats(jobs->open[i].job);
     return floats <= OPEN_FLOATS_MOST;
+}
+
+/* Live jobs have places of their own, as their frames stay. */
+static bool may_open(const struct jobs *jobs, const struct live_job *job)
+{
+    if (job->paused || !live_job_has_unopened(job)) return false;
+    if (job->live) return jobs->open_live < LIVE_MOST;
+    return jobs_table_working(jobs) < OPEN_MOST;
 }
 
 /* The next frame is opened when no open one has tiles left to give, or when it goes before all that
@@ -95,8 +104,12 @@ static bool has_room(const struct jobs *jobs, const struct live_job *job)
 static bool open_next(struct jobs *jobs)
 {
     struct live_job *job = jobs->first;
-    while (job && (job->paused || !live_job_has_unopened(job))) job = job->after;
-    if (!job || jobs_table_working(jobs) >= OPEN_MOST) return false;
+    while (job && !may_open(jobs, job)) job = job->after;
+    if (!job) return false;
+    if (job->live) {
+        live_job_open_frame(job);
+        return true;
+    }
     const struct live_job *giving = first_with_tiles(jobs);
     if (giving ? !jobs_table_before(job, giving) : !has_room(jobs, job)) return false;
     live_job_open_frame(job);
@@ -143,6 +156,7 @@ static void on_advance(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
     if (jobs->stopping) return;
+    jobs_complete_views(jobs);
     begin_jobs(jobs);
     while (open_next(jobs)) {
     }
@@ -216,7 +230,8 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     uv_timer_init(options->loop, &jobs->advance);
     uv_timer_init(options->loop, &jobs->progress);
     uv_timer_init(options->loop, &jobs->abandoned);
-    jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
+    uv_timer_init(options->loop, &jobs->idle);
+    jobs->idle.data = jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
 }
@@ -231,6 +246,13 @@ struct resumption {
     int error;
 };
 
+/* The document is as job_write wrote it: in its texts a quote is escaped, so that this stands for
+ * nothing else. */
+static bool is_live(const struct job_row *row)
+{
+    return row->document && strstr(row->document, "\"live\":true");
+}
+
 /* Whatever it was doing, it waits for its turn again; what is on disk is found when that comes. */
 static void resume_one(void *ctx, const struct job_row *row, const struct frame_row *frames,
                        size_t frame_count)
@@ -240,6 +262,7 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     if (resumption->error) return;
     struct live_job *job =
         live_job_create(resumption->jobs, row->id, row->priority, row->created_ms);
+    if (job) job->live = is_live(row);
     if (!job || jobs_table_add(resumption->jobs, job) != 0) {
         free(job);
         resumption->error = ERR_MEMORY;
@@ -277,6 +300,7 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->advance, NULL);
     uv_close((uv_handle_t *)&jobs->progress, NULL);
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
+    uv_close((uv_handle_t *)&jobs->idle, NULL);
     for (size_t i = 0; i < jobs->count; i++) live_job_drop(jobs->by_id[i]);
     stop_dry_runs(jobs);
     imports_stop(jobs->imports);
@@ -305,6 +329,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
     *out = (struct jobs_totals){.queued = jobs->in_state[JOB_QUEUED],
                                 .importing = jobs->in_state[JOB_IMPORTING],
                                 .running = jobs->in_state[JOB_RUNNING],
+                                .resting = jobs->in_state[JOB_RESTING],
                                 .finished = jobs->in_state[JOB_FINISHED],
                                 .failed = jobs->in_state[JOB_FAILED],
                                 .cancelled = jobs->in_state[JOB_CANCELLED],

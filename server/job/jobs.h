@@ -18,6 +18,9 @@
 
 struct jobs;
 
+/* How long a live job usually rests until it ends. */
+#define LIVE_IDLE_MS 1800000
+
 struct jobs_options {
     uv_loop_t *loop;
     struct job_store *store;
@@ -25,6 +28,7 @@ struct jobs_options {
     struct streams *streams;
     struct team *team;          /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
+    uint64_t live_idle_ms;      /* without a move, until a live job that rests ends */
 };
 
 int jobs_create(const struct jobs_options *options, struct jobs **out);
@@ -80,6 +84,14 @@ bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES],
 void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
                 job_store_done done, void *ctx);
 
+/* Moves the camera of a live job: `text` is {camera, lens}, of which one may be absent
+ * (proto/job_view.h). body: {id, view {number, scale, complete}, camera, lens}; borrowed. Faults of
+ * the document have a pointer; without one ERR_NOT_FOUND is for no such job, ERR_STATE for one that
+ * is not live, has not begun, or has ended. */
+typedef void (*jobs_moved)(void *ctx, const struct fault *fault, json_t *body);
+void jobs_move(struct jobs *jobs, const char *id, const char *text, size_t size_bytes,
+               jobs_moved done, void *ctx);
+
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {
     bool finished;
@@ -93,7 +105,7 @@ void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_picture
 
 /* Counts for metrics and readiness. */
 struct jobs_totals {
-    uint64_t queued, importing, running, finished, failed, cancelled, submitted;
+    uint64_t queued, importing, running, resting, finished, failed, cancelled, submitted;
     uint64_t tiles_done, tiles_reissued, tiles_copied, results_dropped, samples_rejected;
     struct counters counters;
     uint64_t import_cpu_us, reconstruct_cpu_us, shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,

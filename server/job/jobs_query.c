@@ -123,12 +123,15 @@ static json_t *log_of(const json_t *report, const struct job_row *row)
 static json_t *body_of(const struct live_job *live, const struct job_row *row,
                        const struct frame_row *frames, size_t frame_count)
 {
-    static const char *const keys[] = {"progress", "plan", "statistics", "warnings", "revision"};
+    static const char *const keys[] = {"progress", "plan",     "statistics",
+                                       "warnings", "revision", "view"};
     json_t *body = summary_of(live, row);
     json_t *report = report_of(live, row);
     json_object_set_new(body, "log", log_of(report, row));
     add_wish(body, live);
-    json_object_set_new(body, "document", parse(row->document));
+    json_object_set_new(body, "document",
+                        live && live->view ? job_write(&live->prepared->job)
+                                           : parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
     if (live && !live->frames) add_stored_frames(body, frames, frame_count);
@@ -240,7 +243,9 @@ static bool picture_of(const struct live_job *live, int32_t number, int *error,
     *error = at < 0 || at >= live->frame_count ? ERR_NOT_FOUND : 0;
     if (*error) return true;
     const struct live_frame *frame = &live->frames[at];
-    if (frame->work) {
+    if (live->view && frame->work && !live->view->shown) {
+        out->revision = 0; /* of a view that has no picture yet */
+    } else if (frame->work) {
         out->revision = frame_revision(frame->work);
         out->image = out->revision ? (struct image *)frame_image(frame->work) : NULL;
         out->metadata = frame_metadata(frame->work);

@@ -14,7 +14,7 @@ static struct live_job *too_many_parked(const struct jobs *jobs)
     uint64_t floats = 0;
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct live_job *job = jobs->open[i].job;
-        if (!job->paused) continue;
+        if (!job->paused || job->live) continue; /* live ones have places of their own */
         floats += live_job_frame_floats(job);
         if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST)) return job;
     }

@@ -32,6 +32,9 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
+    if (job->live && jobs->live_count >= LIVE_MOST)
+        return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
+                         jobs->live_count);
     return check_assets(jobs->options.objects, job, fault);
 }
 
@@ -109,6 +112,7 @@ static int submit(struct jobs *jobs, const struct job *job, const char *key,
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
     struct submission *s = calloc(1, sizeof *s);
     struct live_job *live = live_job_create(jobs, id, job->priority, now_ms);
+    if (live) live->live = job->live;
     if (s && live) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
         if (insert(jobs, job, key, body, s) == 0) return 0;

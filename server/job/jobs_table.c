@@ -21,6 +21,7 @@ static size_t place_of(const struct jobs *jobs, const char *id)
 bool jobs_table_before(const struct live_job *a, const struct live_job *b)
 {
     if (a->priority != b->priority) return a->priority > b->priority;
+    if (a->live != b->live) return a->live; /* somebody waits at it */
     return strcmp(a->id, b->id) < 0;
 }
 
@@ -56,12 +57,14 @@ int jobs_table_add(struct jobs *jobs, struct live_job *job)
     jobs->by_id[at] = job;
     jobs->count++;
     jobs->in_state[job->state]++;
+    jobs->live_count += job->live;
     link_in_order(jobs, job);
     return 0;
 }
 
 void jobs_table_remove(struct jobs *jobs, struct live_job *job)
 {
+    jobs->live_count -= job->live;
     size_t at = place_of(jobs, job->id);
     assert(at < jobs->count && jobs->by_id[at] == job);
     memmove(jobs->by_id + at, jobs->by_id + at + 1,
@@ -92,7 +95,9 @@ static void insert_open(struct jobs *jobs, unsigned count, struct open_frame one
 
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame)
 {
-    assert(jobs->open_count < OPEN_MOST + PARKED_MOST);
+    assert(job->live ? jobs->open_live < LIVE_MOST
+                     : jobs->open_count - jobs->open_live < OPEN_MOST + PARKED_MOST);
+    jobs->open_live += job->live;
     insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
 }
 
@@ -104,10 +109,16 @@ void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority)
     for (unsigned i = 1; i < jobs->open_count; i++) insert_open(jobs, i, jobs->open[i]);
 }
 
+bool jobs_table_is_working(const struct live_job *job)
+{
+    return !job->live && !job->paused;
+}
+
 unsigned jobs_table_working(const struct jobs *jobs)
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < jobs->open_count; i++) count += !jobs->open[i].job->paused;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        count += jobs_table_is_working(jobs->open[i].job);
     return count;
 }
 
@@ -116,6 +127,7 @@ void jobs_table_close(struct jobs *jobs, struct live_frame *frame)
     unsigned at = 0;
     while (at < jobs->open_count && jobs->open[at].frame != frame) at++;
     assert(at < jobs->open_count);
+    jobs->open_live -= jobs->open[at].job->live;
     jobs->open_count--;
     for (; at < jobs->open_count; at++) jobs->open[at] = jobs->open[at + 1];
 }

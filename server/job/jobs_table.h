@@ -3,6 +3,7 @@
  * are served, which frames are open. */
 #include "server/job/job_id.h"
 #include "server/job/live_job.h"
+#include "server/job/live_view.h"
 
 /* Frames in work: two keep workers busy while one is encoded; small images may have more. */
 #define OPEN_MOST 4
@@ -39,7 +40,7 @@ struct jobs {
     struct jobs_options options;
     struct fleet *fleet; /* NULL before it is set and after jobs_stop */
     struct imports *imports;
-    uv_timer_t advance, progress;
+    uv_timer_t advance, progress, idle;
     struct job_id_source ids;
     uint64_t next_frame_id;
 
@@ -49,8 +50,9 @@ struct jobs {
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
     uint64_t submitted;
 
-    struct open_frame open[OPEN_MOST + PARKED_MOST]; /* in order of service */
-    unsigned open_count;
+    struct open_frame open[OPEN_MOST + PARKED_MOST + LIVE_MOST]; /* in order of service */
+    unsigned open_count, open_live;                              /* of them, of live jobs */
+    unsigned live_count;                                         /* of those in the table */
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
     unsigned ended_next;
@@ -71,11 +73,19 @@ struct live_job *jobs_table_find(const struct jobs *jobs, const char *id);
 void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority);
 /* Open frames whose tiles are given. */
 unsigned jobs_table_working(const struct jobs *jobs);
+/* Its frames count as work: neither live nor paused. */
+bool jobs_table_is_working(const struct live_job *job);
 /* Whether a is served before b. */
 bool jobs_table_before(const struct live_job *a, const struct live_job *b);
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame);
 void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
+
+/* jobs_move.c */
+/* Live jobs whose level is complete go on to the next, or rest. */
+void jobs_complete_views(struct jobs *jobs);
+/* Looks from now on for live jobs that have rested for too long. */
+void jobs_watch_idle(struct jobs *jobs);
 
 /* jobs.c */
 /* Unless a worker joins within ABANDONED_AFTER_MS, fails the jobs whose results were refused and

@@ -6,6 +6,7 @@
 #include "proto/build.h"
 #include "proto/samples.h"
 #include "server/job/jobs_table.h"
+#include "server/job/live_view.h"
 
 static int32_t number_of(const struct live_job *job, const struct live_frame *frame)
 {
@@ -59,8 +60,8 @@ static struct live_frame *first_in_work(const struct live_job *job)
     return NULL;
 }
 
-/* Takes a frame out of work: its numbers go to the job, its memory back. */
-static void close_work(struct live_job *job, struct live_frame *frame)
+/* Takes a frame out of work: its numbers go to the job. */
+static void leave_work(struct live_job *job, struct live_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     uint64_t id = frame_id(frame->work);
@@ -68,8 +69,25 @@ static void close_work(struct live_job *job, struct live_frame *frame)
     statistics_add(&jobs->past, frame_statistics(frame->work));
     jobs_table_close(jobs, frame);
     if (jobs->fleet) fleet_cancel(jobs->fleet, id);
-    if (job->shown == frame) show(job, jobs->stopping ? NULL : first_in_work(job));
+}
+
+/* And its memory goes back. */
+static void close_work(struct live_job *job, struct live_frame *frame)
+{
+    leave_work(job, frame);
+    if (job->view) live_view_hide(job);
+    if (job->shown == frame) show(job, job->jobs->stopping ? NULL : first_in_work(job));
     frame_drop(&frame->work);
+}
+
+struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
+{
+    struct frame *work = frame->work;
+    leave_work(job, frame);
+    frame->work = NULL;
+    frame_state_go(&frame->state, FRAME_QUEUED);
+    job->frames_opened--;
+    return work;
 }
 
 void live_job_drop_frames(struct live_job *job)
@@ -86,7 +104,8 @@ void live_job_wish(struct live_job *job, const struct tile_wish *wish)
 {
     job->wish = *wish;
     for (unsigned i = 0; i < job->jobs->open_count; i++)
-        if (job->jobs->open[i].job == job) frame_steer(job->jobs->open[i].frame->work, wish);
+        if (job->jobs->open[i].job == job && (!job->view || live_view_scale(job) == 1))
+            frame_steer(job->jobs->open[i].frame->work, wish);
 }
 
 static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
@@ -170,6 +189,7 @@ static void on_drawn(void *ctx, struct frame *work, struct rect rect)
     struct jobs *jobs = ctx;
     struct live_frame *frame;
     struct live_job *job = job_of(jobs, work, &frame);
+    if (job->view) live_view_drawn(job, rect);
     if (job->shown == frame) stream_pixels(jobs->options.streams, job->id, rect);
     jobs_progress_soon(jobs, job);
     if (frame_was_held(work)) fleet_wake(jobs->fleet);
@@ -189,6 +209,13 @@ static void on_traced(void *ctx, struct frame *work)
     struct jobs *jobs = ctx;
     fleet_cancel(jobs->fleet, frame_id(work));
     jobs_advance_soon(jobs);
+}
+
+/* Its owner may drop it now, in the middle of its own work: the jobs look at it soon. */
+static void on_completed(void *ctx, struct frame *work)
+{
+    (void)work;
+    jobs_advance_soon(ctx);
 }
 
 static void on_failed(void *ctx, struct frame *work, const struct fault *fault)
@@ -290,7 +317,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     const struct job *document = &job->prepared->job;
-    struct plan plan = job->prepared->plan;
+    struct plan plan = job->view ? *live_view_plan(job) : job->prepared->plan;
     const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
     plan.pattern.frame = (uint32_t)number_of(job, frame);
     struct frame_options options = {
@@ -308,11 +335,13 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .plan = &plan,
         .team = jobs->options.team,
         .objects = jobs->options.objects,
+        .kept = job->view != NULL,
         .events = {.ctx = jobs,
                    .judged = on_judged,
                    .drawn = on_drawn,
                    .extended = on_extended,
                    .traced = on_traced,
+                   .completed = on_completed,
                    .encoded = on_encoded,
                    .failed = on_failed},
     };
@@ -338,7 +367,8 @@ void live_job_open_frame(struct live_job *job)
         live_job_fail(job, &fault);
         return;
     }
-    frame_steer(frame->work, &job->wish);
+    /* What somebody wishes to see first is in pixels of the full picture. */
+    if (!job->view || live_view_scale(job) == 1) frame_steer(frame->work, &job->wish);
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);
@@ -347,7 +377,7 @@ void live_job_open_frame(struct live_job *job)
         job->trace_started_us = jobs_clock_us();
         job->trace_started_fraction = live_job_fraction(job);
     }
-    if (!job->shown) show(job, frame);
+    if (!job->shown && !job->view) show(job, frame);
     job->revision++;
     frame_event(job, frame);
     if (jobs->fleet) fleet_wake(jobs->fleet);

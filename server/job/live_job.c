@@ -6,6 +6,11 @@
 
 #include "proto/build.h"
 #include "server/job/jobs_table.h"
+#include "server/job/live_view.h"
+
+/* Views whose moves may not have been recorded when the coordinator died: their numbers must not
+ * come again for others. */
+#define VIEWS_UNRECORDED 64u
 
 struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
                                  int64_t created_ms)
@@ -23,6 +28,7 @@ struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t prio
 
 static void destroy(struct live_job *job)
 {
+    live_view_destroy(job);
     prepared_destroy(&job->prepared);
     json_decref(job->plan);
     json_decref(job->log);
@@ -51,6 +57,7 @@ static bool unhold(struct live_job *job)
 void live_job_drop(struct live_job *job)
 {
     preparation_cancel(&job->preparation);
+    if (job->view) live_view_hide(job);
     live_job_drop_frames(job);
 }
 
@@ -178,6 +185,16 @@ static int take_frames(struct live_job *job, const struct frame_row *rows, size_
     return 0;
 }
 
+/* Its views go on from those of an earlier run. */
+static int start_view(struct live_job *job)
+{
+    struct fault fault;
+    const uint32_t before = job->view_before;
+    int error = live_view_create(job, before > 0 ? before + VIEWS_UNRECORDED : 1, &fault);
+    if (error) live_job_fail(job, &fault);
+    return error;
+}
+
 static void on_prepared(void *ctx, const struct fault *fault, struct prepared *prepared)
 {
     struct live_job *job = ctx;
@@ -196,6 +213,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
         live_job_fail(job, &memory);
         return;
     }
+    if (job->live && start_view(job) != 0) return;
     go(job, JOB_RUNNING);
     live_job_log_state(job);
     json_t *report = live_job_report(job);
@@ -216,6 +234,8 @@ static void take_report(struct live_job *job, const char *text)
     statistics_read(json_object_get(report, "statistics"), &job->statistics);
     live_job_take_log(job, report);
     live_job_log_state(job);
+    const json_t *number = json_object_get(json_object_get(report, "view"), "number");
+    job->view_before = (uint32_t)json_integer_value(number);
     json_decref(report);
 }
 

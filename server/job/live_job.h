@@ -23,6 +23,7 @@ struct live_job {
     int32_t priority;
     bool paused; /* its tiles are not given */
     struct tile_wish wish;
+    bool live; /* its camera may be moved */
     int64_t created_ms;
     enum job_state state;
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
@@ -39,6 +40,8 @@ struct live_job {
     struct live_frame *frames; /* frame_count, in order of their numbers */
     uint32_t frame_count, frames_opened, frames_finished;
     uint64_t tiles_beyond;    /* passes of frames that are over which their plan did not tell of */
+    struct live_view *view;   /* owned; of a live job that was planned (live_view.h) */
+    uint32_t view_before;     /* number of the last view of an earlier run; 0: none */
     struct live_frame *shown; /* whose image the pixel feed shows */
 
     struct statistics statistics; /* of frames that are no longer in work, and of earlier runs */
@@ -99,6 +102,8 @@ void live_job_wish(struct live_job *job, const struct tile_wish *wish);
 bool live_job_has_unopened(const struct live_job *job);
 void live_job_open_frame(struct live_job *job);
 void live_job_drop_frames(struct live_job *job);
+/* Takes a frame out of work and hands it over: it waits to be opened again. */
+struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame);
 /* Floats of an image and of samples that wait for their next pass: what opening a frame costs. */
 uint64_t live_job_frame_floats(const struct live_job *job);
 

@@ -77,6 +77,9 @@ void live_job_log_state(struct live_job *job)
     case JOB_FAILED:
         log_failure(job);
         break;
+    case JOB_RESTING:
+        live_job_log(job, "state", "resting: the full picture is there, the camera may be moved");
+        break;
     case JOB_FINISHED:
         live_job_log(job, "state", "finished: all files are stored");
         break;

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include "server/job/jobs_table.h"
+#include "server/job/live_view.h"
 
 /* Part of a frame's work that is over once all its tiles have landed; the rest are its files. */
 #define TRACED_SHARE  0.97
@@ -14,6 +15,7 @@ static double frame_fraction(const struct live_frame *frame)
 {
     if (frame->state == FRAME_FINISHED) return 1;
     if (!frame->work) return frame->state == FRAME_ENCODING ? ENCODED_SHARE : 0;
+    if (frame_is_complete(frame->work)) return ENCODED_SHARE;
     return TRACED_SHARE * frame_traced_share(frame->work);
 }
 
@@ -21,6 +23,7 @@ double live_job_fraction(const struct live_job *job)
 {
     double sum = job->frames_finished;
     if (job->frame_count == 0) return 0;
+    if (job->view && live_view_scale(job) > 1) return 0; /* the picture is yet to come */
     for (unsigned i = 0; i < job->jobs->open_count; i++)
         if (job->jobs->open[i].job == job) sum += frame_fraction(job->jobs->open[i].frame);
     return sum / job->frame_count;
@@ -61,10 +64,12 @@ json_t *live_job_progress(const struct live_job *job)
         if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
     double fraction = live_job_fraction(job);
-    return json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
-                     (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s",
-                     eta_of(job, fraction), "frames_done", (int)job->frames_finished,
-                     "frames_total", (int)job->frame_count);
+    json_t *progress = json_pack(
+        "{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
+        (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job, fraction),
+        "frames_done", (int)job->frames_finished, "frames_total", (int)job->frame_count);
+    if (progress && job->view) json_object_set_new(progress, "view", live_view_json(job));
+    return progress;
 }
 
 void live_job_statistics(const struct live_job *job, struct statistics *out)
@@ -91,10 +96,11 @@ json_t *live_job_report(const struct live_job *job)
     struct statistics statistics;
     live_job_statistics(job, &statistics);
     json_t *warnings = json_object_get(job->plan, "warnings");
-    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?}", "progress", live_job_progress(job), "plan",
+    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?,s:o*}", "progress", live_job_progress(job), "plan",
                      job->plan, "statistics", statistics_json(&statistics), "warnings",
                      warnings ? json_incref(warnings) : json_array(), "revision",
-                     (json_int_t)job->revision, "log", job->log);
+                     (json_int_t)job->revision, "log", job->log, "view",
+                     job->view ? live_view_json(job) : NULL);
 }
 
 void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])

@@ -41,6 +41,15 @@ static int blame(struct preparation *p, const char *pointer, const char *kind)
                      inner.detail);
 }
 
+struct plan_source prepared_source(const struct prepared *prepared)
+{
+    const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
+    return (struct plan_source){.scene = &prepared->scene,
+                                .scene_blob = prepared->plan.scene,
+                                .map = has_environment ? prepared->map.header : NULL,
+                                .map_blob = prepared->plan.environment.map};
+}
+
 /* map: the header of the job's map, or NULL. */
 static int plan_scene(struct preparation *p, const struct environment_header *map)
 {
@@ -54,7 +63,10 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
         .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
     int error =
         plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report, &p->fault);
-    scene_unmap(&scene);
+    if (!error && out->job.live)
+        out->scene = scene;
+    else
+        scene_unmap(&scene);
     return error;
 }
 
@@ -67,7 +79,10 @@ static int plan_with_map(struct preparation *p)
     if (environment_map(path, &map, &p->fault) != 0)
         return blame(p, "/environment/asset", "a scene, no environment map (.hdr or .exr)");
     int error = plan_scene(p, map.header);
-    environment_unmap(&map);
+    if (!error && p->prepared->job.live)
+        p->prepared->map = map;
+    else
+        environment_unmap(&map);
     return error;
 }
 
@@ -195,7 +210,11 @@ void preparation_cancel(struct preparation **preparation)
 
 void prepared_destroy(struct prepared **prepared)
 {
-    if (*prepared) job_fini(&(*prepared)->job);
+    if (*prepared) {
+        scene_unmap(&(*prepared)->scene);
+        environment_unmap(&(*prepared)->map);
+        job_fini(&(*prepared)->job);
+    }
     free(*prepared);
     *prepared = NULL;
 }

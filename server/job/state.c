@@ -12,7 +12,10 @@ static const struct {
 } jobs[JOB_STATE_COUNT] = {
     [JOB_QUEUED] = {"queued", TO(JOB_IMPORTING) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
     [JOB_IMPORTING] = {"importing", TO(JOB_RUNNING) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
-    [JOB_RUNNING] = {"running", TO(JOB_FINISHED) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
+    [JOB_RUNNING] = {"running",
+                     TO(JOB_RESTING) | TO(JOB_FINISHED) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
+    [JOB_RESTING] = {"resting",
+                     TO(JOB_RUNNING) | TO(JOB_FINISHED) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
     [JOB_FINISHED] = {"finished", 0},
     [JOB_FAILED] = {"failed", 0},
     [JOB_CANCELLED] = {"cancelled", 0},

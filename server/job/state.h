@@ -7,6 +7,7 @@ enum job_state {
     JOB_QUEUED,    /* durable, waits for its turn */
     JOB_IMPORTING, /* its scene is imported and planned */
     JOB_RUNNING,   /* its frames are traced, reconstructed, encoded */
+    JOB_RESTING,   /* live: its picture is complete, its camera may be moved */
     JOB_FINISHED,  /* all files are stored */
     JOB_FAILED,
     JOB_CANCELLED,

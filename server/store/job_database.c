@@ -20,6 +20,7 @@ enum query {
     QUERY_UPDATE,
     QUERY_STEER,
     QUERY_UPDATE_FRAME,
+    QUERY_UPDATE_DOCUMENT,
     QUERY_REMOVE,
     QUERY_GET,
     QUERY_FRAMES,
@@ -55,6 +56,7 @@ static const char *const query_text[QUERY_COUNT] = {
                            " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
                            " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
                            " exr = excluded.exr, png = excluded.png",
+    [QUERY_UPDATE_DOCUMENT] = "UPDATE jobs SET document = ?2, updated_ms = ?3 WHERE id = ?1",
     [QUERY_REMOVE] = "DELETE FROM jobs WHERE id = ?1",
     [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
     [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"
@@ -277,6 +279,16 @@ int job_database_update_frame(struct job_database *db, const char *id,
     bind_text(s, 3, frame->state);
     bind_digest(s, 4, &frame->exr);
     bind_digest(s, 5, &frame->png);
+    return finish_one(db, s);
+}
+
+int job_database_update_document(struct job_database *db, const char *id, const char *document)
+{
+    sqlite3_stmt *s = statement(db, QUERY_UPDATE_DOCUMENT);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, id);
+    bind_text(s, 2, document);
+    sqlite3_bind_int64(s, 3, now_ms());
     return finish_one(db, s);
 }
 

@@ -27,6 +27,7 @@ int job_database_steer(struct job_database *db, const char *id, const int32_t *p
                        const bool *paused);
 int job_database_update_frame(struct job_database *db, const char *id,
                               const struct frame_row *frame);
+int job_database_update_document(struct job_database *db, const char *id, const char *document);
 int job_database_remove(struct job_database *db, const char *id);
 int job_database_remember_blob(struct job_database *db, const struct digest *source,
                                const struct digest *blob);

@@ -72,6 +72,8 @@ int job_request_perform(struct job_request *r, struct job_database *db)
                                   r->has_paused ? &r->paused : NULL);
     case REQUEST_UPDATE_FRAME:
         return perform_update_frame(db, r);
+    case REQUEST_UPDATE_DOCUMENT:
+        return job_database_update_document(db, r->id, r->document);
     case REQUEST_REMOVE:
         return job_database_remove(db, r->id);
     case REQUEST_REMEMBER_BLOB:
@@ -126,6 +128,7 @@ void job_request_answer(const struct job_request *r)
     case REQUEST_UPDATE:
     case REQUEST_STEER:
     case REQUEST_UPDATE_FRAME:
+    case REQUEST_UPDATE_DOCUMENT:
     case REQUEST_REMOVE:
     case REQUEST_REMEMBER_BLOB:
         if (r->call.done) r->call.done(r->ctx, r->error);

@@ -198,6 +198,20 @@ void job_store_update_frame(struct job_store *s, const char *id, const struct fr
     submit(s, r, error);
 }
 
+void job_store_update_document(struct job_store *s, const char *id, const char *document,
+                               job_store_done done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_UPDATE_DOCUMENT, id, ctx);
+    if (!r) {
+        if (done) done(ctx, ERR_MEMORY);
+        return;
+    }
+    int error = 0;
+    r->document = job_request_copy(document, &error);
+    r->call.done = done;
+    submit(s, r, error);
+}
+
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx)
 {
     struct job_request *r = job_request_create(REQUEST_REMOVE, id, ctx);

@@ -17,9 +17,10 @@ struct job_store;
 struct job_row {
     char id[JOB_ID_BYTES]; /* sorts by time of creation */
     const char *document;  /* job_write's JSON */
-    const char *state;     /* "queued" "importing" "running" "finished" "failed" "cancelled" */
-    const char *error;     /* problem JSON of a failed job */
-    const char *report;    /* JSON: plan, statistics, warnings, frames, as far as known */
+    const char
+        *state; /* "queued" "importing" "running" "resting" "finished" "failed" "cancelled" */
+    const char *error;  /* problem JSON of a failed job */
+    const char *report; /* JSON: plan, statistics, warnings, frames, as far as known */
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool paused;
@@ -58,6 +59,9 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
                      const bool *paused, job_store_done done, void *ctx);
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             job_store_done done, void *ctx);
+/* Another document in its place: of a job whose camera was moved. */
+void job_store_update_document(struct job_store *s, const char *id, const char *document,
+                               job_store_done done, void *ctx);
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);
 
 /* row NULL: no such job. frames: those that have a row, by number. */

@@ -32,6 +32,14 @@ static void put_size(struct pixel_reader *r, const struct image *image, uint64_t
     r->told = revision;
 }
 
+/* Which view it is of goes before an image's size. */
+static void put_view(struct pixel_reader *r, const struct stream_view *view)
+{
+    memmove(r->message + PIXELS_HEADER_BYTES, r->message, PIXELS_HEADER_BYTES);
+    pixels_write_view(r->message, view->number, view->width_px, view->height_px, r->told);
+    r->message_bytes += PIXELS_HEADER_BYTES;
+}
+
 /* A new image: its size goes first, then every block that has changed since the revision that the
  * reader has. Every change of a new image comes after those of the one before. */
 static bool announce(struct pixel_reader *r)
@@ -46,6 +54,7 @@ static bool announce(struct pixel_reader *r)
     r->generation = stream->generation;
     r->sweep = stream->revision;
     put_size(r, stream->image, r->has);
+    if (stream->view.number > 0) put_view(r, &stream->view);
     return true;
 }
 

@@ -130,6 +130,12 @@ void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32
     write_header(out, PIXELS_F16, (uint32_t)width_px, (uint32_t)height_px, 0, 0, revision);
 }
 
+void pixels_write_view(uint8_t out[PIXELS_HEADER_BYTES], uint32_t number, int32_t width_px,
+                       int32_t height_px, uint64_t revision)
+{
+    write_header(out, PIXELS_F16, (uint32_t)width_px, (uint32_t)height_px, 0, number, revision);
+}
+
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
                           const char *layer, enum pixels_format format, struct rect block,
                           uint64_t revision)

@@ -58,6 +58,10 @@ bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block);
 void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,
                        uint64_t revision);
 
+/* The message that a view begins: x and y are the size of its full picture, h its number, w 0. */
+void pixels_write_view(uint8_t out[PIXELS_HEADER_BYTES], uint32_t number, int32_t width_px,
+                       int32_t height_px, uint64_t revision);
+
 /* The message of a block of a layer: its bytes, at most PIXELS_MESSAGE_BYTES; 0 when the image has
  * no such layer. */
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,

@@ -42,6 +42,16 @@ void stream_event(struct streams *streams, const char *job, const char *name, js
 /* The image that pixel readers see, borrowed until stream_image is called with NULL, and the part
  * that changed. All of an image that follows another is new to them. */
 void stream_image(struct streams *streams, const char *job, const struct image *image);
+/* One camera's view of a live job: pictures of it at growing resolution follow each other. */
+struct stream_view {
+    uint32_t number;             /* from 1; another one is another view */
+    int32_t width_px, height_px; /* of its full picture */
+};
+
+/* As stream_image, for an image that shows a view: of another size than the full picture it is a
+ * coarser one of the same. Readers are told both, and have nothing of it until stream_pixels. */
+void stream_view(struct streams *streams, const char *job, const struct image *image,
+                 const struct stream_view *view);
 void stream_pixels(struct streams *streams, const char *job, struct rect changed);
 
 /* Forgets the job; readers end. */

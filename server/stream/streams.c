@@ -174,21 +174,43 @@ static void mark_all(struct stream *stream)
     pixel_changes_mark(&stream->changes, all, stream->revision);
 }
 
-void stream_image(struct streams *s, const char *job, const struct image *image)
+static struct stream *set_image(struct streams *s, const char *job, const struct image *image)
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
-    if (!stream) return;
+    if (!stream) return NULL;
     pixel_changes_fini(&stream->changes);
     if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
     stream->image = image;
+    stream->view = (struct stream_view){0};
     stream->revision++;
-    /* Of the first image readers have nothing. A later one may have been drawn while another was
-     * seen, and must leave nothing of that one in sight. */
-    if (image && stream->generation > 0) mark_all(stream);
+    return stream;
+}
+
+static void tell_image(struct stream *stream)
+{
     stream->generation++;
     readers_wake(stream->pixel_readers);
-    streams_kick(s);
+    streams_kick(stream->streams);
+}
+
+void stream_image(struct streams *s, const char *job, const struct image *image)
+{
+    struct stream *stream = set_image(s, job, image);
+    if (!stream) return;
+    /* Of the first image readers have nothing. A later one may have been drawn while another was
+     * seen, and must leave nothing of that one in sight. */
+    if (stream->image && stream->generation > 0) mark_all(stream);
+    tell_image(stream);
+}
+
+void stream_view(struct streams *s, const char *job, const struct image *image,
+                 const struct stream_view *view)
+{
+    struct stream *stream = set_image(s, job, image);
+    if (!stream) return;
+    stream->view = *view;
+    tell_image(stream);
 }
 
 void stream_pixels(struct streams *s, const char *job, struct rect changed)

@@ -20,6 +20,7 @@ struct stream {
     struct reader *event_readers, *pixel_readers;
     const struct image *image;    /* borrowed from the job's side */
     struct pixel_changes changes; /* of the image's blocks: for readers that join */
+    struct stream_view view;      /* that the image shows; number 0: none */
     uint64_t generation;          /* of the image: grows with stream_image */
     uint64_t revision;            /* of its pixels: grows, also over lives of the coordinator */
     uint64_t progress_ms;         /* when readers were last woken for progress */

@@ -266,6 +266,20 @@ try 400 GET /v1/jobs '/v1/jobs?text='
 check "a finished job tells what happened to it" jq -e '(.log | map(.what)) == ["state", "state", "state", "frame", "frame", "state"] and
     .log[0].time == .created and .log[-1].text == "finished: all files are stored"' "$tmp/job"
 
+# A live one is moved.
+try 202 POST /v1/jobs "${json[@]}" -d "{$scene_member, \"image\": {\"width\": 64, \"height\": 48}, \"live\": true}" /v1/jobs
+live=$(jq -r .id "$tmp/body")
+check "the live job rests" await_state "$live" resting 60
+try 200 GET $p "/v1/jobs/$live"
+try 200 PATCH $p "${json[@]}" -d '{"camera": {"eye": [1, 1, 5], "target": [0, 1, 0]}}' "/v1/jobs/$live"
+try 422 PATCH $p "${json[@]}" -d '{"camera": {"eye": [0, 1, 0], "target": [0, 1, 0]}}' "/v1/jobs/$live"
+try 400 PATCH $p "${json[@]}" -d '{' "/v1/jobs/$live"
+try 415 PATCH $p -d '{}' "/v1/jobs/$live"
+try 413 PATCH $p "${json[@]}" -H 'Content-Length: 1048577' -H 'Expect: 100-continue' -d '{}' "/v1/jobs/$live"
+try 404 PATCH $p "${json[@]}" -d '{"camera": null}' "/v1/jobs/$none"
+try 409 PATCH $p "${json[@]}" -d '{"camera": null}' "/v1/jobs/$id"
+try 202 DELETE $p "/v1/jobs/$live"
+
 p='/v1/jobs/{id}/frames/{n}/image.exr'
 try 200 GET $p "/v1/jobs/$id/frames/1/image.exr"
 try 304 GET $p -H "If-None-Match: $(header ETag)" "/v1/jobs/$id/frames/1/image.exr"

@@ -37,7 +37,8 @@ static void steps_are_those_of_the_table(void **state)
     static const char *const legal[JOB_STATE_COUNT] = {
         [JOB_QUEUED] = "importing failed cancelled",
         [JOB_IMPORTING] = "running failed cancelled",
-        [JOB_RUNNING] = "finished failed cancelled",
+        [JOB_RUNNING] = "resting finished failed cancelled",
+        [JOB_RESTING] = "running finished failed cancelled",
         [JOB_FINISHED] = "",
         [JOB_FAILED] = "",
         [JOB_CANCELLED] = "",

@@ -58,7 +58,7 @@ static uint64_t read_number(const uint8_t *at, int bytes)
 }
 
 struct heard {
-    uint32_t width;
+    uint32_t width, height;
     uint64_t revision;
     uint16_t red; /* of the block's first pixel, a half float */
 };
@@ -67,11 +67,19 @@ struct heard {
 static bool hear(struct MHD_Response *feed, struct heard *heard)
 {
     static uint8_t bytes[PIXELS_MESSAGE_BYTES];
-    ssize_t got = feed->read(feed->ctx, 0, (char *)bytes, sizeof bytes);
+    static ssize_t left, at; /* two short messages may come at once */
+    ssize_t got = left;
+    if (left > 0)
+        memmove(bytes, bytes + at, (size_t)left);
+    else
+        got = feed->read(feed->ctx, 0, (char *)bytes, sizeof bytes);
     if (got <= 0) return false;
+    at = read_number(bytes + 16, 4) == 0 ? (ssize_t)PIXELS_HEADER_BYTES : got;
+    left = got - at;
     assert_true(got >= (ssize_t)PIXELS_HEADER_BYTES);
     assert_memory_equal(bytes, "SWPX", 4);
     *heard = (struct heard){.width = (uint32_t)read_number(bytes + 16, 4),
+                            .height = (uint32_t)read_number(bytes + 20, 4),
                             .revision = read_number(bytes + 24, 8)};
     if (heard->width > 0) heard->red = (uint16_t)read_number(bytes + PIXELS_HEADER_BYTES, 2);
     return true;
@@ -147,11 +155,51 @@ static void another_image_replaces_all_of_the_one_before(void **state)
     image_destroy(&two);
 }
 
+/* Takes what is due: "v" for a view, "s" for a size, "b" for a block. */
+static const char *messages_due(struct MHD_Response *feed)
+{
+    static char said[64];
+    struct heard heard;
+    size_t n = 0;
+    while (n + 1 < sizeof said && hear(feed, &heard))
+        said[n++] = heard.width > 0 ? 'b' : heard.height > 0 ? 'v' : 's';
+    said[n] = '\0';
+    return said;
+}
+
+static void a_view_has_nothing_of_the_one_before(void **state)
+{
+    (void)state;
+    struct streams *streams = NULL;
+    struct image *one = image_of(1), *two = image_of(2);
+    const struct stream_view first = {.number = 1, .width_px = 400, .height_px = 300};
+    const struct stream_view second = {.number = 2, .width_px = 400, .height_px = 300};
+    assert_int_equal(streams_create(&streams), 0);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    stream_view(streams, job, one, &first);
+    assert_memory_equal(messages_due(feed), "vs", 2);
+    stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
+    stream_image(streams, job, NULL); /* moved, before the reader has looked */
+    assert_string_equal(messages_due(feed), "");
+    stream_view(streams, job, two, &second);
+    assert_memory_equal(messages_due(feed), "vs", 2);
+    stream_pixels(streams, job, (struct rect){0, 0, 1, 1});
+    assert_int_equal(blocks_due(feed, 0x4000), 1);
+    stream_image(streams, job, one);
+    assert_true(blocks_due(feed, 0x3c00) == BLOCKS); /* no view: as ever */
+    stream_image(streams, job, NULL);
+    feed_end(feed);
+    streams_destroy(&streams);
+    image_destroy(&one);
+    image_destroy(&two);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_still_picture_is_whole_with_its_last_block),
         cmocka_unit_test(another_image_replaces_all_of_the_one_before),
+        cmocka_unit_test(a_view_has_nothing_of_the_one_before),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

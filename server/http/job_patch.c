@@ -1,15 +1,20 @@
-/* PATCH /v1/jobs/{id}: steering a job that has not ended. */
+/* PATCH /v1/jobs/{id}: steering a job that has not ended, or moving the camera of a live one. */
 #include <stdlib.h>
 
+#include "proto/json.h"
+#include "proto/limits.h"
 #include "server/http/job_body.h"
 #include "server/job/state.h"
 #include "server/job/steering.h"
 
-/* A request on its way: looked at beside the job, then in force, then answered with the job. */
+/* A request on its way: looked at beside the job, then in force, then answered. */
 struct patch {
     struct request *r;
+    bool moves; /* else it steers */
     struct steering steering;
 };
+
+/* ---- in force ---- */
 
 static void on_got(void *ctx, int error, json_t *body)
 {
@@ -28,6 +33,36 @@ static void on_steered(void *ctx, int error)
     request_hold(r);
     jobs_get(r->http->options.jobs, r->match.job, on_got, r);
 }
+
+static void refuse_move(struct request *r, const struct fault *fault)
+{
+    const bool whole = fault->pointer[0] == '\0';
+    if (whole && fault->code == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, fault->detail, NULL);
+    else if (whole && fault->code == ERR_STATE)
+        request_problem(r, PROBLEM_STATE, fault->detail, NULL);
+    else
+        request_fault(r, fault);
+}
+
+static void on_moved(void *ctx, const struct fault *fault, json_t *body)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (fault)
+        refuse_move(r, fault);
+    else
+        request_json(r, 200, json_incref(body));
+}
+
+static void move(struct request *r)
+{
+    request_hold(r);
+    jobs_move(r->http->options.jobs, r->match.job, r->body ? r->body : "", r->body_bytes, on_moved,
+              r);
+}
+
+/* ---- beside the job ---- */
 
 /* Somebody else may have changed it since the client looked (RFC 9110, section 13.1.1). */
 static bool is_stale(const struct request *r, const json_t *body)
@@ -55,9 +90,8 @@ static int check_picture(const struct steering *s, const json_t *body, struct fa
 
 static void on_seen(void *ctx, int error, json_t *body)
 {
-    struct patch *patch = ctx;
-    struct request *r = patch->r;
-    const struct steering steering = patch->steering;
+    struct patch *patch = ctx, seen = *patch;
+    struct request *r = seen.r;
     struct fault fault = {0};
     free(patch);
     if (!request_back(r)) return;
@@ -65,21 +99,40 @@ static void on_seen(void *ctx, int error, json_t *body)
         job_body_error(r, error ? error : ERR_NOT_FOUND);
     } else if (is_stale(r, body)) {
         request_problem(r, PROBLEM_STALE, "the job is not as If-Match says any more", NULL);
+    } else if (seen.moves) {
+        move(r);
     } else if (has_ended(body)) {
         job_body_error(r, ERR_STATE);
-    } else if (check_picture(&steering, body, &fault) != 0) {
+    } else if (check_picture(&seen.steering, body, &fault) != 0) {
         request_fault(r, &fault);
     } else {
         request_hold(r);
-        jobs_steer(r->http->options.jobs, r->match.job, &steering, on_steered, r);
+        jobs_steer(r->http->options.jobs, r->match.job, &seen.steering, on_steered, r);
     }
+}
+
+/* A camera or a lens anywhere in it; what is wrong with it is found by who reads it. */
+static bool is_move(const struct request *r)
+{
+    struct fault ignored;
+    json_t *root = NULL;
+    if (json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored) != 0)
+        return false;
+    const bool moves = json_object_get(root, "camera") || json_object_get(root, "lens");
+    json_decref(root);
+    return moves;
 }
 
 void route_job_patch(struct request *r)
 {
     struct fault fault = {0};
-    struct steering steering;
-    if (steering_read(r->body ? r->body : "", r->body_bytes, &steering, &fault) != 0) {
+    struct patch asked = {.r = r, .moves = is_move(r)};
+    if (asked.moves && !request_header(r, "If-Match")) {
+        move(r); /* somebody waits for the picture: nothing of the store is read */
+        return;
+    }
+    if (!asked.moves &&
+        steering_read(r->body ? r->body : "", r->body_bytes, &asked.steering, &fault) != 0) {
         request_fault(r, &fault);
         return;
     }
@@ -88,7 +141,7 @@ void route_job_patch(struct request *r)
         job_body_error(r, ERR_MEMORY);
         return;
     }
-    *patch = (struct patch){.r = r, .steering = steering};
+    *patch = asked;
     request_hold(r);
     jobs_get(r->http->options.jobs, r->match.job, on_seen, patch);
 }

@@ -1,0 +1,103 @@
+/* Moving the camera of a live job; and what becomes of those that nobody moves any more. */
+#include <limits.h>
+#include <stdlib.h>
+
+#include "proto/job_camera.h"
+#include "proto/job_lens.h"
+#include "server/job/jobs_table.h"
+#include "server/job/live_view.h"
+
+#define IDLE_CHECKS 8 /* within the time after which a job that rests ends */
+
+struct move {
+    jobs_moved done;
+    void *ctx;
+};
+
+/* {id, view, camera, lens}: what the job has now. */
+static json_t *answer_of(const struct live_job *job)
+{
+    const struct job *document = &job->prepared->job;
+    return json_pack("{s:s,s:o,s:o,s:o}", "id", job->id, "view", live_view_json(job), "camera",
+                     job_camera_write(&document->camera), "lens", job_lens_write(document));
+}
+
+/* A job that is not in the table has ended, or never was. */
+static void on_row(void *ctx, int error, const struct job_row *row, const struct frame_row *frames,
+                   size_t frame_count)
+{
+    struct move *move = ctx;
+    struct fault fault;
+    (void)frames, (void)frame_count;
+    if (!error && !row)
+        fault_set(&fault, ERR_NOT_FOUND, "", "there is no such job");
+    else if (!error)
+        fault_set(&fault, ERR_STATE, "", "it has ended: its camera cannot be moved any more");
+    else
+        fault_set(&fault, error, "", "the job could not be read from the store");
+    move->done(move->ctx, &fault, NULL);
+    free(move);
+}
+
+static void look_up(struct jobs *jobs, const char *id, jobs_moved done, void *ctx)
+{
+    struct move *move = malloc(sizeof *move);
+    struct fault fault;
+    if (!move) {
+        fault_set(&fault, ERR_MEMORY, "", "memory is exhausted");
+        done(ctx, &fault, NULL);
+        return;
+    }
+    *move = (struct move){.done = done, .ctx = ctx};
+    job_store_get(jobs->options.store, id, on_row, move);
+}
+
+void jobs_move(struct jobs *jobs, const char *id, const char *text, size_t size_bytes,
+               jobs_moved done, void *ctx)
+{
+    struct fault fault = {0};
+    struct live_job *job = jobs_table_find(jobs, id);
+    if (!job || jobs->stopping) {
+        look_up(jobs, id, done, ctx);
+        return;
+    }
+    int error = live_view_check(job, &fault);
+    if (!error) error = live_view_move(job, text, size_bytes, &fault);
+    json_t *body = error ? NULL : answer_of(job);
+    if (!error && !body) fault_set(&fault, ERR_MEMORY, "", "memory is exhausted");
+    done(ctx, body ? NULL : &fault, body);
+    json_decref(body);
+}
+
+/* Ends those that have rested for too long. */
+static void on_idle(uv_timer_t *timer)
+{
+    struct jobs *jobs = timer->data;
+    const uint64_t now_us = jobs_clock_us();
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        struct live_job *job = jobs->open[i].job;
+        if (!job->view || job->state != JOB_RESTING) continue;
+        if (jobs->open[i].frame->state != FRAME_RENDERING ||
+            frame_state(jobs->open[i].frame->work) != FRAME_RENDERING)
+            continue; /* it ends already */
+        if (now_us - job->view->moved_us >= jobs->options.live_idle_ms * 1000) live_view_end(job);
+    }
+}
+
+void jobs_watch_idle(struct jobs *jobs)
+{
+    const uint64_t limit_ms = jobs->options.live_idle_ms, each_ms = limit_ms / IDLE_CHECKS + 1;
+    if (!jobs->stopping && !uv_is_active((uv_handle_t *)&jobs->idle))
+        uv_timer_start(&jobs->idle, on_idle, each_ms, each_ms);
+}
+
+void jobs_complete_views(struct jobs *jobs)
+{
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        struct live_job *job = jobs->open[i].job;
+        struct frame *work = jobs->open[i].frame->work;
+        if (!job->view || job->state != JOB_RUNNING || !frame_is_complete(work)) continue;
+        live_view_completed(job);
+        i = UINT_MAX; /* the list may be another: from its beginning */
+    }
+}

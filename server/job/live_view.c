@@ -1,0 +1,250 @@
+#include "server/job/live_view.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job_view.h"
+#include "server/job/jobs_table.h"
+
+/* Plans are made of the whole document; what they say of its camera is said of the move's. */
+static void point_into_view(struct fault *fault)
+{
+    static const char camera[] = "/scene/camera";
+    if (strncmp(fault->pointer, camera, sizeof camera - 1) != 0) return;
+    memmove(fault->pointer, fault->pointer + strlen("/scene"),
+            strlen(fault->pointer) - strlen("/scene") + 1);
+}
+
+/* One plan a level. *report is the last's. */
+static int plan_levels(const struct prepared *prepared, const struct job *document,
+                       struct plan plans[VIEW_LEVELS_MOST], struct plan_report *report,
+                       struct fault *fault)
+{
+    const struct plan_source source = prepared_source(prepared);
+    const unsigned last = view_levels(document) - 1;
+    struct job coarse;
+    struct plan_report coarse_report;
+    int error = plan_make(document, &source, document->first_frame, &plans[last], report, fault);
+    for (unsigned level = 0; !error && level < last; level++) {
+        view_level_document(document, level, &coarse);
+        error = plan_make(&coarse, &source, document->first_frame, &plans[level], &coarse_report,
+                          fault);
+        plans[level].camera = plans[last].camera;
+    }
+    return error;
+}
+
+int live_view_create(struct live_job *job, uint32_t number, struct fault *fault)
+{
+    struct live_view *view = calloc(1, sizeof *view);
+    struct plan_report *report = malloc(sizeof *report);
+    int error = ERR_MEMORY;
+    if (view && report)
+        error = plan_levels(job->prepared, &job->prepared->job, view->plans, report, fault);
+    else
+        fault_set(fault, error, "", "no memory for a live job");
+    free(report);
+    if (error) {
+        free(view);
+        return error;
+    }
+    view->number = number;
+    view->levels = view_levels(&job->prepared->job);
+    view->moved_us = jobs_clock_us();
+    job->view = view;
+    return 0;
+}
+
+static void drop_last(struct live_view *view)
+{
+    if (view->last) frame_drop(&view->last);
+}
+
+void live_view_hide(struct live_job *job)
+{
+    if (!job->jobs->stopping) stream_image(job->jobs->options.streams, job->id, NULL);
+    job->view->shown = false;
+    drop_last(job->view);
+}
+
+void live_view_destroy(struct live_job *job)
+{
+    if (!job->view) return;
+    drop_last(job->view);
+    free(job->view);
+    job->view = NULL;
+}
+
+int live_view_check(const struct live_job *job, struct fault *fault)
+{
+    if (!job->live)
+        return fault_set(fault, ERR_STATE, "", "its camera cannot be moved: it is not a live job");
+    if (!job->view || (job->state != JOB_RUNNING && job->state != JOB_RESTING))
+        return fault_set(fault, ERR_STATE, "", "it is %s: its camera can be moved once it runs",
+                         job_state_name(job->state));
+    if (job->frames[0].state != FRAME_QUEUED && job->frames[0].state != FRAME_RENDERING)
+        return fault_set(fault, ERR_STATE, "", "it is ending: its files are being made");
+    return 0;
+}
+
+/* The document as it now is, for a restart. Nobody waits for it: who moves a camera moves on. */
+static void record_document(struct live_job *job)
+{
+    struct job_store *store = job->jobs->options.store;
+    json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
+    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    char *report_text = report ? json_dumps(report, JSON_COMPACT) : NULL;
+    if (text) job_store_update_document(store, job->id, text, NULL, NULL);
+    job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, NULL, NULL);
+    free(text);
+    free(report_text);
+    json_decref(document);
+    json_decref(report);
+}
+
+static void go(struct live_job *job, enum job_state state)
+{
+    if (job->state == state) return;
+    jobs_set_state(job->jobs, job, state);
+    job->revision++;
+    jobs_event_state(job);
+}
+
+/* The frame of the first level. */
+static void begin(struct live_job *job)
+{
+    live_view_hide(job);
+    live_job_drop_frames(job);
+    job->view->level = 0;
+    job->trace_started_us = 0;
+    go(job, JOB_RUNNING);
+    jobs_progress_soon(job->jobs, job);
+    if (live_job_has_unopened(job)) live_job_open_frame(job);
+}
+
+/* What a plan says of the job is told when somebody asks; until then only the camera has moved. */
+static int take(struct live_job *job, const struct job *moved, const struct plan *plans,
+                const struct plan_report *report, struct fault *fault)
+{
+    struct live_view *view = job->view;
+    struct prepared *prepared = job->prepared;
+    char fingerprint[FINGERPRINT_BYTES];
+    json_t *plan = plan_report_json(&plans[view->levels - 1], report);
+    if (!plan || fingerprint_of(moved, fingerprint) != 0) {
+        json_decref(plan);
+        return fault_set(fault, ERR_MEMORY, "", "no memory to plan this view");
+    }
+    json_decref(job->plan);
+    job->plan = plan;
+    memcpy(job->fingerprint, fingerprint, sizeof job->fingerprint);
+    prepared->job = *moved;
+    prepared->report = *report;
+    prepared->plan = plans[view->levels - 1];
+    memcpy(view->plans, plans, sizeof view->plans);
+    return 0;
+}
+
+int live_view_move(struct live_job *job, const char *text, size_t size_bytes, struct fault *fault)
+{
+    struct live_view *view = job->view;
+    struct job moved = job->prepared->job;
+    int error = job_view_read(text, size_bytes, &moved, fault);
+    if (error) return error;
+    struct plan_report *report = malloc(sizeof *report);
+    struct plan *plans = calloc(VIEW_LEVELS_MOST, sizeof *plans);
+    if (report && plans) {
+        error = plan_levels(job->prepared, &moved, plans, report, fault);
+        if (error) point_into_view(fault);
+    } else {
+        error = fault_set(fault, ERR_MEMORY, "", "no memory to plan this view");
+    }
+    if (!error) error = take(job, &moved, plans, report, fault);
+    free(report);
+    free(plans);
+    if (error) return error;
+    view->number++;
+    view->moved_us = jobs_clock_us();
+    begin(job);
+    if (!job_state_is_final(job->state)) record_document(job);
+    return 0;
+}
+
+const struct plan *live_view_plan(const struct live_job *job)
+{
+    return &job->view->plans[job->view->level];
+}
+
+int32_t live_view_scale(const struct live_job *job)
+{
+    return view_level_scale(&job->prepared->job, job->view->level);
+}
+
+static bool is_last(const struct live_view *view)
+{
+    return view->level + 1 == view->levels;
+}
+
+/* Puts the level in work on the feed, in place of what was there. */
+static void show(struct live_job *job)
+{
+    struct live_view *view = job->view;
+    const struct job *document = &job->prepared->job;
+    const struct stream_view told = {
+        .number = view->number, .width_px = document->width_px, .height_px = document->height_px};
+    if (view->shown) return;
+    stream_view(job->jobs->options.streams, job->id, frame_image(job->frames[0].work), &told);
+    view->shown = true;
+    drop_last(view);
+}
+
+void live_view_drawn(struct live_job *job, struct rect rect)
+{
+    if (!is_last(job->view)) return;
+    show(job);
+    stream_pixels(job->jobs->options.streams, job->id, rect);
+}
+
+static void show_whole(struct live_job *job)
+{
+    const struct plan *plan = live_view_plan(job);
+    show(job);
+    stream_pixels(job->jobs->options.streams, job->id,
+                  (struct rect){0, 0, plan->width_px, plan->height_px});
+}
+
+static void next_level(struct live_job *job)
+{
+    struct live_view *view = job->view;
+    show_whole(job);
+    view->last = live_job_take_work(job, &job->frames[0]);
+    view->shown = false;
+    view->level++;
+    job->trace_started_us = 0;
+    live_job_open_frame(job);
+}
+
+void live_view_completed(struct live_job *job)
+{
+    if (!is_last(job->view)) {
+        next_level(job);
+        return;
+    }
+    if (!job->view->shown) show_whole(job);
+    if (job->state != JOB_RUNNING) return;
+    go(job, JOB_RESTING);
+    jobs_watch_idle(job->jobs);
+    record_document(job);
+}
+
+void live_view_end(struct live_job *job)
+{
+    assert(job->state == JOB_RESTING);
+    frame_store(job->frames[0].work);
+}
+
+json_t *live_view_json(const struct live_job *job)
+{
+    return json_pack("{s:I,s:i,s:b}", "number", (json_int_t)job->view->number, "scale",
+                     (int)live_view_scale(job), "complete", (int)(job->state != JOB_RUNNING));
+}
