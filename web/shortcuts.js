@@ -16,7 +16,11 @@ export class Shortcuts {
 
   // More keys, and their lines of the sheet.
   add(actions) {
-    for (const { keys, run } of actions) for (const key of keys) this.runs.set(key, run);
+    for (const { keys, run } of actions)
+      for (const key of keys) {
+        if (this.runs.has(key)) throw new Error(`the key ${key} has two meanings`);
+        this.runs.set(key, run);
+      }
     for (const { keys, name, shown } of actions) {
       if (!name) continue;
       const term = document.createElement("dt"), text = document.createElement("dd");

@@ -54,7 +54,7 @@ export class Steering {
       { keys: ["Escape"], run: () => this.draw(false) },
       { keys: ["n"], name: "render what is near the mouse, or the pixel pointed at, first", run: () => this.follow(!this.following) },
       { keys: ["s"], name: "more samples: the same job with four times as many, over this picture", run: () => this.more() },
-      { keys: ["c"], name: "cancel the job (asks first)", run: () => this.askCancel() },
+      { keys: ["Delete"], name: "cancel the job (asks first)", run: () => this.askCancel() },
     ];
   }
 

@@ -191,6 +191,7 @@ await runAll(async () => {
 
   await test("it ends when it is cancelled, and nothing was written to the console", async () => {
     await page.click("#cancel");
+    await page.click("#cancel-yes");
     await until("cancelled", async () => (await api(live)).state === "cancelled", 10);
     await until("the camera's bar is gone", async () => !await page.locator("#live").isVisible(), 10);
     expect(complaints.length === 0, complaints.join("; "));

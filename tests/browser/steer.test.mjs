@@ -182,7 +182,7 @@ await runAll(async () => {
     await clean("the question");
     await page.keyboard.press("Escape");
     await until("no question", () => page.locator("#cancel-dialog").evaluate((d) => !d.open), 5);
-    await press("c");
+    await press("Delete");
     await until("the question", () => page.locator("#cancel-dialog").evaluate((d) => d.open), 5);
     expect(await page.evaluate(() => document.activeElement.id) === "cancel-no", "the dangerous button has the focus");
     await page.keyboard.press("Enter");
@@ -193,7 +193,7 @@ await runAll(async () => {
   await test("a paused job is cancelled by keys alone", async () => {
     await press("p");
     await said("Job paused");
-    await press("c");
+    await press("Delete");
     await page.keyboard.press("Tab");
     await page.keyboard.press("Enter");
     await until("cancelled", async () => (await get(long)).state === "cancelled", 10);
@@ -247,7 +247,7 @@ await runAll(async () => {
     await until("another job", async () => !page.url().endsWith(small), 10);
     const first = page.url().split("/").pop();
     await until("its controls", async () => !await page.locator("#cancel").isDisabled(), 10);
-    await press("c");
+    await press("Delete");
     await page.click("#cancel-yes");
     await until("cancelled", async () => (await get(first)).state === "cancelled", 10);
     await open(small);
