@@ -87,8 +87,7 @@ static void every_layer_is_the_mean_so_far(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
-    assert_int_equal(block_halo_px(&plan), 0);
-    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), block_halo_px(&plan), &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 40, 20, &image), 0);
     for (uint32_t t = 1; t < 6; t++) land(film, &plan, t, 0);
     land(film, &plan, 4, 1);
