@@ -98,6 +98,7 @@ export class PictureView {
     this.at.otherJob.value = this.at.otherFile.value = "";
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
+    this.judgement.clear();
     this.probe.clear();
     if (job) this.setLayer("beauty");
   }
@@ -302,7 +303,7 @@ export class PictureView {
     else at.figures.textContent = "";
     this.showLikeness(moved);
     const map = this.likeness.look(this.compare, viewport);
-    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true);
+    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.judge === "ssim" ? "1 − SSIM" : "FLIP"}: `);
     else this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     this.redraw();
   }
