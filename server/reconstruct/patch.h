@@ -75,6 +75,7 @@ struct patch {
     float *lens_coverage; /* share of the lens samples that meet a surface */
     float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
     float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
+    bool lens_drawn;   /* the picture has what the first sets show, filtered */
     uint8_t *lens_levels; /* borrowed: for how much the pixels of a block that is composed need a
                              second set (lens_extra.h), row by row; NULL: nobody asks */
     struct patch_light lights[LIMIT_LIGHTS];
