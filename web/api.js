@@ -35,9 +35,9 @@ export const submitJob = (document, key) => request("/v1/jobs", {
 });
 export const listWorkers = () => request("/v1/workers");
 export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
-// `after`: the revision that is there already, a BigInt; null for none.
-export const pixelsUrl = (id, layer, format, after) =>
-  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${after === null ? "" : `&after=${after}`}`;
+// `after`: the revision that is there already, a BigInt; null for none. `alpha`: where it is not 1, too.
+export const pixelsUrl = (id, layer, format, after, alpha) =>
+  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${alpha ? "&alpha=1" : ""}${after === null ? "" : `&after=${after}`}`;
 export const imageUrl = (id, frame, kind) => `/v1/jobs/${id}/frames/${frame}/image.${kind}`;
 // What is at an address, unless it still is what `tag` names: {body, tag}, or null.
 export async function getChanged(path, tag) {

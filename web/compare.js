@@ -7,7 +7,7 @@ export class Compare {
   constructor(onChange) {
     this.onChange = onChange;
     this.counted = {}; // what the figures were last counted of, and they
-    this.mode = "off"; // off, wipe, toggle, difference
+    this.mode = "off"; // off, wipe, toggle, difference, ssim, flip
     this.flipped = false; // of toggle: the other is shown
     this.position = 0.5; // of the line, as a share of the way across the canvas
     this.angle = 0; // degrees; 0: upright
@@ -16,8 +16,11 @@ export class Compare {
   // What the shader shows.
   get shown() {
     if (this.mode === "toggle") return this.flipped ? "other" : "off";
-    return this.mode;
+    return this.judge ? "off" : this.mode;
   }
+
+  // Whose map is shown instead: "ssim", "flip" or "".
+  get judge() { return this.mode === "ssim" || this.mode === "flip" ? this.mode : ""; }
 
   set(changes) {
     Object.assign(this, changes);

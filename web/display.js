@@ -10,13 +10,14 @@ export class Display {
     this.at = controls;
     this.onChange = onChange;
     this.byLayer = new Map();
-    Object.assign(this, { exposure: 0, gamma: 1, curve: "linear", dither: true, clipMarks: false });
+    Object.assign(this, { exposure: 0, gamma: 1, curve: "linear", behind: "black", dither: true, clipMarks: false });
     this.setLayer("beauty");
     for (const name of ["exposure", "gamma"])
       controls[name].addEventListener("input", () => this.set(name, Number(controls[name].value)));
     for (const name of ["low", "high"])
       controls[name].addEventListener("change", () => this.setRange(name, Number(controls[name].value)));
     controls.curve.addEventListener("change", () => this.set("curve", controls.curve.value));
+    controls.behind.addEventListener("change", () => this.set("behind", controls.behind.value));
     controls.shownAs.addEventListener("change", () => this.set("shownAs", controls.shownAs.value));
     for (const name of ["auto", "logarithmic", "dither", "clipMarks"])
       controls[name].addEventListener("change", () => this.set(name, controls[name].checked));
@@ -91,7 +92,7 @@ export class Display {
 
   show() {
     const { at } = this;
-    for (const name of ["exposure", "gamma", "curve", "shownAs"]) at[name].value = String(this[name]);
+    for (const name of ["exposure", "gamma", "curve", "behind", "shownAs"]) at[name].value = String(this[name]);
     for (const name of ["auto", "logarithmic", "dither", "clipMarks"]) at[name].checked = this[name];
     for (const name of ["low", "high"])
       if (document.activeElement !== at[name]) at[name].value = String(Number(this[name].toPrecision(3)));

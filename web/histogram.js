@@ -34,7 +34,8 @@ export class Histogram {
     return shownAs === "colour" ? this.magnitudes ??= magnitudes() : shownAs === "sign" ? this.signs ??= signs() : null;
   }
 
-  draw(image, area, display, scalar) {
+  // `name`: what is counted, to be said before its range.
+  draw(image, area, display, scalar, name = "") {
     const { context, canvas } = this, { width } = canvas, ramp = this.ramp(display);
     const height = canvas.height - (ramp ? RAMP_TALL : 0);
     const { bins, zero, bad, count, low, high, stops, logs } = this.count(image, area, display);
@@ -62,7 +63,7 @@ export class Histogram {
     }
     const unit = stops ? " EV" : "";
     const said = (v) => Number((logs && !stops ? 2 ** v : v).toPrecision(3));
-    const parts = [`${said(low)} to ${said(high)}${unit}`];
+    const parts = [`${name}${said(low)} to ${said(high)}${unit}`];
     if (count > 0 && zero > 0) parts.push(`${Math.round(100 * zero / count)} % black`);
     if (bad > 0) parts.push(`${bad} not finite`);
     this.text.textContent = parts.join(", ");

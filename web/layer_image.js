@@ -1,10 +1,13 @@
 // One layer's numbers as they are, beside the GPU: for the probe, the histogram and the figures, and
 // to fill a texture again. Three numbers a pixel, half floats or floats. Does not grow with updates:
-// what has changed is a set of blocks.
+// what has changed is a set of blocks. Alpha lies beside, where a block has brought some; else it is
+// null and everything covers its pixels, as in coarse pictures.
 import { CoarsePicture } from "./coarse_picture.js";
 import { halfTable } from "./half.js";
 
 export const BLOCK_PX = 64;
+
+const ONE = { Uint16Array: 0x3c00, Float32Array: 1 };
 
 const MOST_LOOKED_AT = 300000;
 
@@ -24,7 +27,7 @@ export class LayerImage {
     this.columns = Math.ceil(width / BLOCK_PX);
     this.rows = Math.ceil(height / BLOCK_PX);
     this.seen = new Uint8Array(this.columns * this.rows);
-    this.numbers = null;
+    this.numbers = this.alpha = null;
     this.touch();
     return true;
   }
@@ -34,6 +37,7 @@ export class LayerImage {
     if (!old.numbers || this.numbers) return;
     this.resize(old.width, old.height);
     this.numbers = old.numbers.slice();
+    this.alpha = old.alpha?.slice() ?? null;
     this.touch();
   }
 
@@ -64,6 +68,7 @@ export class LayerImage {
   showCoarse(kind) {
     if (this.numbers?.constructor !== kind) this.numbers = new kind(this.width * this.height * 3);
     this.coarse.stretch(this.numbers, this.width, this.height);
+    this.alpha = null;
     this.view = this.next.number;
     this.seen.fill(1);
     this.touch();
@@ -74,11 +79,12 @@ export class LayerImage {
     this.view = this.next.number;
     this.seen.fill(0);
     this.numbers?.fill(0);
+    this.alpha = null;
     this.touch();
   }
 
   // A block of the pixel feed, or of a file. Blocks outside the picture are ignored.
-  put({ x, y, w, h, numbers }) {
+  put({ x, y, w, h, numbers, alpha = null }) {
     if (w === 0) {
       if (h > 0) this.beginView(h, x, y);
       else this.beginPicture(x, y);
@@ -91,7 +97,16 @@ export class LayerImage {
     if (this.next && this.view !== this.next.number) this.clearView();
     if (x + w > this.width || y + h > this.height) return;
     const kind = numbers.constructor;
-    if (this.numbers?.constructor !== kind) this.numbers = new kind(this.width * this.height * 3);
+    if (this.numbers?.constructor !== kind) {
+      this.numbers = new kind(this.width * this.height * 3);
+      this.alpha = null;
+    }
+    if (alpha) this.alpha ??= new kind(this.width * this.height).fill(ONE[kind.name]);
+    for (let row = 0; row < h && this.alpha; row++) {
+      const at = (y + row) * this.width + x;
+      if (alpha) this.alpha.set(alpha.subarray(row * w, (row + 1) * w), at);
+      else this.alpha.fill(ONE[kind.name], at, at + w);
+    }
     for (let row = 0; row < h; row++)
       this.numbers.set(numbers.subarray(row * w * 3, (row + 1) * w * 3), ((y + row) * this.width + x) * 3);
     for (let j = Math.floor(y / BLOCK_PX); j * BLOCK_PX < y + h; j++)
@@ -126,6 +141,13 @@ export class LayerImage {
     if (!this.has(x, y)) return null;
     const i = (y * this.width + x) * 3, value = this.reader();
     return [value(i), value(i + 1), value(i + 2)];
+  }
+
+  // The pixel's alpha; null where nothing says what it is.
+  alphaAt(x, y) {
+    if (!this.alpha || !this.has(x, y)) return null;
+    const v = this.alpha[y * this.width + x];
+    return this.isFloat() ? v : halfTable()[v];
   }
 
   // Calls visit(r, g, b, x, y) for the pixels that are there in {x0, y0, x1, y1}, every `step`-th

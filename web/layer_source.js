@@ -35,7 +35,7 @@ export class LayerSource {
       onState("still");
     };
     const feed = (after, finished) => {
-      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, this.format, revision), after, (block) => {
+      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, this.format, revision, this.layer === "beauty"), after, (block) => {
         this.image.put(block);
         this.revision = block.revision;
         onChange(this);

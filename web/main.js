@@ -18,7 +18,8 @@ const picture = new PictureView({
   reset: $("exposure-reset"), range: $("range"), low: $("low"), high: $("high"), auto: $("auto"), logarithmic: $("logarithmic"),
   compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"), otherFile: $("other-file"),
   otherProblem: $("other-problem"), wipe: $("wipe"), position: $("wipe-position"), angle: $("wipe-angle"),
-  flip: $("flip"), unfiltered: $("unfiltered"), figures: $("figures"), histogram: $("histogram"), histogramText: $("histogram-text"),
+  flip: $("flip"), unfiltered: $("unfiltered"), figures: $("figures"), alike: $("alike"), legend: $("legend"), legendEnds: [$("legend-low"), $("legend-high")],
+  behind: $("behind"), behindLabel: $("behind-label"), histogram: $("histogram"), histogramText: $("histogram-text"),
   readout: $("readout"), underText: $("under-text"), pins: $("pins"), said: $("said"),
   sheet: { dialog: $("keys"), list: $("keys-list"), open: $("keys-open"), close: $("keys-close") },
 }, (state, error) => { if (state === "lost" && error) showConnection("connecting", error); });

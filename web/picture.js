@@ -1,9 +1,10 @@
 // The picture on the canvas: layers in WebGL2 textures, everything else in the shader, so that no
 // control asks the server anything.
 import { magnitudes, signs, STEPS } from "./color_map.js";
-import { COMPARE, CURVES, FRAGMENT, SHOWN_AS, VERTEX } from "./shader.js";
+import { BEHIND, COMPARE, CURVES, FRAGMENT, SHOWN_AS, VERTEX } from "./shader.js";
 
-const UNIFORMS = ["first", "other", "ramps", "firstSize", "otherSize", "canvasHeight", "zoom", "origin", "compare",
+const SAMPLERS = ["first", "other", "ramps", "firstAlpha", "otherAlpha"];
+const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "canvasHeight", "zoom", "origin", "compare",
                   "shownAs", "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 export class Picture {
@@ -41,8 +42,10 @@ export class Picture {
     this.at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));
     gl.bindVertexArray(gl.createVertexArray());
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    ["first", "other", "ramps"].forEach((name, unit) => gl.uniform1i(this.at[name], unit));
+    SAMPLERS.forEach((name, unit) => gl.uniform1i(this.at[name], unit));
     this.blank = this.makeTexture(gl.RGB16F, 1, 1);
+    this.opaque = this.makeTexture(gl.R8, 1, 1);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 1, 1, gl.RED, gl.UNSIGNED_BYTE, Uint8Array.of(255));
     this.ramps = this.makeTexture(gl.RGBA8, STEPS, 2);
     [magnitudes(), signs()].forEach((ramp, row) =>
       gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, row, STEPS, 1, gl.RGBA, gl.UNSIGNED_BYTE, ramp));
@@ -72,27 +75,39 @@ export class Picture {
     }
     if (!entry) {
       const { width, height } = image, float = image.isFloat();
-      entry = { width, height, float, texture: this.makeTexture(float ? gl.RGB32F : gl.RGB16F, width, height) };
+      entry = { width, height, float, texture: this.makeTexture(float ? gl.RGB32F : gl.RGB16F, width, height), alpha: null };
       this.textures.set(image, entry);
+      image.touch();
+    }
+    if (image.alpha && !entry.alpha) {
+      entry.alpha = this.makeTexture(entry.float ? gl.R32F : gl.R16F, entry.width, entry.height);
       image.touch();
     }
     if (image.changed.size > 0) this.upload(image, entry);
     return entry.texture;
   }
 
+  // Its alpha's, once the layer's own is up to date; a single 1 when it has none.
+  alphaTexture(image) { return (image?.numbers && this.textures.get(image)?.alpha) || this.opaque; }
+
   upload(image, entry) {
     const { gl } = this;
+    this.uploadNumbers(image, entry.texture, gl.RGB, entry.float, image.numbers, 3);
+    if (entry.alpha) this.uploadNumbers(image, entry.alpha, gl.RED, entry.float, image.alpha, 1);
+    this.uploads += image.changed.size;
+    image.changed.clear();
+  }
+
+  uploadNumbers(image, texture, format, float, numbers, channels) {
+    const { gl } = this;
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, entry.texture);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.pixelStorei(gl.UNPACK_ROW_LENGTH, image.width);
     for (const index of image.changed) {
       const { x, y, w, h } = image.block(index);
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, entry.float ? gl.FLOAT : gl.HALF_FLOAT,
-                       image.numbers, (y * image.width + x) * 3);
-      this.uploads++;
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, format, float ? gl.FLOAT : gl.HALF_FLOAT, numbers, (y * image.width + x) * channels);
     }
     gl.pixelStorei(gl.UNPACK_ROW_LENGTH, 0);
-    image.changed.clear();
   }
 
   // Frees the GPU's copy of a layer.
@@ -100,6 +115,7 @@ export class Picture {
     const entry = this.textures.get(image);
     if (!entry) return;
     this.gl.deleteTexture(entry.texture);
+    if (entry.alpha) this.gl.deleteTexture(entry.alpha);
     this.textures.delete(image);
   }
 
@@ -116,7 +132,8 @@ export class Picture {
 
   paint({ first, other, viewport, display, compare }) {
     const { gl, at, canvas } = this;
-    [this.texture(first), this.texture(other), this.ramps].forEach((texture, unit) => {
+    const layers = [this.texture(first), this.texture(other)];
+    [...layers, this.ramps, this.alphaTexture(first), this.alphaTexture(other)].forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, texture);
     });
@@ -131,6 +148,7 @@ export class Picture {
     gl.uniform3f(at.line, ...compare.line(canvas.width, canvas.height));
     gl.uniform1i(at.shownAs, SHOWN_AS[display.shownAs]);
     gl.uniform1i(at.curve, CURVES[display.curve]);
+    gl.uniform1i(at.behind, BEHIND[display.behind ?? "black"]);
     for (const name of ["exposure", "gamma", "low", "high"]) gl.uniform1f(at[name], display[name]);
     for (const name of ["dither", "clipMarks", "logarithmic"]) gl.uniform1i(at[name], display[name] ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);

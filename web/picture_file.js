@@ -6,7 +6,7 @@ import { LayerImage } from "./layer_image.js";
 const SETS = ["RGB", "XYZ"];
 
 export class PictureFile {
-  // `layers`: Map of a layer's name to its three channels.
+  // `layers`: Map of a layer's name to its three channels; a fourth is its alpha.
   constructor(name, width, height, layers) { Object.assign(this, { name, width, height, layers }); }
 
   names() { return [...this.layers.keys()]; }
@@ -17,7 +17,7 @@ export class PictureFile {
     const channels = this.layers.get(layer), numbers = new Float32Array(width * height * 3);
     for (let i = 0; i < width * height; i++) for (let c = 0; c < 3; c++) numbers[i * 3 + c] = channels[c][i];
     image.resize(width, height);
-    image.put({ x: 0, y: 0, w: width, h: height, numbers });
+    image.put({ x: 0, y: 0, w: width, h: height, numbers, alpha: channels[3] ?? null });
     return { job: this.name, layer, image, stopFeed: null, follow() {}, stop() {} };
   }
 }
@@ -41,7 +41,8 @@ function fromExr(name, { width, height, channels }) {
   for (const [layer, group] of groups) {
     const set = SETS.find((letters) => [...letters].every((letter) => group.has(letter)));
     const one = group.values().next().value;
-    layers.set(layer, set ? [...set].map((letter) => group.get(letter)) : [one, one, one]);
+    const alpha = set === "RGB" && group.has("A") ? [group.get("A")] : [];
+    layers.set(layer, set ? [...[...set].map((letter) => group.get(letter)), ...alpha] : [one, one, one]);
   }
   return new PictureFile(name, width, height, layers);
 }

@@ -1,5 +1,5 @@
 // What each key does to the picture.
-import { CURVES, SHOWN_AS } from "./shader.js";
+import { BEHIND, CURVES, SHOWN_AS } from "./shader.js";
 
 const PAN = 64; // pixels of the canvas
 
@@ -33,9 +33,12 @@ export function pictureKeys(view) {
     { keys: ["t"], name: "next tone curve", run: next("curve", Object.keys(CURVES)) },
     { keys: ["m"], name: "next way to show: picture, false colours, signs, vectors", run: next("shownAs", Object.keys(SHOWN_AS)) },
     { keys: ["o"], name: "mark what is too bright to show", run: () => { display.set("clipMarks", !display.clipMarks); say(display.clipMarks ? "marked" : "unmarked"); } },
+    { keys: ["h"], name: "next ground behind what is transparent: black, checkerboard, white; alpha itself", run: next("behind", Object.keys(BEHIND)) },
     { keys: ["d"], name: "dither", run: () => { display.set("dither", !display.dither); say(display.dither ? "dithered" : "not dithered"); } },
     { keys: ["w"], name: "wipe between two layers", run: mode("wipe") },
     { keys: ["x"], name: "difference of two layers", run: mode("difference") },
+    { keys: ["i"], name: "map of structural similarity (SSIM)", run: mode("ssim") },
+    { keys: ["y"], name: "map of visible differences (FLIP)", run: mode("flip") },
     { keys: ["b", " "], shown: ["B", "Space"], name: "this layer or the other", run: () => view.flip() },
     { keys: ["u"], name: "filtered or unfiltered (renders the job once more without filters)", run: () => view.showUnfiltered() },
     { keys: ["["], run: () => compare.set({ position: compare.position - 0.02 }) },

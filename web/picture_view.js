@@ -4,6 +4,8 @@ import { Compare, differenceOf } from "./compare.js";
 import { Display } from "./display.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
+import { Judgement } from "./judgement.js";
+import { LikenessView } from "./likeness_view.js";
 import { sparseStep } from "./layer_image.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
@@ -16,6 +18,7 @@ import { ValueOverlay } from "./value_overlay.js";
 import { Viewport } from "./viewport.js";
 
 const SCALARS = new Set(["depth", "samples", "filter_width", "visibility", "slope_min", "slope_max", "occlusion", "id"]);
+const NOT_PICTURES = new Set([...SCALARS, "normal", "error"]); // nothing that is looked at as it is
 const MEASURE_MS = 250; // figures, histogram and ranges follow at most this often
 const ID = /^[0-9a-z]{26}$/;
 
@@ -36,6 +39,9 @@ export class PictureView {
     this.probe = new Probe({ readout: elements.readout, list: elements.pins }, () => { this.onPointed(this.probe.point); redraw(); });
     this.histogram = new Histogram(elements.histogram, elements.histogramText);
     this.overlay = new ValueOverlay(elements.overlay);
+    this.judgement = new Judgement(() => { this.measureSoon(); redraw(); }, (image) => this.picture?.forget(image));
+    this.likeness = new LikenessView(elements, this.judgement);
+    this.probe.more = (point) => this.compare.mode === "off" ? "" : this.likeness.describe(point);
     this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
@@ -100,6 +106,7 @@ export class PictureView {
     this.at.otherJob.value = this.at.otherFile.value = "";
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
+    this.judgement.clear();
     this.probe.clear();
     if (job) this.setLayer(this.under?.layer ?? "beauty");
   }
@@ -267,7 +274,8 @@ export class PictureView {
   }
 
   look() {
-    return { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare };
+    const map = this.likeness.look(this.compare, this.viewport);
+    return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare };
   }
 
   redraw() { this.picture?.draw(); }
@@ -276,9 +284,11 @@ export class PictureView {
   drawn() {
     const { at, viewport, source, other } = this;
     if (!source) return;
+    at.behindLabel.hidden = !source.image.alpha && !(this.compare.mode !== "off" && other?.image.alpha);
+    const map = this.likeness.values(this.compare);
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
-    this.overlay.draw({ image: shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: SCALARS.has(shown.layer), ratio: this.ratio });
+    this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
     this.onViewShown?.(source.image.view);
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
     at.zoomText.textContent = `${Number((viewport.zoom * 100).toPrecision(3))} %`;
@@ -294,7 +304,7 @@ export class PictureView {
     const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
     const y = 16 * ratio;
     if (compare.mode !== "wipe")
-      return [{ x: width / 2, y, text: compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
+      return [{ x: width / 2, y, text: compare.judge ? `${compare.judge.toUpperCase()}: ${name(source)}, ${name(other)}` : compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
     const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
     const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;
     const place = (side) => ({ x: inside(x + side * away, width, 70 * ratio),
@@ -314,9 +324,12 @@ export class PictureView {
     this.measured = { zoom, x, y };
     const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;
     display.measure(looked);
-    this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     if (this.compare.mode !== "off" && other) this.showFigures(moved);
     else at.figures.textContent = "";
+    this.showLikeness(moved);
+    const map = this.likeness.look(this.compare, viewport);
+    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.judge === "ssim" ? "1 − SSIM" : "FLIP"}: `);
+    else this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     this.redraw();
   }
 
@@ -329,6 +342,16 @@ export class PictureView {
     this.at.figures.textContent = found
       ? `RMSE ${found.rmse.toPrecision(4)}, relMSE ${found.relmse.toPrecision(4)} over ${found.pixels}${step > 1 ? " of the" : ""} pixels in sight${live ? " so far" : ""}${found.bad ? `, ${found.bad} not finite` : ""}`
       : other.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
+  }
+
+  // Judged once nothing moves any more; while pictures still come, now and then.
+  showLikeness(moved) {
+    const { source, other, viewport, display, compare } = this;
+    if (compare.mode === "off" || !other) this.judgement.clear();
+    else if (!NOT_PICTURES.has(source.layer) && moved) this.measureSoon();
+    else if (!NOT_PICTURES.has(source.layer)) this.judgement.judge(source.image, other.image, viewport.visible(), display, source.live || other.live);
+    else this.judgement.clear();
+    this.likeness.show(compare, source.live || other?.live, compare.mode !== "off" && other && NOT_PICTURES.has(source.layer));
   }
 
   say(text) { this.at.said.textContent = text; }

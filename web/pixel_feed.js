@@ -1,20 +1,22 @@
 // The live pixel feed: a chunked response of binary blocks (PROTOCOL.md, "Pixel feed").
 //
-//   u32 magic "SWPX", u16 version, u16 format (three numbers a pixel: 1 half floats, 2 floats),
-//   u32 x, y, w, h, u64 revision, then w*h*3 numbers, row by row. w = h = 0 tells the image's size
+//   u32 magic "SWPX", u16 version, u16 format (three numbers a pixel: 1 half floats, 2 floats; 3 and
+//   4 the same, and then one more a pixel, its alpha), u32 x, y, w, h, u64 revision, then w*h*3
+//   numbers, row by row, and of formats 3 and 4 w*h alphas. w = h = 0 tells the image's size
 //   in x and y. Who has read a message has every change up to its revision.
 
 const HEADER_BYTES = 32;
 const MAGIC = 0x58505753;
 const MAX_SIDE = 16384;
 const MAX_BLOCK_PIXELS = 1 << 22;
-const NUMBERS = { 1: Uint16Array, 2: Float32Array };
+const NUMBERS = { 1: Uint16Array, 2: Float32Array, 3: Uint16Array, 4: Float32Array };
+const CHANNELS = { 1: 3, 2: 3, 3: 4, 4: 4 };
 
 // Cuts a byte stream into blocks. Keeps at most one unfinished block.
 export class BlockParser {
   constructor() { this.parts = []; this.size = 0; this.need = HEADER_BYTES; this.header = null; }
 
-  // Yields {x, y, w, h, revision, numbers} for every block that is now whole.
+  // Yields {x, y, w, h, revision, numbers, alpha} (null: opaque) for every block that is now whole.
   *feed(chunk) {
     this.parts.push(chunk);
     this.size += chunk.byteLength;
@@ -22,12 +24,13 @@ export class BlockParser {
       const bytes = this.take(this.need);
       if (!this.header) {
         this.header = readHeader(bytes);
-        const { w, h, numbers } = this.header;
-        this.need = w * h * 3 * numbers.BYTES_PER_ELEMENT;
+        const { w, h, channels, numbers } = this.header;
+        this.need = w * h * channels * numbers.BYTES_PER_ELEMENT;
         if (this.need > 0) continue;
       }
-      const { numbers, ...block } = this.header;
-      yield { ...block, numbers: new numbers(block.w > 0 ? bytes.buffer : 0) };
+      const { numbers, channels, ...block } = this.header;
+      const all = new numbers(block.w > 0 ? bytes.buffer : 0), colors = block.w * block.h * 3;
+      yield { ...block, numbers: all.subarray(0, colors), alpha: channels === 4 && block.w > 0 ? all.subarray(colors) : null };
       this.header = null;
       this.need = HEADER_BYTES;
     }
@@ -55,7 +58,7 @@ function readHeader(bytes) {
   const header = {
     x: view.getUint32(8, true), y: view.getUint32(12, true),
     w: view.getUint32(16, true), h: view.getUint32(20, true),
-    revision: view.getBigUint64(24, true), numbers: NUMBERS[view.getUint16(6, true)],
+    revision: view.getBigUint64(24, true), numbers: NUMBERS[view.getUint16(6, true)], channels: CHANNELS[view.getUint16(6, true)],
   };
   if (view.getUint32(0, true) !== MAGIC || view.getUint16(4, true) !== 1 || !header.numbers)
     throw new Error("the pixel feed speaks another format: reload the page");

@@ -12,6 +12,7 @@ export class Probe {
     this.onChange = onChange;
     this.point = null; // {x, y}, whole pixels of the picture
     this.byKeys = false;
+    this.more = () => ""; // what else there is to say of a pixel
     this.pins = [];
   }
 
@@ -77,9 +78,10 @@ export class Probe {
       const values = image?.at(x, y);
       if (!values) return "nothing yet";
       const digits = image.isFloat() ? 9 : 5; // as many as tell any two numbers of the feed apart
-      return (scalar ? values.slice(0, 1) : values).map((v) => short(v, digits)).join("  ");
+      const alpha = image.alphaAt(x, y);
+      return (scalar ? values.slice(0, 1) : values).map((v) => short(v, digits)).join("  ") + (alpha === null ? "" : `  A ${short(alpha, digits)}`);
     };
-    return `${x}, ${y}: ${one(first)}${other ? ` | ${one(other)}` : ""}`;
+    return `${x}, ${y}: ${one(first)}${other ? ` | ${one(other)}` : ""}${this.more({ x, y })}`;
   }
 
   show(first, other, scalar) {

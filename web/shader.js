@@ -8,16 +8,17 @@ void main() {
 
 export const SHOWN_AS = { picture: 0, colour: 1, sign: 2, vector: 3 };
 export const CURVES = { linear: 0, filmic: 1 };
+export const BEHIND = { black: 0, checkerboard: 1, white: 2, alpha: 3 };
 export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3 };
 
 export const FRAGMENT = `#version 300 es
 precision highp float;
 precision highp int;
-uniform sampler2D first, other, ramps;
+uniform sampler2D first, other, ramps, firstAlpha, otherAlpha; // without alpha one texel of 1
 uniform ivec2 firstSize, otherSize;
 uniform float canvasHeight, zoom;   // zoom: pixels of the canvas a pixel of the picture
 uniform vec2 origin;                // the picture's point in the canvas's upper left corner
-uniform int compare, shownAs, curve;
+uniform int compare, shownAs, curve, behind;
 uniform vec3 line;                  // of the wipe: x * line.x + y * line.y > line.z is the other's
 uniform float exposure, gamma, low, high;
 uniform bool dither, clipMarks, logarithmic;
@@ -42,6 +43,12 @@ vec3 fetch(sampler2D layer, vec2 at) {
       sum += v;
     }
   return sum / float(taps * taps);
+}
+
+// The same of how much of a pixel a surface covers.
+float fetchAlpha(sampler2D alpha, vec2 at, ivec2 size) {
+  if (textureSize(alpha, 0) != size) return 1.0;
+  return clamp(fetch(alpha, at).r, 0.0, 1.0);
 }
 
 bool inside(ivec2 size, vec2 at) { return all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(size))); }
@@ -69,7 +76,15 @@ float noise(uvec2 p, uint channel) {
 
 vec3 ramp(float t, int row) { return texelFetch(ramps, ivec2(int(clamp(t, 0.0, 1.0) * 255.0 + 0.5), row), 0).rgb; }
 
-vec3 shown(vec3 v, vec2 screen) {
+// Colours are those of what covers the pixel, alpha taken in: the ground shows through the rest.
+vec3 ground(vec2 screen) {
+  if (behind == 0) return vec3(0.0);
+  bool light = mod(floor(screen.x / 8.0) + floor(screen.y / 8.0), 2.0) < 1.0;
+  return vec3(behind == 2 ? 1.0 : light ? 0.32 : 0.13);
+}
+
+vec3 shown(vec3 v, float alpha, vec2 screen) {
+  if (behind == 3 && shownAs == 0) return vec3(alpha);
   float scalar = shownAs == 1 || shownAs == 2 ? dot(v, LUMINANCE) : 0.0;
   if (shownAs == 1 && logarithmic) return ramp(log(max(scalar, low) / low) / log(high / low), 0);
   if (shownAs == 1) return ramp((scalar - low) / max(high - low, 1e-30), 0);
@@ -78,7 +93,7 @@ vec3 shown(vec3 v, vec2 screen) {
   v *= exp2(exposure);
   bool stripe = mod(screen.x + screen.y, 8.0) < 4.0;
   if (clipMarks && any(greaterThan(v, vec3(1.0))) && stripe) return vec3(0.9, 0.1, 0.1);
-  return encode(curve == 1 ? filmic(v) : v);
+  return encode(clamp(curve == 1 ? filmic(v) : v, 0.0, 1.0) + (1.0 - alpha) * ground(screen));
 }
 
 vec3 at(vec2 screen, vec2 p) {
@@ -87,16 +102,18 @@ vec3 at(vec2 screen, vec2 p) {
     if (!inside(firstSize, p) || !inside(otherSize, p)) return SURROUND;
     vec3 difference = fetch(first, p) - fetch(other, p);
     if (!isFinite(difference)) return vec3(1.0, 0.0, 1.0);
-    return shown(shownAs == 0 ? abs(difference) : difference, screen);
+    return shown(shownAs == 0 ? abs(difference) : difference, 1.0, screen);
   }
   ivec2 size = isOther ? otherSize : firstSize;
   if (!inside(size, p)) return SURROUND;
   vec3 v;
-  if (isOther) v = fetch(other, p); else v = fetch(first, p);
+  float alpha;
+  if (isOther) { v = fetch(other, p); alpha = fetchAlpha(otherAlpha, p, size); }
+  else { v = fetch(first, p); alpha = fetchAlpha(firstAlpha, p, size); }
   bool check = mod(floor(screen.x / 3.0) + floor(screen.y / 3.0), 2.0) < 1.0;
   if (any(isnan(v))) return check ? vec3(1.0, 0.0, 1.0) : vec3(0.0);
   if (any(isinf(v))) return check ? vec3(0.0, 1.0, 1.0) : vec3(0.0);
-  return shown(v, screen);
+  return shown(v, alpha, screen);
 }
 
 void main() {

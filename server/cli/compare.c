@@ -8,6 +8,7 @@
 #include "proto/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/job_file.h"
+#include "server/cli/likeness.h"
 #include "server/cli/option.h"
 #include "server/cli/output_file.h"
 #include "server/image/difference.h"
@@ -26,6 +27,7 @@ struct comparison {
     struct difference_where mask;
     struct difference difference;
     struct zscore zscore;
+    struct likeness likeness;
     bool has_zscore;
 };
 
@@ -68,6 +70,7 @@ static void print_line(const struct comparison *c)
         json_object_set_new(line, "pixels", json_integer((json_int_t)d->pixels));
     }
     if (c->has_zscore) json_object_set_new(line, "z", zscore_json(&c->zscore));
+    likeness_tell(&c->likeness, line);
     json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
     putchar('\n');
     json_decref(line);
@@ -162,6 +165,10 @@ static int compare(struct comparison *c, char **paths, struct fault *fault)
 {
     const struct plane *rgb[3];
     int error = parse_where(c, fault);
+    if (!error) error = likeness_parse(&c->likeness, fault);
+    if (!error && c->where && (c->likeness.ssim || c->likeness.flip))
+        error = fault_set(fault, ERR_RANGE, "",
+                          "--ssim and --flip look at all that is around a pixel: not with --where");
     if (!error && c->picture) error = output_file_check(c->picture, fault);
     if (!error) error = exr_read(paths[0], &c->reference, fault);
     if (!error) error = exr_read(paths[1], &c->test, fault);
@@ -174,6 +181,7 @@ static int compare(struct comparison *c, char **paths, struct fault *fault)
         !c->where && !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
     if (c->has_zscore)
         error = image_zscore(c->reference, c->test, c->difference.mean, &c->zscore, fault);
+    if (!error) error = likeness_find(&c->likeness, c->reference, c->test, c->layer, fault);
     if (!error && c->picture) error = write_picture(c, fault);
     return error;
 }
@@ -196,6 +204,20 @@ int cli_compare(int argc, char **argv)
          0, 0, &c.picture},
         {"range", 0, OPTION_NUMBER, "PERCENT", "where its colours are darkest (default 10)", 1,
          100000, &c.range_percent},
+        {"ssim", 0, OPTION_FLAG, NULL, "also structural similarity (Wang et al. 2004): 1 is alike",
+         0, 0, &c.likeness.ssim},
+        {"flip", 0, OPTION_FLAG, NULL,
+         "also FLIP (Andersson et al. 2020): mean, weighted quartiles; 0 is alike", 0, 0,
+         &c.likeness.flip},
+        {"exposure", 0, OPTION_TEXT, "STOPS", "of both, as these two see them (default 0)", 0, 0,
+         &c.likeness.exposure},
+        {"gamma", 0, OPTION_TEXT, "GAMMA", "the same (default 1: sRGB alone)", 0, 0,
+         &c.likeness.gamma},
+        {"curve", 0, OPTION_TEXT, "NAME", "the same: linear (default) or filmic", 0, 0,
+         &c.likeness.curve},
+        {"ppd", 0, OPTION_TEXT, "PIXELS",
+         "a degree of visual angle, for FLIP (default 67.02: 3840 pixels on 0.7 m at 0.7 m)", 0, 0,
+         &c.likeness.ppd},
     };
     const struct option_table table = {
         .usage = "shearwater compare REF.exr TEST.exr [options]",

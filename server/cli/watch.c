@@ -6,6 +6,7 @@
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
 #include "server/cli/output_file.h"
+#include "server/cli/tev_push.h"
 
 static int save(struct client *c, const char *id, long frame, const char *kind, const char *path,
                 struct fault *fault)
@@ -16,14 +17,42 @@ static int save(struct client *c, const char *id, long frame, const char *kind, 
     return client_download(c, url, path, fault);
 }
 
+/* Begins to show the job's layers in tev, if that is asked for. */
+static int show(struct client *c, const char *server, const char *id, const char *tev,
+                bool anywhere, struct tev_push **push, struct fault *fault)
+{
+    const char *layers[32];
+    struct tev_link link;
+    char url[128];
+    json_t *job = NULL, *name;
+    uint32_t count = 0;
+    size_t i;
+    if (!tev) return 0;
+    snprintf(url, sizeof url, "/v1/jobs/%.32s", id);
+    int error = tev_link_parse(tev, anywhere, &link, fault);
+    if (!error) error = client_json(c, "GET", url, NULL, &job, fault);
+    json_array_foreach (json_object_get(json_object_get(job, "document"), "layers"), i, name)
+        if (json_is_string(name) && count < 32) layers[count++] = json_string_value(name);
+    if (!error && count == 0) layers[count++] = "beauty";
+    if (!error)
+        error = tev_push_start(client_base_url(server), id, layers, count, &link, push, fault);
+    json_decref(job);
+    return error;
+}
+
 int cli_watch(int argc, char **argv)
 {
-    const char *server = NULL, *exr = NULL, *png = NULL;
-    bool quiet = false;
+    const char *server = NULL, *exr = NULL, *png = NULL, *tev = NULL;
+    bool quiet = false, anywhere = false;
     const struct option_line lines[] = {
         CLIENT_SERVER_OPTION(&server),
         {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame", 0, 0, &exr},
         {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame for people", 0, 0, &png},
+        {"tev", 't', OPTION_TEXT, "HOST:PORT",
+         "show all layers in a running tev, as they come (it listens at 127.0.0.1:14158)", 0, 0,
+         &tev},
+        {"tev-anywhere", 0, OPTION_FLAG, NULL,
+         "tev may be on another machine; nothing is encrypted", 0, 0, &anywhere},
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &quiet},
     };
     const struct option_table table = {
@@ -36,6 +65,7 @@ int cli_watch(int argc, char **argv)
     };
     struct fault fault = {0};
     struct client *client = NULL;
+    struct tev_push *push = NULL;
     struct progress progress;
     json_t *job = NULL;
     int arguments, status = option_parse(&table, argc, argv, &arguments);
@@ -44,11 +74,18 @@ int cli_watch(int argc, char **argv)
     int error = exr ? output_file_check_picture(exr, "exr", &fault) : 0;
     if (!error && png) error = output_file_check_picture(png, "png", &fault);
     if (!error) error = client_create(client_base_url(server), &client);
+    if (!error) error = show(client, server, argv[1], tev, anywhere, &push, &fault);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
     const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
     long first = (long)json_integer_value(json_object_get(frames, "first"));
     if (!error) error = save(client, argv[1], first, "exr", exr, &fault);
     if (!error) error = save(client, argv[1], first, "png", png, &fault);
+    if (push) {
+        struct fault pushed = {0};
+        const int unseen = tev_push_finish(&push, &pushed);
+        if (!error && unseen) fault = pushed;
+        error = error ? error : unseen;
+    }
     progress_end(&progress, error ? NULL : "finished");
     status = error ? job_file_complain("watch", &fault) : 0;
     client_destroy(&client);

@@ -371,7 +371,8 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     int error = patch_create(film->plan, reach(film, area), &patch);
     if (error) return error;
     if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan) ||
-        patch_has_far_lobes(film->plan) || film->plan->lens_filter != LENS_FILTER_NONE)
+        patch_has_far_lobes(film->plan) || patch_has_far_paths(film->plan) ||
+        film->plan->lens_filter != LENS_FILTER_NONE)
         patch->core = rect_intersect(
             rect_grow(area, lens_light_ring_px(film->plan) + PATCH_RING_PX), patch->rect);
     struct rect t = tiles_of(film, block);

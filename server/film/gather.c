@@ -330,11 +330,22 @@ static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t
     }
 }
 
-static void gather_paths(const struct overlap *o, struct pass_counts counts)
+/* How many paths there are, and what tells of their errors. */
+static void gather_path_errors(const struct overlap *o, struct pass_counts counts)
+{
+    const struct patch_paths *p = &o->patch->paths;
+    copy_rgb(o, PLANE_PATH_SPREAD, p->spread);
+    if (p->split) copy_words(o, samples_f32(o->samples, PLANE_PATH_SPLIT, 0), p->split);
+    fill(o, (float)counts.paths, p->spp);
+    fill(o, (float)counts.split, p->split_spp);
+    fill(o, counts.split > 0 ? (float)counts.split_lengths / (float)counts.split : 0.0f,
+         p->split_length);
+}
+
+static void gather_paths(const struct overlap *o)
 {
     const struct patch_paths *p = &o->patch->paths;
     copy_rgb(o, PLANE_PATH_RADIANCE, p->radiance);
-    copy_rgb(o, PLANE_PATH_SPREAD, p->spread);
     copy_rgb(o, PLANE_PATH_EMISSION, p->emission);
     copy_rgb(o, PLANE_PATH_DIRECT, p->direct);
     copy_rgb(o, PLANE_PATH_INDIRECT, p->indirect);
@@ -343,11 +354,6 @@ static void gather_paths(const struct overlap *o, struct pass_counts counts)
     copy_rgb(o, PLANE_PATH_ALBEDO, p->albedo);
     if (p->coverage) copy_words(o, samples_f32(o->samples, PLANE_PATH_COVERAGE, 0), p->coverage);
     if (p->open) copy_words(o, samples_f32(o->samples, PLANE_PATH_OCCLUSION, 0), p->open);
-    if (p->split) copy_words(o, samples_f32(o->samples, PLANE_PATH_SPLIT, 0), p->split);
-    fill(o, (float)counts.paths, p->spp);
-    fill(o, (float)counts.split, p->split_spp);
-    fill(o, counts.split > 0 ? (float)counts.split_lengths / (float)counts.split : 0.0f,
-         p->split_length);
 }
 
 /* The part of the tile that lies in `area`, which lies in the patch; false when there is none. */
@@ -388,6 +394,8 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
         gather_counts(&o, counts.bounces, patch->lens_paths ? NULL : counts.sides, patch->bounces);
     if (patch->glossy_rays) gather_counts(&o, counts.bounces, counts.lobes, patch->glossy_rays);
     if (patch->lens_paths) gather_counts(&o, 0, counts.sides, patch->lens_paths);
+    const bool paths = plan->paths.spp > 0, far_paths = paths && patch_has_far_paths(plan);
+    if (far_paths) gather_path_errors(&o, counts);
     if (!overlap_init(&o, plan, samples, tile, patch->core, patch)) return;
     if (!far) gather_indirect(&o);
     if (!far_lobes) gather_lobes(&o);
@@ -396,5 +404,6 @@ void gather_tile(const struct plan *plan, const struct samples *samples, struct 
     for (uint32_t k = 0; k < plan->sub_samples; k++) gather_sub(&o, k);
     gather_rgb(&o, PLANE_EMISSION, 0, patch->emission);
     for (uint32_t k = 0; k < plan->light_count; k++) gather_irradiance(&o, k);
-    if (plan->paths.spp > 0) gather_paths(&o, counts);
+    if (paths && !far_paths) gather_path_errors(&o, counts);
+    if (paths) gather_paths(&o);
 }

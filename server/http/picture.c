@@ -32,6 +32,14 @@ static bool read_format(const char *text, enum pixels_format *out)
     return !text || *out == PIXELS_F32 || strcmp(text, "half") == 0;
 }
 
+/* Asks for alpha beside the colours. */
+static bool read_alpha(const char *text, enum pixels_format *format)
+{
+    if (text && strcmp(text, "1") == 0)
+        *format = *format == PIXELS_F16 ? PIXELS_F16_ALPHA : PIXELS_F32_ALPHA;
+    return !text || strcmp(text, "1") == 0 || strcmp(text, "0") == 0;
+}
+
 static bool read_revision(const char *text, uint64_t *out)
 {
     size_t digits = text ? strspn(text, "0123456789") : 1;
@@ -46,6 +54,8 @@ bool picture_wish(struct request *r, struct pixels_wish *out)
     const char *fault = NULL;
     if (!read_format(target_parameter(&r->target, "format"), &out->format))
         fault = "format must be half or float";
+    else if (!read_alpha(target_parameter(&r->target, "alpha"), &out->format))
+        fault = "alpha must be 0 or 1";
     else if (!read_revision(target_parameter(&r->target, "after"), &out->after))
         fault = "after must be a revision that the feed gave";
     if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);

@@ -14,7 +14,9 @@ struct block_task {
     struct frame *frame;
     uint32_t block;
     struct rect rect;
-    float *pixels;                /* owned; channel by channel, and what is measured of them */
+    float *pixels;                /* owned; channel by channel, and what is measured of them; before
+                                     it runs those drawn before where these are added to, or NULL */
+    bool drawn;                   /* the former */
     struct block_measure measure; /* of a frame with a target */
     uint8_t *sides;               /* owned; of a frame that wants them, map by map */
     uint32_t measured;            /* with them: pixels that bounce rays left, and lobes' rays */
@@ -56,7 +58,9 @@ static int reconstruct(struct block_task *t)
     struct image view;
     const bool measured = frame_has_target(f);
     const size_t area = (size_t)rect_area(t->rect), channels = f->image->channel_count;
-    t->pixels = calloc(area * (channels + (measured ? SOURCE_COUNT + 1 : 0)), sizeof *t->pixels);
+    if (!t->pixels)
+        t->pixels =
+            calloc(area * (channels + (measured ? SOURCE_COUNT + 1 : 0)), sizeof *t->pixels);
     if (!t->pixels) return ERR_MEMORY;
     make_view(f->image, t->rect, t->pixels, &view);
     for (uint32_t k = 0; k < SOURCE_COUNT; k++)
@@ -65,6 +69,7 @@ static int reconstruct(struct block_task *t)
     int error = film_gather(f->film, t->block, &patch);
     if (!error) patch->scratch = f->scratch;
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
+    if (!error) patch->lens_drawn = t->drawn;
     if (!error && measured)
         error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
@@ -90,6 +95,20 @@ static void copy_pixels(const struct block_task *t, struct image *image)
         for (int32_t y = 0; y < height; y++, from += width)
             memcpy(plane_at(&image->channels[c].plane, t->rect.x0, t->rect.y0 + y), from,
                    (size_t)width * sizeof *from);
+}
+
+/* The block as it was drawn before. */
+static int take_pixels(struct block_task *t, const struct image *image)
+{
+    const size_t width = (size_t)rect_width(t->rect);
+    float *to = malloc((size_t)rect_area(t->rect) * image->channel_count * sizeof *to);
+    if (!to) return ERR_MEMORY;
+    t->pixels = to;
+    t->drawn = true;
+    for (uint32_t c = 0; c < image->channel_count; c++)
+        for (int32_t y = t->rect.y0; y < t->rect.y1; y++, to += width)
+            memcpy(to, plane_at(&image->channels[c].plane, t->rect.x0, y), width * sizeof *to);
+    return 0;
 }
 
 static int submit_block(struct frame *f, uint32_t block);
@@ -139,6 +158,14 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
     sum->lens_samples_own += block->lens_light.samples_own;
 }
 
+/* Of a block as it was drawn last; of the lens's filter as it last ran. */
+static void keep_statistics(struct block_statistics *kept, const struct block_task *t)
+{
+    const struct lens_statistics lens = kept->lens;
+    *kept = t->statistics;
+    if (t->drawn) kept->lens = lens;
+}
+
 static void block_over(struct frame *f, const struct block_task *t)
 {
     f->blocks_out--;
@@ -151,7 +178,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     f->blocks_drawn++;
     if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
     if (t->sides) frame_rate_keep(f, t->block, t->sides, t->measured);
-    if (frame_has_rounds(f)) f->rounds.statistics[t->block] = t->statistics;
+    if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
     if (film_block_done(f->film, t->block) && !frame_has_rounds(f))
         frame_count_pixels(&f->statistics, &t->statistics);
@@ -187,12 +214,16 @@ static int submit_block(struct frame *f, uint32_t block)
     t->task = (struct team_task){.run = block_run, .done = block_done};
     t->frame = f;
     t->block = block;
+    int error = 0;
     if (frame_wants_sides(f)) {
         t->sides = calloc(f->rate.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
-        if (!t->sides) {
-            free(t);
-            return ERR_MEMORY;
-        }
+        if (!t->sides) error = ERR_MEMORY;
+    } else if (f->plan.lens_extra > 0) {
+        error = take_pixels(t, f->image);
+    }
+    if (error) {
+        free(t);
+        return error;
     }
     f->blocks_out++;
     frame_task_submit(f, &t->task);

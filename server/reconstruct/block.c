@@ -41,10 +41,11 @@ int32_t block_halo_px(const struct plan *plan)
 {
     int32_t shadow = shadow_halo_px(plan->shadow_filter), indirect = indirect_halo_px(plan);
     int32_t sheared = v_plane_halo_px(plan), glossy = glossy_halo_px(plan);
-    int32_t lens = lens_halo_px(plan);
+    int32_t lens = lens_halo_px(plan), paths = path_error_halo_px(plan);
     if (indirect < sheared) indirect = sheared;
     if (indirect < glossy) indirect = glossy;
     if (indirect < shadow) indirect = shadow;
+    if (indirect < paths) indirect = paths;
     indirect += lens_light_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
@@ -137,7 +138,8 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
     if (paths) paths_compose(patch, block, image, statistics);
-    if (paths && squares->memory) path_error_find(patch, squares);
+    if (paths && squares->memory) error = path_error_find(patch, squares);
+    if (error) return error;
     if (lens)
         error = reconstruct_lens(plan, patch, block, image, statistics);
     else if (!paths || (plan->planes & PLANES_BESIDE))

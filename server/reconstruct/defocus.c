@@ -1,11 +1,14 @@
 #include "server/reconstruct/defocus.h"
 
 #include <math.h>
+#include <string.h>
 #include <time.h>
 
 #include "server/reconstruct/lens.h"
 #include "server/reconstruct/lens_extra.h"
 #include "server/reconstruct/lighting.h"
+
+static const char *const channels[] = {"R", "G", "B"};
 
 /* What lens_filter writes; arrays of the patch's size. */
 struct defocused {
@@ -20,16 +23,21 @@ static uint64_t thread_cpu_us(void)
     return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
 }
 
-static int filter(const struct plan *plan, const struct patch *patch, struct rect block,
-                  struct defocused *out, struct block_statistics *statistics)
+static int create(const struct patch *patch, struct defocused *out)
 {
     const size_t area = (size_t)rect_area(patch->rect);
-    const uint64_t start_us = thread_cpu_us();
-    struct lens_statistics lens = {0};
     float *at = out->memory = scratch_take(patch->scratch, area * 4 * sizeof *at);
     if (!at) return ERR_MEMORY;
     for (int c = 0; c < 3; c++, at += area) out->rgb[c] = at;
     out->width_px = at;
+    return 0;
+}
+
+static int filter(const struct plan *plan, const struct patch *patch, struct rect block,
+                  struct defocused *out, struct block_statistics *statistics)
+{
+    const uint64_t start_us = thread_cpu_us();
+    struct lens_statistics lens = {0};
     int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
     if (!error && patch->lens_paths) error = lens_extra_mix(plan, patch, block, out->rgb);
     if (!error && patch->lens_levels)
@@ -48,6 +56,24 @@ static void put(const struct patch *patch, const float *in, struct rect block,
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) to[x] = fminf(from[x], LIGHTING_MAX);
     }
+}
+
+static void take(const struct patch *patch, const struct plane *in, struct rect block, float *out)
+{
+    const size_t bytes = (size_t)rect_width(block) * sizeof *out;
+    for (int32_t y = block.y0; in && y < block.y1; y++)
+        memcpy(out + patch_pixel(patch, block.x0, y), plane_at(in, block.x0, y), bytes);
+}
+
+/* Second sets come to a picture that has been filtered: to what is there. */
+static int mix(const struct plan *plan, const struct patch *patch, struct rect block,
+               struct defocused *seen, struct image *image, struct block_statistics *statistics)
+{
+    const uint64_t start_us = thread_cpu_us();
+    for (int c = 0; c < 3; c++) take(patch, image_plane(image, channels[c]), block, seen->rgb[c]);
+    const int error = lens_extra_mix(plan, patch, block, seen->rgb);
+    statistics->lens_cpu_us = thread_cpu_us() - start_us;
+    return error;
 }
 
 static void put_coverage(const struct patch *patch, struct rect block, struct image *image,
@@ -79,12 +105,16 @@ static void put_counts(const struct plan *plan, const struct patch *patch, struc
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics)
 {
-    static const char *const channels[] = {"R", "G", "B"};
     struct defocused seen = {0};
-    const int error = filter(plan, patch, block, &seen, statistics);
+    int error = create(patch, &seen);
+    if (!error && patch->lens_drawn)
+        error = mix(plan, patch, block, &seen, image, statistics);
+    else if (!error)
+        error = filter(plan, patch, block, &seen, statistics);
     for (int c = 0; c < 3 && !error; c++)
         put(patch, seen.rgb[c], block, image_plane(image, channels[c]));
-    if (!error) put(patch, seen.width_px, block, image_plane(image, "filter_width.W"));
+    if (!error && !patch->lens_drawn)
+        put(patch, seen.width_px, block, image_plane(image, "filter_width.W"));
     scratch_give(patch->scratch, seen.memory);
     if (error) return error;
     put_coverage(patch, block, image, statistics);

@@ -11,6 +11,8 @@
  *   filter_width  sigma in pixels; 0: not filtered
  *
  * and patch->lens_levels where somebody asks for it, of samples lit as they are in the picture.
+ * Where patch->lens_drawn, R G B and filter_width are those of the first sets before: second sets
+ * are mixed into them, and nothing is filtered again (statistics->lens is not set).
  * pixels_background counts pixels of which no sample meets a surface. ERR_MEMORY. */
 int defocus_compose(const struct plan *plan, const struct patch *patch, struct rect block,
                     struct image *image, struct block_statistics *statistics);

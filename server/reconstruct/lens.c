@@ -8,8 +8,6 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define RUN 16 /* pixels that are looked at side by side */
-
 int32_t lens_halo_px(const struct plan *plan)
 {
     if (plan->lens_filter == LENS_FILTER_SHEARED)
@@ -73,34 +71,28 @@ static void add_focus(const struct lens_field *f, int32_t x, int32_t y, struct f
     }
 }
 
-/* The same of RUN pixels side by side, sums in the same order. */
-struct focus_run {
-    float light[LENS_LIGHTS][RUN], met[RUN], all[RUN];
-};
+#define UNCOUNTED (-1.0f) /* of a row, in its first place */
 
-static void find_run(const struct lens_field *f, int32_t x, int32_t y, struct focus_run *run)
+static void forget_counts(const struct lens_field *f)
 {
+    for (int32_t y = f->seen.y0; y < f->seen.y1; y++)
+        f->count[lens_seen(f, f->seen.x0, y)] = UNCOUNTED;
+}
+
+/* How many samples in focus and beyond the pixels of a row of `seen` have; few rows are asked for.
+ * Arrays of the layer at hand hold them, which this one has no use for. */
+static const float *counts_of(const struct lens_field *f, int32_t y)
+{
+    const size_t at = lens_seen(f, f->seen.x0, y), width = (size_t)rect_width(f->seen);
     float low, high;
+    if (f->count[at] >= 0.0f) return f->count + at;
     lens_layer_slopes(LENS_FOCUS, &low, &high);
-    *run = (struct focus_run){.met = {0}};
-    for (uint32_t j = 0; j < f->l * f->l; j++) {
-        const float *slope = lens_slopes(f, j, x, y);
-        float met[RUN];
-        for (int i = 0; i < RUN; i++) {
-            const float all = slope[i] < high ? 1.0f : 0.0f;
-            met[i] = slope[i] >= low ? all : 0.0f;
-            run->all[i] += all;
-            run->met[i] += met[i];
-        }
-        for (uint32_t k = 0; k < 3; k++) {
-            const float *light = lens_light(f, j, k, x, y);
-            for (int i = 0; i < RUN; i++) {
-                const float c = met[i] > 0.0f ? light[i] : 0.0f;
-                run->light[k][i] += c;
-                run->light[3][i] += c * c;
-            }
-        }
-    }
+    memset(f->slopes + at, 0, width * sizeof(float));
+    memset(f->count + at, 0, width * sizeof(float));
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        f->kernels->slopes(lens_slopes(f, j, f->seen.x0, y), -INFINITY, high, (uint32_t)width,
+                           f->slopes + at, f->count + at);
+    return f->count + at;
 }
 
 /* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
@@ -108,9 +100,12 @@ static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct 
 {
     const struct rect r = f->seen;
     for (int32_t k = 1; k <= LENS_FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
-        for (int32_t v = y - k; v <= y + k; v++)
+        for (int32_t v = y - k; v <= y + k; v++) {
+            if (v < r.y0 || v >= r.y1) continue;
+            const float *counts = counts_of(f, v);
             for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
-                if (u >= r.x0 && u < r.x1 && v >= r.y0 && v < r.y1) add_focus(f, u, v, sum);
+                if (u >= r.x0 && u < r.x1 && counts[u - r.x0] > 0.0f) add_focus(f, u, v, sum);
+        }
 }
 
 /* What is in focus, under what nearer layers let through. */
@@ -128,29 +123,42 @@ static void see_focus(struct lens_field *f, int32_t x, int32_t y, struct focus s
     f->share[p] += sum.met * by;
 }
 
-/* The last run of a row may begin among the pixels of the one before. */
+static struct lens_focus focus_of(const struct lens_field *f, int32_t y)
+{
+    const int32_t x = f->wide.x0;
+    const size_t p = lens_wide(f, x, y);
+    struct lens_focus out = {.slope = lens_slopes(f, 0, x, y),
+                             .light = lens_light(f, 0, 0, x, y),
+                             .area = (size_t)rect_area(f->patch->rect),
+                             .samples = f->l * f->l,
+                             .shares = f->share + p};
+    lens_layer_slopes(LENS_FOCUS, &out.low, &out.high);
+    for (int g = 0; g < LENS_GROUPS; g++) {
+        out.share[g] = f->shape.share[g];
+        out.through[g] = f->through[g] + p;
+    }
+    for (int k = 0; k < LENS_LIGHTS; k++) out.lights[k] = f->light[k] + p;
+    return out;
+}
+
+/* Many pixels of a row at once, those that look for others' samples and the last few by themselves.
+ */
 static void look_at_focus(struct lens_field *f)
 {
     const struct rect r = f->wide;
-    for (int32_t y = r.y0; y < r.y1; y++)
-        for (int32_t x = r.x0; x < r.x1;) {
-            const int32_t first = x < r.x1 - RUN ? x : r.x1 - RUN;
-            struct focus_run run;
+    const uint32_t many = (uint32_t)rect_width(r) / LENS_LANES * LENS_LANES;
+    forget_counts(f);
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        const struct lens_focus row = focus_of(f, y);
+        const uint32_t n = f->kernels->focus(&row, many, f->row);
+        for (uint32_t k = 0; k < n; k++)
+            see_focus(f, r.x0 + (int32_t)f->row[k], y, (struct focus){.met = 0.0f});
+        for (int32_t x = r.x0 + (int32_t)many; x < r.x1; x++) {
             struct focus sum = {.met = 0.0f};
-            if (first < r.x0) {
-                add_focus(f, x, y, &sum);
-                see_focus(f, x++, y, sum);
-                continue;
-            }
-            find_run(f, first, y, &run);
-            for (; x < first + RUN; x++) {
-                const int32_t i = x - first;
-                sum.met = run.met[i];
-                sum.all = run.all[i];
-                for (int k = 0; k < LENS_LIGHTS; k++) sum.light[k] = run.light[k][i];
-                see_focus(f, x, y, sum);
-            }
+            add_focus(f, x, y, &sum);
+            see_focus(f, x, y, sum);
         }
+    }
 }
 
 static int look_at(struct lens_field *f, uint32_t layer)

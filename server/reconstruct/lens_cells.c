@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#define SUMS        8
+#define SUMS        LENS_CELL_SUMS
 #define SPARE_LEVEL 2 /* of cells, in digits of their side in pixels */
 #define CLOSE_SHARE                                                                                \
     0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
@@ -113,75 +113,32 @@ void lens_cells_fini(const struct lens_field *f, struct lens_cells *c)
     scratch_give(f->patch->scratch, c->memory);
 }
 
-typedef float quad __attribute__((vector_size(16), aligned(16)));
-
-/* Which of a segment's samples lie in cells. */
-static uint32_t list_cells(const int32_t *cell, int32_t count, uint32_t hits[LENS_SEGMENT])
+/* Where arrays of `seen` have the rows whose samples can lie in cells, and how many pixels. */
+static size_t first_of(const struct lens_field *f, const struct lens_cells *c)
 {
-    uint32_t n = 0;
-    for (int32_t i = 0; i < count; i++) {
-        hits[n] = (uint32_t)i;
-        n += cell[i] >= 0 ? 1 : 0;
-    }
-    return n;
+    return lens_seen(f, f->seen.x0, c->pixels.y0);
+}
+static size_t count_of(const struct lens_field *f, const struct lens_cells *c)
+{
+    return (size_t)rect_width(f->seen) * (size_t)rect_height(c->pixels);
 }
 
-/* Samples of a row, `count` from column x on, into their cells. */
-static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t sample, int32_t x,
-                    int32_t y, int32_t count)
+/* No slopes are known yet; samples of a layer that is not projected stay where they are. */
+static void clear_slopes(const struct lens_field *f, const struct lens_cells *c)
 {
-    const float *slope = lens_slopes(f, sample, x, y), *light[3];
-    uint32_t hits[LENS_SEGMENT];
-    for (uint32_t k = 0; k < 3; k++) light[k] = lens_light(f, sample, k, x, y);
-    const uint32_t n = list_cells(f->cell, count, hits);
-    for (uint32_t k = 0; k < n; k++) {
-        const uint32_t i = hits[k];
-        const float r = light[0][i], g = light[1][i], b = light[2][i];
-        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[i]);
-        to[0] += (quad){r, g, b, r * r + g * g + b * b};
-        to[1] += (quad){1.0f, fabsf(slope[i]), 1.0f, 1.0f};
-    }
-}
-
-/* Sums of the slopes of pixels' samples that lie in the layer. */
-static void add_slopes(const struct lens_field *f, const struct lens_cells *c, const float *slope,
-                       size_t at, int32_t count)
-{
-    float *restrict slopes = f->slopes + at, *restrict counts = f->count + at;
-    for (int32_t i = 0; i < count; i++) {
-        const bool own = slope[i] >= c->low && slope[i] < c->high;
-        slopes[i] += own ? slope[i] : 0.0f;
-        counts[i] += own ? 1.0f : 0.0f;
-    }
-}
-
-/* Samples of a row that pass the layer. */
-static void pass_run(const struct lens_field *f, struct lens_cells *c, int32_t x, int32_t y,
-                     int32_t count)
-{
-    const size_t at = lens_seen(f, x, y);
-    uint32_t hits[LENS_SEGMENT];
-    const uint32_t n = list_cells(f->cell, count, hits);
-    for (uint32_t k = 0; k < n; k++) {
-        quad *to = (quad *)(void *)(c->sums + SUMS * (size_t)f->cell[hits[k]]);
-        to[1] += *(const quad *)(const void *)(f->passed + 4 * (at + hits[k]));
-    }
+    const size_t first = first_of(f, c), bytes = count_of(f, c) * sizeof(float);
+    memset(f->slopes + first, 0, bytes);
+    memset(f->count + first, 0, bytes);
+    memset(f->pass + first, 0, bytes);
 }
 
 /* Slopes by which pixels' samples pass the layer: those with which others of the pixel lie in it.
  */
 static void find_pass(const struct lens_field *f, const struct lens_cells *c)
 {
-    const size_t area = (size_t)rect_area(f->seen);
-    for (size_t i = 0; i < area; i++) {
-        const bool known = f->count[i] > 0.0f;
-        f->pass[i] = known && !c->fixed ? f->slopes[i] / f->count[i] : c->middle;
-        float *passed = f->passed + 4 * i;
-        passed[0] = 0.0f;
-        passed[1] = known ? fabsf(f->pass[i]) : 0.0f;
-        passed[2] = 1.0f;
-        passed[3] = known ? 1.0f : 0.0f;
-    }
+    const size_t first = first_of(f, c);
+    f->kernels->passes(f->slopes + first, f->count + first, c->middle, c->fixed, count_of(f, c),
+                       f->pass + first);
 }
 
 static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
@@ -223,34 +180,46 @@ static bool is_looked_at(const struct lens_cells *c, int32_t x, int32_t end, int
     return false;
 }
 
-/* Samples j of row y, segment by segment. */
+/* Samples j of columns x .. end - 1 of row y. */
+static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t x,
+                    int32_t end, int32_t y, struct lens_place *place)
+{
+    const uint32_t count = (uint32_t)(end - x);
+    const size_t at = lens_seen(f, x, y), line = j / f->l * (size_t)rect_area(f->seen) + at;
+    place->slope = lens_slopes(f, j, x, y);
+    place->along = f->along + at;
+    place->pass = f->pass + at;
+    place->known = f->count + at;
+    place->left = f->left + line;
+    place->chord = f->chord + line;
+    place->height = f->height + line;
+    place->x = x;
+    for (uint32_t k = 0; k < 3; k++) place->light[k] = lens_light(f, j, k, x, y);
+    f->kernels->add(place, count, c->sums);
+    if (!place->beyond)
+        f->kernels->slopes(place->slope, c->low, c->high, count, f->slopes + at, f->count + at);
+}
+
+/* Samples j of row y, by runs of segments that have some. */
 static void add_row(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t y,
                     uint32_t wanted, struct lens_place *place)
 {
-    const size_t area = (size_t)rect_area(f->seen);
+    int32_t from = c->pixels.x1;
     place->row_phase = (float)(y & ((1 << c->coarse) - 1));
     place->row = c->rect.y0 - (y >> c->coarse << c->fine);
     for (uint32_t k = 0; k < f->segments; k++) {
         const int32_t left = f->seen.x0 + (int32_t)k * LENS_SEGMENT, right = left + LENS_SEGMENT;
         const int32_t x = left > c->pixels.x0 ? left : c->pixels.x0;
         const int32_t end = right < c->pixels.x1 ? right : c->pixels.x1;
-        if (x >= end || !(lens_present(f, j, y, k) & wanted)) continue;
-        if (place->beyond && !is_looked_at(c, x, end, y)) continue;
-        const size_t at = lens_seen(f, x, y), line = j / f->l * area + at;
-        place->slope = lens_slopes(f, j, x, y);
-        place->along = f->along + at;
-        place->pass = f->pass + at;
-        place->left = f->left + line;
-        place->chord = f->chord + line;
-        place->height = f->height + line;
-        place->x = x;
-        f->kernels->place(place, (uint32_t)(end - x), f->cell);
-        if (place->beyond) {
-            pass_run(f, c, x, y, end - x);
-        } else {
-            add_slopes(f, c, place->slope, at, end - x);
-            add_run(f, c, j, x, y, end - x);
+        if (x >= end) continue;
+        if ((lens_present(f, j, y, k) & wanted) && (!place->beyond || is_looked_at(c, x, end, y))) {
+            from = x < from ? x : from;
+            if (end < c->pixels.x1) continue;
+            add_run(f, c, j, from, end, y, place);
+        } else if (from < x) {
+            add_run(f, c, j, from, x, y, place);
         }
+        from = c->pixels.x1;
     }
 }
 
@@ -276,31 +245,38 @@ static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
     return (size_t)y * (size_t)c->stride + (size_t)((x & c->phase) * c->columns + (x >> c->fine));
 }
 
-/* Sums of a row of cells, from `at` on, into planes. Areas of the lens are 1 / slope^2 of those of
- * the image. */
-static void finish_row(const struct lens_field *f, struct lens_cells *c, size_t at, size_t count)
+static struct lens_finish finish_of(const struct lens_field *f, const struct lens_cells *c)
 {
-    const float inradius = f->shape.inradius * c->scale;
-    const float middle = c->fixed ? c->most : fabsf(c->middle);
-    for (size_t i = at; i < at + count; i++) {
-        const float *sum = c->sums + SUMS * i;
-        const float samples = sum[4], all = sum[6];
-        const float slope = sum[7] > 0.0f && !c->fixed ? sum[5] / sum[7] : middle;
-        const float weight = all > 0.0f ? 1.0f / (slope * slope) : 0.0f; /* slopes: 1 at least */
-        const float each = all > 0.0f ? weight / all : 0.0f;
-        c->plane[LENS_CELL_REACH][i] = slope * inradius + 0.5f;
-        c->plane[LENS_CELL_WEIGHT][i] = weight;
-        c->plane[LENS_CELL_SHARE][i] = samples * each;
-        for (int k = 0; k < LENS_LIGHTS; k++) c->plane[LENS_CELL_LIGHT + k][i] = sum[k] * each;
+    struct lens_finish out = {.sums = c->sums,
+                              .inradius = f->shape.inradius * c->scale,
+                              .middle = c->fixed ? c->most : fabsf(c->middle),
+                              .fixed = c->fixed};
+    for (int k = 0; k < LENS_CELL_PLANES; k++) out.plane[k] = c->plane[k];
+    return out;
+}
+
+/* Does a sample of the layer lie in one of the cells from `column` on? */
+static bool has_samples(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
+{
+    for (int32_t phase = 0; phase <= c->phase && column + phase < end; phase++) {
+        const float *samples = c->sums + SUMS * cell_at(c, column + phase, row) + 4;
+        for (int32_t x = column + phase; x < end; x += 1 << c->fine, samples += SUMS)
+            if (*samples > 0.0f) return true;
     }
+    return false;
 }
 
 static void mark(struct lens_cells *c)
 {
-    for (int32_t y = c->rect.y0; y < c->rect.y1; y++)
-        for (int32_t x = c->rect.x0; x < c->rect.x1; x++)
-            if (c->sums[SUMS * cell_at(c, x, y) + 4] > 0.0f)
-                c->near[tile_at(c, x >> 3, y >> 3)] = 1;
+    const struct rect r = c->rect, t = c->tiles;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        uint8_t *near = c->near + tile_at(c, t.x0, y >> 3);
+        for (int32_t k = t.x0; k < t.x1; k++, near++) {
+            const int32_t x = k * LENS_TILE > r.x0 ? k * LENS_TILE : r.x0;
+            const int32_t end = (k + 1) * LENS_TILE < r.x1 ? (k + 1) * LENS_TILE : r.x1;
+            if (!*near) *near = has_samples(c, x, end, y);
+        }
+    }
 }
 
 /* Spreads marks by `tiles` to all sides. */
@@ -323,6 +299,7 @@ static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in,
 static void finish(const struct lens_field *f, struct lens_cells *c)
 {
     const struct rect r = c->rect, t = c->tiles;
+    const struct lens_finish planes = finish_of(f, c);
     for (int32_t y = r.y0; y < r.y1; y++) {
         for (int32_t k = t.x0; k < t.x1; k++) {
             const int32_t first = k;
@@ -331,8 +308,8 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
             const int32_t end = k * LENS_TILE < r.x1 ? k * LENS_TILE : r.x1;
             if (k == first || x >= end) continue;
             for (int32_t phase = 0; phase <= c->phase && x + phase < end; phase++)
-                finish_row(f, c, cell_at(c, x + phase, y),
-                           (size_t)((end - 1 - x - phase) >> c->fine) + 1);
+                f->kernels->finish(&planes, cell_at(c, x + phase, y),
+                                   (size_t)((end - 1 - x - phase) >> c->fine) + 1);
         }
     }
 }
@@ -340,17 +317,16 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
 void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
 {
     const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
-    const size_t seen = (size_t)rect_area(f->seen);
-    memset(f->slopes, 0, seen * sizeof(float));
-    memset(f->count, 0, seen * sizeof(float));
-    for (size_t i = 0; i < seen; i++) f->pass[i] = c->middle;
+    clear_slopes(f, c);
     add(f, c, false);
-    find_pass(f, c);
     mark(c);
     memcpy(c->read, c->near, (size_t)rect_area(c->tiles));
     dilate(c, tiles, c->read, c->near);
     dilate(c, tiles, c->near, c->read);
     dilate(c, tiles, c->read, c->from);
-    if (f->all & ~((2u << c->layer) - 1u)) add(f, c, true);
+    if (f->all & ~((2u << c->layer) - 1u)) {
+        find_pass(f, c);
+        add(f, c, true);
+    }
     finish(f, c);
 }

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#define FINE_STRATA 8 /* an axis: from there on cells are half as large */
-#define PLANES_WIDE (LENS_GROUPS + LENS_LIGHTS + 2)
+#define RUN         16 /* numbers that are looked at side by side */
+#define FINE_STRATA 8  /* an axis: from there on cells are half as large */
 
 /* 1, 1.5, 2, 3, 4, 6, ... */
 static float bound(uint32_t k)
@@ -48,7 +48,7 @@ static void place_lines(struct lens_field *f)
     const size_t area = (size_t)rect_area(f->seen);
     const uint32_t width = (uint32_t)rect_width(f->seen);
     const struct lens_aperture *aperture = &f->pattern.aperture;
-    float *across = (float *)(void *)f->cell; /* a row; nothing is placed yet */
+    float *across = (float *)(void *)f->row; /* a row; nothing is placed yet */
     for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
         const size_t row = lens_seen(f, f->seen.x0, y);
         lens_pattern_jitters(&f->pattern, f->seen.x0, y, width, f->along + row, across);
@@ -63,19 +63,29 @@ static void place_lines(struct lens_field *f)
     }
 }
 
+/* The largest size of some numbers, or `most`. */
+static float most_of(const float *numbers, int32_t count, float most)
+{
+    float sizes[RUN], run[RUN];
+    int32_t x = 0;
+    for (int i = 0; i < RUN; i++) run[i] = most;
+    for (; x + RUN <= count; x += RUN)
+        for (int i = 0; i < RUN; i++) {
+            sizes[i] = fabsf(numbers[x + i]);
+            run[i] = sizes[i] > run[i] ? sizes[i] : run[i];
+        }
+    for (int i = 0; i < RUN; i++) most = run[i] > most ? run[i] : most;
+    for (; x < count; x++) most = fabsf(numbers[x]) > most ? fabsf(numbers[x]) : most;
+    return most;
+}
+
 /* The largest size of slopes in a rectangle of the patch. */
 static float most_in(const struct lens_field *f, struct rect rect)
 {
-    const int32_t width = rect_width(rect);
     float most = 0.0f;
     for (uint32_t j = 0; j < f->l * f->l; j++)
-        for (int32_t y = rect.y0; y < rect.y1; y++) {
-            const float *slope = lens_slopes(f, j, rect.x0, y);
-            for (int32_t x = 0; x < width; x++) {
-                const float size = fabsf(slope[x]);
-                most = size > most ? size : most;
-            }
-        }
+        for (int32_t y = rect.y0; y < rect.y1; y++)
+            most = most_of(lens_slopes(f, j, rect.x0, y), rect_width(rect), most);
     return most;
 }
 
@@ -109,24 +119,20 @@ static int allocate(struct lens_field *f)
     const size_t wide = padded((size_t)rect_area(f->wide));
     const size_t row = padded((size_t)rect_width(f->seen));
     const size_t present = padded((size_t)rect_height(f->seen) * f->l * f->l * f->segments);
-    const size_t floats = 8 * seen + 3 * lines + PLANES_WIDE * wide + row + present;
+    const size_t floats = 4 * seen + 3 * lines + LENS_VIEWS * wide + row + present;
     float *at = f->memory = scratch_take(f->patch->scratch, floats * sizeof *at);
     if (!at) return ERR_MEMORY;
     f->along = at;
     f->slopes = f->along + seen;
     f->count = f->slopes + seen;
     f->pass = f->count + seen;
-    f->passed = f->pass + seen;
-    f->height = f->passed + 4 * seen;
+    f->height = f->pass + seen;
     f->left = f->height + lines;
     f->chord = f->left + lines;
-    f->cell = (int32_t *)(void *)(f->chord + lines);
-    f->present = (uint32_t *)(void *)(f->cell + row);
+    f->row = (uint32_t *)(void *)(f->chord + lines);
+    f->present = (uint32_t *)(void *)(f->row + row);
     at = (float *)(void *)(f->present + present);
-    float **const planes[PLANES_WIDE] = {
-        &f->through[0], &f->through[1], &f->through[2], &f->through[3], &f->light[0],
-        &f->light[1],   &f->light[2],   &f->light[3],   &f->share,      &f->spread};
-    for (size_t k = 0; k < PLANES_WIDE; k++) *planes[k] = at + k * wide;
+    for (size_t k = 0; k < LENS_VIEWS; k++) f->view[k] = at + k * wide;
     memset(f->light[0], 0, (LENS_LIGHTS + 2) * wide * sizeof(float));
     for (size_t k = 0; k < LENS_GROUPS * wide; k++) f->through[0][k] = 1.0f;
     return 0;

@@ -22,14 +22,17 @@ struct lens_field {
     uint32_t *present; /* bits of layers; of each sample, row and segment of `seen` */
     uint32_t segments; /* of a row: LENS_SEGMENT pixels each */
     uint32_t all;      /* of them all */
-    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass, and
-     * four numbers that cells get of each that does. */
-    float *slopes, *count, *pass, *passed;
-    int32_t *cell; /* of a row of `seen` */
+    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass. */
+    float *slopes, *count, *pass;
+    uint32_t *row; /* numbers of a row of `seen` */
 
-    /* Of `wide`: what the layers so far let through of each quarter of the lens; sums of light, of
-     * shares, and of shares times slopes. */
-    float *through[LENS_GROUPS], *light[LENS_LIGHTS], *share, *spread;
+    /* Of `wide`: what the layers so far have brought (enum lens_view). */
+    union {
+        float *view[LENS_VIEWS];
+        struct {
+            float *through[LENS_GROUPS], *light[LENS_LIGHTS], *share, *spread;
+        };
+    };
     void *memory;
 };
 

@@ -5,6 +5,7 @@
 #include "server/reconstruct/lens_cells.h"
 
 #define TAPS_MOST 1024 /* a disc of 17 cells' radius */
+#define ALL_NEAR  ((1u << LENS_LANES) - 1u)
 
 /* A row's pixels of one phase: those that lie in the same place of their cells. */
 struct look {
@@ -12,9 +13,8 @@ struct look {
     const struct lens_cells *c;
     struct lens_tap taps[TAPS_MOST];
     struct lens_gather gather;
-    float share[LENS_GROUPS]; /* of the cells that make up the lens */
-    float *sums;              /* of the pixels of a row */
-    size_t stride;
+    struct lens_composite composite;
+    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES]; /* of some pixels of a row */
 };
 
 /* Which part of the lens groups of taps are, at the layer's middle. */
@@ -24,16 +24,17 @@ static void find_shares(struct look *look)
     const float middle = c->fixed ? c->most : fabsf(c->middle);
     const float reach = middle * c->scale * look->f->shape.inradius + 0.5f;
     float all = 0.0f;
+    float *share = look->composite.share;
     uint32_t tap = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {
-        look->share[g] = 0.0f;
+        share[g] = 0.0f;
         for (; tap < look->gather.end[g]; tap++) {
             const float in = reach - look->taps[tap].distance;
-            look->share[g] += in > 1.0f ? 1.0f : in > 0.0f ? in : 0.0f;
+            share[g] += in > 1.0f ? 1.0f : in > 0.0f ? in : 0.0f;
         }
-        all += look->share[g];
+        all += share[g];
     }
-    for (uint32_t g = 0; g < LENS_GROUPS; g++) look->share[g] /= all; /* the nearest tap is in */
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) share[g] /= all; /* the nearest tap is in */
 }
 
 /* Taps of one group, after the first n: those that are within the reach of every slope of the
@@ -73,31 +74,6 @@ static void find_taps(struct look *look, float px, float py)
     find_shares(look);
 }
 
-/* Pixel i of the row buffer, which is pixel p of `wide`: the layer under what nearer ones let
- * through. Of quarters of the lens through which nobody looked at it the others tell. */
-static void composite(const struct look *look, size_t i, size_t p)
-{
-    struct lens_field *f = look->f;
-    float total[LENS_SUMS] = {0};
-    for (size_t g = 0; g < LENS_GROUPS; g++)
-        for (size_t k = 0; k < LENS_SUMS; k++)
-            total[k] += look->sums[(g * LENS_SUMS + k) * look->stride + i];
-    if (!(total[LENS_SUM_SHARE] > 0.0f)) return; /* then there is weight, too */
-    for (size_t g = 0; g < LENS_GROUPS; g++) {
-        float sum[LENS_SUMS];
-        for (size_t k = 0; k < LENS_SUMS; k++)
-            sum[k] = look->sums[(g * LENS_SUMS + k) * look->stride + i];
-        if (!(sum[LENS_SUM_WEIGHT] > 0.0f)) memcpy(sum, total, sizeof sum);
-        const float weight = sum[LENS_SUM_WEIGHT], share = sum[LENS_SUM_SHARE];
-        if (!(share > 0.0f)) continue;
-        const float through = f->through[g][p], by = through * look->share[g] / weight;
-        for (size_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum[LENS_SUM_LIGHT + k] * by;
-        f->share[p] += share * by;
-        f->spread[p] += share * by * fabsf(look->c->fixed ? look->c->most : look->c->middle);
-        f->through[g][p] = share < weight ? through * (1.0f - share / weight) : 0.0f;
-    }
-}
-
 /* Is the layer near any of the cells from `column` on? */
 static bool is_near(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
 {
@@ -106,6 +82,40 @@ static bool is_near(const struct lens_cells *c, int32_t column, int32_t end, int
     for (int32_t x = column >> 3; x <= (end - 1) >> 3; x++)
         if (tiles[x - c->tiles.x0]) return true;
     return false;
+}
+
+/* A plane's pixels, `step` apart, of `count` lanes; others are 0. */
+static void load_lanes(const float *from, size_t step, size_t count, float to[LENS_LANES])
+{
+    if (step == 1 && count == LENS_LANES) {
+        memcpy(to, from, LENS_LANES * sizeof *to);
+        return;
+    }
+    for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+}
+
+/* The reverse, of those lanes that are near the layer. */
+static void store_lanes(const float from[LENS_LANES], uint32_t near, size_t step, float *to)
+{
+    if (step == 1 && near == ALL_NEAR) {
+        memcpy(to, from, LENS_LANES * sizeof *to);
+        return;
+    }
+    for (; near; near &= near - 1) {
+        const size_t i = (size_t)__builtin_ctz(near);
+        to[i * step] = from[i];
+    }
+}
+
+/* The row buffer's pixels, of which the first is pixel p of `wide`. */
+static void composite(struct look *look, uint32_t near, size_t count, size_t p)
+{
+    struct lens_field *f = look->f;
+    const size_t step = (size_t)1 << look->c->coarse;
+    float seen[LENS_VIEWS][LENS_LANES];
+    for (int k = 0; k < LENS_VIEWS; k++) load_lanes(f->view[k] + p, step, count, seen[k]);
+    f->kernels->composite(&look->composite, seen);
+    for (int k = 0; k < LENS_VIEWS; k++) store_lanes(seen[k], near, step, f->view[k] + p);
 }
 
 /* Pixels x, x + step, ... of row y. */
@@ -118,24 +128,28 @@ static void look_row(struct look *look, int32_t x, int32_t y)
     for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
         const int32_t column = first >> c->coarse << c->fine;
         const int32_t left = (targets.x1 - first + step - 1) / step;
+        const int32_t count = left < LENS_LANES ? left : LENS_LANES;
         const int32_t end = column + cells < c->rect.x1 ? column + cells : c->rect.x1;
+        uint32_t near = 0; /* a bit of each pixel */
         if (!is_near(c, column, end, row)) continue;
         const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
                           (size_t)((column - c->rect.x0) >> c->fine);
-        look->f->kernels->gather(&look->gather, at, LENS_LANES, look->sums, look->stride);
-        for (int32_t i = 0; i < LENS_LANES && i < left; i++)
-            if (is_near(c, column + (i << c->fine), column + (i << c->fine) + 1, row))
-                composite(look, (size_t)i, lens_wide(look->f, first + i * step, y));
+        look->f->kernels->gather(&look->gather, at, LENS_LANES, look->sums, LENS_LANES);
+        for (int32_t i = 0; i < count; i++)
+            near |= (uint32_t)is_near(c, column + (i << c->fine), column + (i << c->fine) + 1, row)
+                    << i;
+        composite(look, near, (size_t)count, lens_wide(look->f, first, y));
     }
 }
 
 void lens_cells_look(struct lens_field *f, const struct lens_cells *c)
 {
-    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES];
-    struct look look = {.f = f, .c = c, .sums = sums, .stride = LENS_LANES};
+    struct look look = {.f = f, .c = c};
     const int32_t step = 1 << c->coarse;
     for (int k = 0; k < LENS_CELL_PLANES; k++) look.gather.plane[k] = c->plane[k];
     look.gather.taps = look.taps;
+    look.composite.sums = look.sums;
+    look.composite.slope = fabsf(c->fixed ? c->most : c->middle);
     for (int32_t py = 0; py < step; py++) {
         for (int32_t px = 0; px < step; px++) {
             find_taps(&look, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);

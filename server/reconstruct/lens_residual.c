@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define STEPS_MOST   2
+#define RUN          16   /* pixels that are worked on side by side */
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
@@ -66,34 +67,56 @@ static float pixels_around(int32_t x, int32_t radius, int32_t length)
     return (float)(to - from + 1);
 }
 
+/* out += in; in runs, which the compiler makes vectors of. */
+static void add_numbers(float *restrict out, const float *restrict in, size_t count)
+{
+    size_t x = 0;
+    for (; x + RUN <= count; x += RUN)
+        for (size_t i = 0; i < RUN; i++) out[x + i] += in[x + i];
+    for (; x < count; x++) out[x] += in[x];
+}
+
+static void divide_numbers(float *numbers, float by, size_t count)
+{
+    size_t x = 0;
+    for (; x + RUN <= count; x += RUN)
+        for (size_t i = 0; i < RUN; i++) numbers[x + i] /= by;
+    for (; x < count; x++) numbers[x] /= by;
+}
+
 /* Sums along rows, in one order wherever the row begins. */
-static void sum_rows(const struct residual *r, int32_t radius, const float *restrict in,
-                     float *restrict out)
+static void sum_rows(const struct residual *r, int32_t radius, const float *in, float *out)
 {
     for (int32_t y = 0; y < r->height; y++, in += r->width, out += r->width) {
         memset(out, 0, (size_t)r->width * sizeof *out);
         for (int32_t k = -radius; k <= radius; k++) {
             const int32_t from = k < 0 ? -k : 0, to = k > 0 ? r->width - k : r->width;
-            for (int32_t x = from; x < to; x++) out[x] += in[x + k];
+            if (from < to) add_numbers(out + from, in + from + k, (size_t)(to - from));
         }
     }
+}
+
+/* Divides sums over squares around a row's pixels by how many pixels they are of. */
+static void divide_row(const struct residual *r, int32_t radius, float rows, float *sums)
+{
+    const int32_t width = r->width, left = radius < width ? radius : width;
+    const int32_t right = width - radius > left ? width - radius : left;
+    for (int32_t x = 0; x < left; x++) sums[x] /= rows * pixels_around(x, radius, width);
+    divide_numbers(sums + left, rows * (float)(2 * radius + 1), (size_t)(right - left));
+    for (int32_t x = right; x < width; x++) sums[x] /= rows * pixels_around(x, radius, width);
 }
 
 /* Means over squares; where the picture ends, over what there is. */
 static void smooth(const struct residual *r, int32_t radius, const float *in, float *out)
 {
-    const int32_t width = r->width;
+    const size_t width = (size_t)r->width;
     sum_rows(r, radius, in, r->spare);
     for (int32_t y = 0; y < r->height; y++) {
-        const float rows = pixels_around(y, radius, r->height);
-        float *to = out + (size_t)y * (size_t)width;
-        memset(to, 0, (size_t)width * sizeof *to);
-        for (int32_t k = y - radius; k <= y + radius; k++) {
-            if (k < 0 || k >= r->height) continue;
-            const float *from = r->spare + (size_t)k * (size_t)width;
-            for (int32_t x = 0; x < width; x++) to[x] += from[x];
-        }
-        for (int32_t x = 0; x < width; x++) to[x] /= rows * pixels_around(x, radius, width);
+        float *to = out + (size_t)y * width;
+        memset(to, 0, width * sizeof *to);
+        for (int32_t k = y - radius; k <= y + radius; k++)
+            if (k >= 0 && k < r->height) add_numbers(to, r->spare + (size_t)k * width, width);
+        divide_row(r, radius, pixels_around(y, radius, r->height), to);
     }
 }
 
@@ -111,13 +134,11 @@ static void load(struct residual *r)
         for (uint32_t j = 0; j < n; j++)
             for (int32_t y = 0; y < r->height; y++) {
                 const float *in = lens_light(f, j, c, f->wide.x0, f->wide.y0 + y);
-                float *out = r->average[c] + (size_t)y * (size_t)r->width;
-                for (int32_t x = 0; x < r->width; x++) out[x] += in[x];
+                add_numbers(r->average[c] + (size_t)y * (size_t)r->width, in, (size_t)r->width);
             }
-        for (size_t p = 0; p < r->area; p++) {
-            r->average[c][p] /= (float)n;
+        divide_numbers(r->average[c], (float)n, r->area);
+        for (size_t p = 0; p < r->area; p++)
             if (!(f->share[p] > 0.0f)) r->picture[c][p] = r->average[c][p];
-        }
     }
     for (size_t p = 0; p < r->area; p++) {
         const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];

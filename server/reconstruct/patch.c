@@ -211,6 +211,11 @@ bool patch_has_far_lobes(const struct plan *plan)
            patch_knows_glossy_errors(plan);
 }
 
+bool patch_has_far_paths(const struct plan *plan)
+{
+    return plan->planes >> PLANE_PATH_SPREAD & 1u;
+}
+
 bool patch_has_surface(const struct patch *patch, size_t i)
 {
     if (patch->depth) return patch->depth[i] > 0.0f;

@@ -6,8 +6,9 @@
  * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
  * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
  * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light and its
- * half, alpha and how far they see; lens samples. The other arrays are not set there. Distances are
- * at most 1e16, so that their squares are finite; normals are 0 without surface. */
+ * half, alpha and how far they see; lens samples; and what tells of errors of paths. The other
+ * arrays are not set there. Distances are at most 1e16, so that their squares are finite; normals
+ * are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -74,6 +75,7 @@ struct patch {
     float *lens_coverage; /* share of the lens samples that meet a surface */
     float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
     float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
+    bool lens_drawn;   /* the picture has what the first sets show, filtered */
     uint8_t *lens_levels; /* borrowed: for how much the pixels of a block that is composed need a
                              second set (lens_extra.h), row by row; NULL: nobody asks */
     struct patch_light lights[LIMIT_LIGHTS];
@@ -98,6 +100,9 @@ bool patch_has_far_indirect(const struct plan *plan);
 /* The same of glossy lobes. */
 bool patch_knows_glossy_errors(const struct plan *plan);
 bool patch_has_far_lobes(const struct plan *plan);
+
+/* Whether the far halo has what tells of errors of paths: spreads, halves, counts. */
+bool patch_has_far_paths(const struct plan *plan);
 
 /* True when pixel i's centre shows a surface, as far as the patch can tell. */
 bool patch_has_surface(const struct patch *patch, size_t i);

@@ -14,6 +14,8 @@
  *
  *   H = 2 q^(L - 1) - q^L,  and s = q^L for c samples.
  *
+ * Between the middles of cells q is interpolated, so that their borders do not show.
+ *
  * More samples, of several passes, go on with one sequence: n is the sum of powers of two 2^k, and
  * s the mean of their q^k. */
 #include "server/reconstruct/block_squares.h"
@@ -21,6 +23,10 @@
 
 #define PATH_ERROR_CELL_PX 32
 
+/* Pixels around a block that its errors read; 0 when the plan has no path_spread. */
+int32_t path_error_halo_px(const struct plan *plan);
+
 /* Of the block's pixels into out->square[SOURCE_PATHS]; 0 where n is 1 and without the plane
- * path_spread. Blocks begin at multiples of PATH_ERROR_CELL_PX. */
-void path_error_find(const struct patch *patch, struct block_squares *out);
+ * path_spread. A patch with that halo (cut at the image's border) gives the same however the image
+ * is cut into blocks, which begin at multiples of PATH_ERROR_CELL_PX. ERR_MEMORY. */
+int path_error_find(const struct patch *patch, struct block_squares *out);

@@ -5,6 +5,10 @@
 /* Less than this is nobody's surface. */
 #define WEIGHT_MIN 1e-6f
 
+/* Pixels around that sub-samples which none of the nearest matches look at: what is thinner than a
+ * pixel has centres farther along. */
+#define WIDE_PX 4
+
 /* Even a far corner of the neighbourhood counts where it is the only match. */
 #define TENT_MIN 0.05f
 
@@ -20,7 +24,7 @@ struct lender {
 
 /* The pixels that lend lighting to one sub-sample; weights sum to 1. None: unlit. */
 struct lenders {
-    struct lender items[9];
+    struct lender items[8 * WIDE_PX]; /* of the outermost ring */
     int count;
     bool unmatched;
 };
@@ -82,6 +86,34 @@ static void weigh_neighbours(const struct resolver *r, size_t i, const struct su
     }
 }
 
+/* Is pixel i + (dx, dy) of the patch one that has lighting? */
+static bool is_lit(const struct patch *patch, size_t i, int32_t dx, int32_t dy)
+{
+    const struct rect r = patch->rect, core = patch->core;
+    const int32_t width = rect_width(r);
+    const int32_t x = r.x0 + (int32_t)(i % (size_t)width) + dx;
+    const int32_t y = r.y0 + (int32_t)(i / (size_t)width) + dy;
+    return x >= core.x0 && x < core.x1 && y >= core.y0 && y < core.y1;
+}
+
+/* Of the pixels k columns or rows away, weighted by how near they are. */
+static void weigh_ring(const struct resolver *r, size_t i, const struct surface *sub,
+                       const float offset[2], int32_t k, struct lenders *l)
+{
+    l->count = 0;
+    for (int32_t dy = -k; dy <= k; dy++) {
+        for (int32_t dx = -k; dx <= k; dx += dy == -k || dy == k ? 1 : 2 * k) {
+            struct surface pixel;
+            if (!is_lit(r->patch, i, dx, dy)) continue;
+            const size_t q = neighbour(r->patch, i, dx, dy);
+            if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
+            const float x = offset[0] - 0.5f - (float)dx, y = offset[1] - 0.5f - (float)dy;
+            /* more than a pixel away */
+            add_lender(l, q, surface_match(&r->view, sub, &pixel) / (x * x + y * y));
+        }
+    }
+}
+
 static void take_nearest(const struct resolver *r, size_t i, const struct surface *sub,
                          struct lenders *l)
 {
@@ -122,6 +154,10 @@ static void find_lenders(const struct resolver *r, size_t i, const struct surfac
     add_lender(l, i, match);
     if (match < 1.0f) weigh_neighbours(r, i, sub, offset, 1.0f - match, l);
     if (normalise(l)) return;
+    for (int32_t k = 2; k <= WIDE_PX; k++) {
+        weigh_ring(r, i, sub, offset, k, l);
+        if (normalise(l)) return;
+    }
     l->unmatched = true;
     take_nearest(r, i, sub, l);
 }
@@ -129,7 +165,7 @@ static void find_lenders(const struct resolver *r, size_t i, const struct surfac
 /* -- what a sub-sample sends out -- */
 
 /* A weighted mean of one channel, as a base plus differences, so that a constant field stays what
- * it is to the last bit. The base has the largest weight: what is left is below 8/9, and the result
+ * it is to the last bit. The base has the largest weight, so that the result
  * stays between the values. */
 static float blend(const struct lenders *l, const float *channel)
 {

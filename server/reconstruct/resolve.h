@@ -14,7 +14,7 @@ struct resolved {
     float glossy_error[3]; /* of what glossy lobes send on; the same */
     float spread[3]; /* squared standard error of total, as a mean of so few samples of the pixel; 0
                         unless wanted */
-    uint32_t unmatched; /* sub-samples whose surface no pixel around shows */
+    uint32_t unmatched; /* sub-samples whose surface no pixel around them shows */
 };
 
 struct resolver {

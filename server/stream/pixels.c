@@ -136,27 +136,48 @@ void pixels_write_view(uint8_t out[PIXELS_HEADER_BYTES], uint32_t number, int32_
     write_header(out, PIXELS_F16, (uint32_t)width_px, (uint32_t)height_px, 0, number, revision);
 }
 
+/* The layer's alpha; NULL without, or where all of the block is opaque. */
+static const struct plane *alpha_of(const struct image *image, const char *layer, struct rect block)
+{
+    const struct plane *alpha = strcmp(layer, "beauty") == 0 ? image_plane(image, "A") : NULL;
+    for (int32_t y = block.y0; alpha && y < block.y1; y++)
+        for (int32_t x = block.x0; x < block.x1; x++)
+            if (*plane_at(alpha, x, y) != 1.0f) return alpha;
+    return NULL;
+}
+
+/* Little-endian, as every CPU that Embree runs on here. */
+static uint8_t *put_numbers(uint8_t *out, const float *numbers, size_t count, bool half)
+{
+    uint16_t halves[PIXELS_BLOCK_PX * 3];
+    const size_t bytes = count * (half ? sizeof *halves : sizeof *numbers);
+    if (half) half_from_floats(numbers, halves, count);
+    memcpy(out, half ? (const void *)halves : numbers, bytes);
+    return out + bytes;
+}
+
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
                           const char *layer, enum pixels_format format, struct rect block,
                           uint64_t revision)
 {
-    const struct plane *rgb[3];
+    const struct plane *rgb[3], *alpha = NULL;
+    const bool half = format == PIXELS_F16 || format == PIXELS_F16_ALPHA;
     float row[PIXELS_BLOCK_PX * 3];
-    uint16_t halves[PIXELS_BLOCK_PX * 3];
-    size_t width = (size_t)rect_width(block), numbers = width * 3;
-    size_t row_bytes = numbers * (format == PIXELS_F16 ? sizeof *halves : sizeof *row);
+    const size_t width = (size_t)rect_width(block);
     if (!image_layer_planes(image, layer, rgb)) return 0;
+    if (format >= PIXELS_F16_ALPHA) alpha = alpha_of(image, layer, block);
+    if (!alpha) format = half ? PIXELS_F16 : PIXELS_F32;
     write_header(out, format, (uint32_t)block.x0, (uint32_t)block.y0, (uint32_t)width,
                  (uint32_t)rect_height(block), revision);
     uint8_t *at = out + PIXELS_HEADER_BYTES;
-    for (int32_t y = block.y0; y < block.y1; y++, at += row_bytes) {
+    for (int32_t y = block.y0; y < block.y1; y++) {
         for (int c = 0; c < 3; c++) {
             const float *in = plane_at(rgb[c], block.x0, y);
             for (size_t x = 0; x < width; x++) row[x * 3 + (size_t)c] = in[x];
         }
-        if (format == PIXELS_F16) half_from_floats(row, halves, numbers);
-        /* Little-endian, as every CPU that Embree runs on here. */
-        memcpy(at, format == PIXELS_F16 ? (const void *)halves : row, row_bytes);
+        at = put_numbers(at, row, width * 3, half);
     }
+    for (int32_t y = block.y0; alpha && y < block.y1; y++)
+        at = put_numbers(at, plane_at(alpha, block.x0, y), width, half);
     return (size_t)(at - out);
 }

@@ -12,15 +12,15 @@
 
 #define PIXELS_BLOCK_PX      64
 #define PIXELS_HEADER_BYTES  32u
-#define PIXELS_MESSAGE_BYTES (PIXELS_HEADER_BYTES + PIXELS_BLOCK_PX * PIXELS_BLOCK_PX * 3u * 4u)
+#define PIXELS_MESSAGE_BYTES (PIXELS_HEADER_BYTES + PIXELS_BLOCK_PX * PIXELS_BLOCK_PX * 4u * 4u)
 #define PIXELS_MAGIC         0x58505753u /* "SWPX", little-endian */
 #define PIXELS_VERSION       1u
 
 /* Of a whole picture that will not change any more; below all revisions of live ones. */
 #define PIXELS_STILL_REVISION 1u
 
-/* Three numbers a pixel. */
-enum pixels_format { PIXELS_F16 = 1, PIXELS_F32 = 2 };
+/* Three numbers a pixel; behind those of all pixels, under the last two, one more: alpha. */
+enum pixels_format { PIXELS_F16 = 1, PIXELS_F32 = 2, PIXELS_F16_ALPHA = 3, PIXELS_F32_ALPHA = 4 };
 
 /* When each block of an image last changed: for readers that join, and those that come again. */
 struct pixel_changes {
@@ -63,7 +63,8 @@ void pixels_write_view(uint8_t out[PIXELS_HEADER_BYTES], uint32_t number, int32_
                        int32_t height_px, uint64_t revision);
 
 /* The message of a block of a layer: its bytes, at most PIXELS_MESSAGE_BYTES; 0 when the image has
- * no such layer. */
+ * no such layer. Alpha goes along only where the layer has it and it is not 1 all over the block:
+ * else the block has the format without. */
 size_t pixels_write_block(uint8_t out[PIXELS_MESSAGE_BYTES], const struct image *image,
                           const char *layer, enum pixels_format format, struct rect block,
                           uint64_t revision);

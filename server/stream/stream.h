@@ -72,7 +72,8 @@ struct pixels_wish {
 };
 
 /* The pixel feed of a layer: blocks "SWPX" (see PROTOCOL.md): u32 magic, u16 version, u16 format
- * (1: 3 x f16, 2: 3 x f32), u32 x, y, w, h, u64 revision, then w*h*3 numbers, row by row. First
+ * (1: 3 x f16, 2: 3 x f32, 3 and 4: the same with alpha), u32 x, y, w, h, u64 revision, then w*h*3
+ * numbers, row by row, and with alpha w*h more. First
  * message: the image's size (w = 0, h = 0, x = width, y = height). The revision is the one up to
  * which the reader has every change: what it may ask to be continued after. */
 struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,

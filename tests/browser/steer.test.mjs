@@ -262,6 +262,13 @@ await runAll(async () => {
     const sheet = await text(page, "keys-list");
     for (const words of ["pause or resume", "priority", "what I see first", "near the mouse", "more samples", "cancel the job"])
       expect(sheet.includes(words), words);
+    // Keys pressed with Shift are lines of their own: the same arrows without it do something else.
+    const keys = await page.$$eval("#keys-list dt", (terms) => terms.flatMap((term) => {
+      const caps = [...term.querySelectorAll("kbd")].map((cap) => cap.textContent.toLowerCase());
+      return caps[0] === "shift" ? caps.slice(1).map((cap) => `shift+${cap}`) : caps;
+    }));
+    const twice = keys.filter((key, i) => keys.indexOf(key) !== i);
+    expect(keys.length > 30 && twice.length === 0, `${keys.length} keys, twice: ${twice}`);
     await page.screenshot({ path: join(shots, "steer-keys.png") });
     await page.keyboard.press("Escape");
   });

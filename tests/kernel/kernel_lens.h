@@ -5,13 +5,13 @@
 #include "server/reconstruct/lens_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
-enum lens_kernel { LENS_GATHER, LENS_PLACE, LENS_PLACE_BEYOND, LENS_KERNEL_COUNT };
+enum lens_kernel { LENS_GATHER, LENS_ADD, LENS_ADD_BEYOND, LENS_KERNEL_COUNT };
 
-static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {"look", "place", "place beyond"};
+static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {"look", "add", "add beyond"};
 
 #define LENS_CASE_TAPS   113 /* a disc of six cells' radius */
 #define LENS_CASE_MARGIN 16
-#define LENS_CASE_ARRAYS 6
+#define LENS_CASE_ARRAYS 10
 
 struct lens_case {
     struct lens_gather gather;
@@ -43,6 +43,8 @@ static inline void lens_case_place(int32_t level, struct lens_case *out)
         .chord = a[3],
         .height = a[4],
         .pass = a[5],
+        .known = a[6],
+        .light = {a[7], a[8], a[9]},
         .stratum = 1.0f,
         .strata_inverse = 1.0f / 3.0f,
         .x = 1000,
@@ -55,10 +57,10 @@ static inline void lens_case_place(int32_t level, struct lens_case *out)
         .high = 8.0f,
         .column = level < 0 ? 1005 << -level : 1005 >> level,
         .row = -5,
-        .columns = 1 << 14,
+        .columns = level < 0 ? out->width << -level : out->width,
         .rows = 9,
-        .stride = 1 << 14,
-        .phase_step = 1 << 13,
+        .stride = out->stride << 2,
+        .phase_step = out->stride,
     };
 }
 
@@ -66,8 +68,8 @@ static inline void lens_case_place(int32_t level, struct lens_case *out)
 static inline void lens_case_init(struct lens_case *out, int32_t width, int32_t height,
                                   uint64_t seed, int32_t level)
 {
-    static const float low[] = {-12.0f, 0.0f, -1.0f, 0.0f, -1.0f, -4.0f};
-    static const float high[] = {12.0f, 1.0f, 0.0f, 2.0f, 1.0f, 4.0f};
+    static const float low[] = {-12, 0, -1, 0, -1, -4, -1, 0, 0, 0};
+    static const float high[] = {12, 1, 0, 2, 1, 4, 1, 1, 1, 1};
     struct random r = {seed};
     *out = (struct lens_case){.width = width, .height = height};
     out->stride = (width + 2 * LENS_CASE_MARGIN + LENS_LANES) / LENS_LANES * LENS_LANES;
@@ -103,19 +105,20 @@ static inline void lens_case_run(const struct lens_case *k, const struct lens_ke
 {
     const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
     struct lens_place place = k->place;
-    int32_t *cell = (int32_t *)(void *)out;
-    place.beyond = kernel == LENS_PLACE_BEYOND;
+    place.beyond = kernel == LENS_ADD_BEYOND;
+    if (kernel != LENS_GATHER) memset(out, 0, lens_case_size(k) * sizeof *out);
     for (int32_t y = 0; y < k->height; y++) {
         const size_t row = (size_t)(y * k->stride);
-        const float **const arrays[] = {&place.slope, &place.along,  &place.left,
-                                        &place.chord, &place.height, &place.pass};
+        const float **const arrays[] = {
+            &place.slope, &place.along, &place.left,     &place.chord,    &place.height,
+            &place.pass,  &place.known, &place.light[0], &place.light[1], &place.light[2]};
         if (kernel == LENS_GATHER) {
             kernels->gather(&k->gather, row + 8 * (size_t)k->stride + LENS_CASE_MARGIN, lanes,
                             out + row, k->area);
             continue;
         }
         for (int i = 0; i < LENS_CASE_ARRAYS; i++) *arrays[i] = k->array[i] + row;
-        kernels->place(&place, (uint32_t)k->width, cell + row);
+        kernels->add(&place, (uint32_t)k->width, out);
     }
 }
 

@@ -85,6 +85,17 @@ mean_is() { # LAYER R G B, each within 2 %
 check "a hundred samples a pixel" render many many --workers 2
 check "direct light has their mean" mean_is direct 0.04461 0.02934 0.008394
 check "indirect light has their mean" mean_is indirect 0.01986 0.01198 0.002635
+check "what is the same is alike" bash -c "
+    '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' --ssim --flip |
+        jq -e '.ssim == 1 and .flip.mean == 0 and .flip.max == 0'"
+check "other samples are less alike" bash -c "
+    '$build/shearwater' compare '$tmp/base.exr' '$tmp/aligned.exr' --ssim --flip --exposure 2 --curve filmic |
+        jq -e '.ssim < 1 and .ssim > 0 and .flip.mean > 0 and .flip.q1 <= .flip.median'"
+check "options of likeness are checked" bash -c "
+    for wrong in '--exposure x' '--gamma 9' '--curve round' '--ppd 1' '--where depth,0,9'; do
+        ! '$build/shearwater' compare '$tmp/base.exr' '$tmp/base.exr' --flip \$wrong 2>'$tmp/said' || exit 1
+        grep -q -- \"\${wrong%% *}\" '$tmp/said' || exit 1
+    done"
 check "compare finds no difference where there is none" bash -c "
     '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' | jq -e '.finite and .rmse == 0'"
 

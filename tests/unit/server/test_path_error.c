@@ -12,7 +12,7 @@
 #include "server/reconstruct/path_error.h"
 #include "tests/unit/server/synthetic_paths.h"
 
-#define SIDE 64
+#define SIDE 144
 #define SPP  16
 
 static struct patch *patch;
@@ -61,7 +61,7 @@ static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
 static double found(void)
 {
     double sum = 0;
-    path_error_find(patch, &squares);
+    assert_int_equal(path_error_find(patch, &squares), 0);
     for (size_t i = 0; i < SIDE * SIDE; i++) {
         assert_true(squares.square[SOURCE_PATHS][1][i] >= 0.0f);
         assert_true(isfinite(squares.square[SOURCE_PATHS][0][i]));
@@ -143,6 +143,84 @@ static void what_tells_nothing_is_nothing(void **state)
     assert_true(isfinite(found()));
 }
 
+/* The pixels [x0, x1) x [y0, y1) of a patch without what lies beyond the halo. */
+static struct patch *cut(struct rect block)
+{
+    struct plan plan;
+    struct patch *part;
+    synthetic_paths_plan(&plan, SIDE, SIDE, SIDE, SPP);
+    const struct rect near = rect_grow(block, path_error_halo_px(&plan));
+    assert_int_equal(patch_create(&plan, rect_intersect(near, patch->rect), &part), 0);
+    for (int32_t y = part->rect.y0; y < part->rect.y1; y++)
+        for (int32_t x = part->rect.x0; x < part->rect.x1; x++) {
+            const size_t from = patch_pixel(patch, x, y), to = patch_pixel(part, x, y);
+            for (int c = 0; c < 3; c++) part->paths.spread[c][to] = patch->paths.spread[c][from];
+            part->paths.spp[to] = patch->paths.spp[from];
+            part->paths.split[to] = patch->paths.split[from];
+            part->paths.split_spp[to] = patch->paths.split_spp[from];
+            part->paths.split_length[to] = patch->paths.split_length[from];
+        }
+    return part;
+}
+
+static float half_stratified(size_t pixel, uint32_t k)
+{
+    return pixel % SIDE < 90 ? stratified(pixel, k) : 2.0f * noise(pixel, k);
+}
+
+/* Blocks of any size that begin where cells do. */
+static void blocks_do_not_show(void **state)
+{
+    static const int32_t sides[] = {32, 64, 96, 128};
+    (void)state;
+    fill(half_stratified, SPP);
+    found();
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++)
+        for (int32_t y = 0; y < SIDE; y += sides[k])
+            for (int32_t x = 0; x < SIDE; x += sides[k]) {
+                struct block_squares part;
+                const struct rect square = {x, y, x + sides[k], y + sides[k]};
+                const struct rect block = rect_intersect(square, patch->rect);
+                struct patch *near = cut(block);
+                assert_int_equal(block_squares_create(block, &part), 0);
+                assert_int_equal(path_error_find(near, &part), 0);
+                for (int32_t v = block.y0; v < block.y1; v++)
+                    assert_memory_equal(part.square[SOURCE_PATHS][0] +
+                                            block_squares_index(&part, block.x0, v),
+                                        squares.square[SOURCE_PATHS][0] +
+                                            block_squares_index(&squares, block.x0, v),
+                                        (size_t)rect_width(block) * sizeof(float));
+                block_squares_fini(&part);
+                patch_destroy(&near);
+            }
+}
+
+/* Where the left third is stratified and the rest is not, errors at the border of a cell step no
+ * more than they do within it. */
+static void cells_do_not_show(void **state)
+{
+    double step[SIDE] = {0};
+    (void)state;
+    fill(half_stratified, SPP);
+    /* The same spread everywhere: what is left of steps is of the shares alone. */
+    for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
+        for (int c = 0; c < 3; c++) patch->paths.spread[c][i] = 1.0f;
+    found();
+    for (int32_t x = 1; x < SIDE; x++)
+        for (int32_t y = 0; y < SIDE; y++) {
+            const float *square = squares.square[SOURCE_PATHS][0];
+            const size_t i = (size_t)y * SIDE + (size_t)x;
+            assert_true(square[i] > 0.0f);
+            step[x] += fabs(log((double)square[i] / (double)square[i - 1])) / SIDE;
+        }
+    double most = 0;
+    for (int32_t x = 1; x < SIDE; x++)
+        if (x % PATH_ERROR_CELL_PX != 0) most = fmax(most, step[x]);
+    assert_true(most > 0.01); /* the shares do differ */
+    for (int32_t x = PATH_ERROR_CELL_PX; x < SIDE; x += PATH_ERROR_CELL_PX)
+        assert_true(step[x] <= 1.1 * most);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -150,6 +228,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(stratified_samples_err_less, set_up, tear_down),
         cmocka_unit_test_setup_teardown(rare_light_is_known_around, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_tells_nothing_is_nothing, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(blocks_do_not_show, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(cells_do_not_show, set_up, tear_down),
     };
     return cmocka_run_group_tests_name("path_error", tests, NULL, NULL);
 }

@@ -87,8 +87,7 @@ static void every_layer_is_the_mean_so_far(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
-    assert_int_equal(block_halo_px(&plan), 0);
-    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), block_halo_px(&plan), &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 40, 20, &image), 0);
     for (uint32_t t = 1; t < 6; t++) land(film, &plan, t, 0);
     land(film, &plan, 4, 1);
@@ -208,6 +207,34 @@ static void absent_planes_leave_zeros(void **state)
     film_destroy(&film);
 }
 
+/* Blocks of any size, the whole way from tiles of samples to the picture. */
+static void the_error_is_the_same_for_any_block(void **state)
+{
+    static const int32_t sides[] = {64, 128, 256};
+    struct image *first = NULL;
+    (void)state;
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
+        struct plan plan;
+        struct film *film;
+        struct image *image;
+        synthetic_paths_plan(&plan, 150, 140, 32, 16);
+        assert_int_equal(film_create(&plan, sides[k], block_halo_px(&plan), &film), 0);
+        assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 150, 140, &image), 0);
+        for (uint32_t t = 0; t < 25; t++) land(film, &plan, t, 0);
+        draw(&plan, film, image);
+        assert_true(film_complete(film) && at(image, "error.G", 70, 70) > 0.0f);
+        film_destroy(&film);
+        if (!first) {
+            first = image;
+            continue;
+        }
+        assert_memory_equal(first->data, image->data,
+                            image->channel_count * 150u * 140u * sizeof(float));
+        image_destroy(&image);
+    }
+    image_destroy(&first);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -216,6 +243,7 @@ int main(void)
         cmocka_unit_test(a_single_sample_has_no_error),
         cmocka_unit_test(pictures_are_finite),
         cmocka_unit_test(absent_planes_leave_zeros),
+        cmocka_unit_test(the_error_is_the_same_for_any_block),
     };
     return cmocka_run_group_tests_name("paths", tests, NULL, NULL);
 }

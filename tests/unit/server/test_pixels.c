@@ -187,6 +187,38 @@ static void size_bytes(void **state)
     assert_int_equal(read_u32(out + 24), 9);
 }
 
+/* Alpha goes along where it is asked for, the layer has it and the block is not opaque. */
+static void alpha_comes_where_it_says_something(void **state)
+{
+    static uint8_t out[PIXELS_MESSAGE_BYTES];
+    const struct rect block = {2, 3, 8, 5};
+    struct image *image;
+    float alpha[12];
+    uint16_t half;
+    (void)state;
+    assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ALBEDO, 16, 16, &image), 0);
+    const struct plane *plane = image_plane(image, "A");
+    for (int32_t y = 0; y < 16; y++)
+        for (int32_t x = 0; x < 16; x++) *plane_at(plane, x, y) = 1.0f;
+    const size_t plain = PIXELS_HEADER_BYTES + 6 * 2 * 3 * 4;
+    assert_int_equal(pixels_write_block(out, image, "beauty", PIXELS_F32_ALPHA, block, 1), plain);
+    assert_int_equal(out[6], PIXELS_F32);
+    *plane_at(plane, 3, 4) = 0.25f;
+    assert_int_equal(pixels_write_block(out, image, "beauty", PIXELS_F32, block, 1), plain);
+    assert_int_equal(pixels_write_block(out, image, "albedo", PIXELS_F32_ALPHA, block, 1), plain);
+    assert_int_equal(pixels_write_block(out, image, "beauty", PIXELS_F32_ALPHA, block, 1),
+                     plain + sizeof alpha);
+    assert_int_equal(out[6], PIXELS_F32_ALPHA);
+    memcpy(alpha, out + plain, sizeof alpha);
+    assert_true(alpha[0] == 1.0f && alpha[7] == 0.25f);
+    assert_int_equal(pixels_write_block(out, image, "beauty", PIXELS_F16_ALPHA, block, 1),
+                     PIXELS_HEADER_BYTES + 6 * 2 * 4 * 2);
+    assert_int_equal(out[6], PIXELS_F16_ALPHA);
+    memcpy(&half, out + PIXELS_HEADER_BYTES + 6 * 2 * 3 * 2 + 7 * 2, sizeof half);
+    assert_int_equal(half, 0x3400);
+    image_destroy(&image);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -197,6 +229,7 @@ int main(void)
         cmocka_unit_test(returners_see_what_has_changed_since),
         cmocka_unit_test(block_bytes),
         cmocka_unit_test(size_bytes),
+        cmocka_unit_test(alpha_comes_where_it_says_something),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

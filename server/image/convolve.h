@@ -1,0 +1,21 @@
+#pragma once
+/* Separable sums over what is around each pixel: along the rows, then along the columns. */
+#include <stddef.h>
+#include <stdint.h>
+
+#define CONVOLVE_RADIUS_MOST 64
+
+/* Weights of the pixels from -radius to radius: [0] is that of the one farthest left. */
+struct convolve_weights {
+    int32_t radius;
+    double weight[2 * CONVOLVE_RADIUS_MOST + 1];
+};
+
+enum convolve_border {
+    CONVOLVE_ZERO,     /* nothing lies beyond the border */
+    CONVOLVE_REPLICATE /* the border's own values do */
+};
+
+/* Both arrays have width * height numbers, row by row, and may be the same. ERR_MEMORY. */
+int convolve(const float *in, int32_t width, int32_t height, const struct convolve_weights *across,
+             const struct convolve_weights *down, enum convolve_border border, float *out);

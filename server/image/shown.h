@@ -1,0 +1,30 @@
+#pragma once
+/* Two pictures as a screen shows them: what judges of likeness look at.
+ *
+ * A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the viewer's shader: the
+ * curve is v itself, or Narkowicz's fit of the ACES curve (2015) at 0.6 v. */
+#include <stdbool.h>
+
+#include "server/image/image.h"
+
+struct shown_view {
+    double exposure_ev, gamma;
+    bool filmic;
+};
+
+#define SHOWN_PLAIN ((struct shown_view){.exposure_ev = 0, .gamma = 1, .filmic = false})
+
+/* Arrays of width * height, row by row. Where one of the two is not finite neither counts and both
+ * are black. One allocation. */
+struct shown {
+    int32_t width_px, height_px;
+    float *reference[3], *test[3]; /* in [0, 1] */
+    uint8_t *counts;               /* 1: judged */
+    int64_t count;                 /* of such pixels */
+    void *memory;                  /* owned */
+};
+
+/* `layer` as in image_layer_planes. ERR_MISMATCH for other sizes, ERR_NOT_FOUND, ERR_MEMORY. */
+int shown_create(const struct image *reference, const struct image *test, const char *layer,
+                 const struct shown_view *view, struct shown *out, struct fault *fault);
+void shown_fini(struct shown *shown);

@@ -1,0 +1,101 @@
+#pragma once
+/* lens_kernels that put layers behind each other, vectors of pixels side by side: whatever
+ * instruction set the including file is compiled for, each pixel sees the same operations in the
+ * same order. */
+#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lens_kernels.h"
+
+struct lens_focus_sums {
+    lanes_vector light[LENS_LIGHTS], met, all;
+};
+
+static inline struct lens_focus_sums lens_focus_sum(const struct lens_focus *f, size_t i)
+{
+    const lanes_vector one = 1.0f - (lanes_vector){0};
+    struct lens_focus_sums sum = {.met = {0}};
+    for (uint32_t j = 0; j < f->samples; j++) {
+        const lanes_vector s = lanes_load_vector(f->slope + j * f->area + i);
+        const lanes_mask all = s < f->high, met = all & (s >= f->low);
+        sum.all += lanes_where(all, one);
+        sum.met += lanes_where(met, one);
+        for (uint32_t k = 0; k < 3; k++) {
+            const lanes_vector c =
+                lanes_where(met, lanes_load_vector(f->light + (j * 3 + k) * f->area + i));
+            sum.light[k] += c;
+            sum.light[3] += c * c;
+        }
+    }
+    return sum;
+}
+
+static inline void lens_replace(lanes_mask mask, float *at, lanes_vector by)
+{
+    *(lanes_stored *)at = lanes_select(mask, by, lanes_load_vector(at));
+}
+
+/* Lanes that look through at nothing that is known. */
+static inline lanes_mask lens_focus_vector(const struct lens_focus *f, size_t i)
+{
+    const struct lens_focus_sums sum = lens_focus_sum(f, i);
+    lanes_vector through = {0};
+    for (int g = 0; g < LENS_GROUPS; g++)
+        through += lanes_load_vector(f->through[g] + i) * f->share[g];
+    const lanes_mask looks = through > 0.0f, seen = looks & (sum.met > 0.0f);
+    const lanes_vector left = 1.0f - sum.met / sum.all, by = through / sum.all;
+    for (int g = 0; g < LENS_GROUPS; g++)
+        lens_replace(seen, f->through[g] + i, lanes_load_vector(f->through[g] + i) * left);
+    for (int k = 0; k < LENS_LIGHTS; k++)
+        lens_replace(seen, f->lights[k] + i,
+                     lanes_load_vector(f->lights[k] + i) + sum.light[k] * by);
+    lens_replace(seen, f->shares + i, lanes_load_vector(f->shares + i) + sum.met * by);
+    return looks & ~(sum.all > 0.0f);
+}
+
+static uint32_t kernel_focus(const struct lens_focus *focus, uint32_t count, uint32_t *hidden)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; i += LANES_PER_VECTOR) {
+        const lanes_mask none = lens_focus_vector(focus, i);
+        for (uint32_t k = 0; k < LANES_PER_VECTOR; k++)
+            if (none[k]) hidden[n++] = i + k;
+    }
+    return n;
+}
+
+/* Of quarters of the lens through which nobody looked at the layer the others tell. */
+static inline void lens_composite_vector(const struct lens_composite *c, size_t i,
+                                         float seen[LENS_VIEWS][LENS_LANES])
+{
+    lanes_vector total[LENS_SUMS] = {{0}};
+    for (size_t g = 0; g < LENS_GROUPS; g++)
+        for (size_t k = 0; k < LENS_SUMS; k++)
+            total[k] += lanes_load_vector(c->sums + (g * LENS_SUMS + k) * LENS_LANES + i);
+    const lanes_mask any = total[LENS_SUM_SHARE] > 0.0f; /* then there is weight, too */
+    for (size_t g = 0; g < LENS_GROUPS; g++) {
+        const float *sums = c->sums + g * LENS_SUMS * LENS_LANES + i;
+        const lanes_mask own = lanes_load_vector(sums + LENS_SUM_WEIGHT * LENS_LANES) > 0.0f;
+        lanes_vector sum[LENS_SUMS];
+        for (size_t k = 0; k < LENS_SUMS; k++)
+            sum[k] = lanes_select(own, lanes_load_vector(sums + k * LENS_LANES), total[k]);
+        const lanes_vector weight = sum[LENS_SUM_WEIGHT], share = sum[LENS_SUM_SHARE];
+        const lanes_mask met = any & (share > 0.0f);
+        const lanes_vector through = lanes_load_vector(seen[LENS_VIEW_THROUGH + g] + i);
+        const lanes_vector by = through * c->share[g] / weight;
+        for (size_t k = 0; k < LENS_LIGHTS; k++) {
+            float *light = seen[LENS_VIEW_LIGHT + k] + i;
+            lens_replace(met, light, lanes_load_vector(light) + sum[LENS_SUM_LIGHT + k] * by);
+        }
+        float *shares = seen[LENS_VIEW_SHARE] + i, *spread = seen[LENS_VIEW_SPREAD] + i;
+        lens_replace(met, shares, lanes_load_vector(shares) + share * by);
+        lens_replace(met, spread, lanes_load_vector(spread) + share * by * c->slope);
+        lens_replace(met, seen[LENS_VIEW_THROUGH + g] + i,
+                     lanes_where(share < weight, through * (1.0f - share / weight)));
+    }
+}
+
+static void kernel_composite(const struct lens_composite *composite,
+                             float seen[LENS_VIEWS][LENS_LANES])
+{
+    for (size_t i = 0; i < LENS_LANES; i += LANES_PER_VECTOR)
+        lens_composite_vector(composite, i, seen);
+}

@@ -1,0 +1,58 @@
+// SSIM and FLIP on the page: their maps on the canvas, their figures and the colours' legend.
+import { magnitudes, STEPS } from "./color_map.js";
+import { short } from "./value_overlay.js";
+
+// As Display has it: dark where the two are alike, in both maps.
+const MAP_DISPLAY = { shownAs: "colour", low: 0, high: 1, logarithmic: false, dither: false, clipMarks: false,
+                      exposure: 0, gamma: 1, curve: "linear", behind: "black" };
+const ENDS = { ssim: ["1 alike", "0 or less"], flip: ["0 alike", "1 unlike"] };
+
+export class LikenessView {
+  constructor(elements, judgement) {
+    this.at = elements;
+    this.judgement = judgement;
+    const canvas = elements.legend.querySelector("canvas"), ramp = magnitudes(), context = canvas.getContext("2d");
+    for (let i = 0; i < STEPS; i++) {
+      context.fillStyle = `rgb(${ramp[i * 4]} ${ramp[i * 4 + 1]} ${ramp[i * 4 + 2]})`;
+      context.fillRect(i * canvas.width / STEPS, 0, canvas.width / STEPS + 1, canvas.height);
+    }
+  }
+
+  // What Picture draws instead of the layers: the map, which begins where what was in sight did.
+  // Null when no map is asked for, or there is none yet.
+  look(compare, { zoom, x, y }) {
+    const { found } = this.judgement;
+    if (!compare.judge || !found) return null;
+    const viewport = { zoom, x: x - found.area.x0, y: y - found.area.y0 };
+    return { first: found.maps[compare.judge], other: null, viewport, display: MAP_DISPLAY, compare };
+  }
+
+  // The map's values by the picture's pixels, for whoever writes them.
+  values(compare) {
+    if (!compare.judge || !this.judgement.found) return null;
+    return { at: (x, y) => { const v = this.judgement.valueAt(compare.judge, { x, y }); return v === null ? null : [v]; } };
+  }
+
+  // What the probe says of a pixel.
+  describe(point) {
+    const [ssim, flip] = ["ssim", "flip"].map((judge) => this.judgement.valueAt(judge, point));
+    return ssim === null ? "" : ` | SSIM ${short(ssim)}  FLIP ${short(flip)}`;
+  }
+
+  // `live`: more of the two comes; `unfit`: they are no pictures.
+  show(compare, live, unfit) {
+    const { at, judgement } = this;
+    at.legend.hidden = !compare.judge || !judgement.found;
+    if (compare.judge) ENDS[compare.judge].forEach((text, i) => { at.legendEnds[i].textContent = text; });
+    at.alike.textContent = compare.mode === "off" ? "" : unfit ? "SSIM and FLIP are for layers that are looked at as pictures." : this.figures(live);
+  }
+
+  figures(live) {
+    const { found, current, tooMany, failed, wanted } = this.judgement;
+    if (failed) return "SSIM and FLIP could not be found.";
+    if (tooMany) return "SSIM and FLIP are for up to four million pixels in sight: zoom in.";
+    if (!found || (!current && !live)) return wanted ? "SSIM, FLIP: at work" : "";
+    const { ssim, flip, count } = found, said = (v) => v.toFixed(4);
+    return `SSIM ${said(ssim)}, FLIP ${said(flip.mean)} (weighted quartiles ${flip.quartiles.map(said).join(", ")}) as shown over ${count} pixels${live ? " so far" : ""}`;
+  }
+}
