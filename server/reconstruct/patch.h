@@ -33,8 +33,9 @@ struct patch_paths {
     float *split_length;    /* of such a part, in the mean over these samples */
 };
 
-/* Pixels around a block that belong to the core: whose lighting its sub-samples borrow. */
-#define PATCH_RING_PX 1
+/* Pixels around a block that belong to the core: whose lighting its sub-samples borrow. All that
+ * these look at lies within, or pictures would hang on where blocks end. */
+#define PATCH_RING_PX 2
 
 struct patch {
     struct rect rect; /* in image pixels */

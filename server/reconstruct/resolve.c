@@ -5,10 +5,6 @@
 /* Less than this is nobody's surface. */
 #define WEIGHT_MIN 1e-6f
 
-/* Pixels around that sub-samples which none of the nearest matches look at: what is thinner than a
- * pixel has centres farther along. */
-#define WIDE_PX 4
-
 /* Even a far corner of the neighbourhood counts where it is the only match. */
 #define TENT_MIN 0.05f
 
@@ -24,7 +20,7 @@ struct lender {
 
 /* The pixels that lend lighting to one sub-sample; weights sum to 1. None: unlit. */
 struct lenders {
-    struct lender items[8 * WIDE_PX]; /* of the outermost ring */
+    struct lender items[8 * PATCH_RING_PX]; /* of the outermost ring */
     int count;
     bool unmatched;
 };
@@ -154,7 +150,8 @@ static void find_lenders(const struct resolver *r, size_t i, const struct surfac
     add_lender(l, i, match);
     if (match < 1.0f) weigh_neighbours(r, i, sub, offset, 1.0f - match, l);
     if (normalise(l)) return;
-    for (int32_t k = 2; k <= WIDE_PX; k++) {
+    /* What is thinner than a pixel has centres farther along. */
+    for (int32_t k = 2; k <= PATCH_RING_PX; k++) {
         weigh_ring(r, i, sub, offset, k, l);
         if (normalise(l)) return;
     }
