@@ -1,11 +1,11 @@
 // The picture on the canvas: layers in WebGL2 textures, everything else in the shader, so that no
 // control asks the server anything.
 import { magnitudes, signs, STEPS } from "./color_map.js";
-import { BEHIND, COMPARE, CURVES, FRAGMENT, SHOWN_AS, VERTEX } from "./shader.js";
+import { BEHIND, CURVES, fragment, VERTEX } from "./shader.js";
 
 const SAMPLERS = ["first", "other", "ramps", "firstAlpha", "otherAlpha"];
-const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "canvasHeight", "zoom", "origin", "compare",
-                  "shownAs", "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
+const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "canvasHeight", "zoom", "origin",
+                  "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 export class Picture {
   // `look()` gives what is to be drawn: {first, other, viewport, display, compare}; first and other
@@ -21,16 +21,20 @@ export class Picture {
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
       this.textures.clear();
+      this.programs.clear();
       this.build();
       this.draw();
     });
+    this.programs = new Map(); // by the kind of picture, as fragment() has it
     this.build();
   }
 
-  build() {
-    const { gl } = this;
+  // The program of a kind of picture, in use, and where its uniforms are.
+  program(kind) {
+    const { gl } = this, key = JSON.stringify(kind), known = this.programs.get(key);
+    if (known) { gl.useProgram(known.program); return known.at; }
     const program = gl.createProgram();
-    for (const [type, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    for (const [type, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment(kind)]]) {
       const shader = gl.createShader(type);
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
@@ -39,10 +43,16 @@ export class Picture {
     }
     gl.linkProgram(program);
     gl.useProgram(program);
-    this.at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));
+    const at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(program, name)]));
+    SAMPLERS.forEach((name, unit) => gl.uniform1i(at[name], unit));
+    this.programs.set(key, { program, at });
+    return at;
+  }
+
+  build() {
+    const { gl } = this;
     gl.bindVertexArray(gl.createVertexArray());
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    SAMPLERS.forEach((name, unit) => gl.uniform1i(this.at[name], unit));
     this.blank = this.makeTexture(gl.RGB16F, 1, 1);
     this.opaque = this.makeTexture(gl.R8, 1, 1);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 1, 1, gl.RED, gl.UNSIGNED_BYTE, Uint8Array.of(255));
@@ -131,12 +141,14 @@ export class Picture {
   }
 
   paint({ first, other, viewport, display, compare }) {
-    const { gl, at, canvas } = this;
+    const { gl, canvas } = this;
     const layers = [this.texture(first), this.texture(other)];
     [...layers, this.ramps, this.alphaTexture(first), this.alphaTexture(other)].forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, texture);
     });
+    const at = this.program({ compare: compare.shown, shownAs: display.shownAs, mean: viewport.zoom < 0.99,
+      alpha: Boolean(first?.alpha || other?.alpha) });
     const size = (image) => image ? [image.width, image.height] : [0, 0];
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.uniform2i(at.firstSize, ...size(first));
@@ -144,9 +156,7 @@ export class Picture {
     gl.uniform1f(at.canvasHeight, canvas.height);
     gl.uniform1f(at.zoom, viewport.zoom);
     gl.uniform2f(at.origin, viewport.x, viewport.y);
-    gl.uniform1i(at.compare, COMPARE[compare.shown]);
     gl.uniform3f(at.line, ...compare.line(canvas.width, canvas.height));
-    gl.uniform1i(at.shownAs, SHOWN_AS[display.shownAs]);
     gl.uniform1i(at.curve, CURVES[display.curve]);
     gl.uniform1i(at.behind, BEHIND[display.behind ?? "black"]);
     for (const name of ["exposure", "gamma", "low", "high"]) gl.uniform1f(at[name], display[name]);

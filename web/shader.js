@@ -1,5 +1,6 @@
 // The shader that shows a layer: where a pixel of the screen lies in the picture, what is there, and
-// which colour that is. Everything that the controls change is a uniform.
+// which colour that is. Numbers that the controls change are uniforms; kinds of pictures are programs of
+// their own, since what draws without a GPU runs through all that a program has.
 
 export const VERTEX = `#version 300 es
 void main() {
@@ -11,14 +12,20 @@ export const CURVES = { linear: 0, filmic: 1 };
 export const BEHIND = { black: 0, checkerboard: 1, white: 2, alpha: 3 };
 export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3 };
 
-export const FRAGMENT = `#version 300 es
+// compare and shownAs as above; alpha: a layer has some; mean: pixels of the picture are smaller than the
+// canvas's.
+export const fragment = ({ compare, shownAs, alpha, mean }) => `#version 300 es
+#define COMPARE ${COMPARE[compare]}
+#define SHOWN_AS ${SHOWN_AS[shownAs]}
+#define ALPHA ${Number(alpha)}
+#define MEAN ${Number(mean)}
 precision highp float;
 precision highp int;
 uniform sampler2D first, other, ramps, firstAlpha, otherAlpha; // without alpha one texel of 1
 uniform ivec2 firstSize, otherSize;
 uniform float canvasHeight, zoom;   // zoom: pixels of the canvas a pixel of the picture
 uniform vec2 origin;                // the picture's point in the canvas's upper left corner
-uniform int compare, shownAs, curve, behind;
+uniform int curve, behind;
 uniform vec3 line;                  // of the wipe: x * line.x + y * line.y > line.z is the other's
 uniform float exposure, gamma, low, high;
 uniform bool dither, clipMarks, logarithmic;
@@ -32,6 +39,9 @@ bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
 // The mean of the picture over one pixel of the canvas. A value that is not finite wins: zoomed out,
 // it must not vanish.
 vec3 fetch(sampler2D layer, vec2 at) {
+#if MEAN == 0
+  return texelFetch(layer, clamp(ivec2(floor(at)), ivec2(0), textureSize(layer, 0) - 1), 0).rgb;
+#else
   int taps = clamp(int(ceil(1.0 / zoom - 0.01)), 1, 6);
   vec3 sum = vec3(0.0);
   for (int j = 0; j < taps; j++)
@@ -43,6 +53,7 @@ vec3 fetch(sampler2D layer, vec2 at) {
       sum += v;
     }
   return sum / float(taps * taps);
+#endif
 }
 
 // The same of how much of a pixel a surface covers.
@@ -56,6 +67,7 @@ bool inside(ivec2 size, vec2 at) { return all(greaterThanEqual(at, vec2(0.0))) &
 vec3 encode(vec3 linear) {
   vec3 v = clamp(linear, 0.0, 1.0);
   vec3 srgb = mix(1.055 * pow(max(v, 1e-8), vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+  if (gamma == 1.0) return srgb; // powers are what this costs without a GPU
   return pow(max(srgb, 0.0), vec3(1.0 / gamma));
 }
 
@@ -84,43 +96,67 @@ vec3 ground(vec2 screen) {
 }
 
 vec3 shown(vec3 v, float alpha, vec2 screen) {
-  if (behind == 3 && shownAs == 0) return vec3(alpha);
-  float scalar = shownAs == 1 || shownAs == 2 ? dot(v, LUMINANCE) : 0.0;
-  if (shownAs == 1 && logarithmic) return ramp(log(max(scalar, low) / low) / log(high / low), 0);
-  if (shownAs == 1) return ramp((scalar - low) / max(high - low, 1e-30), 0);
-  if (shownAs == 2) return ramp(0.5 + 0.5 * scalar / max(high, 1e-30), 1);
-  if (shownAs == 3) return clamp(v * 0.5 + 0.5, 0.0, 1.0);
+#if SHOWN_AS == 1
+  float scalar = dot(v, LUMINANCE);
+  if (logarithmic) return ramp(log(max(scalar, low) / low) / log(high / low), 0);
+  return ramp((scalar - low) / max(high - low, 1e-30), 0);
+#elif SHOWN_AS == 2
+  return ramp(0.5 + 0.5 * dot(v, LUMINANCE) / max(high, 1e-30), 1);
+#elif SHOWN_AS == 3
+  return clamp(v * 0.5 + 0.5, 0.0, 1.0);
+#else
+  if (behind == 3) return vec3(alpha);
   v *= exp2(exposure);
   bool stripe = mod(screen.x + screen.y, 8.0) < 4.0;
   if (clipMarks && any(greaterThan(v, vec3(1.0))) && stripe) return vec3(0.9, 0.1, 0.1);
-  return encode(clamp(curve == 1 ? filmic(v) : v, 0.0, 1.0) + (1.0 - alpha) * ground(screen));
+  if (curve == 1) v = filmic(v);
+  v = clamp(v, 0.0, 1.0);
+#if ALPHA == 1
+  v += (1.0 - alpha) * ground(screen);
+#endif
+  return encode(v);
+#endif
 }
 
 vec3 at(vec2 screen, vec2 p) {
-  bool isOther = compare == 2 || (compare == 1 && dot(screen, line.xy) > line.z);
-  if (compare == 3) {
-    if (!inside(firstSize, p) || !inside(otherSize, p)) return SURROUND;
-    vec3 difference = fetch(first, p) - fetch(other, p);
-    if (!isFinite(difference)) return vec3(1.0, 0.0, 1.0);
-    return shown(shownAs == 0 ? abs(difference) : difference, 1.0, screen);
-  }
-  ivec2 size = isOther ? otherSize : firstSize;
-  if (!inside(size, p)) return SURROUND;
+#if COMPARE == 3
+  if (!inside(firstSize, p) || !inside(otherSize, p)) return SURROUND;
+  vec3 v = fetch(first, p) - fetch(other, p);
+  if (!isFinite(v)) return vec3(1.0, 0.0, 1.0);
+#if SHOWN_AS == 0
+  v = abs(v);
+#endif
+  return shown(v, 1.0, screen);
+#else
+#if COMPARE == 1
+  bool isOther = dot(screen, line.xy) > line.z;
+#else
+  const bool isOther = COMPARE == 2;
+#endif
+  if (!inside(isOther ? otherSize : firstSize, p)) return SURROUND;
   vec3 v;
-  float alpha;
-  if (isOther) { v = fetch(other, p); alpha = fetchAlpha(otherAlpha, p, size); }
-  else { v = fetch(first, p); alpha = fetchAlpha(firstAlpha, p, size); }
+  if (isOther) v = fetch(other, p);
+  else v = fetch(first, p);
+  float alpha = 1.0;
+#if ALPHA == 1
+  alpha = isOther ? fetchAlpha(otherAlpha, p, otherSize) : fetchAlpha(firstAlpha, p, firstSize);
+#endif
   bool check = mod(floor(screen.x / 3.0) + floor(screen.y / 3.0), 2.0) < 1.0;
   if (any(isnan(v))) return check ? vec3(1.0, 0.0, 1.0) : vec3(0.0);
   if (any(isinf(v))) return check ? vec3(0.0, 1.0, 1.0) : vec3(0.0);
   return shown(v, alpha, screen);
+#endif
 }
 
 void main() {
   vec2 screen = vec2(gl_FragCoord.x, canvasHeight - gl_FragCoord.y);
   vec3 c = at(screen, origin + screen / zoom);
-  if (compare == 1 && abs(dot(screen, line.xy) - line.z) < 1.0) c = vec3(1.0);
-  if (dither && shownAs == 0)
+#if COMPARE == 1
+  if (abs(dot(screen, line.xy) - line.z) < 1.0) c = vec3(1.0);
+#endif
+#if SHOWN_AS == 0
+  if (dither)
     c += vec3(noise(uvec2(screen), 0u), noise(uvec2(screen), 1u), noise(uvec2(screen), 2u)) / 255.0;
+#endif
   color = vec4(c, 1.0);
 }`;

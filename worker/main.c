@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "proto/build.h"
@@ -117,6 +118,7 @@ int main(int argc, char **argv)
             printf("shearwater-worker %s\n", build_id());
         return 0;
     }
+    if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
     if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;

@@ -22,6 +22,7 @@ static const char help[] =
     "  --cache-bytes N      bound of that folder; k, M, G allowed (default: 16G)\n"
     "  --blobs DIR          the object folder of a coordinator on this machine: scenes are\n"
     "                       mapped from it without copying\n"
+    "  --nice N             leave CPUs to others, 1 to 19 (see nice(1); default: as started)\n"
     "  --name NAME          name in the list of workers (default: host:pid)\n"
     "  --exit-with-parent   end when the parent process or the link is gone\n"
     "  --help, --version\n"
@@ -51,6 +52,7 @@ static const struct option_row rows[] = {
     {"--name", OPTION_TEXT, offsetof(struct options, name), 0},
     {"--threads", OPTION_COUNT, offsetof(struct options, threads), LIMIT_THREADS},
     {"--tiles-in-hand", OPTION_COUNT, offsetof(struct options, tiles_in_hand), LIMIT_TILES_IN_HAND},
+    {"--nice", OPTION_COUNT, offsetof(struct options, nice), 19},
     {"--cache-bytes", OPTION_BYTES, offsetof(struct options, cache_bytes), UINT64_MAX >> 1},
     {"--exit-with-parent", OPTION_FLAG, offsetof(struct options, exit_with_parent), 0},
     {"--help", OPTION_FLAG, offsetof(struct options, help), 0},

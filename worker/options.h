@@ -14,6 +14,7 @@ struct options {
     uint64_t cache_bytes;   /* bound of the cache; default 16 GiB */
     uint32_t threads;       /* 1..LIMIT_THREADS; default: the CPUs this process may use */
     uint32_t tiles_in_hand; /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
+    uint32_t nice;          /* 1..19, as in nice(1); 0: as it was started */
     bool exit_with_parent;  /* end when the parent or the link is gone */
     bool help, version;
 };

@@ -104,10 +104,14 @@ static void on_exit_of_child(uv_process_t *process, int64_t status, int signal)
 
 #define ARGS_MAX 16
 
+/* Whoever looks at the picture, and the coordinator, go before tracing on the same CPUs. */
+#define LOCAL_NICE "10"
+
 static void fill_args(struct processes *p, char *name, char *args[ARGS_MAX])
 {
     char *const given[ARGS_MAX] = {p->program, "--connect", p->address, "--threads",
-                                   p->threads, "--name",    name,       "--exit-with-parent"};
+                                   p->threads, "--name",    name,       "--exit-with-parent",
+                                   "--nice",   LOCAL_NICE};
     size_t n = 0;
     while (given[n]) {
         args[n] = given[n];
