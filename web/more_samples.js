@@ -3,6 +3,7 @@
 import { getJob, submitJob } from "./api.js";
 
 const MOST = 65536; // samples a pixel, of any kind (proto/limits.h)
+const EXTRA_MOST = 36; // of second sets through a lens
 const TRIES = 16;
 const more = (n) => Math.min(MOST, 4 * n);
 
@@ -13,16 +14,16 @@ export function withMoreSamples(document) {
   if (!(sampling.spp < MOST)) throw new Error(`This job has ${sampling.spp} samples a pixel: there cannot be more.`);
   const changed = {};
   for (const name of ["light_spp", "indirect_spp", "lens_spp", "lens_extra", "max_spp"])
-    if (sampling[name] > 0) changed[name] = more(sampling[name]);
+    if (sampling[name] > 0) changed[name] = Math.min(more(sampling[name]), name === "lens_extra" ? EXTRA_MOST : MOST);
   if (sampling.target_error > 0) changed.target_error = sampling.target_error / 2;
   else changed.spp = more(sampling.spp);
-  return { ...document, sampling: { ...sampling, ...changed } };
+  return { ...document, live: false, sampling: { ...sampling, ...changed } };
 }
 
 // {id, spp} of the job with more. One that was called off or failed is not given again: the next one is.
 export async function submitMore(job) {
-  const document = withMoreSamples((await getJob(job)).document);
-  let key = `more-${job}`;
+  const { document: before, view } = await getJob(job), document = withMoreSamples(before);
+  let key = `more-${job}${view ? `-${view.number}` : ""}`; // a live job is another with each move
   for (let i = 0; i < TRIES; i++) {
     const { id, existed } = await submitJob(document, key);
     if (!existed) return { id, document };

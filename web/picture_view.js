@@ -241,11 +241,11 @@ export class PictureView {
 
   // Filtered and unfiltered in turn. The first time the twin is submitted.
   async showUnfiltered() {
-    const { job } = this;
-    if (this.twin?.of !== job) {
+    const { job } = this, of = `${job} ${this.source?.image.view ?? ""}`; // a live job is another with each move
+    if (this.twin?.of !== of) {
       this.at.otherProblem.textContent = "";
       try {
-        this.twin = { of: job, ...await unfilteredTwin(job) };
+        this.twin = { of, ...await unfilteredTwin(job) };
         if (this.job !== job) return;
       } catch (error) {
         this.at.otherProblem.textContent = error.message;

@@ -57,6 +57,8 @@ void lease_answer(struct lease_table *t, uint32_t at, uint64_t now_ms)
 {
     if (at < lease_begun(t)) {
         const double took_ms = (double)(now_ms - t->at[at].begun_ms);
+        if (t->at[at].tile.frame_id != t->pace_frame) t->pace_ms = 0;
+        t->pace_frame = t->at[at].tile.frame_id;
         t->pace_ms = t->pace_ms > 0 ? t->pace_ms + PACE_PART * (took_ms - t->pace_ms) : took_ms;
         if (t->pace_ms < 1) t->pace_ms = 1; /* the clock's step */
     }
@@ -81,6 +83,7 @@ void lease_forget_frame(struct lease_table *t, uint64_t frame_id, uint64_t now_m
 {
     for (uint32_t i = t->count; i-- > 0;)
         if (t->at[i].tile.frame_id == frame_id) lease_remove(t, i, now_ms);
+    if (t->pace_frame == frame_id) t->pace_ms = 0;
 }
 
 static bool is_stalled(const struct lease *lease, uint64_t now_ms, uint64_t progress_ms,

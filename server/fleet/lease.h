@@ -20,7 +20,8 @@ struct lease_table {
     struct lease *at; /* owned */
     uint32_t count, capacity;
     uint32_t threads; /* of its worker; 0 is 1 */
-    double pace_ms;   /* that a thread takes for a tile, lately; 0: not known yet */
+    double pace_ms;      /* that a thread takes for a tile of that frame; 0: not known yet */
+    uint64_t pace_frame; /* tiles of others may take another time */
 };
 
 #define LEASE_NONE UINT32_MAX

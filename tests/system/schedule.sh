@@ -58,6 +58,7 @@ beside_a_slow_one() {
     kill $brake; wait $brake
     kill -CONT $slow
     echo "# copies: $(copied "$id")"
+    [ "$(copied "$id")" -gt 0 ] || status=1
     kill $slow $first $second; wait $slow $first $second
     return $status
 }

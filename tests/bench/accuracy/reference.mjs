@@ -164,10 +164,12 @@ export class Reference {
     return this.#effect.relative ? this.#tools.doubt(this.#halves, picture, this.#effect) : null;
   }
 
-  // Of rows judged by it. A reference is good when every error is known to a tenth (two standard
-  // errors), or, where its own share stays in them, when its halves differ by a tenth of the least.
+  // Of rows judged by it. A reference is good when the errors at the count that bounds speak of are
+  // known to a tenth (two standard errors), or, where its own share stays in them, when its halves
+  // differ by a tenth of the least.
   said(rows) {
-    const smallest = Math.min(...rows.map((r) => r.judged.rmse)), doubt = Math.max(...rows.map((r) => r.judged.doubt));
+    const smallest = Math.min(...rows.map((r) => r.judged.rmse));
+    const quoted = rows.filter((r) => r.spp === this.#effect.at), doubt = Math.max(...(quoted.length > 0 ? quoted : rows).map((r) => r.judged.doubt));
     return { spp: this.spp, halves_rmse: this.differences.judged, doubt: this.#effect.relative ? doubt : null,
       good: this.#effect.relative ? doubt <= 0.05 : this.differences.judged <= 0.1 * smallest, beauty_halves_rmse: this.picturesDifference };
   }

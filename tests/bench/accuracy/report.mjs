@@ -70,7 +70,7 @@ function figuresTable(rows, effect) {
 function section(tools, { scene, rows, reference }, side) {
   const said = rows[0].reference, plots = plotsOf(scene, rows), effect = effectOf(scene);
   return `<h2>${scene.name}</h2><p>${effect.title}: ${scene.about}. Judged: ${effect.region}, ${rows[0].judged.pixels} pixels. Reference: ${said.spp}
-samples; its halves differ by ${number(said.halves_rmse)}${said.doubt === null ? "" : `, which leaves a standard error of ${(100 * said.doubt).toFixed(1)} % at most in the errors below`}${said.good ? "" : ', <span class="missed">too much for the smallest error</span>'}.</p>
+samples; its halves differ by ${number(said.halves_rmse)}${said.doubt === null ? "" : `, which leaves a standard error of ${(100 * said.doubt).toFixed(1)} % at most in the errors at ${effect.at} ${effect.samples}`}${said.good ? "" : ', <span class="missed">too much for the smallest error</span>'}.</p>
 <div class="row">${plots.samples}${plots.seconds}</div>${plots.stages}
 ${pieces(tools, scene, rows, reference, side)}${figuresTable(rows, effect)}`;
 }

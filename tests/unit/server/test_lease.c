@@ -113,6 +113,14 @@ static void the_pace_is_learnt(void **state)
     lease_answer(&t, 0, 1300);
     assert_true(t.pace_ms < 125 && t.pace_ms >= 1);
     assert_int_equal(lease_begun(&t), 0);
+    /* Another frame's tiles may take another time; a frame that is over tells nothing any more. */
+    add(&t, 2, 0, 2000, 0);
+    lease_answer(&t, 0, 2010);
+    assert_true(t.pace_ms == 10);
+    lease_forget_frame(&t, 1, 2020);
+    assert_true(t.pace_ms == 10);
+    lease_forget_frame(&t, 2, 2020);
+    assert_true(t.pace_ms == 0);
     lease_table_fini(&t);
 }
 
