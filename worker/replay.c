@@ -133,6 +133,12 @@ int replay_print(const struct options *options, FILE *out, struct fault *fault)
 
 /* ---- words ---- */
 
+const char *replay_kind(const struct path_record *record)
+{
+    static const char *const kinds[] = {"path", "lens sample", "lens sample of a second set"};
+    return kinds[record->kind];
+}
+
 const char *replay_model(const struct path_record_vertex *v)
 {
     static const char *const names[BSDF_MODEL_COUNT] = {

@@ -29,6 +29,7 @@ void replay_print_text(const struct replay_sheet *sheet, FILE *out);
 int replay_print_json(const struct replay_sheet *sheet, FILE *out);
 
 /* Words for both. */
+const char *replay_kind(const struct path_record *record);
 const char *replay_model(const struct path_record_vertex *v);
 /* Why a light sample needed no ray; "" for one that did. */
 const char *replay_skip(const struct path_record_light *light);

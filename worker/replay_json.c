@@ -138,15 +138,18 @@ int replay_print_json(const struct replay_sheet *s, FILE *out)
 {
     const struct path_record *r = s->record;
     const struct plan *p = s->plan;
-    json_t *all = json_pack(
-        "{s:[i, i], s:I, s:I, s:I, s:I, s:s, s:[o, o], s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:b}",
-        "pixel", s->x, s->y, "sample", (json_int_t)s->sample, "samples", (json_int_t)p->paths.spp,
-        "frame", (json_int_t)p->pattern.frame, "seed", (json_int_t)p->pattern.seed, "kernels",
-        s->isa, "image_point", number(r->pixel[0]), number(r->pixel[1]), "lens_point",
-        p->camera.aperture_radius > 0.0f ? vector(r->vertices[0].origin) : json_null(), "path",
-        vertices(s), "ends", replay_end(s), "emission", vector(r->emission), "direct",
-        vector(r->direct), "indirect", vector(r->indirect), "radiance", vector(r->radiance),
-        "rejected", (int)r->rejected);
+    json_t *all =
+        json_pack("{s:[i, i], s:s, s:I, s:[I, I], s:I, s:I, s:s, s:[o, o], s:o, s:o, s:s, s:o, "
+                  "s:o, s:o, s:o, "
+                  "s:o, s:b}",
+                  "pixel", s->x, s->y, "kind", replay_kind(r), "sample", (json_int_t)s->sample,
+                  "samples", (json_int_t)r->first, (json_int_t)r->last, "frame",
+                  (json_int_t)p->pattern.frame, "seed", (json_int_t)p->pattern.seed, "kernels",
+                  s->isa, "image_point", number(r->pixel[0]), number(r->pixel[1]), "lens_point",
+                  p->camera.aperture_radius > 0.0f ? vector(r->vertices[0].origin) : json_null(),
+                  "path", vertices(s), "ends", replay_end(s), "emission", vector(r->emission),
+                  "direct", vector(r->direct), "indirect", vector(r->indirect), "radiance",
+                  vector(r->radiance), "stored", vector(r->stored), "rejected", (int)r->rejected);
     if (!all) return ERR_MEMORY;
     const int failed = json_dumpf(all, out, JSON_INDENT(2) | JSON_REAL_PRECISION(FLOAT_DIGITS));
     json_decref(all);

@@ -42,9 +42,9 @@ static void head(FILE *out, const struct replay_sheet *s)
     const struct plan *p = s->plan;
     const struct path_record *r = s->record;
     const struct plan_camera *c = &p->camera;
-    fprintf(out, "pixel %d,%d of %dx%d, sample %u of %u, frame %u, seed %llu, kernels %s\n", s->x,
-            s->y, p->width_px, p->height_px, s->sample, p->paths.spp, p->pattern.frame,
-            (unsigned long long)p->pattern.seed, s->isa);
+    fprintf(out, "pixel %d,%d of %dx%d, %s %u of %u to %u, frame %u, seed %llu, kernels %s\n", s->x,
+            s->y, p->width_px, p->height_px, replay_kind(r), s->sample, r->first, r->last,
+            p->pattern.frame, (unsigned long long)p->pattern.seed, s->isa);
     fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
     if (c->aperture_radius > 0.0f) vector(out, ", lens point ", r->vertices[0].origin);
     fputc('\n', out);
@@ -163,6 +163,8 @@ void replay_print_text(const struct replay_sheet *s, FILE *out)
     vector(out, " = emission ", r->emission);
     vector(out, " + direct ", r->direct);
     vector(out, " + indirect ", r->indirect);
+    if (r->kind == PATH_RECORD_LENS && s->plan->lens_light != LENS_LIGHT_OWN)
+        vector(out, "; without what light fields bring ", r->stored);
     if (r->rejected) fputs("; rejected: it is not finite, and counts as nothing", out);
     fputc('\n', out);
 }

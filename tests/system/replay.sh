@@ -90,5 +90,8 @@ head -c 200 "$tmp/plan" >"$tmp/cut"
 check "half a plan" bash -c "! '$build/shearwater-worker' --replay '$tmp/cut' 0,0 0 2>'$tmp/said' && grep -q 'no plan of this version' '$tmp/said'"
 jq 'del(.lens, .environment) | .filter.method = "auto" | .effects.indirect_bounces = 1' "$tmp/job.json" >"$tmp/field.json"
 check "light fields alone have no paths" bash -c "! '$build/shearwater' replay '$tmp/field.json' 0,0 0 2>'$tmp/said' && grep -q 'the plan has no paths' '$tmp/said'"
+jq 'del(.environment) | .filter.method = "auto" | .effects.indirect_bounces = 1 | .sampling.spp = 9 | .sampling.lens_extra = 9 | .layers = ["beauty"]' "$tmp/job.json" >"$tmp/lens.json"
+check "a lens's light field has samples" bash -c "'$build/shearwater' replay '$tmp/lens.json' 2,1 8 --json | jq -e '.kind == \"lens sample\" and .lens_point and (.path | length) > 0'"
+check "... and those of second sets" bash -c "'$build/shearwater' replay '$tmp/lens.json' 2,1 256 --json | jq -e '.kind == \"lens sample of a second set\" and .samples == [256, 291]'"
 serve_stop
 tap_done

@@ -290,6 +290,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
     if (c->leaves_diffuse) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
     end_lanes(&lit, v);
+    if (c->record && lit.on[0]) path_record_leave(c, p, v);
 }
 
 /* Rectangles whose centre is farther than so many of their half diagonals light evenly enough. */

@@ -86,13 +86,24 @@ struct path_record_vertex {
     struct path_record_scatter scatter;
 };
 
+/* Whose sample it is. */
+enum path_record_kind {
+    PATH_RECORD_PATHS,    /* the path tracer's */
+    PATH_RECORD_LENS,     /* of the lens's light field */
+    PATH_RECORD_LENS_MORE /* of a second set through the lens */
+};
+
 struct path_record {
-    float pixel[2]; /* position in the image, px */
+    enum path_record_kind kind;
+    uint32_t first, last; /* numbers that samples of this kind have */
+    float pixel[2];       /* position in the image, px */
     uint32_t count;
     struct path_record_vertex vertices[PATH_RECORD_VERTICES];
     /* What the sample holds: the sum, added up as the samples of a tile are. */
     float emission[3], direct[3], indirect[3], radiance[3];
-    bool rejected; /* it was not finite, and counts as nothing */
+    float stored[3]; /* what a tile holds of it: radiance, without what light fields light through
+                        the lens */
+    bool rejected;   /* it was not finite, and counts as nothing */
 };
 
 /* The steps, where path_*.c take them. */

@@ -186,6 +186,60 @@ static void steps_add_up(void **state)
     free(f);
 }
 
+/* Every lens sample of some pixels, as it travels. */
+static void lens_samples_are_those_of_tiles(const struct plan *p, struct traced *t)
+{
+    const uint32_t count = p->lens_strata_per_axis * p->lens_strata_per_axis;
+    uint32_t left = 0, lit = 0;
+    for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i += 3)
+        for (uint32_t k = 0; k < count; k++) {
+            float traced[3];
+            struct path_record *r = replay(t, p, i % SIDE_PX, i / SIDE_PX, k);
+            for (uint32_t c = 0; c < 3; c++)
+                traced[c] = samples_f32(t->samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
+            assert_same(r->stored, traced);
+            assert_int_equal(r->kind, PATH_RECORD_LENS);
+            left += r->vertices[0].left;
+            lit += r->stored[0] > 0.0f;
+            free(r);
+        }
+    assert_true(p->lens_light == LENS_LIGHT_DIFFUSE ? left > 0 : lit > 0);
+}
+
+static void so_are_lens_samples(void **state)
+{
+    (void)state;
+    for (uint32_t light = LENS_LIGHT_OWN; light <= LENS_LIGHT_DIFFUSE; light++) {
+        struct scene_fixture *f = fixture_new();
+        struct plan p = light == LENS_LIGHT_DIFFUSE ? floor_plan(f, 3.0f, SIDE_PX) : room(f);
+        if (light == LENS_LIGHT_DIFFUSE) {
+            fixture_panel(f, 0, (float[]){-1, 1, 0}, (float[]){0, 0, -1}, (float[]){0, 1, 0});
+            fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
+            p.camera.aperture_radius = 0.1f;
+            p.camera.focus_distance = 3.5f;
+            p.bounces = 1;
+        }
+        p.paths.spp = 0;
+        p.occlusion_distance = 0;
+        p.lens_strata_per_axis = 3;
+        p.planes = PLANES_LENS & ~PLANES_LENS_SURFACE;
+        p.light_planes = 0;
+        p.radiance_scale = 4;
+        p.length_unit = 8;
+        p.lens_light = light;
+        if (light != LENS_LIGHT_OWN) {
+            p.planes =
+                PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(INDIRECT_MEAN);
+            p.indirect_strata_per_axis = 1;
+        }
+        if (light == LENS_LIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+        struct traced t = trace_all(f, &p);
+        lens_samples_are_those_of_tiles(&p, &t);
+        traced_fini(&t);
+        free(f);
+    }
+}
+
 static void refuses_what_is_not_there(void **state)
 {
     (void)state;
@@ -211,6 +265,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(replays_are_what_tiles_trace),
         cmocka_unit_test(so_they_are_beside_light_fields),
+        cmocka_unit_test(so_are_lens_samples),
         cmocka_unit_test(steps_add_up),
         cmocka_unit_test(refuses_what_is_not_there),
     };
