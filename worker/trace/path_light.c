@@ -275,9 +275,9 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
 }
 
 /* The only path's sample, for its record. */
-static void record(const struct path_context *c, const struct path_vertex *v,
-                   const struct choice *choice, const struct light_packet *l,
-                   const struct reflected *f)
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
+                                    const struct choice *choice, const struct light_packet *l,
+                                    const struct reflected *f)
 {
     const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
     const uint32_t light = is_one_light(c->lights) ? 0 : choice->chosen[0];

@@ -13,16 +13,13 @@ static float weigh(float own, float other)
     return 1.0f / (1.0f + ratio * ratio);
 }
 
-/* light: as path_record_met has it. */
 static void add(const struct path_context *c, const struct path_packet *p, uint32_t depth,
-                uint32_t i, uint32_t light, const float radiance[3], float weight,
-                struct path_harvest *h)
+                uint32_t i, const float radiance[3], float weight, struct path_harvest *h)
 {
     const struct lanes3 *t = &p->throughput;
     float value[3] = {radiance[0] * weight * t->x[i], radiance[1] * weight * t->y[i],
                       radiance[2] * weight * t->z[i]};
     uint32_t slot = p->slot[i];
-    if (c->record) path_record_meet(c, light, radiance, weight, value);
     if (depth > 0) {
         path_harvest_add(c, h, depth, slot, value);
         return;
@@ -43,7 +40,8 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
             weight =
                 weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, direction));
-        add(c, p, v->depth, i, LIGHT_CHOICE_ENVIRONMENT, radiance, weight, h);
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
+        add(c, p, v->depth, i, radiance, weight, h);
     }
 }
 
@@ -78,7 +76,8 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
         ready = true;
         c->queries->kernels->meet_rectangle(light, p, reach, factor);
         for (uint32_t i = 0; i < p->count; i++)
-            if (factor[i] > 0.0f) add(c, p, v->depth, i, k, light->plan->color, factor[i], h);
+            if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
+        if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
     }
 }
 
@@ -104,7 +103,8 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
         if (s->light.on[i] && v->depth > 0) continue; /* its rectangle has been met */
         if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
             weight = weigh(p->pdf[i], emitter_density(c, p, s, i));
-        add(c, p, v->depth, i, LIGHT_CHOICE_EMITTERS, radiance, weight, h);
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
+        add(c, p, v->depth, i, radiance, weight, h);
     }
 }
 

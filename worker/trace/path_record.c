@@ -45,15 +45,19 @@ void path_record_arrive(const struct path_context *c, const struct path_packet *
     to->behind = s->behind.on[0];
 }
 
-void path_record_meet(const struct path_context *c, uint32_t light, const float radiance[3],
-                      float weight, const float value[3])
+void path_record_meet(const struct path_context *c, const struct path_packet *p, uint32_t light,
+                      const float radiance[3], float weight)
 {
     struct path_record_vertex *to = current(c);
+    float throughput[3];
     if (to->met_count == PATH_RECORD_MET) return;
     struct path_record_met *met = &to->met[to->met_count++];
     *met = (struct path_record_met){.light = light, .weight = weight};
-    memcpy(met->radiance, radiance, sizeof met->radiance);
-    memcpy(met->value, value, sizeof met->value);
+    take(&p->throughput, throughput);
+    for (int k = 0; k < 3; k++) {
+        met->radiance[k] = radiance[k];
+        met->value[k] = radiance[k] * weight * throughput[k]; /* as path_meet.c has it */
+    }
 }
 
 void path_record_surface(const struct path_context *c, const struct path_vertex *v)

@@ -106,24 +106,28 @@ struct path_record {
     bool rejected;   /* it was not finite, and counts as nothing */
 };
 
-/* The steps, where path_*.c take them. */
+/* The steps, where path_*.c take them; cold: nobody looks while pictures are made. */
+#define PATH_RECORD_COLD __attribute__((cold))
 
 /* The packet's ray came back; a new vertex begins. */
-void path_record_arrive(const struct path_context *c, const struct path_packet *p,
-                        const struct path_vertex *v);
-void path_record_meet(const struct path_context *c, uint32_t light, const float radiance[3],
-                      float weight, const float value[3]);
+PATH_RECORD_COLD void path_record_arrive(const struct path_context *c, const struct path_packet *p,
+                                         const struct path_vertex *v);
+PATH_RECORD_COLD void path_record_meet(const struct path_context *c, const struct path_packet *p,
+                                       uint32_t light, const float radiance[3], float weight);
 /* The surface is resolved. */
-void path_record_surface(const struct path_context *c, const struct path_vertex *v);
+PATH_RECORD_COLD void path_record_surface(const struct path_context *c,
+                                          const struct path_vertex *v);
 /* Light fields' light was left out. */
-void path_record_leave(const struct path_context *c, const struct path_packet *p,
-                       const struct path_vertex *v);
+PATH_RECORD_COLD void path_record_leave(const struct path_context *c, const struct path_packet *p,
+                                        const struct path_vertex *v);
 /* A light sample, before its ray is traced; all: what is sent on of it. */
-void path_record_light(const struct path_context *c, const struct path_vertex *v, uint32_t light,
-                       float probability, const struct light_packet *l, const float all[3]);
+PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
+                                        uint32_t light, float probability,
+                                        const struct light_packet *l, const float all[3]);
 /* Its ray came back. */
-void path_record_shadow(const struct path_context *c, const struct path_packet *p,
-                        const struct light_packet *l);
+PATH_RECORD_COLD void path_record_shadow(const struct path_context *c, const struct path_packet *p,
+                                         const struct light_packet *l);
 /* The next direction; the recorder fills in what the lobes and the roulette did. */
-void path_record_scatter(const struct path_context *c, const struct path_packet *p,
-                         const struct path_vertex *v, const struct path_record_scatter *scatter);
+PATH_RECORD_COLD void path_record_scatter(const struct path_context *c, const struct path_packet *p,
+                                          const struct path_vertex *v,
+                                          const struct path_record_scatter *scatter);

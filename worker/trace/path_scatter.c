@@ -184,9 +184,9 @@ static void append(const struct path_context *c, const struct path_packet *p,
 }
 
 /* The only path's next segment, for its record. */
-static void record(const struct path_context *c, const struct path_packet *p,
-                   const struct path_vertex *v, const struct scattering *s,
-                   const struct path_harvest *h, const struct path_pool *next)
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
+                                    const struct path_vertex *v, const struct scattering *s,
+                                    const struct path_harvest *h, const struct path_pool *next)
 {
     struct path_record_scatter to = {
         .on = s->on.on[0],
