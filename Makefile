@@ -52,7 +52,7 @@ pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev demo test unit system browser soak golden check-shade check-kernels bench \
+.PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
         bench-accuracy bench-quick simulate fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
@@ -86,6 +86,9 @@ browser: all
 soak: seconds = 1800
 soak: all
 	@node tests/browser/soak.test.mjs $(B) $(seconds)
+## determinism: the same bytes for every combination of job, workers, threads, tiles, order, blocks
+determinism: all
+	@tests/system/determinism.sh $(B) all
 ## golden: pictures against their authors' references and closed forms, at length
 golden: all $(goldens)
 	@$(B)/tests/golden/analytic long

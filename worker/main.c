@@ -1,4 +1,4 @@
-/* shearwater-worker: dials a coordinator and traces tiles for it. */
+/* shearwater-worker: dials a coordinator and traces tiles for it; or replays a sample. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +9,7 @@
 
 #include "proto/build.h"
 #include "worker/options.h"
+#include "worker/replay.h"
 #include "worker/session.h"
 
 #define STATUS_USAGE 2
@@ -82,6 +83,16 @@ static bool tie_to_parent(void)
     return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() == parent;
 }
 
+/* 0, 1 when it cannot be. */
+static int replay(const struct options *options)
+{
+    struct fault fault = {0};
+    if (replay_print(options, stdout, &fault) == 0 && fflush(stdout) == 0) return 0;
+    fprintf(stderr, "shearwater-worker: %s%s%s\n", fault.pointer, fault.pointer[0] ? ": " : "",
+            fault.detail[0] ? fault.detail : "standard output cannot be written");
+    return SESSION_END_FAILED;
+}
+
 static int run(const struct options *options)
 {
     uv_loop_t loop;
@@ -119,8 +130,9 @@ int main(int argc, char **argv)
         return 0;
     }
     if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
-    if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;
+    if (options.replay) return replay(&options);
+    if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
     return run(&options);
 }

@@ -12,6 +12,7 @@
 
 static const char help[] =
     "usage: shearwater-worker --connect unix:PATH | HOST:PORT [options]\n"
+    "       shearwater-worker --replay PLAN X,Y SAMPLE [--json] [--blobs DIR] [--cache DIR]\n"
     "\n"
     "Traces tiles for a Shearwater coordinator until it is told to stop (SIGTERM).\n"
     "\n"
@@ -25,6 +26,11 @@ static const char help[] =
     "  --nice N             leave CPUs to others, 1 to 19 (see nice(1); default: as started)\n"
     "  --name NAME          name in the list of workers (default: host:pid)\n"
     "  --exit-with-parent   end when the parent process or the link is gone\n"
+    "  --replay PLAN        trace one path of a plan once more and print all that it does: the\n"
+    "                       pixel's path number SAMPLE, from 0; --json: for programs. Scene and\n"
+    "                       environment are looked for in --blobs and --cache. `shearwater "
+    "replay`\n"
+    "                       makes plans of job documents\n"
     "  --help, --version\n"
     "\n"
     "SIGTERM or SIGINT: finish the tiles being traced, give the others back, leave. A second one:\n"
@@ -54,6 +60,8 @@ static const struct option_row rows[] = {
     {"--tiles-in-hand", OPTION_COUNT, offsetof(struct options, tiles_in_hand), LIMIT_TILES_IN_HAND},
     {"--nice", OPTION_COUNT, offsetof(struct options, nice), 19},
     {"--cache-bytes", OPTION_BYTES, offsetof(struct options, cache_bytes), UINT64_MAX >> 1},
+    {"--replay", OPTION_TEXT, offsetof(struct options, replay), 0},
+    {"--json", OPTION_FLAG, offsetof(struct options, json), 0},
     {"--exit-with-parent", OPTION_FLAG, offsetof(struct options, exit_with_parent), 0},
     {"--help", OPTION_FLAG, offsetof(struct options, help), 0},
     {"--version", OPTION_FLAG, offsetof(struct options, version), 0},
@@ -121,9 +129,23 @@ static uint32_t usable_cpus(void)
     return count < 1 ? 1 : count > LIMIT_THREADS ? LIMIT_THREADS : (uint32_t)count;
 }
 
+/* Only a replay has arguments. */
+static int check_arguments(const struct options *o, struct fault *fault)
+{
+    if (o->argument_count > 0 && !o->replay)
+        return fault_set(fault, ERR_UNKNOWN_MEMBER, o->arguments[0],
+                         "there is no such option; --help lists them");
+    if (o->json && !o->replay)
+        return fault_set(fault, ERR_MISSING, "--json", "goes with --replay alone");
+    if (!o->replay || o->argument_count == 2) return 0;
+    return fault_set(fault, ERR_MISSING, "--replay", "a pixel, X,Y, and a sample's number follow");
+}
+
 static int finish(struct options *o, struct fault *fault)
 {
     if (o->help || o->version) return 0;
+    const int e = check_arguments(o, fault);
+    if (e || o->replay) return e;
     if (!o->connect)
         return fault_set(fault, ERR_MISSING, "--connect",
                          "say where the coordinator is: unix:PATH or HOST:PORT");
@@ -141,6 +163,10 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     *out = (struct options){.cache_bytes = DEFAULT_CACHE_BYTES};
     for (int i = 1; i < argc; i++) {
         const struct option_row *row = find_row(argv[i]);
+        if (!row && argv[i][0] != '-' && out->argument_count < 2) {
+            out->arguments[out->argument_count++] = argv[i];
+            continue;
+        }
         if (!row)
             return fault_set(fault, ERR_UNKNOWN_MEMBER, argv[i],
                              "there is no such option; --help lists them");

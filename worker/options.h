@@ -7,15 +7,19 @@
 #include "proto/error.h"
 
 struct options {
-    const char *connect;    /* "unix:PATH" or "HOST:PORT"; required */
-    const char *cache_dir;  /* blobs fetched over the link; default: options_default_cache */
-    const char *blob_dir;   /* objects of a coordinator on this machine: mapped, not fetched */
-    const char *name;       /* for people; default host:pid */
-    uint64_t cache_bytes;   /* bound of the cache; default 16 GiB */
-    uint32_t threads;       /* 1..LIMIT_THREADS; default: the CPUs this process may use */
-    uint32_t tiles_in_hand; /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
-    uint32_t nice;          /* 1..19, as in nice(1); 0: as it was started */
-    bool exit_with_parent;  /* end when the parent or the link is gone */
+    const char *connect;      /* "unix:PATH" or "HOST:PORT"; required */
+    const char *cache_dir;    /* blobs fetched over the link; default: options_default_cache */
+    const char *blob_dir;     /* objects of a coordinator on this machine: mapped, not fetched */
+    const char *name;         /* for people; default host:pid */
+    uint64_t cache_bytes;     /* bound of the cache; default 16 GiB */
+    uint32_t threads;         /* 1..LIMIT_THREADS; default: the CPUs this process may use */
+    uint32_t tiles_in_hand;   /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
+    uint32_t nice;            /* 1..19, as in nice(1); 0: as it was started */
+    bool exit_with_parent;    /* end when the parent or the link is gone */
+    const char *replay;       /* a plan's file: print a sample of it instead of all that */
+    const char *arguments[2]; /* then the pixel, "X,Y", and the sample's number */
+    uint32_t argument_count;
+    bool json;
     bool help, version;
 };
 

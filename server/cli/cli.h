@@ -9,4 +9,5 @@ int cli_watch(int argc, char **argv);
 int cli_steer(int argc, char **argv);
 int cli_cancel(int argc, char **argv);
 int cli_workers(int argc, char **argv);
+int cli_replay(int argc, char **argv);
 int cli_compare(int argc, char **argv);

@@ -278,18 +278,45 @@ static int refused_download(FILE *f, long status, struct fault *fault)
     return refused(status, &answer, fault);
 }
 
-int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault)
+/* The request begun, with what it has besides its address, into a file. */
+static int download(struct client *c, const char *path, struct fault *fault)
 {
     struct output_file out;
     long status = 0;
     int error = output_file_open(&out, path, fault);
     if (error) return error;
-    begin(c, url_path);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, out.file);
     error = perform(c, &status, fault);
     if (!error && status >= 400) error = refused_download(out.file, status, fault);
     int unwritten = output_file_close(&out, !error, fault);
     return error ? error : unwritten;
+}
+
+int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault)
+{
+    begin(c, url_path);
+    return download(c, path, fault);
+}
+
+int client_post_download(struct client *c, const char *url_path, const json_t *body,
+                         const char *type, const char *path, struct fault *fault)
+{
+    char accept[128];
+    struct curl_slist *headers = curl_slist_append(NULL, "Content-Type: application/json");
+    char *text = json_dumps(body, JSON_COMPACT);
+    if (!text) {
+        curl_slist_free_all(headers);
+        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    }
+    snprintf(accept, sizeof accept, "Accept: %s", type);
+    headers = curl_slist_append(headers, accept);
+    begin(c, url_path);
+    curl_easy_setopt(c->curl, CURLOPT_HTTPHEADER, headers);
+    curl_easy_setopt(c->curl, CURLOPT_POSTFIELDS, text);
+    const int error = download(c, path, fault);
+    curl_slist_free_all(headers);
+    free(text);
+    return error;
 }
 
 static size_t feed_events(char *data, size_t size, size_t count, void *ctx)

@@ -40,6 +40,10 @@ int client_put_asset(struct client *c, const char *path, struct digest *digest,
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,
                 json_t **out, struct fault *fault);
 
+/* POSTs `body` as JSON and saves the answer, asked for as `type`, as client_download does. */
+int client_post_download(struct client *c, const char *url_path, const json_t *body,
+                         const char *type, const char *path, struct fault *fault);
+
 /* Saves an answer's body at `path` (output_file.h), whole or not at all. */
 int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault);
 

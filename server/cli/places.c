@@ -66,6 +66,13 @@ static int find_shipped(const char *web, struct places *out, struct fault *fault
     return error;
 }
 
+int places_find_worker(char out[PLACES_PATH_BYTES], struct fault *fault)
+{
+    path_text folder;
+    const int error = own_folder(folder, fault);
+    return error ? error : find_program(folder, "shearwater-worker", out, fault);
+}
+
 static int make_folders(path_text path)
 {
     for (char *slash = path + 1; (slash = strchr(slash, '/')); *slash++ = '/') {

@@ -20,5 +20,8 @@ struct places {
  * names what is missing. */
 int places_find(const char *data, const char *web, struct places *out, struct fault *fault);
 
+/* The worker's program alone. ERR_NOT_FOUND, ERR_IO. */
+int places_find_worker(char out[PLACES_PATH_BYTES], struct fault *fault);
+
 /* Unlocks, removes the socket. */
 void places_leave(struct places *places);

@@ -33,7 +33,7 @@ static void become_server(const struct private_server *s, unsigned workers, unsi
     ssize_t n = readlink("/proc/self/exe", program, sizeof program - 1);
     if (n < 0) _exit(127);
     program[n] = '\0';
-    snprintf(worker_text, sizeof worker_text, "%u", workers);
+    snprintf(worker_text, sizeof worker_text, "%u", workers == PRIVATE_SERVER_ALONE ? 0 : workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
     char *argv[14] = {program,    "serve",
                       "--listen", "127.0.0.1:0",

@@ -1,6 +1,7 @@
 #pragma once
 /* A coordinator of one's own for one command: a child process on a free loopback port with a data
  * folder that goes with it. */
+#include <limits.h>
 #include <sys/resource.h>
 #include <sys/types.h>
 
@@ -11,6 +12,8 @@ struct private_server {
     char base_url[64];
     char data_dir[256];
 };
+
+#define PRIVATE_SERVER_ALONE UINT_MAX /* no workers */
 
 /* Starts it with `workers` local workers of `worker_threads` threads (0: the server's default) and
  * waits until it listens. */

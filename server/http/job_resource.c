@@ -3,9 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/bytes.h"
+#include "proto/plan.h"
 #include "server/http/job_body.h"
 #include "server/job/job_id.h"
 #include "server/job/state.h"
+
+#define PLAN_TYPE "application/octet-stream"
 
 static void on_submitted(void *ctx, const struct fault *fault, const char *id, bool existed)
 {
@@ -24,14 +28,30 @@ static void on_submitted(void *ctx, const struct fault *fault, const char *id, b
     request_answer(r, 202, response);
 }
 
-static void on_planned(void *ctx, const struct fault *fault, json_t *plan)
+/* As workers get it, for who asks for that alone. */
+static struct MHD_Response *encoded(const struct plan *plan)
+{
+    struct bytes_writer w;
+    bytes_writer_init(&w);
+    plan_encode(&w, plan);
+    struct MHD_Response *response =
+        w.failed ? NULL : response_of_copy(w.data, w.size_bytes, PLAN_TYPE);
+    bytes_writer_fini(&w);
+    return response;
+}
+
+static void on_planned(void *ctx, const struct fault *fault, json_t *report,
+                       const struct plan *plan)
 {
     struct request *r = ctx;
     if (!request_back(r)) return;
+    const char *accepted = request_header(r, "Accept");
     if (fault && fault->code)
         request_fault(r, fault);
+    else if (accepted && strcmp(accepted, PLAN_TYPE) == 0)
+        request_answer(r, 200, encoded(plan));
     else
-        request_json(r, 200, json_pack("{s:O}", "plan", plan));
+        request_json(r, 200, json_pack("{s:O}", "plan", report));
 }
 
 /* Visible ASCII, so that it can be logged and compared byte by byte. False: a problem was sent. */

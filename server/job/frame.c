@@ -5,11 +5,15 @@
 
 #include "server/job/frame_work.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/path_error.h"
 
 /* Pixels in blocks that may wait for the team before leases pause: their samples stay in memory,
  * about 128 bytes a pixel at 9 spp. However large blocks are, some for each thread may wait. */
 #define PIXELS_OUT_MOST  524288
 #define BLOCKS_OUT_LEAST 32
+
+/* The largest blocks that may be asked for. */
+#define BLOCK_MOST_PX 512
 
 /* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
 #define PENDING_MOST 64
@@ -40,6 +44,16 @@ static uint32_t window_tiles(const struct plan *plan)
     return tiles > 0 ? tiles : 1;
 }
 
+/* What the plan's blocks are; tests, for which pixels must not depend on it, ask for others. All
+ * are whole numbers of the cells that errors are estimated in. */
+static int32_t choose_block_px(const struct plan *plan)
+{
+    const char *text = getenv("SHEARWATER_BLOCK_PX");
+    const long asked = text ? strtol(text, NULL, 10) : 0;
+    const bool fits = asked >= 1 && asked <= BLOCK_MOST_PX && asked % PATH_ERROR_CELL_PX == 0;
+    return fits ? (int32_t)asked : block_side_px(plan);
+}
+
 int frame_create(const struct frame_options *options, struct frame **out)
 {
     struct frame *f = calloc(1, sizeof *f);
@@ -50,14 +64,14 @@ int frame_create(const struct frame_options *options, struct frame **out)
     f->state = FRAME_QUEUED;
     bytes_writer_init(&f->plan_bytes);
     plan_encode(&f->plan_bytes, &f->plan);
-    const int32_t side_px = block_side_px(&f->plan);
+    f->block_px = choose_block_px(&f->plan);
     int error = f->plan_bytes.failed ? ERR_MEMORY : 0;
     if (!error)
         error = tile_grid_init(&f->grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px);
     if (!error)
-        error = tile_queue_create(&f->grid, side_px, plan_pass_count(&f->plan),
+        error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
-    if (!error) error = film_create(&f->plan, side_px, block_halo_px(&f->plan), &f->film);
+    if (!error) error = film_create(&f->plan, f->block_px, block_halo_px(&f->plan), &f->film);
     if (!error) error = scratch_create(&f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
@@ -194,7 +208,7 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
 
 static uint32_t blocks_out_most(const struct frame *f)
 {
-    const int32_t side_px = block_side_px(&f->plan), most = PIXELS_OUT_MOST / (side_px * side_px);
+    const int32_t most = PIXELS_OUT_MOST / (f->block_px * f->block_px);
     return (uint32_t)(most > BLOCKS_OUT_LEAST ? most : BLOCKS_OUT_LEAST);
 }
 
@@ -247,7 +261,7 @@ bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
 /* Blocks that touch the region, and all that these read. */
 static struct rect needed_by(const struct frame *f, struct rect region)
 {
-    const int32_t side = block_side_px(&f->plan);
+    const int32_t side = f->block_px;
     const struct rect blocks = {region.x0 / side * side, region.y0 / side * side,
                                 (region.x1 + side - 1) / side * side,
                                 (region.y1 + side - 1) / side * side};

@@ -55,6 +55,7 @@ struct frame {
     struct bytes_writer plan_bytes;
     struct tile_grid grid;
     struct tile_queue *tiles;
+    int32_t block_px; /* side of the film's blocks */
     struct film *film;
     struct frame_rounds rounds; /* all NULL without rounds */
     struct frame_target target; /* all NULL without one */

@@ -287,7 +287,7 @@ static void stop_dry_runs(struct jobs *jobs)
     while ((run = jobs->dry_runs)) {
         jobs->dry_runs = run->next;
         preparation_cancel(&run->preparation);
-        run->done(run->ctx, &fault, NULL);
+        run->done(run->ctx, &fault, NULL, NULL);
         free(run);
     }
 }

@@ -55,8 +55,10 @@ typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char 
 void jobs_submit(struct jobs *jobs, struct job *job, const char *idempotency_key,
                  const struct digest *body, jobs_submitted done, void *ctx);
 
-/* Imports (or finds the blob) and plans without submitting. plan: see jobs_get; borrowed. */
-typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *plan);
+/* Imports (or finds the blob) and plans without submitting. report: the plan of jobs_get; plan: of
+ * the first frame. Both are borrowed. */
+typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *report,
+                             const struct plan *plan);
 void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx);
 
 /* {id, state, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan

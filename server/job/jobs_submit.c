@@ -143,13 +143,13 @@ static void on_dry_prepared(void *ctx, const struct fault *fault, struct prepare
     struct dry_run *run = ctx;
     struct fault memory;
     unlink_dry_run(run);
-    json_t *plan = prepared ? plan_report_json(&prepared->plan, &prepared->report) : NULL;
-    if (!fault && !plan) {
+    json_t *report = prepared ? plan_report_json(&prepared->plan, &prepared->report) : NULL;
+    if (!fault && !report) {
         fault_set(&memory, ERR_MEMORY, "", "no memory for the plan");
         fault = &memory;
     }
-    run->done(run->ctx, fault, plan);
-    json_decref(plan);
+    run->done(run->ctx, fault, report, prepared ? &prepared->plan : NULL);
+    json_decref(report);
     prepared_destroy(&prepared);
     free(run);
 }
@@ -162,7 +162,7 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
     if (!run) {
         job_fini(job);
         if (!error) fault_set(&fault, ERR_MEMORY, "", "no memory to plan");
-        done(ctx, &fault, NULL);
+        done(ctx, &fault, NULL, NULL);
         return;
     }
     *run = (struct dry_run){.next = jobs->dry_runs, .jobs = jobs, .done = done, .ctx = ctx};
@@ -173,7 +173,7 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
     unlink_dry_run(run);
     free(run);
     fault_set(&fault, error, "", "no memory to plan");
-    done(ctx, &fault, NULL);
+    done(ctx, &fault, NULL, NULL);
 }
 
 /* A cancellation that ends in a removal, or of a job that is not in the table. */

@@ -71,6 +71,13 @@ static void begin(const struct path_context *c, const struct block *b, uint32_t 
     c->counters->value[COUNTER_LENS_SAMPLES] += pool->count;
 }
 
+void lens_begin(const struct path_context *c, const struct block *b, uint32_t sample,
+                struct lens_scratch *s, struct path_pool *pool)
+{
+    lens_init(c, b, s);
+    begin(c, b, sample, 1, s, pool);
+}
+
 /* Samples that are not finite count as black. */
 static void store_radiance(const struct path_context *c, const struct block *b,
                            const struct path_harvest *h, size_t first, uint32_t sample,

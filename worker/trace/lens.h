@@ -20,6 +20,11 @@ struct lens_scratch {
 /* For blocks of the plan, which has lens samples. */
 void lens_scratch_init(struct lens_scratch *s, const struct plan *plan);
 
+/* The paths of one lens sample of the block's kept pixels join the pool, which is emptied first:
+ * for path_trace_camera. */
+void lens_begin(const struct path_context *c, const struct block *b, uint32_t sample,
+                struct lens_scratch *s, struct path_pool *pool);
+
 /* Traces all lens samples of the block's kept pixels into the planes of lens samples that `samples`
  * has. c->lens holds; paths->harvest is overwritten. */
 void lens_trace(const struct path_context *c, const struct block *block, struct lens_scratch *s,

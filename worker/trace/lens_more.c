@@ -5,10 +5,6 @@
 
 #include "worker/trace/block_store.h"
 
-/* Behind all samples that a first set may have, at a whole multiple of any power of two that a set
- * may be: there the sequence is stratified anew. */
-#define FIRST_SAMPLE (LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS)
-
 static bool choose(const struct path_context *c, const struct block *block, const uint8_t *sides,
                    struct lens_more *m)
 {
@@ -70,7 +66,7 @@ void lens_more_trace(const struct path_context *c, const struct block *block, co
     for (uint32_t done = 0; done < count;) {
         const uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;
-        path_trace(c, &m->block, FIRST_SAMPLE + done, n, paths);
+        path_trace(c, &m->block, LENS_MORE_FIRST + done, n, paths);
         add(c, &paths->harvest, n, m);
         done += n;
     }

@@ -5,6 +5,10 @@
 #include "proto/samples.h"
 #include "worker/trace/path.h"
 
+/* The first path of second sets: behind all samples that a first set may have, at a whole multiple
+ * of any power of two that a set may be: there the sequence is stratified anew. */
+#define LENS_MORE_FIRST (LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS)
+
 struct lens_more {
     struct block block;   /* whose kept pixels ask */
     double sum[LANES][4]; /* radiance, and the sum of its squares */

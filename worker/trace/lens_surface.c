@@ -31,7 +31,7 @@ static void find_light(const struct path_context *c, const struct path_harvest *
 /* Of pure Lambert surfaces nothing is left; of others what their other lobes have sent on. What is
  * not finite stays so, for whoever counts it. The albedo is the exact one, though it travels
  * rounded: rounded at random it adds as much in the mean, and nothing is left that is cut at 0. */
-static void take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
+void lens_surface_take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
 {
     struct path_rgb *left = &h->indirect;
     const struct path_rgb *albedo = &h->albedo, *brought = &h->diffuse_indirect;
@@ -78,7 +78,7 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
         albedos[i] =
             shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, rounding_of(c, b, i, sample));
         lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);
-        take_out(c, k, h);
+        lens_surface_take_out(c, k, h);
     }
     block_store_positive_half(b, depth, 1.0f / c->plan->length_unit,
                               samples_u16(samples, PLANE_LENS_DEPTH, sample));

@@ -7,6 +7,9 @@
 /* A f_px (1/z - 1/F), PLANE_LENS_SLOPE's of a point z > 0 ahead of the lens. */
 float lens_slope(const struct plan *plan, float z);
 
+/* Takes the light that fields bring out of what the harvest's slot holds. */
+void lens_surface_take_out(const struct path_context *c, size_t slot, struct path_harvest *h);
+
 /* Stores depth, normal, albedo and own light of lens sample `sample`, which lies in the harvest
  * from slot `first` on, and takes that light out of what the harvest holds. Nothing happens under a
  * plan whose light fields light no lens samples. */

@@ -9,6 +9,7 @@
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens_centres.h"
+#include "worker/trace/path_record.h"
 
 void path_scratch_init(struct path_scratch *s)
 {
@@ -264,6 +265,7 @@ static void leave_diffuse(const struct path_context *c, struct path_packet *p,
         h->share.r[slot] = h->share.g[slot] = h->share.b[slot] = 0.0f;
     }
     if (!any) v->any_lambert = v->any_general = false;
+    if (c->record) path_record_leave(c, p, v);
 }
 
 static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
@@ -288,6 +290,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
     if (c->leaves_diffuse) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
     end_lanes(&lit, v);
+    if (c->record && lit.on[0]) path_record_leave(c, p, v);
 }
 
 /* Rectangles whose centre is farther than so many of their half diagonals light evenly enough. */
@@ -340,8 +343,10 @@ static void follow(const struct path_context *c, struct path_packet *p, struct p
     hit_resolve(c->queries, &valid, &p->rays, &v->surface);
     if (c->field && v->depth == PATH_FIELD_DEPTH) path_note_reach(p, &valid, h);
     attenuate(p, v);
+    if (c->record) path_record_arrive(c, p, v);
     path_meet(c, p, v, h);
     prepare(c, p, v);
+    if (c->record) path_record_surface(c, v);
 }
 
 static void trace_packet(const struct path_context *c, uint32_t depth, struct path_packet *p,

@@ -22,6 +22,7 @@
 #include "worker/trace/sky.h"
 
 struct lens_centres;
+struct path_record;
 
 /* What all paths of a tile share. */
 struct path_context {
@@ -46,6 +47,7 @@ struct path_context {
     bool leaves_glossy;   /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
+    struct path_record *record; /* of the only path on its way; NULL: nobody looks */
 };
 
 /* Random numbers of the context's pass: later passes' rays go elsewhere, as under another seed. */

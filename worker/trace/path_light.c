@@ -5,6 +5,7 @@
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_record.h"
 
 /* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
 #define EMITTER_END 0.9999f
@@ -273,6 +274,16 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
         if (l->packet.traced.on[i] && !v->lambert.on[i]) reflect_general(v, choice, l, i, out);
 }
 
+/* The only path's sample, for its record. */
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
+                                    const struct choice *choice, const struct light_packet *l,
+                                    const struct reflected *f)
+{
+    const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
+    const uint32_t light = is_one_light(c->lights) ? 0 : choice->chosen[0];
+    path_record_light(c, v, light, choice->probability[0], l, all);
+}
+
 /* Rays whose light would not be sent on are not traced. */
 static void drop_dim(const struct path_context *c, const struct reflected *f,
                      struct light_packet *p)
@@ -317,11 +328,13 @@ void path_light(const struct path_context *c, const struct path_packet *p,
     reflect(c, v, &choice, light, &reflected);
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
+    if (c->record) record(c, v, &choice, packet, &reflected);
     uint32_t traced = lanes_count(&packet->traced);
     if (traced == 0) return;
     c->counters->value[v->depth == 0 ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] +=
         traced;
     queries_occluded(c->queries, v->depth == 0 ? QUERY_SHADOW : QUERY_BOUNCE_SHADOW,
                      &packet->traced, &packet->rays);
+    if (c->record) path_record_shadow(c, p, packet);
     gather(c, p, v, packet, &reflected, h);
 }

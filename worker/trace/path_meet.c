@@ -3,6 +3,7 @@
 
 #include "worker/scene/emitters.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_record.h"
 
 /* The power heuristic, as path_lanes.h has it. */
 static float weigh(float own, float other)
@@ -39,6 +40,7 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
             weight =
                 weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, direction));
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }
 }
@@ -75,6 +77,7 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
         c->queries->kernels->meet_rectangle(light, p, reach, factor);
         for (uint32_t i = 0; i < p->count; i++)
             if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
+        if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
     }
 }
 
@@ -100,6 +103,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
         if (s->light.on[i] && v->depth > 0) continue; /* its rectangle has been met */
         if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
             weight = weigh(p->pdf[i], emitter_density(c, p, s, i));
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }
 }

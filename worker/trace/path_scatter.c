@@ -5,6 +5,7 @@
 #include "proto/pattern_path.h"
 #include "worker/shade/glossy.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_record.h"
 
 /* After this scattering paths are ended by chance in proportion to what they still carry. Variance
  * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
@@ -182,6 +183,27 @@ static void append(const struct path_context *c, const struct path_packet *p,
     }
 }
 
+/* The only path's next segment, for its record. */
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
+                                    const struct path_vertex *v, const struct scattering *s,
+                                    const struct path_harvest *h, const struct path_pool *next)
+{
+    struct path_record_scatter to = {
+        .on = s->on.on[0],
+        .transmitted = s->through.on[0],
+        .direction = {s->direction.x[0], s->direction.y[0], s->direction.z[0]},
+        .weight = {s->weight.x[0], s->weight.y[0], s->weight.z[0]},
+        .pdf = s->pdf[0],
+        .left_out = is_left_out(c, v, p->slot[0], h),
+        .goes_on = next->count > 0};
+    const struct lanes3 *t = &p->throughput;
+    const float most =
+        fmaxf(t->x[0] * to.weight[0], fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
+    to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
+    to.survival = most < ROULETTE_MOST ? most : ROULETTE_MOST;
+    path_record_scatter(c, p, v, &to);
+}
+
 void path_scatter(const struct path_context *c, const struct path_packet *p,
                   const struct path_vertex *v, struct path_harvest *h, struct path_pool *next)
 {
@@ -199,4 +221,5 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
         if (v->active.on[i] && !v->lambert.on[i]) scatter_general(c, p, v, i, lobe[i], at, &s, h);
     }
     append(c, p, v, &s, h, next);
+    if (c->record) record(c, p, v, &s, h, next);
 }

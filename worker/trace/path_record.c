@@ -1,0 +1,195 @@
+#include "worker/trace/path_record.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/trace/lane_kernels.h"
+
+#define INVERSE_PI 0.318309886183790672f
+
+static struct path_record_vertex *current(const struct path_context *c)
+{
+    return &c->record->vertices[c->record->count - 1];
+}
+
+static void take(const struct lanes3 *from, float out[3])
+{
+    out[0] = from->x[0];
+    out[1] = from->y[0];
+    out[2] = from->z[0];
+}
+
+void path_record_arrive(const struct path_context *c, const struct path_packet *p,
+                        const struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    const struct RTCRay16 *r = &p->rays.ray;
+    if (c->record->count == PATH_RECORD_VERTICES) return; /* LIMIT_INDIRECT_BOUNCES forbids it */
+    struct path_record_vertex *to = &c->record->vertices[c->record->count++];
+    memset(to, 0, sizeof *to);
+    memcpy(to->origin, (float[]){r->org_x[0], r->org_y[0], r->org_z[0]}, sizeof to->origin);
+    memcpy(to->direction, (float[]){r->dir_x[0], r->dir_y[0], r->dir_z[0]}, sizeof to->direction);
+    to->pdf = p->pdf[0];
+    take(&p->throughput, to->throughput);
+    to->hit = s->hit.on[0];
+    if (!to->hit) return;
+    to->distance = s->distance[0];
+    take(&s->position, to->position);
+    take(&s->normal, to->normal);
+    take(&s->facet, to->facet);
+    to->instance = s->id[0];
+    to->triangle = p->rays.hit.primID[0];
+    to->u = p->rays.hit.u[0];
+    to->v = p->rays.hit.v[0];
+    to->behind = s->behind.on[0];
+}
+
+void path_record_meet(const struct path_context *c, const struct path_packet *p, uint32_t light,
+                      const float radiance[3], float weight)
+{
+    struct path_record_vertex *to = current(c);
+    float throughput[3];
+    if (to->met_count == PATH_RECORD_MET) return;
+    struct path_record_met *met = &to->met[to->met_count++];
+    *met = (struct path_record_met){.light = light, .weight = weight};
+    take(&p->throughput, throughput);
+    for (int k = 0; k < 3; k++) {
+        met->radiance[k] = radiance[k];
+        met->value[k] = radiance[k] * weight * throughput[k]; /* as path_meet.c has it */
+    }
+}
+
+void path_record_surface(const struct path_context *c, const struct path_vertex *v)
+{
+    struct path_record_vertex *to = current(c);
+    if (!to->hit) return;
+    to->active = v->active.on[0];
+    to->lambert = v->surface.mesh[0]->material->lambert;
+    take(&v->surface.albedo, to->albedo);
+    if (!to->lambert) to->bsdf = v->bsdf[0];
+}
+
+void path_record_leave(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v)
+{
+    struct path_record_vertex *to = current(c);
+    if (!to->active) return;
+    to->left = !v->active.on[0];
+    to->is_kept = true;
+    take(&p->throughput, to->kept);
+}
+
+/* The density with which scattering would choose the direction. */
+static float scattered_density(const struct path_vertex *v, const float d[3])
+{
+    const struct surface *s = &v->surface;
+    const float z = d[0] * s->normal.x[0] + d[1] * s->normal.y[0] + d[2] * s->normal.z[0];
+    struct bsdf_value value;
+    if (v->lambert.on[0]) return z > 0.0f ? z * INVERSE_PI : 0.0f;
+    const float wi[3] = {
+        d[0] * v->tangent.x[0] + d[1] * v->tangent.y[0] + d[2] * v->tangent.z[0],
+        d[0] * v->bitangent.x[0] + d[1] * v->bitangent.y[0] + d[2] * v->bitangent.z[0], z};
+    const float wo[3] = {v->back.x[0], v->back.y[0], v->back.z[0]};
+    bsdf_evaluate(&v->bsdf[0], wo, wi, &value);
+    return value.pdf;
+}
+
+void path_record_light(const struct path_context *c, const struct path_vertex *v, uint32_t light,
+                       float probability, const struct light_packet *l, const float all[3])
+{
+    struct path_record_light *to = &current(c)->light;
+    const struct RTCRay16 *r = &l->rays.ray;
+    const float way[3] = {r->dir_x[0], r->dir_y[0], r->dir_z[0]};
+    const float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    const float length = sqrtf(squared > 0.0f ? squared : 1.0f);
+    if (!v->active.on[0]) return;
+    current(c)->last = v->last.on[0];
+    *to = (struct path_record_light){.tried = true,
+                                     .light = light,
+                                     .probability = probability,
+                                     .skip = l->skip[0],
+                                     .traced = l->traced.on[0]};
+    if (to->skip != 0) return;
+    for (int k = 0; k < 3; k++) to->direction[k] = way[k] / length;
+    memcpy(to->origin, (float[]){r->org_x[0], r->org_y[0], r->org_z[0]}, sizeof to->origin);
+    memcpy(to->reflected, all, sizeof to->reflected);
+    to->distance = r->tfar[0] * length;
+    to->density = l->density[0] * probability;
+    to->scattered = scattered_density(v, to->direction);
+    const float ratio = to->density > 0.0f ? to->scattered / to->density : 0.0f;
+    to->weight = 1.0f / (1.0f + ratio * ratio);
+}
+
+/* Looks again for what is in the way: nothing but the record hears of it. */
+static void find_blocker(const struct path_context *c, const struct light_packet *l,
+                         struct path_record_light *to)
+{
+    struct RTCRayHit16 rays;
+    struct lanes_mask one;
+    queries_init_rays(&rays);
+    rays.ray = l->rays.ray;
+    memset(&one, 0, sizeof one);
+    one.on[0] = -1;
+    const float x = rays.ray.dir_x[0], y = rays.ray.dir_y[0], z = rays.ray.dir_z[0];
+    const float length = sqrtf(x * x + y * y + z * z);
+    rays.ray.tfar[0] = to->distance / length;
+    queries_closest(c->queries, QUERY_BLOCKER, &one, &rays);
+    if (rays.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID) return;
+    const uint32_t placed = rays.hit.instID[0][0];
+    to->blocker = 1 + (placed != RTC_INVALID_GEOMETRY_ID ? placed : rays.hit.geomID[0]);
+    to->blocked_at = rays.ray.tfar[0] * length;
+}
+
+void path_record_shadow(const struct path_context *c, const struct path_packet *p,
+                        const struct light_packet *l)
+{
+    struct path_record_light *to = &current(c)->light;
+    float throughput[3];
+    if (!to->traced) return;
+    to->blocked = l->rays.ray.tfar[0] < 0.0f;
+    if (to->blocked) {
+        find_blocker(c, l, to);
+        return;
+    }
+    take(&p->throughput, throughput);
+    for (int k = 0; k < 3; k++) to->value[k] = to->reflected[k] * throughput[k];
+}
+
+/* What bsdf_sample chose, once more: it is pure. */
+static void split_weight(const struct path_context *c, const struct path_packet *p,
+                         const struct path_vertex *v, struct path_record_scatter *to)
+{
+    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
+    float u[2], lobe, unused;
+    struct bsdf_sample sample;
+    (void)c;
+    if (v->lambert.on[0]) {
+        memcpy(to->diffuse, to->weight, sizeof to->diffuse);
+        return;
+    }
+    path_pair(p->key[0], p->sample[0], base + PATH_DIRECTION, &u[0], &u[1]);
+    path_pair(p->key[0], p->sample[0], base + PATH_CHOICE, &lobe, &unused);
+    const float wo[3] = {v->back.x[0], v->back.y[0], v->back.z[0]};
+    if (!bsdf_sample(&v->bsdf[0], wo, lobe, u, &sample)) return;
+    to->dirac = sample.dirac;
+    for (int k = 0; k < 3; k++) {
+        to->diffuse[k] = v->bsdf[0].albedo[k] * sample.diffuse;
+        to->specular[k] = sample.specular[k];
+    }
+}
+
+void path_record_scatter(const struct path_context *c, const struct path_packet *p,
+                         const struct path_vertex *v, const struct path_record_scatter *scatter)
+{
+    struct path_record_scatter *to = &current(c)->scatter;
+    if (!v->active.on[0]) return;
+    *to = *scatter;
+    to->tried = true;
+    if (!to->on) return;
+    split_weight(c, p, v, to);
+    if (!to->roulette) return;
+    float unused;
+    path_pair(p->key[0], p->sample[0], PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE,
+              &to->chance, &unused);
+}

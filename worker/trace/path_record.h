@@ -1,0 +1,133 @@
+#pragma once
+/* What one path did, step by step: for people who ask why a pixel is what it is.
+ *
+ * The path tracer's own steps fill it while they run, so that what is told is what was traced. A
+ * context without a record (path_context.record NULL: always, but in a replay) pays for it with a
+ * branch a packet. With one, there must be a single path on its way: it travels in lane 0. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "proto/limits.h"
+#include "worker/shade/bsdf.h"
+
+struct light_packet;
+struct path_context;
+struct path_packet;
+struct path_vertex;
+
+/* Camera, LIMIT_INDIRECT_BOUNCES after the first scattering, and what the last segment meets. */
+#define PATH_RECORD_VERTICES (LIMIT_INDIRECT_BOUNCES + 3)
+/* Of one segment: every rectangle, and the sky or a surface. */
+#define PATH_RECORD_MET (LIMIT_LIGHTS + 1)
+
+/* Light that was met by the path's own ray, or chosen for a light sample: the number of a light of
+ * the plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */
+struct path_record_met {
+    uint32_t light;
+    float radiance[3];
+    float weight;   /* by the power heuristic; times the profile of a rectangle */
+    float value[3]; /* what it adds to the sample */
+};
+
+struct path_record_light {
+    bool tried;
+    uint32_t light;
+    float probability;             /* of choosing it */
+    int32_t skip;                  /* enum light_skip: why no ray is needed */
+    float origin[3], direction[3]; /* unit */
+    float distance;                /* INFINITY: the sky */
+    float density;   /* per solid angle, times the probability; 0: nothing else finds the light */
+    float scattered; /* density with which scattering would have chosen the direction */
+    float weight;    /* of the power heuristic */
+    float reflected[3]; /* what arrives is sent on: radiance over the path's throughput */
+    bool traced;        /* its ray; else `skip`, or what is sent on is nothing */
+    bool blocked;
+    uint32_t blocker; /* instance index + 1 of what the ray met first; 0: not found again */
+    float blocked_at; /* its distance */
+    float value[3];   /* what it adds to the sample */
+};
+
+struct path_record_scatter {
+    bool tried;
+    bool on; /* false: absorbed, or a direction on the wrong side of the surface */
+    bool dirac, transmitted;
+    float direction[3];
+    float pdf;                     /* per solid angle; 0: light samples could not have found it */
+    float diffuse[3], specular[3]; /* the weight's parts */
+    float weight[3];               /* f |cos| / density: the throughput is multiplied by it */
+    bool left_out;                 /* all that could come is a light field's */
+    bool goes_on;
+    bool roulette; /* was played; the throughput then is over `survival` */
+    float chance, survival;
+};
+
+struct path_record_vertex {
+    float origin[3], direction[3]; /* of the ray that came here */
+    float pdf;
+    float throughput[3]; /* of that ray's light to the camera, dimmed by volumes */
+    uint32_t met_count;
+    struct path_record_met met[PATH_RECORD_MET];
+    bool hit;
+    float distance;
+    float position[3], normal[3], facet[3]; /* shading and geometric, towards the ray */
+    uint32_t instance;                      /* index + 1 */
+    uint32_t triangle;
+    float u, v;  /* barycentric */
+    bool behind; /* met from the side that the winding turns away */
+    bool active; /* sends light on */
+    bool lambert;
+    struct bsdf bsdf; /* unless lambert */
+    float albedo[3];
+    bool left;     /* ended: a light field brings what would come */
+    float kept[3]; /* throughput after what a light field brings was taken out of it */
+    bool is_kept;  /* that was done here */
+    bool last;     /* its light sample stands for all direct light */
+    struct path_record_light light;
+    struct path_record_scatter scatter;
+};
+
+/* Whose sample it is. */
+enum path_record_kind {
+    PATH_RECORD_PATHS,    /* the path tracer's */
+    PATH_RECORD_LENS,     /* of the lens's light field */
+    PATH_RECORD_LENS_MORE /* of a second set through the lens */
+};
+
+struct path_record {
+    enum path_record_kind kind;
+    uint32_t first, last; /* numbers that samples of this kind have */
+    float pixel[2];       /* position in the image, px */
+    uint32_t count;
+    struct path_record_vertex vertices[PATH_RECORD_VERTICES];
+    /* What the sample holds: the sum, added up as the samples of a tile are. */
+    float emission[3], direct[3], indirect[3], radiance[3];
+    float stored[3]; /* what a tile holds of it: radiance, without what light fields light through
+                        the lens */
+    bool rejected;   /* it was not finite, and counts as nothing */
+};
+
+/* The steps, where path_*.c take them; cold: nobody looks while pictures are made. */
+#define PATH_RECORD_COLD __attribute__((cold))
+
+/* The packet's ray came back; a new vertex begins. */
+PATH_RECORD_COLD void path_record_arrive(const struct path_context *c, const struct path_packet *p,
+                                         const struct path_vertex *v);
+PATH_RECORD_COLD void path_record_meet(const struct path_context *c, const struct path_packet *p,
+                                       uint32_t light, const float radiance[3], float weight);
+/* The surface is resolved. */
+PATH_RECORD_COLD void path_record_surface(const struct path_context *c,
+                                          const struct path_vertex *v);
+/* Light fields' light was left out. */
+PATH_RECORD_COLD void path_record_leave(const struct path_context *c, const struct path_packet *p,
+                                        const struct path_vertex *v);
+/* A light sample, before its ray is traced; all: what is sent on of it. */
+PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
+                                        uint32_t light, float probability,
+                                        const struct light_packet *l, const float all[3]);
+/* Its ray came back. */
+PATH_RECORD_COLD void path_record_shadow(const struct path_context *c, const struct path_packet *p,
+                                         const struct light_packet *l);
+/* The next direction; the recorder fills in what the lobes and the roulette did. */
+PATH_RECORD_COLD void path_record_scatter(const struct path_context *c, const struct path_packet *p,
+                                          const struct path_vertex *v,
+                                          const struct path_record_scatter *scatter);
