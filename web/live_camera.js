@@ -39,6 +39,7 @@ export class LiveCamera {
     if (lens !== undefined) this.lens = lens;
     this.waiting = { at: this.waiting?.at ?? at, camera: camera ? rounded(camera) : this.waiting?.camera, lens: lens === undefined ? this.waiting?.lens : lens };
     this.pump();
+    this.onChange();
   }
 
   async pump() {
