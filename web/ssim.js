@@ -29,7 +29,9 @@ export function ssim({ width, height, reference, test, counts }) {
 
 function likeness([weight, xs, ys, xxs, yys, xys], i) {
   const n = weight[i], x = xs[i] / n, y = ys[i] / n;
-  const xx = Math.max(xxs[i] / n - x * x, 0), yy = Math.max(yys[i] / n - y * y, 0), xy = xys[i] / n - x * y;
+  const xx = Math.max(xxs[i] / n - x * x, 0), yy = Math.max(yys[i] / n - y * y, 0);
+  // No more than the deviations allow: rounding must not tell what is flat and alike apart.
+  const most = Math.sqrt(xx * yy), xy = Math.min(Math.max(xys[i] / n - x * y, -most), most);
   return (2 * x * y + C1) * (2 * xy + C2) / ((x * x + y * y + C1) * (xx + yy + C2));
 }
 

@@ -46,7 +46,8 @@ static float likeness(float *const sums[SUMS], size_t i)
     double v[SUMS];
     for (int k = 0; k < SUMS; k++) v[k] = (double)sums[k][i] / (double)sums[WEIGHT][i];
     const double xx = fmax(v[XX] - v[X] * v[X], 0), yy = fmax(v[YY] - v[Y] * v[Y], 0);
-    const double xy = v[XY] - v[X] * v[Y];
+    /* No more than the deviations allow: rounding must not tell what is flat and alike apart. */
+    const double most = sqrt(xx * yy), xy = fmin(fmax(v[XY] - v[X] * v[Y], -most), most);
     return (float)((2 * v[X] * v[Y] + C1) * (2 * xy + C2) /
                    ((v[X] * v[X] + v[Y] * v[Y] + C1) * (xx + yy + C2)));
 }

@@ -68,8 +68,9 @@ static void begin_jobs(struct jobs *jobs)
         after = job->after;
         if (job->paused) continue;
         if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
-        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || live_job_has_unopened(job))
-            ready++;
+        /* Live jobs have places of their own: who waits for one holds nobody up. */
+        const bool waits = live_job_has_unopened(job) && !job->live;
+        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || waits) ready++;
     }
 }
 
