@@ -40,7 +40,7 @@ const move = (id, change) => ask("PATCH", `${url}/v1/jobs/${id}`, change);
 const around = (angle) => ({ eye: [Math.fround(4 * Math.sin(angle)), 1, Math.fround(4 * Math.cos(angle))], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 39 });
 const exr = async (id) => (await ask("GET", `${url}/v1/jobs/${id}/frames/1/image.exr`)).bytes;
 
-const live = submit({ sampling: { spp: 9 }, layers: ["beauty", "depth"], live: true });
+const live = submit({ sampling: { spp: 9, tile_px: 128 }, layers: ["beauty", "depth"], live: true });
 const feed = new LiveFeed(url, live);
 await feed.open;
 
