@@ -53,6 +53,7 @@ struct jobs {
     struct open_frame open[OPEN_MOST + PARKED_MOST + LIVE_MOST]; /* in order of service */
     unsigned open_count, open_live;                              /* of them, of live jobs */
     unsigned live_count;                                         /* of those in the table */
+    unsigned live_coming;                                        /* being stored before that */
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
     unsigned ended_next;

@@ -111,16 +111,18 @@ static void go(struct live_job *job, enum job_state state)
     jobs_event_state(job);
 }
 
-/* The frame of the first level. */
+/* The frame of the first level, in the place of the one that was open; a job that had none waits on
+ * for a place. */
 static void begin(struct live_job *job)
 {
+    const bool has_place = job->frames_opened > 0;
     live_view_hide(job);
     live_job_drop_frames(job);
     job->view->level = 0;
     job->trace_started_us = 0;
     go(job, JOB_RUNNING);
     jobs_progress_soon(job->jobs, job);
-    if (live_job_has_unopened(job)) live_job_open_frame(job);
+    if (has_place && live_job_has_unopened(job)) live_job_open_frame(job);
 }
 
 /* What a plan says of the job is told when somebody asks; until then only the camera has moved. */
