@@ -68,8 +68,9 @@ static void begin_jobs(struct jobs *jobs)
         after = job->after;
         if (job->paused) continue;
         if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
-        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || live_job_has_unopened(job))
-            ready++;
+        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING ||
+            (!job->live && live_job_has_unopened(job)))
+            ready++; /* a live job that waits for room may wait long */
     }
 }
 
@@ -91,11 +92,21 @@ static bool has_room(const struct jobs *jobs, const struct live_job *job)
     return floats <= OPEN_FLOATS_MOST;
 }
 
+/* Its pictures stay while it is open: the first has room, whatever its size. */
+static bool has_live_room(const struct jobs *jobs, const struct live_job *job)
+{
+    uint64_t floats = live_job_frame_floats(job);
+    if (jobs->open_live == 0) return true;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (jobs->open[i].job->live) floats += live_job_frame_floats(jobs->open[i].job);
+    return jobs->open_live < LIVE_MOST && floats <= LIVE_FLOATS_MOST;
+}
+
 /* Live jobs have places of their own, as their frames stay. */
 static bool may_open(const struct jobs *jobs, const struct live_job *job)
 {
     if (job->paused || !live_job_has_unopened(job)) return false;
-    if (job->live) return jobs->open_live < LIVE_MOST;
+    if (job->live) return has_live_room(jobs, job);
     return jobs_table_working(jobs) < OPEN_MOST;
 }
 
