@@ -312,7 +312,10 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->progress, NULL);
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     uv_close((uv_handle_t *)&jobs->idle, NULL);
-    for (size_t i = 0; i < jobs->count; i++) live_job_drop(jobs->by_id[i]);
+    for (size_t i = 0; i < jobs->count; i++) {
+        live_view_keep(jobs->by_id[i]);
+        live_job_drop(jobs->by_id[i]);
+    }
     stop_dry_runs(jobs);
     imports_stop(jobs->imports);
 }
