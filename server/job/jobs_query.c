@@ -234,7 +234,8 @@ void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer
     job_store_list(jobs->options.store, listing, on_rows, q);
 }
 
-/* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none. */
+/* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none.
+ */
 static const struct frame *shown_of(const struct live_job *live, const struct live_frame *frame)
 {
     return live->view && !live->view->shown ? live->view->last : frame->work;

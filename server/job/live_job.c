@@ -8,8 +8,8 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-/* Views that may come while one is recorded, and so be lost when the coordinator dies: their numbers must not
- * come again for others. */
+/* Views that may come while one is recorded, and so be lost when the coordinator dies: their
+ * numbers must not come again for others. */
 #define VIEWS_UNRECORDED 4096u
 
 struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
