@@ -67,8 +67,8 @@ static bool take(const uint8_t *data, pixel_block_taken taken, void *ctx)
     const int32_t w = (int32_t)read_u32(data + 16), h = (int32_t)read_u32(data + 20);
     struct pixel_block block = {.rect = {x, y, x + w, y + h}};
     memcpy(&block.revision, data + 24, sizeof block.revision);
-    if (w == 0 && h != 0) return true; /* the view of a live job: sizes and blocks follow */
     if (w == 0 || h == 0) {
+        if (w == 0) block.view = (uint32_t)h;
         block.rect = (struct rect){0};
         block.width_px = x;
         block.height_px = y;

@@ -6,9 +6,11 @@
 
 #include "proto/tile.h"
 
-/* A block of floats; an empty rect tells the image's size instead. */
+/* A block of floats; an empty rect tells a size instead: the image's, or before it that of a live
+ * job's view, of which images of several sizes follow. */
 struct pixel_block {
-    int32_t width_px, height_px; /* of the image, when `rect` is empty */
+    int32_t width_px, height_px; /* of the image or the view, when `rect` is empty */
+    uint32_t view;               /* whose size that is; 0: the image's */
     struct rect rect;
     uint64_t revision;
     const float *numbers; /* three a pixel, row by row; borrowed for the call */

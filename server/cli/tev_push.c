@@ -13,10 +13,11 @@
 #include "server/image/image.h"
 
 #define PAUSE_MS       500
-#define EMPTY_TRIES    20 /* rounds without a block before the coordinator is given up */
-#define RECONNECTS     20 /* of tev, a pause apart */
-#define LAYERS_MOST    32 /* bits of enum layer */
-#define STILL_REVISION 1u /* of a whole picture that will not change any more */
+#define LOST_PAUSE_MS  250 /* before a tev that hung up is called again */
+#define EMPTY_TRIES    20  /* rounds without a block before the coordinator is given up */
+#define RECONNECTS     20  /* of tev, a pause apart */
+#define LAYERS_MOST    32  /* bits of enum layer */
+#define STILL_REVISION 1u  /* of a whole picture that will not change any more */
 
 /* One layer's feed. */
 struct feed {
@@ -24,7 +25,9 @@ struct feed {
     char layer[32];
     const char *channels[4]; /* names, borrowed from `names` of the push */
     uint32_t channel_count;
-    uint64_t revision; /* what has gone out; 0: nothing */
+    uint64_t revision;           /* what has gone out; 0: nothing */
+    int32_t width_px, height_px; /* of the picture whose blocks come; 0: not told yet */
+    bool live;                   /* views were told: they have tev's image's size */
     struct pixel_parser parser;
     CURL *curl; /* while it is read */
 };
@@ -98,16 +101,34 @@ static bool send_block(struct feed *f, const struct pixel_block *b)
     return true;
 }
 
+/* A live job's pictures have several sizes, and each feed goes through them at its own time. */
+static bool take_size(struct feed *f, const struct pixel_block *b)
+{
+    struct tev_push *p = f->push;
+    if (b->view > 0) {
+        f->live = true;
+    } else {
+        f->width_px = b->width_px;
+        f->height_px = b->height_px;
+        if (f->live) return true;
+    }
+    if (b->width_px == p->width_px && b->height_px == p->height_px) return true;
+    return create_image(p, b->width_px, b->height_px);
+}
+
+/* Coarser pictures than tev's are left out. */
+static bool take_block(struct feed *f, const struct pixel_block *b)
+{
+    const struct tev_push *p = f->push;
+    if (b->rect.x1 > f->width_px || b->rect.y1 > f->height_px) return false;
+    if (f->width_px != p->width_px || f->height_px != p->height_px) return true;
+    return send_block(f, b);
+}
+
 static bool take(void *ctx, const struct pixel_block *b)
 {
     struct feed *f = ctx;
-    struct tev_push *p = f->push;
-    if (rect_is_empty(b->rect)) {
-        if (b->width_px != p->width_px || b->height_px != p->height_px)
-            if (!create_image(p, b->width_px, b->height_px)) return false;
-    } else if (b->rect.x1 > p->width_px || b->rect.y1 > p->height_px || !send_block(f, b)) {
-        return false;
-    }
+    if (!(rect_is_empty(b->rect) ? take_size(f, b) : take_block(f, b))) return false;
     f->revision = b->revision;
     return true;
 }
@@ -129,6 +150,8 @@ static int open_feed(struct feed *f, CURLM *multi)
     snprintf(url, sizeof url, "%s/v1/jobs/%s/pixels?layer=%s&format=float&alpha=1%s",
              f->push->base_url, f->push->job, f->layer, after);
     pixel_parser_restart(&f->parser);
+    f->width_px = f->height_px = 0;
+    f->live = false;
     f->curl = curl_easy_init();
     if (!f->curl) return ERR_MEMORY;
     curl_easy_setopt(f->curl, CURLOPT_URL, url);
@@ -171,9 +194,11 @@ static void read_feeds(struct tev_push *p)
     if (multi) curl_multi_cleanup(multi);
 }
 
-/* tev was closed, or started anew: it has nothing of the picture. */
+/* tev was closed, or started anew: it has nothing of the picture. One that takes connections only
+ * to end them is not called all the time. */
 static int reconnect(struct tev_push *p)
 {
+    pause_ms(LOST_PAUSE_MS);
     p->width_px = p->height_px = 0;
     for (uint32_t k = 0; k < p->count; k++) p->feeds[k].revision = 0;
     for (int tries = 0; tries < RECONNECTS; tries++) {

@@ -5,7 +5,7 @@
 
 #include "proto/digest.h"
 
-#define ETAG_BYTES 72
+#define ETAG_BYTES 96
 
 /* The strong tag of bytes with this digest. */
 void etag_of_digest(const struct digest *digest, char out[ETAG_BYTES]);

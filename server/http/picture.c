@@ -123,7 +123,7 @@ static void answer_so_far(struct request *r, const struct jobs_picture *picture)
     if (t) {
         t->exposure = exposure;
         t->so_far = true;
-        snprintf(t->etag, sizeof t->etag, "\"%llx-%llu-%.31s-%g\"",
+        snprintf(t->etag, sizeof t->etag, "\"%llx-%llx-%.31s-%g\"",
                  (unsigned long long)r->http->start_ns, (unsigned long long)picture->revision,
                  source.layer, (double)exposure);
     }

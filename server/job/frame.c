@@ -157,6 +157,11 @@ uint32_t frame_tiles_total(const struct frame *f)
     return tile_queue_count(f->tiles);
 }
 
+struct rect frame_tile_rect(const struct frame *f, uint32_t index)
+{
+    return tile_grid_rect(&f->grid, index);
+}
+
 uint32_t frame_tiles_planned(const struct frame *f)
 {
     return tile_grid_count(&f->grid) * plan_pass_count(&f->plan);

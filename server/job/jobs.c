@@ -92,11 +92,21 @@ static bool has_room(const struct jobs *jobs, const struct live_job *job)
     return floats <= OPEN_FLOATS_MOST;
 }
 
+/* Its pictures stay while it is open: the first has room, whatever its size. */
+static bool has_live_room(const struct jobs *jobs, const struct live_job *job)
+{
+    uint64_t floats = live_job_frame_floats(job);
+    if (jobs->open_live == 0) return true;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (jobs->open[i].job->live) floats += live_job_frame_floats(jobs->open[i].job);
+    return jobs->open_live < LIVE_MOST && floats <= LIVE_FLOATS_MOST;
+}
+
 /* Live jobs have places of their own, as their frames stay. */
 static bool may_open(const struct jobs *jobs, const struct live_job *job)
 {
     if (job->paused || !live_job_has_unopened(job)) return false;
-    if (job->live) return jobs->open_live < LIVE_MOST;
+    if (job->live) return has_live_room(jobs, job);
     return jobs_table_working(jobs) < OPEN_MOST;
 }
 
@@ -302,7 +312,10 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->progress, NULL);
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     uv_close((uv_handle_t *)&jobs->idle, NULL);
-    for (size_t i = 0; i < jobs->count; i++) live_job_drop(jobs->by_id[i]);
+    for (size_t i = 0; i < jobs->count; i++) {
+        live_view_keep(jobs->by_id[i]);
+        live_job_drop(jobs->by_id[i]);
+    }
     stop_dry_runs(jobs);
     imports_stop(jobs->imports);
 }

@@ -99,7 +99,7 @@ struct jobs_picture {
     bool finished;
     struct digest exr, png; /* finished: objects */
     struct image *image;    /* so far: borrowed for the call; NULL before the first tile */
-    uint64_t revision;      /* grows with every block */
+    uint64_t revision;      /* another with every block, and with every view */
     const struct exr_metadata *metadata;
 };
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);

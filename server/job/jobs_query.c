@@ -234,6 +234,23 @@ void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer
     job_store_list(jobs->options.store, listing, on_rows, q);
 }
 
+/* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none.
+ */
+static const struct frame *shown_of(const struct live_job *live, const struct live_frame *frame)
+{
+    return live->view && !live->view->shown ? live->view->last : frame->work;
+}
+
+/* Frames of a view, and of the views before, have the same blocks. */
+static void picture_so_far(const struct frame *work, struct jobs_picture *out)
+{
+    const uint64_t drawn = work ? frame_revision(work) : 0;
+    if (drawn == 0) return;
+    out->revision = frame_id(work) << 32 | drawn;
+    out->image = (struct image *)frame_image(work);
+    out->metadata = frame_metadata(work);
+}
+
 /* The picture of a live job's frame. False when only the store can tell. */
 static bool picture_of(const struct live_job *live, int32_t number, int *error,
                        struct jobs_picture *out)
@@ -243,12 +260,8 @@ static bool picture_of(const struct live_job *live, int32_t number, int *error,
     *error = at < 0 || at >= live->frame_count ? ERR_NOT_FOUND : 0;
     if (*error) return true;
     const struct live_frame *frame = &live->frames[at];
-    if (live->view && frame->work && !live->view->shown) {
-        out->revision = 0; /* of a view that has no picture yet */
-    } else if (frame->work) {
-        out->revision = frame_revision(frame->work);
-        out->image = out->revision ? (struct image *)frame_image(frame->work) : NULL;
-        out->metadata = frame_metadata(frame->work);
+    if (frame->work) {
+        picture_so_far(shown_of(live, frame), out);
     } else if (!digest_is_zero(&frame->exr)) {
         out->finished = true;
         out->exr = frame->exr;

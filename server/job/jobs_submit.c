@@ -32,9 +32,10 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
-    if (job->live && jobs->live_count >= LIVE_MOST)
+    const unsigned live = jobs->live_count + jobs->live_coming;
+    if (job->live && live >= LIVE_MOST)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
-                         jobs->live_count);
+                         live);
     return check_assets(jobs->options.objects, job, fault);
 }
 
@@ -66,6 +67,7 @@ static void on_inserted(void *ctx, int error, const char *existing)
 {
     struct submission *s = ctx;
     struct fault fault;
+    s->jobs->live_coming -= s->job->live;
     if (!error) {
         take_in(s);
         free(s);
@@ -96,6 +98,7 @@ static int insert(struct jobs *jobs, const struct job *job, const char *key,
                           .updated_ms = s->job->created_ms,
                           .priority = job->priority};
     memcpy(row.id, s->job->id, sizeof row.id);
+    jobs->live_coming += job->live;
     job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);
     free(text);
     return 0;

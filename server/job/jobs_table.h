@@ -11,6 +11,7 @@
     (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K beauties */
 #define PARKED_MOST        12 /* of paused jobs, beside these */
 #define PARKED_FLOATS_MOST OPEN_FLOATS_MOST
+#define LIVE_FLOATS_MOST   (4u * OPEN_FLOATS_MOST) /* of live jobs' images: eight 4K beauties */
 #define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define SENDERS_KNOWN      64 /* workers that sent something corrupt */
@@ -53,6 +54,7 @@ struct jobs {
     struct open_frame open[OPEN_MOST + PARKED_MOST + LIVE_MOST]; /* in order of service */
     unsigned open_count, open_live;                              /* of them, of live jobs */
     unsigned live_count;                                         /* of those in the table */
+    unsigned live_coming;                                        /* being stored before that */
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
     unsigned ended_next;

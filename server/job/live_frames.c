@@ -141,15 +141,21 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
     jobs_fail_unless_joined(jobs, &fault);
 }
 
+/* In pixels of the full picture, whatever the level in work. */
+static struct rect place_of(const struct live_job *job, struct rect r)
+{
+    const struct plan *plan = &job->prepared->plan;
+    const int32_t scale = job->view ? live_view_scale(job) : 1;
+    const struct rect scaled = {r.x0 * scale, r.y0 * scale, r.x1 * scale, r.y1 * scale};
+    return rect_intersect(scaled, (struct rect){0, 0, plan->width_px, plan->height_px});
+}
+
 /* Told together with the next progress: an event a tile would cost more than the tile's place in
  * the books. */
 static void note_tile(struct live_job *job, const struct frame *work, const struct message_ack *ack,
                       uint64_t worker)
 {
-    struct tile_grid grid;
-    const struct plan *plan = &job->prepared->plan;
-    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px) != 0) return;
-    job->last_tile = tile_grid_rect(&grid, ack->index);
+    job->last_tile = place_of(job, frame_tile_rect(work, ack->index));
     job->last_tile_frame = frame_number(work);
     job->last_tile_worker = worker;
 }

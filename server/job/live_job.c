@@ -8,9 +8,9 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-/* Views whose moves may not have been recorded when the coordinator died: their numbers must not
- * come again for others. */
-#define VIEWS_UNRECORDED 64u
+/* Views that may come while one is recorded, and so be lost when the coordinator dies: their
+ * numbers must not come again for others. */
+#define VIEWS_UNRECORDED 4096u
 
 struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
                                  int64_t created_ms)
@@ -125,6 +125,7 @@ void live_job_pause(struct live_job *job, bool paused)
 
 static void end(struct live_job *job, enum job_state state)
 {
+    live_view_keep(job);
     job->last_progress = live_job_progress(job);
     go(job, state);
     live_job_take_log(job, NULL);

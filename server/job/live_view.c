@@ -88,19 +88,53 @@ int live_view_check(const struct live_job *job, struct fault *fault)
     return 0;
 }
 
-/* The document as it now is, for a restart. Nobody waits for it: who moves a camera moves on. */
-static void record_document(struct live_job *job)
+/* The document as it now is, for a restart. */
+static void record(struct live_job *job, job_store_done done)
 {
     struct job_store *store = job->jobs->options.store;
     json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
     char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
     char *report_text = report ? json_dumps(report, JSON_COMPACT) : NULL;
     if (text) job_store_update_document(store, job->id, text, NULL, NULL);
-    job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, NULL, NULL);
+    job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, done, job);
     free(text);
     free(report_text);
     json_decref(document);
     json_decref(report);
+}
+
+static void record_newest(struct live_job *job);
+
+static void on_recorded(void *ctx, int error)
+{
+    struct live_job *job = ctx;
+    (void)error; /* the next one says it again */
+    job->holds--;
+    if (job->gone) {
+        live_job_release(job);
+        return;
+    }
+    job->view->recording = false;
+    if (job->view->dirty) record_newest(job);
+}
+
+/* Nobody waits for it: who moves a camera moves on. One is in the store's hands at a time, so that
+ * moves do not queue there. */
+static void record_newest(struct live_job *job)
+{
+    struct live_view *view = job->view;
+    view->dirty = view->recording;
+    if (view->recording) return;
+    view->recording = true;
+    job->holds++;
+    record(job, on_recorded);
+}
+
+void live_view_keep(struct live_job *job)
+{
+    if (!job->view || !job->view->dirty) return;
+    job->view->dirty = false;
+    record(job, NULL);
 }
 
 static void go(struct live_job *job, enum job_state state)
@@ -111,16 +145,18 @@ static void go(struct live_job *job, enum job_state state)
     jobs_event_state(job);
 }
 
-/* The frame of the first level. */
+/* The frame of the first level, in the place of the one that was open; a job that had none waits on
+ * for a place. */
 static void begin(struct live_job *job)
 {
+    const bool has_place = job->frames_opened > 0;
     live_view_hide(job);
     live_job_drop_frames(job);
     job->view->level = 0;
     job->trace_started_us = 0;
     go(job, JOB_RUNNING);
     jobs_progress_soon(job->jobs, job);
-    if (live_job_has_unopened(job)) live_job_open_frame(job);
+    if (has_place && live_job_has_unopened(job)) live_job_open_frame(job);
 }
 
 /* What a plan says of the job is told when somebody asks; until then only the camera has moved. */
@@ -166,7 +202,7 @@ int live_view_move(struct live_job *job, const char *text, size_t size_bytes, st
     view->number++;
     view->moved_us = jobs_clock_us();
     begin(job);
-    if (!job_state_is_final(job->state)) record_document(job);
+    if (!job_state_is_final(job->state)) record_newest(job);
     return 0;
 }
 
@@ -234,7 +270,7 @@ void live_view_completed(struct live_job *job)
     if (job->state != JOB_RUNNING) return;
     go(job, JOB_RESTING);
     jobs_watch_idle(job->jobs);
-    record_document(job);
+    record_newest(job);
 }
 
 void live_view_end(struct live_job *job)

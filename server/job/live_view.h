@@ -22,6 +22,8 @@ struct live_view {
     bool shown;         /* the level in work is on the feed */
     struct frame *last; /* the coarser one that is, until then; complete, and not in work */
     uint64_t moved_us;
+    bool recording; /* the store has not answered the last recording */
+    bool dirty;     /* and there is something newer to record */
 };
 
 /* Of a job that was just prepared: plans its first view. ERR_MEMORY, or what plan_make refuses. */
@@ -44,6 +46,9 @@ void live_view_drawn(struct live_job *job, struct rect rect);
 void live_view_completed(struct live_job *job);
 /* The frame in work is dropped: the feed must not look at it. */
 void live_view_hide(struct live_job *job);
+
+/* What the store does not have goes there now, for nobody comes back to it. */
+void live_view_keep(struct live_job *job);
 
 /* Ends a job that rests, with its files. */
 void live_view_end(struct live_job *job);

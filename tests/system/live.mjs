@@ -38,9 +38,10 @@ async function reach(id, state, seconds = 60) {
 }
 const move = (id, change) => ask("PATCH", `${url}/v1/jobs/${id}`, change);
 const around = (angle) => ({ eye: [Math.fround(4 * Math.sin(angle)), 1, Math.fround(4 * Math.cos(angle))], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 39 });
+const png = (id) => ask("GET", `${url}/v1/jobs/${id}/frames/1/image.png`);
 const exr = async (id) => (await ask("GET", `${url}/v1/jobs/${id}/frames/1/image.exr`)).bytes;
 
-const live = submit({ sampling: { spp: 9 }, layers: ["beauty", "depth"], live: true });
+const live = submit({ sampling: { spp: 9, tile_px: 128 }, layers: ["beauty", "depth"], live: true });
 const feed = new LiveFeed(url, live);
 await feed.open;
 
@@ -123,6 +124,21 @@ await test("after many moves the picture is that of an ordinary job, byte by byt
   expect(moved.length > 10000 && moved.equals(still), `${moved.length} and ${still.length} bytes`);
 });
 
+await test("once a view is begun to be shown it has a picture, with a tag of its own", async () => {
+  const tags = [];
+  for (let i = 0; i < 4; i++) {
+    const { number } = (await move(live, { camera: around(i / 5) })).body.view;
+    const ofView = ({ kind, view }) => kind === "block" && view === number;
+    if (!feed.heard.find(ofView)) await feed.next(ofView);
+    for (let job = {}; job.state !== "resting"; job = await get(live)) {
+      const { status } = await png(live);
+      expect(status === 200, `GET image.png: ${status}`);
+    }
+    tags.push((await png(live)).etag);
+  }
+  expect(tags[0] && new Set(tags).size === tags.length, tags.join(", "));
+});
+
 await test("a lens is moved, too, and taken away", async () => {
   const lens = { aperture_radius: 0.1, focus_distance: 4, blades: 0, blade_rotation_deg: 0 };
   const answer = await move(live, { lens });
@@ -194,6 +210,17 @@ await test("too many live jobs are refused, and a place is free again after one"
   await reach(more[0], "cancelled");
   const again = submit({ image: { width: 32, height: 18 }, live: true });
   for (const id of [...more.slice(1), again]) await ask("DELETE", `${url}/v1/jobs/${id}`);
+});
+
+await test("however many come at once, no more are taken", async () => {
+  const { document } = await get(live);
+  await pause(200); // those that were called off are gone
+  const one = { ...document, image: { ...document.image, width: 32, height: 18 } };
+  const answers = await Promise.all(Array.from({ length: 16 }, () => ask("POST", `${url}/v1/jobs`, one)));
+  const taken = answers.filter(({ body }) => body?.id).map(({ body }) => body.id);
+  expect(taken.length === 7, `${taken.length} taken: ${answers.map(({ status }) => status)} ${JSON.stringify(answers[15].body)}`);
+  for (const id of taken) await reach(id, "resting");
+  for (const id of taken) await ask("DELETE", `${url}/v1/jobs/${id}`);
 });
 
 feed.close();

@@ -66,7 +66,7 @@ export function ask(method, url, body) {
         const bytes = Buffer.concat(parts);
         let parsed = null;
         try { parsed = JSON.parse(bytes.toString()); } catch { /* a picture, or nothing */ }
-        done({ status: answer.statusCode, type: answer.headers["content-type"], body: parsed, bytes, ms: performance.now() });
+        done({ status: answer.statusCode, type: answer.headers["content-type"], etag: answer.headers.etag, body: parsed, bytes, ms: performance.now() });
       });
     });
     request.setNoDelay(true);

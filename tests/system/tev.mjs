@@ -2,6 +2,7 @@
 //   node tests/system/tev.mjs BUILD_DIR
 import { execFile, execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { readExr } from "../../web/exr_file.js";
@@ -19,7 +20,7 @@ async function test(text, run) {
 }
 const run = (...args) => new Promise((done) => execFile(shearwater, args, { timeout: 120000 }, (error, out, complaint) => done({ code: error ? error.code ?? 1 : 0, complaint })));
 
-const server = spawn(shearwater, ["serve", "--listen", "127.0.0.1:0", "--data", join(tmp, "data"), "--workers", "2"], { stdio: ["ignore", "pipe", "ignore"] });
+const server = spawn(shearwater, ["serve", "--listen", "127.0.0.1:0", "--data", join(tmp, "data"), "--workers", "2"], { stdio: ["ignore", "pipe", "ignore"], env: { ...process.env, SHEARWATER_LIVE_IDLE_MS: "2000" } });
 const url = await new Promise((done) => server.stdout.on("data", (chunk) => { const found = /listening on (\S+)/.exec(String(chunk)); if (found) done(found[1]); }));
 function submit(changes) {
   const camera = { eye: [0.3, 1.2, 6], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 30 }, file = join(tmp, "job.json");
@@ -75,6 +76,27 @@ try {
     expect(code === 0, complaint);
     await equal(another, job);
     await another.close();
+  });
+
+  await test("a live job of several layers is one image, of its full size", async () => {
+    const tev = new FakeTev(), port = await tev.listen(), job = submit({ live: true, sampling: { spp: 16 }, image: { width: 640, height: 360 }, layers: ["beauty", "depth", "normal"] });
+    const { code, complaint } = await watch(job, port);
+    expect(code === 0, complaint);
+    await equal(tev, job);
+    expect(tev.created === 1, `${tev.created} images`);
+    await tev.close();
+  });
+
+  await test("a peer that only hangs up is not called all the time", async () => {
+    let calls = 0;
+    const peer = createServer((socket) => { calls++; socket.on("error", () => {}); socket.destroy(); });
+    await new Promise((done) => peer.listen(0, "127.0.0.1", done));
+    const job = submit({ sampling: { spp: 100 }, image: { width: 200, height: 200 }, layers: ["beauty"] });
+    const watching = spawn(shearwater, ["watch", job, "--server", url, "--quiet", "--tev", `127.0.0.1:${peer.address().port}`], { stdio: "ignore" });
+    await new Promise((done) => setTimeout(done, 2000));
+    watching.kill();
+    peer.close();
+    expect(calls > 1 && calls < 12, `${calls} calls within 2 s`);
   });
 
   await test("a slow tev gets the newest", async () => {

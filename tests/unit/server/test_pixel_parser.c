@@ -75,6 +75,28 @@ static void any_cut_gives_the_same_blocks(void **state)
     }
 }
 
+static bool hear_view(void *ctx, const struct pixel_block *b)
+{
+    struct pixel_block *heard = ctx;
+    *heard = *b;
+    return true;
+}
+
+static void a_view_tells_its_full_size(void **state)
+{
+    struct pixel_parser p = {.data = NULL};
+    struct pixel_block heard = {.view = 1};
+    (void)state;
+    pixels_write_view(bytes, 9, 640, 360, 3);
+    assert_true(pixel_parser_feed(&p, bytes, PIXELS_HEADER_BYTES, hear_view, &heard));
+    assert_true(heard.view == 9 && rect_is_empty(heard.rect));
+    assert_true(heard.width_px == 640 && heard.height_px == 360 && heard.revision == 3);
+    pixels_write_size(bytes, 160, 90, 4);
+    assert_true(pixel_parser_feed(&p, bytes, PIXELS_HEADER_BYTES, hear_view, &heard));
+    assert_true(heard.view == 0 && heard.width_px == 160 && heard.height_px == 90);
+    pixel_parser_fini(&p);
+}
+
 static void what_is_no_feed_is_refused(void **state)
 {
     static const struct {
@@ -113,6 +135,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(any_cut_gives_the_same_blocks),
+        cmocka_unit_test(a_view_tells_its_full_size),
         cmocka_unit_test(what_is_no_feed_is_refused),
         cmocka_unit_test(a_reader_may_leave),
     };
