@@ -165,7 +165,7 @@ await test("hostile moves are refused at their place and change nothing", async 
     [{ camera, lens: { aperture_radius: 1 } }, 422, "/lens/focus_distance"],
     [{ camera, lens: { aperture_radius: 1, focus_distance: 0 } }, 422, "/lens/focus_distance"],
     [{}, 422, undefined],
-    [{ priority: 1 }, 422, "/priority"],
+    [{ camera, priority: 1 }, 422, "/priority"],
     ["[]", 422, undefined],
     ["", 400, undefined],
   ];
