@@ -8,27 +8,28 @@
 
 /* Frames of paused jobs keep what has landed, as far as memory for it goes: the last in order of
  * service are dropped beyond that, but for one, and traced anew when their job goes on. */
-static struct live_job *too_many_parked(const struct jobs *jobs)
+static const struct open_frame *one_too_many(const struct jobs *jobs)
 {
     unsigned parked = 0;
     uint64_t floats = 0;
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        struct live_job *job = jobs->open[i].job;
+        const struct live_job *job = jobs->open[i].job;
         if (!job->paused || job->live) continue; /* live ones have places of their own */
         floats += live_job_frame_floats(job);
-        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST)) return job;
+        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST))
+            return &jobs->open[i];
     }
     return NULL;
 }
 
 static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
 {
-    struct live_job *surplus;
+    const struct open_frame *surplus;
     if (job->paused == paused) return;
     live_job_pause(job, paused);
-    while ((surplus = too_many_parked(jobs))) {
-        live_job_drop_frames(surplus);
-        surplus->revision++;
+    while ((surplus = one_too_many(jobs))) {
+        surplus->job->revision++;
+        live_job_drop_frame(surplus->job, surplus->frame);
     }
 }
 
