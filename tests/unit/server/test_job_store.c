@@ -528,6 +528,25 @@ static void steering_sets_what_is_given(void **state)
     assert_int_equal(error, ERR_NOT_FOUND);
 }
 
+/* The end that is stored first stays what it is: the change that meets it leaves no trace. */
+static void ended_jobs_are_not_steered(void **state)
+{
+    static const char *const ends[] = {"finished", "failed", "cancelled"};
+    struct fixture *f = *state;
+    const bool paused = true;
+    const int32_t priority = 77;
+    for (int i = 0; i < 3; i++) {
+        int error = 1;
+        insert_plain(f, i);
+        job_store_update(f->store, make_row(i).id, ends[i], NULL, NULL, NULL, NULL);
+        job_store_steer(f->store, make_row(i).id, &priority, &paused, on_done, &error);
+        settle(f);
+        assert_int_equal(error, ERR_NOT_FOUND);
+        assert_false(get(f, make_row(i).id).row.paused);
+        assert_int_not_equal(get(f, make_row(i).id).row.priority, priority);
+    }
+}
+
 static void a_damaged_file_is_refused(void **state)
 {
     struct fixture *f = *state;
@@ -563,6 +582,7 @@ int main(void)
         TEST(a_newer_schema_is_refused),
         TEST(an_older_schema_is_brought_up),
         TEST(steering_sets_what_is_given),
+        TEST(ended_jobs_are_not_steered),
         TEST(a_damaged_file_is_refused),
     };
     return cmocka_run_group_tests_name("job_store", tests, NULL, NULL);
