@@ -79,9 +79,8 @@ static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
     struct jobs *jobs = ctx;
     struct open_frame *open = jobs_table_frame(jobs, tile->frame_id);
     if (!open) return;
-    struct frame *work = open->frame->work;
-    log_returned(open->job, worker);
-    frame_returned(work, worker, tile);
+    struct live_job *job = open->job;
+    if (frame_returned(open->frame->work, worker, tile)) log_returned(job, worker);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
 
