@@ -69,7 +69,7 @@ typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
 /* {jobs: [{id, state, created, priority, paused, progress, revision, width, height}], next: cursor
- * or null}. ERR_RANGE for an unknown state or a cursor that is none. */
+ * or null}. ERR_RANGE for an unknown state or a cursor that is none; ERR_STATE (job_store.h). */
 void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row

@@ -76,6 +76,8 @@ struct job_listing {
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
+/* A text is looked for in all documents, and everything else waits meanwhile: ERR_STATE while that
+ * is done for another listing. */
 typedef void (*job_store_listed)(void *ctx, int error, const struct job_row *rows, size_t count,
                                  bool more);
 void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
