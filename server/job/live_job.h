@@ -116,6 +116,9 @@ json_t *live_job_report(const struct live_job *job);
 json_t *live_job_progress(const struct live_job *job);
 json_t *live_job_frames(const struct live_job *job);
 void live_job_statistics(const struct live_job *job, struct statistics *out);
+/* Of them what stands still while the job is not in work: clocks, and peaks of memory, to which
+ * others' work adds. */
+void live_job_add_work(const struct live_job *job, struct statistics *sum);
 double live_job_fraction(const struct live_job *job);
 
 /* The address of a frame's picture: kind "exr" or "png". */
