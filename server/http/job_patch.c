@@ -22,10 +22,19 @@ static void on_got(void *ctx, int error, json_t *body)
     if (request_back(r)) job_body_send(r, error, body);
 }
 
+static void refuse_stale(struct request *r)
+{
+    request_problem(r, PROBLEM_STALE, "the job is not as If-Match says any more", NULL);
+}
+
 static void on_steered(void *ctx, int error)
 {
     struct request *r = ctx;
     if (!request_back(r)) return;
+    if (error == ERR_MISMATCH) {
+        refuse_stale(r);
+        return;
+    }
     if (error) {
         job_body_error(r, error);
         return;
@@ -73,6 +82,13 @@ static bool is_stale(const struct request *r, const json_t *body)
     return job_body_tag(body, etag, NULL) != 0 || !etag_matches(wanted, etag);
 }
 
+/* 0: the client does not ask for one. */
+static uint64_t revision_of(const struct request *r, const json_t *body)
+{
+    if (!request_header(r, "If-Match")) return 0;
+    return (uint64_t)json_integer_value(json_object_get(body, "revision"));
+}
+
 static bool has_ended(const json_t *body)
 {
     const char *name = json_string_value(json_object_get(body, "state"));
@@ -98,7 +114,7 @@ static void on_seen(void *ctx, int error, json_t *body)
     if (error || !body) {
         job_body_error(r, error ? error : ERR_NOT_FOUND);
     } else if (is_stale(r, body)) {
-        request_problem(r, PROBLEM_STALE, "the job is not as If-Match says any more", NULL);
+        refuse_stale(r);
     } else if (seen.moves) {
         move(r);
     } else if (has_ended(body)) {
@@ -107,7 +123,8 @@ static void on_seen(void *ctx, int error, json_t *body)
         request_fault(r, &fault);
     } else {
         request_hold(r);
-        jobs_steer(r->http->options.jobs, r->match.job, &seen.steering, on_steered, r);
+        jobs_steer(r->http->options.jobs, r->match.job, revision_of(r, body), &seen.steering,
+                   on_steered, r);
     }
 }
 

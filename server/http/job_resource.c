@@ -142,6 +142,10 @@ static void on_listed(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
     if (!request_back(r)) return;
+    if (error == ERR_STATE) {
+        request_problem(r, PROBLEM_BUSY, "another text is being looked for", NULL);
+        return;
+    }
     if (error) {
         job_body_error(r, error);
         return;

@@ -299,11 +299,14 @@ bool frame_was_held(struct frame *f)
     return true;
 }
 
-void frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile)
+bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile)
 {
-    if (!tile_queue_return(f->tiles, worker, tile->index, tile->generation))
-        frame_fail(f, ERR_KILLED, "",
-                   "a tile came back too often without a result; its workers die or give up");
+    const uint32_t waiting = tile_queue_waiting(f->tiles);
+    if (tile_queue_return(f->tiles, worker, tile->index, tile->generation))
+        return tile_queue_waiting(f->tiles) > waiting;
+    frame_fail(f, ERR_KILLED, "",
+               "a tile came back too often without a result; its workers die or give up");
+    return false;
 }
 
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault)

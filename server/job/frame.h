@@ -98,6 +98,7 @@ bool frame_was_held(struct frame *f);
 uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_result *result,
                       uint8_t **bytes, uint32_t size_bytes);
 
-/* A lease that came back; the frame may fail by it (event). */
-void frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile);
+/* A lease that came back; the frame may fail by it (event). True when the tile waits again: false
+ * after a failure, and for a tile that landed by a copy or that another worker has. */
+bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile);
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault);

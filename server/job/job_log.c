@@ -40,6 +40,21 @@ static void make_room(json_t *log)
     json_decref(next);
 }
 
+/* Bytes that a character of UTF-8 with this first byte has. */
+static size_t character_bytes(unsigned char first)
+{
+    return first < 0xc0 ? 1 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+}
+
+/* Takes off a character at the end whose last bytes were cut off. */
+static void trim_part(char *text)
+{
+    const size_t size = strlen(text);
+    size_t at = size;
+    while (at > 0 && size - at < 3 && ((unsigned char)text[at - 1] & 0xc0) == 0x80) at--;
+    if (at > 0 && at - 1 + character_bytes((unsigned char)text[at - 1]) > size) text[at - 1] = '\0';
+}
+
 void job_log_add(json_t **log, int64_t time_ms, const char *what, const char *format, ...)
 {
     char text[LIMIT_DETAIL_BYTES];
@@ -47,6 +62,7 @@ void job_log_add(json_t **log, int64_t time_ms, const char *what, const char *fo
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
+    trim_part(text);
     if (!*log) *log = json_array();
     size_t count = json_array_size(*log);
     json_t *last = count > 0 ? json_array_get(*log, count - 1) : NULL;

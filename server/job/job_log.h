@@ -12,7 +12,8 @@
 #define LOG_BEGINNING 20          /* lines: how a job began explains most of what follows */
 
 /* Adds a line to *log, which is made when it is NULL. Without memory the line is lost: no job fails
- * for want of its log. A text that is no UTF-8 (a worker's name was cut) is lost, too. */
+ * for want of its log. A character that was cut off at the end goes as a whole; a text that is no
+ * UTF-8 is lost. */
 void job_log_add(json_t **log, int64_t time_ms, const char *what, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 

@@ -206,8 +206,11 @@ static void tell_progress(struct live_job *job)
 static void on_progress(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
-    /* Only the first few in order have been begun. */
     unsigned quiet = 0;
+    /* A job that was lowered while it ran may stand behind many that wait. */
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (jobs->open[i].job->progress_due) tell_progress(jobs->open[i].job);
+    /* Of the others only the first few in order have been begun. */
     for (struct live_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
         if (job->progress_due)
             tell_progress(job);

@@ -71,7 +71,7 @@ typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx);
 
 /* {jobs: [{id, state, created, priority, paused, progress, revision, width, height}], next: cursor
- * or null}. ERR_RANGE for an unknown state or a cursor that is none. */
+ * or null}. ERR_RANGE for an unknown state or a cursor that is none; ERR_STATE (job_store.h). */
 void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
@@ -81,10 +81,11 @@ void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done d
 /* The job and the number of a frame in work; false: it is over, or there never was one. */
 bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES], int32_t *number);
 
-/* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended; 0 when it
- * is in force and, but for region and point, durable. */
-void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
-                job_store_done done, void *ctx);
+/* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended;
+ * ERR_MISMATCH when its revision is not the one that was seen (0: whatever it is); 0 when it is in
+ * force and, but for region and point, durable. */
+void jobs_steer(struct jobs *jobs, const char *id, uint64_t seen_revision,
+                const struct steering *steering, job_store_done done, void *ctx);
 
 /* Moves the camera of a live job: `text` is {camera, lens}, of which one may be absent
  * (proto/job_view.h). body: {id, view {number, scale, complete}, camera, lens}; borrowed. Faults of

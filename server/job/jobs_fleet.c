@@ -35,8 +35,9 @@ static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct 
 static bool copy_tile(void *ctx, uint64_t worker, uint32_t capabilities,
                       const struct fleet_tile *of, struct fleet_tile *out)
 {
-    struct frame *work = work_of(ctx, of->frame_id);
-    return work && frame_copy(work, worker, capabilities, of, out);
+    const struct open_frame *open = jobs_table_frame(ctx, of->frame_id);
+    if (!open || open->job->paused) return false;
+    return frame_copy(open->frame->work, worker, capabilities, of, out);
 }
 
 static const uint8_t *plan(void *ctx, uint64_t id, uint32_t *size_bytes)
@@ -78,9 +79,8 @@ static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
     struct jobs *jobs = ctx;
     struct open_frame *open = jobs_table_frame(jobs, tile->frame_id);
     if (!open) return;
-    struct frame *work = open->frame->work;
-    log_returned(open->job, worker);
-    frame_returned(work, worker, tile);
+    struct live_job *job = open->job;
+    if (frame_returned(open->frame->work, worker, tile)) log_returned(job, worker);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
 

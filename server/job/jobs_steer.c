@@ -8,27 +8,28 @@
 
 /* Frames of paused jobs keep what has landed, as far as memory for it goes: the last in order of
  * service are dropped beyond that, but for one, and traced anew when their job goes on. */
-static struct live_job *too_many_parked(const struct jobs *jobs)
+static const struct open_frame *one_too_many(const struct jobs *jobs)
 {
     unsigned parked = 0;
     uint64_t floats = 0;
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        struct live_job *job = jobs->open[i].job;
+        const struct live_job *job = jobs->open[i].job;
         if (!job->paused || job->live) continue; /* live ones have places of their own */
         floats += live_job_frame_floats(job);
-        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST)) return job;
+        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST))
+            return &jobs->open[i];
     }
     return NULL;
 }
 
 static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
 {
-    struct live_job *surplus;
+    const struct open_frame *surplus;
     if (job->paused == paused) return;
     live_job_pause(job, paused);
-    while ((surplus = too_many_parked(jobs))) {
-        live_job_drop_frames(surplus);
-        surplus->revision++;
+    while ((surplus = one_too_many(jobs))) {
+        surplus->job->revision++;
+        live_job_drop_frame(surplus->job, surplus->frame);
     }
 }
 
@@ -56,6 +57,15 @@ static void apply(struct jobs *jobs, struct live_job *job, const struct steering
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
 
+/* What is durable of a job that has ended since is its rank. */
+static void settle(struct jobs *jobs, struct live_job *job, const struct steering *s)
+{
+    if (!job_state_is_final(job->state))
+        apply(jobs, job, s);
+    else if (s->given & STEERING_PRIORITY)
+        jobs_table_rank(jobs, job, s->priority);
+}
+
 struct change {
     struct jobs *jobs;
     struct steering steering;
@@ -68,30 +78,17 @@ static void on_durable(void *ctx, int error)
 {
     struct change *c = ctx;
     struct live_job *job = jobs_table_find(c->jobs, c->id);
-    if (!error && !c->jobs->stopping) {
-        if (job && !job_state_is_final(job->state))
-            apply(c->jobs, job, &c->steering);
-        else
-            error = ERR_STATE; /* it has just ended */
-    }
+    if (error == ERR_NOT_FOUND) error = ERR_STATE; /* it has just ended */
+    if (!error && !c->jobs->stopping && job) settle(c->jobs, job, &c->steering);
     c->done(c->ctx, error);
     free(c);
 }
 
-void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steering,
-                job_store_done done, void *ctx)
+/* Another change that was seen with this one's revision is refused from here on, though neither is
+ * in force yet. */
+static void store_change(struct jobs *jobs, struct live_job *job, const struct steering *steering,
+                         job_store_done done, void *ctx)
 {
-    const bool durable = steering->given & (STEERING_PRIORITY | STEERING_PAUSED);
-    struct live_job *job = jobs_table_find(jobs, id);
-    if (!job || job_state_is_final(job->state) || jobs->stopping) {
-        done(ctx, ERR_STATE);
-        return;
-    }
-    if (!durable) {
-        apply(jobs, job, steering);
-        done(ctx, 0);
-        return;
-    }
     struct change *c = malloc(sizeof *c);
     if (!c) {
         done(ctx, ERR_MEMORY);
@@ -99,7 +96,24 @@ void jobs_steer(struct jobs *jobs, const char *id, const struct steering *steeri
     }
     *c = (struct change){.jobs = jobs, .steering = *steering, .done = done, .ctx = ctx};
     memcpy(c->id, job->id, sizeof c->id);
-    job_store_steer(jobs->options.store, id,
+    job->revision++;
+    job_store_steer(jobs->options.store, job->id,
                     steering->given & STEERING_PRIORITY ? &steering->priority : NULL,
                     steering->given & STEERING_PAUSED ? &steering->paused : NULL, on_durable, c);
+}
+
+void jobs_steer(struct jobs *jobs, const char *id, uint64_t seen_revision,
+                const struct steering *steering, job_store_done done, void *ctx)
+{
+    struct live_job *job = jobs_table_find(jobs, id);
+    if (!job || job_state_is_final(job->state) || jobs->stopping) {
+        done(ctx, ERR_STATE);
+    } else if (seen_revision && seen_revision != job->revision) {
+        done(ctx, ERR_MISMATCH);
+    } else if (steering->given & (STEERING_PRIORITY | STEERING_PAUSED)) {
+        store_change(jobs, job, steering, done, ctx);
+    } else {
+        apply(jobs, job, steering);
+        done(ctx, 0);
+    }
 }

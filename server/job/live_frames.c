@@ -90,14 +90,17 @@ struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
     return work;
 }
 
+void live_job_drop_frame(struct live_job *job, struct live_frame *frame)
+{
+    close_work(job, frame);
+    frame_state_go(&frame->state, FRAME_QUEUED);
+    job->frames_opened--;
+}
+
 void live_job_drop_frames(struct live_job *job)
 {
     struct live_frame *frame;
-    while ((frame = first_in_work(job))) {
-        close_work(job, frame);
-        frame_state_go(&frame->state, FRAME_QUEUED);
-        job->frames_opened--;
-    }
+    while ((frame = first_in_work(job))) live_job_drop_frame(job, frame);
 }
 
 void live_job_wish(struct live_job *job, const struct tile_wish *wish)

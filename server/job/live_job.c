@@ -111,8 +111,7 @@ void live_job_pause(struct live_job *job, bool paused)
     job->paused = paused;
     if (job->state == JOB_QUEUED) return; /* no clock runs yet */
     if (paused) {
-        job->statistics.wall_us += jobs_clock_us() - job->work_started_us;
-        job->statistics.coordinate_cpu_us += jobs_loop_cpu_us() - job->work_started_cpu_us;
+        live_job_add_work(job, &job->statistics);
         job->work_started_us = 0;
         return;
     }

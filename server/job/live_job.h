@@ -102,6 +102,8 @@ void live_job_wish(struct live_job *job, const struct tile_wish *wish);
 bool live_job_has_unopened(const struct live_job *job);
 void live_job_open_frame(struct live_job *job);
 void live_job_drop_frames(struct live_job *job);
+/* One that is in work: it waits to be opened again, and begins anew. */
+void live_job_drop_frame(struct live_job *job, struct live_frame *frame);
 /* Takes a frame out of work and hands it over: it waits to be opened again. */
 struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame);
 /* Floats of an image and of samples that wait for their next pass: what opening a frame costs. */
@@ -114,6 +116,9 @@ json_t *live_job_report(const struct live_job *job);
 json_t *live_job_progress(const struct live_job *job);
 json_t *live_job_frames(const struct live_job *job);
 void live_job_statistics(const struct live_job *job, struct statistics *out);
+/* Of them what stands still while the job is not in work: clocks, and peaks of memory, to which
+ * others' work adds. */
+void live_job_add_work(const struct live_job *job, struct statistics *sum);
 double live_job_fraction(const struct live_job *job);
 
 /* The address of a frame's picture: kind "exr" or "png". */

@@ -72,23 +72,27 @@ json_t *live_job_progress(const struct live_job *job)
     return progress;
 }
 
-void live_job_statistics(const struct live_job *job, struct statistics *out)
+void live_job_add_work(const struct live_job *job, struct statistics *sum)
 {
     struct rusage usage;
     struct fleet_totals totals = {0};
-    *out = job->statistics;
-    for (unsigned i = 0; i < job->jobs->open_count; i++)
-        if (job->jobs->open[i].job == job)
-            statistics_add(out, frame_statistics(job->jobs->open[i].frame->work));
-    if (job->work_started_us) {
-        out->wall_us += jobs_clock_us() - job->work_started_us;
-        out->coordinate_cpu_us += jobs_loop_cpu_us() - job->work_started_cpu_us;
-    }
+    if (job->work_started_us == 0) return;
+    sum->wall_us += jobs_clock_us() - job->work_started_us;
+    sum->coordinate_cpu_us += jobs_loop_cpu_us() - job->work_started_cpu_us;
     getrusage(RUSAGE_SELF, &usage);
     if (job->jobs->fleet) fleet_totals(job->jobs->fleet, &totals);
     struct statistics peaks = {.server_peak_rss_bytes = (uint64_t)usage.ru_maxrss * 1024,
                                .worker_peak_rss_bytes = totals.peak_rss_bytes};
-    statistics_add(out, &peaks);
+    statistics_add(sum, &peaks);
+}
+
+void live_job_statistics(const struct live_job *job, struct statistics *out)
+{
+    *out = job->statistics;
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job)
+            statistics_add(out, frame_statistics(job->jobs->open[i].frame->work));
+    live_job_add_work(job, out);
 }
 
 json_t *live_job_report(const struct live_job *job)

@@ -51,7 +51,8 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
     [QUERY_STEER] = "UPDATE jobs SET priority = coalesce(?2, priority),"
-                    " paused = coalesce(?3, paused), updated_ms = ?4 WHERE id = ?1",
+                    " paused = coalesce(?3, paused), updated_ms = ?4 WHERE id = ?1"
+                    " AND state NOT IN ('finished', 'failed', 'cancelled')",
     [QUERY_UPDATE_FRAME] = "INSERT INTO frames (job, number, state, exr, png)"
                            " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
                            " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"

@@ -19,7 +19,7 @@ struct job_store {
     struct team *team;     /* one thread */
     struct job_database *db;
     int lock_fd;
-    bool busy;
+    bool busy, searching;             /* a batch; for a text in all jobs */
     struct job_request *first, *last; /* waiting */
     struct job_request *batch;        /* in work */
 };
@@ -101,6 +101,7 @@ static void batch_done(struct team_task *task)
     while (batch) {
         struct job_request *r = batch;
         batch = r->next;
+        if (r->text) store->searching = false;
         job_request_answer(r);
         job_request_free(r);
     }
@@ -237,9 +238,10 @@ void job_store_get(struct job_store *s, const char *id, job_store_found done, vo
 void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
                     void *ctx)
 {
-    struct job_request *r = job_request_create(REQUEST_LIST, NULL, ctx);
+    const bool refused = listing->text && s->searching;
+    struct job_request *r = refused ? NULL : job_request_create(REQUEST_LIST, NULL, ctx);
     if (!r) {
-        done(ctx, ERR_MEMORY, NULL, 0, false);
+        done(ctx, refused ? ERR_STATE : ERR_MEMORY, NULL, 0, false);
         return;
     }
     int error = 0;
@@ -248,6 +250,7 @@ void job_store_list(struct job_store *s, const struct job_listing *listing, job_
     r->text = job_request_copy(listing->text, &error);
     r->limit = listing->limit < LIMIT_LIST_ROWS ? listing->limit : LIMIT_LIST_ROWS;
     r->call.listed = done;
+    if (!error && r->text) s->searching = true;
     submit(s, r, error);
 }
 

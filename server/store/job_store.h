@@ -54,7 +54,7 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
  * below. done may be NULL. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
                       const char *report, job_store_done done, void *ctx);
-/* Sets priority and paused (each if not NULL). */
+/* Sets priority and paused (each if not NULL). ERR_NOT_FOUND for a job that has ended, too. */
 void job_store_steer(struct job_store *s, const char *id, const int32_t *priority,
                      const bool *paused, job_store_done done, void *ctx);
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
@@ -76,6 +76,8 @@ struct job_listing {
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
+/* A text is looked for in all documents, and everything else waits meanwhile: ERR_STATE while that
+ * is done for another listing. */
 typedef void (*job_store_listed)(void *ctx, int error, const struct job_row *rows, size_t count,
                                  bool more);
 void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,

@@ -57,6 +57,13 @@ check "the tag of before is stale" is "$(patch "$job" '{"priority": 6}' -H "If-M
 check "... with a problem" jq -e '.type | endswith("precondition-failed")' "$tmp/body"
 check "... and nothing was changed" shows "$job" '.priority == 5'
 check "a weak tag matches nothing" is "$(patch "$job" '{"priority": 6}' -H "If-Match: W/$tag")" 412
+# Of many that saw the same, one gets through.
+http -D "$tmp/head" -o /dev/null "$url/v1/jobs/$job"
+tag=$(sed -n 's/^ETag: //Ip' "$tmp/head" | tr -d '\r')
+racers=()
+for i in 1 2 3 4 5 6 7 8; do racers+=(--next -sS --noproxy '*' --max-time 30 -o /dev/null -w '%{http_code}\n' -X PATCH -H 'Content-Type: application/json' -H "If-Match: $tag" -d "{\"priority\": 1$i}" "$url/v1/jobs/$job"); done
+curl --parallel --parallel-immediate "${racers[@]:1}" >"$tmp/statuses"
+check "of eight changes at once with one tag one is made" is "$(sort "$tmp/statuses" | uniq -c | xargs)" "1 200 7 412"
 check "any tag is the job's" is "$(patch "$job" '{"priority": 6}' -H 'If-Match: *')" 200
 
 # A restart while it is paused.

@@ -302,6 +302,24 @@ static void unfiltered_frames_count_nothing(void **state)
                 0);
 }
 
+/* Only a tile that nobody else has, and that has not landed, waits again. */
+static void a_return_tells_whether_the_tile_waits(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile, copy;
+    begin(b, 32);
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(frame_copy(b->frame, 2, ~0u, &tile, &copy));
+    assert_false(frame_returned(b->frame, 1, &tile)); /* the copy is under way */
+    assert_true(frame_returned(b->frame, 2, &copy));
+    assert_false(frame_returned(b->frame, 2, &copy));
+    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(frame_copy(b->frame, 2, ~0u, &tile, &copy));
+    assert_int_equal(send_tile(b, 2, &copy, 0), 0);
+    assert_false(frame_returned(b->frame, 1, &tile)); /* the copy was first */
+    frame_drop(&b->frame);
+}
+
 static void bad_workers_change_nothing(void **state)
 {
     struct bench *b = *state;
@@ -694,6 +712,7 @@ int main(void)
         TEST(tiles_of_any_size_give_the_same_files),
         TEST(filters_do_not_see_tiles),
         TEST(unfiltered_frames_count_nothing),
+        TEST(a_return_tells_whether_the_tile_waits),
         TEST(bad_workers_change_nothing),
         TEST(passes_give_the_same_files_in_any_order),
         TEST(the_share_counts_lens_samples),

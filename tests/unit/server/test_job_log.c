@@ -90,6 +90,28 @@ static void bytes_that_are_no_text_are_left_out(void **state)
     json_decref(log);
 }
 
+/* Wherever text is cut, by its writer or by the bound, whole characters stay. */
+static void text_is_cut_between_characters(void **state)
+{
+    (void)state;
+    static const char text[] = "a\u00e9\u20ac\U0001f426"; /* 1, 2, 3 and 4 bytes */
+    static const int whole[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10};
+    char padding[LIMIT_DETAIL_BYTES] = "";
+    for (int bytes = 0; bytes <= 10; bytes++) {
+        json_t *log = NULL;
+        job_log_add(&log, 0, "tiles", "%.*s", bytes, text);
+        assert_int_equal(json_array_size(log), 1);
+        assert_int_equal(strlen(text_of(log, 0, "text")), whole[bytes]);
+        memset(padding, '.', sizeof padding - 1 - (size_t)bytes);
+        padding[sizeof padding - 1 - (size_t)bytes] = '\0';
+        job_log_add(&log, 0, "tiles", "%s%s", padding, text);
+        assert_int_equal(json_array_size(log), 2);
+        assert_int_equal(strlen(text_of(log, 1, "text")),
+                         sizeof padding - 1 - (size_t)(bytes - whole[bytes]));
+        json_decref(log);
+    }
+}
+
 static void a_stored_log_is_checked(void **state)
 {
     (void)state;
@@ -116,6 +138,7 @@ int main(void)
         cmocka_unit_test(the_same_again_is_counted),
         cmocka_unit_test(of_very_many_the_middle_goes),
         cmocka_unit_test(bytes_that_are_no_text_are_left_out),
+        cmocka_unit_test(text_is_cut_between_characters),
         cmocka_unit_test(a_stored_log_is_checked),
     };
     return cmocka_run_group_tests_name("job_log", tests, NULL, NULL);

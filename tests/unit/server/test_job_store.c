@@ -528,6 +528,42 @@ static void steering_sets_what_is_given(void **state)
     assert_int_equal(error, ERR_NOT_FOUND);
 }
 
+static void one_text_is_looked_for_at_a_time(void **state)
+{
+    struct fixture *f = *state;
+    static struct listed first, second, plain;
+    const struct job_listing any = {.limit = 10}, text = {.text = "scene", .limit = 10};
+    insert_plain(f, 1);
+    first = second = plain = (struct listed){.error = 1};
+    job_store_list(f->store, &text, on_listed, &first);
+    job_store_list(f->store, &text, on_listed, &second);
+    job_store_list(f->store, &any, on_listed, &plain);
+    assert_int_equal(second.error, ERR_STATE); /* at once */
+    settle(f);
+    assert_int_equal(first.error, 0);
+    assert_int_equal(plain.error, 0);
+    assert_int_equal(find(f, &text)->error, 0); /* the next one may */
+}
+
+/* The end that is stored first stays what it is: the change that meets it leaves no trace. */
+static void ended_jobs_are_not_steered(void **state)
+{
+    static const char *const ends[] = {"finished", "failed", "cancelled"};
+    struct fixture *f = *state;
+    const bool paused = true;
+    const int32_t priority = 77;
+    for (int i = 0; i < 3; i++) {
+        int error = 1;
+        insert_plain(f, i);
+        job_store_update(f->store, make_row(i).id, ends[i], NULL, NULL, NULL, NULL);
+        job_store_steer(f->store, make_row(i).id, &priority, &paused, on_done, &error);
+        settle(f);
+        assert_int_equal(error, ERR_NOT_FOUND);
+        assert_false(get(f, make_row(i).id).row.paused);
+        assert_int_not_equal(get(f, make_row(i).id).row.priority, priority);
+    }
+}
+
 static void a_damaged_file_is_refused(void **state)
 {
     struct fixture *f = *state;
@@ -563,6 +599,8 @@ int main(void)
         TEST(a_newer_schema_is_refused),
         TEST(an_older_schema_is_brought_up),
         TEST(steering_sets_what_is_given),
+        TEST(ended_jobs_are_not_steered),
+        TEST(one_text_is_looked_for_at_a_time),
         TEST(a_damaged_file_is_refused),
     };
     return cmocka_run_group_tests_name("job_store", tests, NULL, NULL);
