@@ -89,6 +89,10 @@ export class Picture {
       this.textures.set(image, entry);
       image.touch();
     }
+    if (entry.alpha && !image.alpha) { // a coarse view, or another job's picture, has none
+      this.gl.deleteTexture(entry.alpha);
+      entry.alpha = null;
+    }
     if (image.alpha && !entry.alpha) {
       entry.alpha = this.makeTexture(entry.float ? gl.R32F : gl.R16F, entry.width, entry.height);
       image.touch();

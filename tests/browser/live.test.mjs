@@ -131,6 +131,11 @@ await runAll(async () => {
     expect(median(times) <= BOUND_MS, `the median is above ${BOUND_MS} ms`);
   });
 
+  await test("nothing failed in drawing coarse and full pictures", async () => {
+    const note = page.locator("#canvas-note");
+    expect(!await note.isVisible(), await note.textContent());
+  });
+
   await test("a long drag is seen while it lasts, and said once", async () => {
     await resting(live);
     await until("complete", async () => (await text(page, "live-state")) === "complete", 10);
