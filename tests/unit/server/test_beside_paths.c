@@ -296,7 +296,7 @@ static void occlusion_comes_alone(void **state)
                     PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
     alone.paths.without_diffuse_indirect = 0;
     alone.sub_samples = alone.bounces = 0;
-    assert_int_equal(block_halo_px(&alone) + 1, block_halo_px(&plan));
+    assert_int_equal(block_halo_px(&alone) + PATCH_RING_PX, block_halo_px(&plan));
     struct image *with = render(&plan, 1, &sum);
     struct image *without = render(&alone, 1, &sum);
     same(with, without, "occlusion.O");
