@@ -186,6 +186,7 @@ await runAll(async () => {
     await until("the line in the page", async () => /has left: a tile that it held is given out again/.test(await text(page, "log")), 20);
     await page.screenshot({ path: shot("panel-running"), fullPage: true });
     await page.click("#cancel");
+    await page.click("#cancel-yes");
     await until("the last line", async () => /cancelled$/.test(await text(page, "log")), 20);
     const before = (await get(`/v1/jobs/${id}`)).log;
     expect(before.some(({ what, times }) => what === "worker" && times >= 1), JSON.stringify(before));
