@@ -99,5 +99,6 @@ export const GROUPS = [
   { title: "Frames and priority", fields: [
     { at: "/frames/first", label: "First frame", kind: "integer", min: 0, max: 1073741824, otherwise: 1 },
     { at: "/frames/last", label: "Last frame", kind: "integer", min: 0, max: 1073741824 },
-    { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 }] },
+    { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 },
+    { at: "/live", label: "Live: its camera is moved while it is open", kind: "flag", otherwise: false }] },
 ];
