@@ -106,17 +106,22 @@ static void on_late(uv_timer_t *timer)
 /* Sessions that end here are not released before the loop has turned; their tables are empty. */
 static void hand_copies(struct fleet *fleet)
 {
+    for (size_t i = 0; i < fleet->session_count; i++)
+        fleet->tables[i] = &fleet->sessions[i]->leases;
+    for (size_t i = 0; i < fleet->session_count; i++)
+        while (is_idle(fleet->sessions[i]) && hand_copy(fleet, i)) continue;
+}
+
+/* While somebody idles beside others who work, what is right for him changes with time alone:
+ * others become late, or so slow that a tile which was left to them is his after all. */
+static void look_again(struct fleet *fleet)
+{
     bool idles = false, works = false;
     for (size_t i = 0; i < fleet->session_count; i++) {
-        fleet->tables[i] = &fleet->sessions[i]->leases;
-        works = works || fleet->tables[i]->count > 0;
-    }
-    if (!works) return;
-    for (size_t i = 0; i < fleet->session_count; i++) {
-        while (is_idle(fleet->sessions[i]) && hand_copy(fleet, i)) continue;
+        works = works || fleet->sessions[i]->leases.count > 0;
         idles = idles || is_idle(fleet->sessions[i]);
     }
-    if (idles) uv_timer_start(&fleet->late, on_late, LATE_MS, 0);
+    if (idles && works) uv_timer_start(&fleet->late, on_late, LATE_MS, 0);
 }
 
 void fleet_hand_out(struct fleet *fleet)
@@ -126,6 +131,7 @@ void fleet_hand_out(struct fleet *fleet)
     const struct fleet_client *client = &fleet->client;
     const uint64_t supply = client->tiles_left ? client->tiles_left(client->ctx) : UINT64_MAX;
     hand_tiles(fleet, count, supply);
-    if (client->copy_tile && !fleet->closing && client->tiles_left(client->ctx) == 0)
-        hand_copies(fleet);
+    if (!client->copy_tile || fleet->closing) return;
+    if (client->tiles_left(client->ctx) == 0) hand_copies(fleet);
+    look_again(fleet);
 }

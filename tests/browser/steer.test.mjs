@@ -222,7 +222,9 @@ await runAll(async () => {
     const more = page.url().split("/").pop();
     await until("its own note", async () => (await text(page, "under-text")).includes(small.slice(-6)), 10);
     expect((await look(page)).lit > 0.5, "the old picture is gone");
-    expect(await page.getAttribute("#canvas", "data-view") === view, "the view has moved");
+    // The view is told with the next drawing.
+    const kept = await until("a drawing", () => page.getAttribute("#canvas", "data-view"), 10);
+    expect(kept === view, `the view has moved from ${view} to ${kept}`);
     await page.screenshot({ path: join(shots, "steer-more.png"), fullPage: true });
     expect((await get(more)).progress.tiles_done === 0, "it had begun");
     await press("Shift+ArrowRight");
