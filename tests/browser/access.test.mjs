@@ -30,7 +30,7 @@ await runAll(async () => {
   });
 
   await test("a finished job has no violations of WCAG 2.2 AA", async () => {
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     await clean("the job");
   });
 
@@ -42,24 +42,24 @@ await runAll(async () => {
     await clean("everything open");
     await page.focus("#stage");
     await page.keyboard.press("?");
-    await until("the sheet", () => page.locator("#keys").evaluate((dialog) => dialog.open), 5);
+    await until("the sheet", () => page.locator("#keys").evaluate((dialog) => dialog.open));
     await page.screenshot({ path: join(shots, "access-keys.png") });
     await clean("the sheet");
     await page.keyboard.press("Escape");
-    await until("the focus back on the picture", () => page.evaluate(() => document.activeElement.id === "stage"), 5);
+    await until("the focus back on the picture", () => page.evaluate(() => document.activeElement.id === "stage"));
   });
 
   await test("nor the list without a job, nor a job that is none", async () => {
     await page.goto(`${url}/#/`);
     await clean("the list");
     await page.goto(`${url}/#/jobs/00000000000000000000000000`);
-    await until("the sentence", async () => /no such job/.test(await text(page, "problem")), 10);
+    await until("the sentence", async () => /no such job/.test(await text(page, "problem")));
     await clean("no job");
   });
 
   await test("the tab key reaches everything, and the focus is seen", async () => {
     await page.goto(`${url}/#/jobs/${slow}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     await page.evaluate(() => document.activeElement?.blur());
     const reached = new Set(), unseen = [];
     for (let i = 0; i < 60; i++) {
@@ -99,7 +99,7 @@ await runAll(async () => {
     const asked = [];
     page.on("request", (request) => { if (!request.url().startsWith(url)) asked.push(request.url()); });
     await page.reload();
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     expect(asked.length === 0, asked.join());
   });
 });

@@ -26,6 +26,7 @@ export async function test(text, run) {
 
 export function expect(condition, text) { if (!condition) throw new Error(text); }
 
+// How long it may take is no bound of what is awaited: the machine may be busy. Bounds are measured.
 export async function until(what, read, seconds = 60) {
   const end = Date.now() + seconds * 1000;
   let last;
@@ -36,6 +37,9 @@ export async function until(what, read, seconds = 60) {
   }
   throw new Error(`${what}: not within ${seconds} s`);
 }
+
+// The view that the page drew last, "ZOOM X Y WIDTH HEIGHT"; a page just opened has drawn none.
+export const viewText = (page) => until("a drawing", () => page.getAttribute("#canvas", "data-view"));
 
 export function startServer(port = 0) {
   server = spawn(join(build, "shearwater"),

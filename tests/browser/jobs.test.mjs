@@ -17,7 +17,7 @@ await runAll(async () => {
 
   await test("an empty list says that it is empty", async () => {
     await page.goto(`${url}/jobs.html`);
-    await until("the sentence", async () => (await text(page, "count")) === "No jobs yet.", 10);
+    await until("the sentence", async () => (await text(page, "count")) === "No jobs yet.");
     expect(await page.title() === "Jobs · Shearwater", await page.title());
     const states = await page.locator("#state option").evaluateAll((all) => all.map(({ value }) => value).filter(Boolean));
     const known = /JobState:\s+type: string\s+enum: \[([^\]]*)\]/.exec(readFileSync("proto/openapi.yaml", "utf8"))[1];
@@ -27,7 +27,7 @@ await runAll(async () => {
 
   const slow = submit(url, { image: { width: 512, height: 512 }, sampling: { spp: 196, tile_px: 32 }, layers: ["beauty", "depth"] });
   await test("a job appears, its row follows it, and says 100 % only when it is finished", async () => {
-    await until("the row", () => row(slow).count(), 15);
+    await until("the row", () => row(slow).count());
     await page.evaluate((id) => { document.querySelector(`#rows a[href="./#/jobs/${id}"]`).focus(); window.kept = document.activeElement; }, slow);
     const seen = new Set();
     await until("finished", async () => {
@@ -51,7 +51,7 @@ await runAll(async () => {
   await page.request.delete(`${url}/v1/jobs/${cancelled}`);
 
   await test("the newest are first", async () => {
-    await until("six rows", async () => (await page.locator("#rows li").count()) === 6, 20);
+    await until("six rows", async () => (await page.locator("#rows li").count()) === 6);
     const ids = await page.locator("#rows li > a:first-child").evaluateAll((links) => links.map((link) => link.title));
     expect(ids.join() === [...ids].sort().reverse().join(), ids.join());
   });
@@ -59,40 +59,40 @@ await runAll(async () => {
   await test("a filter by state is in the address, and back and forward go along it", async () => {
     await until("all ended", async () => (await states()).every((state) => /finished|cancelled/.test(state)), 60);
     await page.selectOption("#state", "cancelled");
-    await until("one row", async () => (await states()).join() === "cancelled", 10);
+    await until("one row", async () => (await states()).join() === "cancelled");
     expect(new URL(page.url()).search === "?state=cancelled", page.url());
     await page.selectOption("#state", "finished");
-    await until("five rows", async () => (await states()).join() === Array(5).fill("finished").join(), 10);
+    await until("five rows", async () => (await states()).join() === Array(5).fill("finished").join());
     await page.goBack();
-    await until("one row again", async () => (await states()).join() === "cancelled", 10);
+    await until("one row again", async () => (await states()).join() === "cancelled");
     expect(await page.inputValue("#state") === "cancelled", "the choice did not go back");
     await page.goForward();
-    await until("five rows again", async () => (await states()).length === 5, 10);
+    await until("five rows again", async () => (await states()).length === 5);
     await page.click("#clear");
-    await until("all rows", async () => (await states()).length === 6, 10);
+    await until("all rows", async () => (await states()).length === 6);
   });
 
   await test("a filter by text finds what is in documents, and a bookmark finds it again", async () => {
     await page.fill("#text", "424243");
     await page.keyboard.press("Enter");
-    await until("the one job", async () => (await page.locator("#rows li").count()) === 1, 10);
+    await until("the one job", async () => (await page.locator("#rows li").count()) === 1);
     expect(await row(special).count() === 1, "another job");
     const bookmark = page.url();
     expect(/\?text=424243$/.test(bookmark), bookmark);
     await page.goto("about:blank");
     await page.goto(bookmark);
-    await until("the one job", async () => (await page.locator("#rows li").count()) === 1, 10);
+    await until("the one job", async () => (await page.locator("#rows li").count()) === 1);
     expect(await page.inputValue("#text") === "424243", "the field is empty");
     expect((await page.title()).includes("424243"), await page.title());
     await page.goto(`${url}/jobs.html?text=${special.slice(-8).toUpperCase()}`);
-    await until("found by its id", () => row(special).count(), 10);
+    await until("found by its id", () => row(special).count());
     await page.goto(`${url}/jobs.html?text=${encodeURIComponent("no such thing % _ &")}`);
-    await until("none", async () => (await text(page, "count")) === "No job is like that.", 10);
+    await until("none", async () => (await text(page, "count")) === "No job is like that.");
   });
 
   await test("an address by hand that the server refuses is told so", async () => {
     await page.goto(`${url}/jobs.html?state=done`);
-    await until("the sentence", async () => /state must be/.test(await text(page, "problem")), 10);
+    await until("the sentence", async () => /state must be/.test(await text(page, "problem")));
     complaints.splice(0, complaints.length, ...complaints.filter((line) => !/400/.test(line)));
   });
 
@@ -104,21 +104,21 @@ await runAll(async () => {
     for (let i = 0; i < 110; i++)
       await page.request.post(`${url}/v1/jobs`, { data: document });
     await page.goto(`${url}/jobs.html`);
-    await until("a full page", async () => (await page.locator("#rows li").count()) === 50, 20);
+    await until("a full page", async () => (await page.locator("#rows li").count()) === 50);
     const first = await page.locator("#rows li > a:first-child").first().getAttribute("title");
     await page.click("#older");
-    await until("the second page", async () => (await page.locator("#rows li > a:first-child").first().getAttribute("title")) < first, 10);
+    await until("the second page", async () => (await page.locator("#rows li > a:first-child").first().getAttribute("title")) < first);
     await page.click("#older");
-    await until("the last page", async () => (await page.locator("#rows li").count()) === 16 && await page.locator("#older").isHidden(), 10);
+    await until("the last page", async () => (await page.locator("#rows li").count()) === 16 && await page.locator("#older").isHidden());
     expect(await row(slow).count() === 1, "the oldest job is not on the last page");
     const last = page.url();
     await page.reload();
-    await until("the same page", async () => (await page.locator("#rows li").count()) === 16, 10);
+    await until("the same page", async () => (await page.locator("#rows li").count()) === 16);
     expect(page.url() === last, page.url());
     await page.goBack();
-    await until("the page before", async () => (await page.locator("#rows li").count()) === 50, 10);
+    await until("the page before", async () => (await page.locator("#rows li").count()) === 50);
     await page.click("#newest");
-    await until("the newest", async () => !/cursor/.test(page.url()), 10);
+    await until("the newest", async () => !/cursor/.test(page.url()));
   });
 
   await test("nothing moves, nothing is fetched anew: the list answers 304", async () => {
@@ -127,14 +127,14 @@ await runAll(async () => {
     await page.goto(`${url}/jobs.html`);
     const answers = [];
     page.on("response", (response) => { if (/\/v1\/jobs\?/.test(response.url())) answers.push(response.status()); });
-    await until("three looks", async () => answers.length >= 3, 30);
+    await until("three looks", async () => answers.length >= 3);
     page.removeAllListeners("response");
     expect(answers.slice(1).every((status) => status === 304), answers.join());
   });
 
   await test("the list has no violations of WCAG 2.2 AA, on a phone or at 200 % either", async () => {
     await page.goto(`${url}/jobs.html?state=finished`);
-    await until("rows", async () => (await page.locator("#rows li").count()) === 50, 10);
+    await until("rows", async () => (await page.locator("#rows li").count()) === 50);
     await page.screenshot({ path: shot("list") });
     await clean(page, "the list");
     await narrow(page, "the list", (width) => shot(`list-${width}`));
@@ -142,7 +142,7 @@ await runAll(async () => {
 
   await test("the panel has the figures of the resource", async () => {
     await page.goto(`${url}/#/jobs/${slow}`);
-    await until("the panel", async () => /finished/.test(await text(page, "standing")), 20);
+    await until("the panel", async () => /finished/.test(await text(page, "standing")));
     const job = await get(`/v1/jobs/${slow}`);
     const rowsOf = (id) => page.locator(`#${id} tbody tr`).evaluateAll((trs) => trs.map((tr) => [...tr.children].map((cell) => cell.textContent)));
     const stages = Object.entries(job.statistics.cpu_s).filter(([name, value]) => name !== "total" && value > 0);
@@ -180,14 +180,14 @@ await runAll(async () => {
   await test("a worker that is lost, and a cancellation, are in the log, and the log survives a restart", async () => {
     const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400 } });
     await page.goto(`${url}/#/jobs/${id}`);
-    await until("running", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 2, 30);
+    await until("running", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 2);
     const { workers } = await get("/v1/workers");
     process.kill(workers[0].pid, "SIGKILL");
-    await until("the line in the page", async () => /has left: a tile that it held is given out again/.test(await text(page, "log")), 20);
+    await until("the line in the page", async () => /has left: a tile that it held is given out again/.test(await text(page, "log")));
     await page.screenshot({ path: shot("panel-running"), fullPage: true });
     await page.click("#cancel");
     await page.click("#cancel-yes");
-    await until("the last line", async () => /cancelled$/.test(await text(page, "log")), 20);
+    await until("the last line", async () => /cancelled$/.test(await text(page, "log")));
     const before = (await get(`/v1/jobs/${id}`)).log;
     expect(before.some(({ what, times }) => what === "worker" && times >= 1), JSON.stringify(before));
     await stopServer("SIGKILL");
@@ -199,13 +199,13 @@ await runAll(async () => {
 
   await test("what happened before the coordinator was killed is in the log of the job that goes on", async () => {
     const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400 } });
-    await until("running", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 2, 30);
+    await until("running", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 2);
     process.kill((await get("/v1/workers")).workers[0].pid, "SIGKILL");
-    await until("the line", async () => (await get(`/v1/jobs/${id}`)).log.some(({ what }) => what === "worker"), 20);
+    await until("the line", async () => (await get(`/v1/jobs/${id}`)).log.some(({ what }) => what === "worker"));
     await page.waitForTimeout(4000);
     await stopServer("SIGKILL");
     await startServer(new URL(url).port);
-    await until("running again", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 0, 30);
+    await until("running again", async () => (await get(`/v1/jobs/${id}`)).progress.tiles_done > 0);
     const lines = (await get(`/v1/jobs/${id}`)).log.map(({ text }) => text);
     const [lost, again] = [lines.findIndex((line) => /has left/.test(line)), lines.indexOf("taken up again after a restart of the coordinator")];
     expect(lost > 0 && again > lost, lines.join("; "));
@@ -216,7 +216,7 @@ await runAll(async () => {
   await test("the panel has no violations of WCAG 2.2 AA, on a phone or at 200 % either", async () => {
     await page.goto(`${url}/#/jobs/${slow}`);
     await page.reload();
-    await until("the panel", async () => /finished/.test(await text(page, "standing")), 20);
+    await until("the panel", async () => /finished/.test(await text(page, "standing")));
     for (const id of ["skipped-part", "times", "rays"]) await page.locator(`#${id} summary`).click();
     await clean(page, "the panel");
     await page.setViewportSize({ width: 1600, height: 1000 });

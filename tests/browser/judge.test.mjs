@@ -11,7 +11,7 @@ import { LayerImage } from "../../web/layer_image.js";
 import { BlockParser } from "../../web/pixel_feed.js";
 import { shownPair } from "../../web/shown.js";
 import { ssim } from "../../web/ssim.js";
-import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until } from "./house.mjs";
+import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
@@ -68,7 +68,7 @@ await runAll(async () => {
 
   await test("figures of what is in sight are the command's, of halves of floats", async () => {
     await page.goto(`${url}/#/jobs/${fine}`);
-    await until("the picture", async () => (await look(page)).lit > 0.2, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.2);
     await page.selectOption("#compare", "wipe");
     await page.fill("#other-job", rough);
     await page.press("#other-job", "Enter");
@@ -86,12 +86,12 @@ await runAll(async () => {
     await shows(256 * 256, told("--exposure", "1", "--curve", "filmic"));
     await press(page, "0", "1", "+", "+", "+");
     const inSight = async () => {
-      const [zoom, x, y] = (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number);
+      const [zoom, x, y] = (await viewText(page)).split(" ").map(Number);
       const size = await page.locator("#canvas").evaluate(({ width, height }) => [width, height]);
       const [x0, y0] = [x, y].map((v) => Math.max(0, Math.floor(v))), [x1, y1] = [x + size[0] / zoom, y + size[1] / zoom].map((v) => Math.min(256, Math.ceil(v)));
       return [x0, y0, x1 - x0, y1 - y0];
     };
-    const part = await until("the part in sight", async () => { const [x, y, w, h] = await inSight(); return w * h < 256 * 256 && (await seen())?.[5] === w * h && [x, y, w, h]; }, 30);
+    const part = await until("the part in sight", async () => { const [x, y, w, h] = await inSight(); return w * h < 256 * 256 && (await seen())?.[5] === w * h && [x, y, w, h]; });
     await shows(part[2] * part[3], told("--crop", part.join()));
     await press(page, "f");
   });
@@ -101,7 +101,7 @@ await runAll(async () => {
     for (const [key, judge] of [["i", "ssim"], ["y", "flip"]]) {
       await press(page, key);
       expect(await page.inputValue("#compare") === judge, `the key ${key} shows ${await page.inputValue("#compare")}`);
-      await until("the legend", async () => (await page.isVisible("#legend")) && FIGURES.test(await text(page, "alike")), 20);
+      await until("the legend", async () => (await page.isVisible("#legend")) && FIGURES.test(await text(page, "alike")));
       await page.waitForTimeout(500);
       await save(page, judge);
       // The empty corner is dark, the box is not.
@@ -109,20 +109,20 @@ await runAll(async () => {
       const [corner, box] = map[judge].map((color) => color.reduce((a, b) => a + b, 0));
       expect(box > corner + 15, `${judge}: the corner is ${map[judge][0]}, the box ${map[judge][1]}`);
       await press(page, "Shift+ArrowRight");
-      const said = await until("what the probe says", async () => /SSIM ([0-9.−e]+) {2}FLIP ([0-9.e−]+)$/.exec(await text(page, "readout")), 5);
+      const said = await until("what the probe says", async () => /SSIM ([0-9.−e]+) {2}FLIP ([0-9.e−]+)$/.exec(await text(page, "readout")));
       expect(Number(said[1].replace("−", "-")) < 1 && Number(said[2].replace("−", "-")) > 0, said[0]);
     }
     await press(page, "y");
-    await until("the legend to go", () => page.isHidden("#legend"), 5);
+    await until("the legend to go", () => page.isHidden("#legend"));
     await page.selectOption("#layer", "depth");
     await page.selectOption("#compare", "wipe");
-    await until("that depths are no pictures", async () => /looked at as pictures/.test(await text(page, "alike")), 5);
+    await until("that depths are no pictures", async () => /looked at as pictures/.test(await text(page, "alike")));
     await page.selectOption("#layer", "beauty");
   });
 
   await test("the page goes on while a worker judges", async () => {
     await page.selectOption("#compare", "flip");
-    await until("figures", async () => FIGURES.test(await text(page, "alike")), 20);
+    await until("figures", async () => FIGURES.test(await text(page, "alike")));
     // Were it one task of the page, it would be the longest by far.
     const [took, longest] = await page.evaluate(() => new Promise((done) => {
       const alike = document.getElementById("alike"), before = alike.textContent, start = performance.now();
@@ -142,7 +142,7 @@ await runAll(async () => {
   });
 
   await test("axe-core finds nothing with a map and its legend", async () => {
-    await until("figures", async () => FIGURES.test(await text(page, "alike")), 20);
+    await until("figures", async () => FIGURES.test(await text(page, "alike")));
     const session = await page.context().newCDPSession(page);
     await session.send("Runtime.evaluate", { expression: axe });
     const { result } = await session.send("Runtime.evaluate", { awaitPromise: true, returnByValue: true,
@@ -157,11 +157,11 @@ await runAll(async () => {
     const partial = alpha.findIndex((a, i) => a > 0.2 && a < 0.8 && i % width > 20 && i % width < 236);
     expect(partial > 0, "the test's picture has no edge");
     await press(page, "f");
-    const [zoom, x, y] = (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number), box = await page.locator("#stage").boundingBox();
+    const [zoom, x, y] = (await viewText(page)).split(" ").map(Number), box = await page.locator("#stage").boundingBox();
     for (const i of [partial, 3 * width + 3, 128 * width + 128]) {
       const px = i % width, py = Math.floor(i / width);
       await page.mouse.move(box.x + 1 + (px + 0.5 - x) * zoom, box.y + 1 + (py + 0.5 - y) * zoom);
-      const said = await until("its alpha", async () => new RegExp(`^${px}, ${py}: .*A ([0-9.e-]+)$`).exec(await text(page, "readout")), 5);
+      const said = await until("its alpha", async () => new RegExp(`^${px}, ${py}: .*A ([0-9.e-]+)$`).exec(await text(page, "readout")));
       expect(Math.abs(Number(said[1]) - alpha[i]) < 5e-4, `${said[0]}, the file has ${alpha[i]}`);
     }
     expect(alpha[3 * width + 3] === 0 && alpha[128 * width + 128] === 1, "the test's picture is not what it was");
@@ -191,7 +191,7 @@ await runAll(async () => {
       const box = await page.locator("#stage").boundingBox();
       await page.mouse.move(box.x + box.width / 2 + Math.random(), box.y + box.height / 2);
       return /A [0-9.e-]+ \| .*A [0-9.e-]+/.test(await text(page, "readout"));
-    }, 30);
+    });
     await page.selectOption("#compare", "off");
   });
 
@@ -211,8 +211,8 @@ await runAll(async () => {
     const bad = await page.request.get(`${url}/v1/jobs/${fine}/pixels?alpha=yes`);
     expect(bad.status() === 400 && /alpha must be/.test(await bad.text()), `${bad.status()}`);
     await page.goto(`${url}/#/jobs/${plain}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
-    await until("no ground to choose for an opaque picture", () => page.isHidden("#behind-label"), 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
+    await until("no ground to choose for an opaque picture", () => page.isHidden("#behind-label"));
   });
 
   await test("what lies under a job's first blocks keeps its alpha", () => {

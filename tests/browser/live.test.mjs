@@ -6,7 +6,7 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { expect, openPage, runAll, shots, startServer, submit, test, text, until } from "./house.mjs";
+import { expect, openPage, runAll, shots, startServer, submit, test, text, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const BOUND_MS = Number(process.env.SHEARWATER_FIRST_PIXELS_MS ?? 1000);
@@ -20,10 +20,10 @@ await runAll(async () => {
   const api = async (id) => (await page.request.get(`${url}/v1/jobs/${id}`)).json();
   const resting = (id, seconds = 60) => until("at rest", async () => (await api(id)).state === "resting", seconds);
   const firstPixels = async () => (await page.getAttribute("#live", "data-first-pixels")).split(" ").filter(Boolean).map(Number);
-  const settled = () => until("all moves sent", async () => (await page.getAttribute("#live", "data-settled")) === "true", 10);
+  const settled = () => until("all moves sent", async () => (await page.getAttribute("#live", "data-settled")) === "true");
   const copied = async () => {
     await page.click("#camera-copy");
-    await until("copied", async () => (await text(page, "said")) === "camera copied", 5);
+    await until("copied", async () => (await text(page, "said")) === "camera copied");
     return JSON.parse(await page.evaluate(() => navigator.clipboard.readText()));
   };
   // Of the picture as it is drawn: 8 x 8 mean colours of the middle of the canvas.
@@ -49,14 +49,14 @@ await runAll(async () => {
   await test("a live job is made of another", async () => {
     const id = submit(url, { image: { width: 640, height: 360 }, sampling: { spp: 9 }, layers: ["beauty"] });
     await page.goto(`${url}/#/jobs/${id}`);
-    await until("the button", () => page.locator("#make-live").isVisible(), 20);
+    await until("the button", () => page.locator("#make-live").isVisible());
     await page.click("#make-live");
     live = await until("another job", async () => {
       const now = (await page.evaluate(() => location.hash)).split("/").pop();
       return now !== id && now;
-    }, 10);
+    });
     await resting(live);
-    await until("complete", async () => (await text(page, "live-state")) === "complete", 10);
+    await until("complete", async () => (await text(page, "live-state")) === "complete");
     expect((await api(live)).document.layers.join() === "beauty,depth", "its layers");
   });
 
@@ -69,17 +69,17 @@ await runAll(async () => {
   await test("a drag orbits: pixels change, the picture stays where it is", async () => {
     await page.click("#camera-mode");
     expect((await page.getAttribute("#camera-mode", "aria-pressed")) === "true", "the mode is not told");
-    const before = await looks(), view = await page.getAttribute("#canvas", "data-view");
+    const before = await looks(), view = await viewText(page);
     await drag(40, 20);
     await settled();
     const { number } = (await api(live)).view;
     expect(lit(await looks()) > 0.1, "the picture is dark");
     expect(number > 1, `view ${number}`);
-    await until("another picture", async () => apart(before, await looks()) > 3, 10);
-    expect((await page.getAttribute("#canvas", "data-view")) === view, "the picture has jumped");
+    await until("another picture", async () => apart(before, await looks()) > 3);
+    expect(await viewText(page) === view, "the picture has jumped");
     await page.screenshot({ path: join(shots, "live-moved.png") });
     await resting(live);
-    await until("complete", async () => (await text(page, "live-state")) === "complete", 10);
+    await until("complete", async () => (await text(page, "live-state")) === "complete");
     await page.screenshot({ path: join(shots, "live-complete.png") });
   });
 
@@ -105,7 +105,7 @@ await runAll(async () => {
     await page.keyboard.down("Control");
     await page.mouse.wheel(0, -200);
     await page.keyboard.up("Control");
-    await until("nearer by the wheel", async () => length(await camera()) < length(turned) * 0.9, 5);
+    await until("nearer by the wheel", async () => length(await camera()) < length(turned) * 0.9);
   });
 
   await test("the camera that is copied is the one that the server has", async () => {
@@ -138,7 +138,7 @@ await runAll(async () => {
 
   await test("a long drag is seen while it lasts, and said once", async () => {
     await resting(live);
-    await until("complete", async () => (await text(page, "live-state")) === "complete", 10);
+    await until("complete", async () => (await text(page, "live-state")) === "complete");
     await page.evaluate(() => {
       window.said = [];
       new MutationObserver(() => said.push(document.getElementById("live-state").textContent)).observe(document.getElementById("live-state"), { childList: true });
@@ -148,7 +148,7 @@ await runAll(async () => {
     await settled();
     const seen = (await firstPixels()).length - old;
     await resting(live);
-    await until("complete", async () => (await text(page, "live-state")) === "complete", 10);
+    await until("complete", async () => (await text(page, "live-state")) === "complete");
     const said = await page.evaluate(() => window.said);
     expect(seen >= 3, `${seen} pictures during the drag`);
     expect(said.join() === "refining,complete", said.join());
@@ -157,7 +157,7 @@ await runAll(async () => {
   await test("focus is picked in the picture, for a lens that the page opens", async () => {
     await page.click("#camera-focus");
     await drag(0, 0, { steps: 1 });
-    const distance = await until("a distance", async () => Number(await page.inputValue("#camera-distance")), 10);
+    const distance = await until("a distance", async () => Number(await page.inputValue("#camera-distance")));
     expect(distance > 0.5 && distance < 20, `${distance}`);
     await page.fill("#camera-aperture", "0.1");
     await page.keyboard.press("Tab");
@@ -165,18 +165,18 @@ await runAll(async () => {
     const { lens } = (await api(live)).document;
     expect(lens.aperture_radius === 0.1 && Math.abs(lens.focus_distance - distance) < 1e-6, JSON.stringify(lens));
     await resting(live);
-    await until("the picture", async () => lit(await looks()) > 0.1, 5);
+    await until("the picture", async () => lit(await looks()) > 0.1);
     await page.screenshot({ path: join(shots, "live-lens.png") });
     await stage.focus();
     await page.keyboard.press("Shift+ArrowRight");
     await page.keyboard.press("f");
-    await until("another focus", async () => (await settled(), (await api(live)).document.lens.focus_distance !== lens.focus_distance), 10);
+    await until("another focus", async () => (await settled(), (await api(live)).document.lens.focus_distance !== lens.focus_distance));
   });
 
   await test("a number that cannot be is said where it is", async () => {
     await page.fill("#camera-distance", "0");
     await page.keyboard.press("Tab");
-    await until("the sentence", async () => /sharp/.test(await text(page, "live-problem")), 5);
+    await until("the sentence", async () => /sharp/.test(await text(page, "live-problem")));
   });
 
   await test("the mode ends by its key, and axe has no complaint in it", async () => {
@@ -197,8 +197,8 @@ await runAll(async () => {
   await test("it ends when it is cancelled, and nothing was written to the console", async () => {
     await page.click("#cancel");
     await page.click("#cancel-yes");
-    await until("cancelled", async () => (await api(live)).state === "cancelled", 10);
-    await until("the camera's bar is gone", async () => !await page.locator("#live").isVisible(), 10);
+    await until("cancelled", async () => (await api(live)).state === "cancelled");
+    await until("the camera's bar is gone", async () => !await page.locator("#live").isVisible());
     expect(complaints.length === 0, complaints.join("; "));
   });
 });

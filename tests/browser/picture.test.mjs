@@ -12,7 +12,7 @@ import { LayerImage } from "../../web/layer_image.js";
 import { LayerSource } from "../../web/layer_source.js";
 import { BlockParser } from "../../web/pixel_feed.js";
 import { unfilteredTwin } from "../../web/unfiltered.js";
-import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until } from "./house.mjs";
+import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
 
@@ -101,7 +101,7 @@ function fakeFeeds(answers) {
 
 const fault = async (promise) => { try { await promise; } catch (error) { return error.message; } return "none"; };
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
-const view = async (page) => (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number);
+const view = async (page) => (await viewText(page)).split(" ").map(Number);
 const mean = async (page) => { await page.waitForTimeout(150); return (await look(page)).mean; };
 const save = (page, name) => page.screenshot({ path: join(shots, `picture-${name}.png`), fullPage: true });
 
@@ -113,7 +113,7 @@ await runAll(async () => {
   const plain = submit(url, { layers: LAYERS.slice(0, 3), filter: { method: "average", indirect: "average" }, image: { width: 320, height: 320, pixel_type: "half" } });
   await page.goto(`${url}/#/jobs/${id}`);
   await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);
-  await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+  await until("the picture", async () => (await look(page)).lit > 0.8);
   const bodyOf = async (job) => {
     const body = await (await page.request.get(`${url}/v1/jobs/${job}/frames/1/image.exr`)).body();
     return readExr(body.buffer.slice(body.byteOffset, body.byteOffset + body.byteLength));
@@ -122,32 +122,32 @@ await runAll(async () => {
   await test("zoom, pan, fit and 1:1, by keys, wheel and mouse", async () => {
     const [fitted] = await view(page);
     await press(page, "1");
-    await until("1:1", async () => (await view(page))[0] === 1, 5);
+    await until("1:1", async () => (await view(page))[0] === 1);
     await press(page, "+", "+");
-    await until("4:1", async () => (await view(page))[0] === 4, 5);
+    await until("4:1", async () => (await view(page))[0] === 4);
     const before = await view(page);
     await press(page, "ArrowRight");
-    await until("moved right", async () => (await view(page))[1] === before[1] + 16, 5);
+    await until("moved right", async () => (await view(page))[1] === before[1] + 16);
     const box = await page.locator("#stage").boundingBox();
     const under = async () => { const [zoom, x] = await view(page); return x + 300 / zoom; };
     const point = await under();
     await page.mouse.move(box.x + 300 + 1, box.y + 200);
     await page.mouse.wheel(0, -100);
-    await until("the wheel zooms", async () => (await view(page))[0] > 4.5, 5);
+    await until("the wheel zooms", async () => (await view(page))[0] > 4.5);
     expect(Math.abs(await under() - point) < 0.5, "what was under the mouse went away");
     const [zoom, x] = await view(page);
     await page.mouse.down();
     await page.mouse.move(box.x + 360, box.y + 200, { steps: 4 });
     await page.mouse.up();
-    await until("dragged", async () => (await view(page))[1] < x - 40 / zoom, 5);
+    await until("dragged", async () => (await view(page))[1] < x - 40 / zoom);
     await press(page, "f");
-    await until("fitted", async () => (await view(page))[0] === fitted, 5);
+    await until("fitted", async () => (await view(page))[0] === fitted);
   });
 
   await test("two fingers zoom where they are", async () => {
     const touch = await openPage(complaints, { viewport: { width: 500, height: 800 }, hasTouch: true });
     await touch.goto(`${url}/#/jobs/${id}`);
-    await until("the picture", async () => (await look(touch)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(touch)).lit > 0.8);
     const [fitted] = await view(touch), box = await touch.locator("#stage").boundingBox();
     const session = await touch.context().newCDPSession(touch);
     const fingers = (type, apart) => session.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] :
@@ -155,7 +155,7 @@ await runAll(async () => {
     await fingers("touchStart", 30);
     for (const apart of [40, 60, 90]) await fingers("touchMove", apart);
     await fingers("touchEnd");
-    await until("zoomed", async () => (await view(touch))[0] > fitted * 1.8, 5);
+    await until("zoomed", async () => (await view(touch))[0] > fitted * 1.8);
     await touch.close();
   });
 
@@ -166,10 +166,10 @@ await runAll(async () => {
     const box = await page.locator("#stage").boundingBox();
     for (const [layer, channels] of Object.entries(names)) {
       await page.selectOption("#layer", layer);
-      await until(layer, async () => (await look(page)).lit > 0.1, 20);
+      await until(layer, async () => (await look(page)).lit > 0.1);
       for (const [dx, dy] of [[-80.5, -60.5], [3.5, 100.5], [90.5, -10.5]]) {
         await page.mouse.move(box.x + box.width / 2 + dx, box.y + box.height / 2 + dy);
-        const line = await until("a value", async () => /^\d+, \d+: [^n]/.test(await text(page, "readout")) && text(page, "readout"), 10);
+        const line = await until("a value", async () => /^\d+, \d+: [^n]/.test(await text(page, "readout")) && text(page, "readout"));
         const [, x, y, values] = /^(\d+), (\d+): (.*)$/.exec(line);
         const shown = values.split(/\s+/).map((v) => Number(v.replace("−", "-")));
         const want = channels.map((name) => exr.channels.get(name)[Number(y) * exr.width + Number(x)]);
@@ -185,7 +185,7 @@ await runAll(async () => {
     await page.waitForTimeout(400);
     await press(page, "+", "+", "+", "+", "+", "+", "+");
     await press(page, "Shift+ArrowRight", "Enter");
-    await until("a pinned probe", async () => (await page.locator("#pins li").count()) === 1, 5);
+    await until("a pinned probe", async () => (await page.locator("#pins li").count()) === 1);
     await save(page, "values");
     await press(page, "f");
   });
@@ -194,14 +194,14 @@ await runAll(async () => {
     await until("finished", async () => (await (await page.request.get(`${url}/v1/jobs/${plain}`)).json()).state === "finished", 60);
     const exr = await bodyOf(plain);
     await page.goto(`${url}/#/jobs/${plain}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     await press(page, "Shift+ArrowRight", "Shift+ArrowDown");
-    const [, x, y, values] = /^(\d+), (\d+): (.*)$/.exec(await until("a value", async () => /: \d/.test(await text(page, "readout")) && text(page, "readout"), 5));
+    const [, x, y, values] = /^(\d+), (\d+): (.*)$/.exec(await until("a value", async () => /: \d/.test(await text(page, "readout")) && text(page, "readout")));
     const want = ["R", "G", "B"].map((name) => exr.channels.get(name)[Number(y) * exr.width + Number(x)]);
     expect(exr.half.has("R"), "the file has no half floats");
     values.split(/\s+/).forEach((v, i) => expect(Number(v) === Number(want[i].toPrecision(5)), `${values}, the file has ${want}`));
     await page.goto(`${url}/#/jobs/${id}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
   });
 
   await test("gamma, filmic curve, marks and dither change what is shown, without a request", async () => {
@@ -233,7 +233,7 @@ await runAll(async () => {
   await test("layers of numbers are shown in false colours, slopes by their signs", async () => {
     for (const [layer, shown] of [["depth", "colour"], ["error", "colour"], ["filter_width", "colour"], ["visibility", "colour"], ["slope_max", "sign"], ["normal", "vector"]]) {
       await page.selectOption("#layer", layer);
-      await until(`${layer} is there`, async () => /nothing yet/.test(await text(page, "readout")) === false && (await look(page)).mean > 5, 20);
+      await until(`${layer} is there`, async () => /nothing yet/.test(await text(page, "readout")) === false && (await look(page)).mean > 5);
       await page.waitForTimeout(400);
       expect(await page.inputValue("#shown-as") === shown, `${layer} as ${await page.inputValue("#shown-as")}`);
       await save(page, `layer-${layer}`);
@@ -280,7 +280,7 @@ await runAll(async () => {
     const first = await mean(page);
     await press(page, "w");
     await page.selectOption("#other-layer", "albedo");
-    await until("albedo", async () => Math.abs(await mean(page) - first) > 3, 20);
+    await until("albedo", async () => Math.abs(await mean(page) - first) > 3);
     const wiped = await mean(page);
     await press(page, "]", "]", "]", "]", "]", "]", "]", "]", "]", "]");
     expect(Math.abs(await mean(page) - first) < Math.abs(wiped - first), "the wipe does not move");
@@ -307,7 +307,7 @@ await runAll(async () => {
     await page.press("#other-job", "Enter");
     await page.selectOption("#other-layer", "beauty");
     await press(page, "f");
-    const said = await until("figures", async () => /^RMSE .* over 102400 pixels in sight$/.test(await text(page, "figures")) && text(page, "figures"), 20);
+    const said = await until("figures", async () => /^RMSE .* over 102400 pixels in sight$/.test(await text(page, "figures")) && text(page, "figures"));
     const files = [];
     for (const job of [id, plain]) {
       const file = join(tmp, `${job}.exr`);
@@ -323,7 +323,7 @@ await runAll(async () => {
     await save(page, "filtered-unfiltered");
     await page.fill("#other-job", "nonsense");
     await page.press("#other-job", "Tab");
-    await until("the fault", async () => /no job/.test(await text(page, "other-problem")), 5);
+    await until("the fault", async () => /no job/.test(await text(page, "other-problem")));
     await page.selectOption("#compare", "off");
   });
 
@@ -365,15 +365,15 @@ await runAll(async () => {
     const exr = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.exr`), png = await page.request.get(`${url}/v1/jobs/${id}/frames/1/image.png`);
     await page.setInputFiles("#other-file", { name: "mine.exr", mimeType: "image/x-exr", buffer: await exr.body() });
     const rmse = async () => Number(/RMSE ([0-9.e-]+)/.exec(await text(page, "figures"))?.[1] ?? NaN);
-    await until("figures", async () => await rmse() < 1e-3, 10); // the feed's half floats
+    await until("figures", async () => await rmse() < 1e-3); // the feed's half floats
     expect((await page.locator("#other-layer option").count()) === LAYERS.length, "layers of the file are missing");
     await page.setInputFiles("#other-file", { name: "mine.png", mimeType: "image/png", buffer: await png.body() });
-    await until("figures of the PNG", async () => await rmse() > 1e-3, 10); // the lamp is clipped
+    await until("figures of the PNG", async () => await rmse() > 1e-3); // the lamp is clipped
     await page.setInputFiles("#other-file", { name: "bad.exr", mimeType: "image/x-exr", buffer: Buffer.from([0x76, 0x2f, 0x31, 1, 2, 0, 0, 0, 0]) });
-    await until("the fault", async () => /has no channels/.test(await text(page, "other-problem")), 5);
+    await until("the fault", async () => /has no channels/.test(await text(page, "other-problem")));
     const whole = await exr.body();
     await page.setInputFiles("#other-file", { name: "cut.exr", mimeType: "image/x-exr", buffer: whole.subarray(0, whole.length / 2) });
-    await until("that it is cut off", async () => /cut off/.test(await text(page, "other-problem")), 5);
+    await until("that it is cut off", async () => /cut off/.test(await text(page, "other-problem")));
     await page.selectOption("#compare", "off");
   });
 
@@ -408,11 +408,11 @@ await runAll(async () => {
       const feeds = fakeFeeds([{ body: whole.subarray(0, 32 + share * (whole.length - 32)), open: true }, { body: whole }]);
       const source = new LayerSource(id, "albedo");
       source.follow(() => {}, () => {});
-      await until("some of it", () => source.image.numbers && blocks(source.image) >= Math.floor(24 * share), 5);
+      await until("some of it", () => source.image.numbers && blocks(source.image) >= Math.floor(24 * share));
       source.stop();
       expect(blocks(source.image) < 25 && !source.whole, `${blocks(source.image)} blocks of ${share}`);
       source.follow(() => {}, () => {});
-      await until("the end", () => source.whole && !source.live, 5);
+      await until("the end", () => source.whole && !source.live);
       expect(blocks(source.image) === 25 && feeds.asked === 2, `${blocks(source.image)} blocks from ${feeds.asked} feeds`);
       source.follow(() => {}, () => {});
       expect(feeds.asked === 2, "a whole layer is asked for again");
@@ -438,9 +438,9 @@ await runAll(async () => {
       return route.fulfill({ status: 409, contentType: "application/problem+json", body: JSON.stringify({ detail: "gone for the test" }) });
     });
     await some.goto(`${url}/#/jobs/${id}`);
-    await until("the picture", async () => (await look(some)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(some)).lit > 0.8);
     await some.selectOption("#layer", "normal");
-    await until("that it says so", async () => /layer normal: gone for the test/.test(await text(some, "canvas-note")), 5);
+    await until("that it says so", async () => /layer normal: gone for the test/.test(await text(some, "canvas-note")));
     await some.waitForTimeout(1000);
     expect(asked === 2, `asked ${asked} times`);
     await some.selectOption("#layer", "beauty");
@@ -473,12 +473,12 @@ await runAll(async () => {
     await until("some picture", async () => (await look(away)).lit > 0.1, 60);
     door.shut();
     const at = (await look(away)).lit;
-    await until("lost", async () => (await text(away, "connection")) !== "connected", 10);
+    await until("lost", async () => (await text(away, "connection")) !== "connected");
     expect((await look(away)).lit >= at - 0.01, "what was there is gone");
     door.open();
-    await until("resumed", () => asked.some((address) => /after=[1-9]\d+/.test(address)), 20);
+    await until("resumed", () => asked.some((address) => /after=[1-9]\d+/.test(address)));
     await until("finished", async () => /finished/.test(await text(away, "progress-text")), 120);
-    await until("whole", async () => (await look(away)).lit > 0.8, 20);
+    await until("whole", async () => (await look(away)).lit > 0.8);
     door.close();
     await away.close();
   });

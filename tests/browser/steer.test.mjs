@@ -4,7 +4,7 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { expect, look, openPage, runAll, shots, startServer, submit, test, text, until } from "./house.mjs";
+import { expect, look, openPage, runAll, shots, startServer, submit, test, text, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const LONG = { image: { width: 512, height: 512 }, sampling: { spp: 1024, tile_px: 32 }, filter: { method: "none" }, layers: ["beauty"] };
@@ -18,10 +18,10 @@ await runAll(async () => {
   const purge = (id) => fetch(`${url}/v1/jobs/${id}?purge=1`, { method: "DELETE" });
   const open = async (id) => {
     await page.goto(`${url}/#/jobs/${id}`);
-    await until("the job's controls", async () => !await page.locator("#more").isDisabled(), 20);
+    await until("the job's controls", async () => !await page.locator("#more").isDisabled());
   };
   const press = async (key) => { await page.focus("#stage"); await page.keyboard.press(key); };
-  const said = (words) => until(words, async () => (await text(page, "said")).includes(words), 10);
+  const said = (words) => until(words, async () => (await text(page, "said")).includes(words));
   const begun = (id) => until("some tiles", async () => (await get(id)).progress.tiles_done > 20, 60);
   // The canvas's place of a pixel of the picture.
   const place = (x, y) => page.evaluate(([px, py]) => {
@@ -57,7 +57,7 @@ await runAll(async () => {
     await clean("a paused job");
     await page.click("#pause");
     await said("Job resumed");
-    await until("more tiles", async () => (await get(long)).progress.tiles_done > at, 30);
+    await until("more tiles", async () => (await get(long)).progress.tiles_done > at);
   });
 
   await test("the key p does the same", async () => {
@@ -95,15 +95,15 @@ await runAll(async () => {
     await press("v");
     await said("go first");
     const { region } = await get(long);
-    const [zoom, left, top] = (await page.getAttribute("#canvas", "data-view")).split(" ").map(Number);
+    const [zoom, left, top] = (await viewText(page)).split(" ").map(Number);
     expect(region.x === Math.max(0, Math.floor(left)) && region.y === Math.max(0, Math.floor(top)) && region.width < 512 && zoom > 1, JSON.stringify(region));
     await press("Shift+V");
     await said("Nothing goes first");
     expect((await get(long)).region === null, "it stays");
     await page.click("#first-seen");
-    await until("a region", async () => (await get(long)).region !== null, 5);
+    await until("a region", async () => (await get(long)).region !== null);
     await page.click("#first-clear");
-    await until("none", async () => (await get(long)).region === null, 5);
+    await until("none", async () => (await get(long)).region === null);
     await press("f");
   });
 
@@ -157,15 +157,15 @@ await runAll(async () => {
       }
     }, [from.x, from.y, to.x - from.x]);
     await page.mouse.move(to.x, to.y);
-    await until("the last point", async () => { const { near } = await get(long); return near && Math.abs(near.x - 300) <= 1 && Math.abs(near.y - 200) <= 1; }, 30);
+    await until("the last point", async () => { const { near } = await get(long); return near && Math.abs(near.x - 300) <= 1 && Math.abs(near.y - 200) <= 1; });
     const starts = await page.evaluate(() => window.asked);
     const gaps = starts.slice(1).map((at, i) => at - starts[i]);
     expect(gaps.length >= 2 && gaps.every((gap) => gap >= 145), `asked after ${gaps.map(Math.round)} ms`);
     await clean("following");
     await press("Shift+ArrowRight");
-    await until("the key's point", async () => { const { near } = await get(long); return near && near.x >= 300 && near.x <= 302; }, 5);
+    await until("the key's point", async () => { const { near } = await get(long); return near && near.x >= 300 && near.x <= 302; });
     await press("n");
-    await until("no point", async () => (await get(long)).near === null, 5);
+    await until("no point", async () => (await get(long)).near === null);
     expect(await page.getAttribute("#follow", "aria-pressed") === "false", "it is still on");
   });
 
@@ -173,25 +173,25 @@ await runAll(async () => {
     await press("n");
     const at = await place(50, 50);
     await page.mouse.move(at.x, at.y);
-    await until("a point", async () => (await get(long)).near !== null, 5);
+    await until("a point", async () => (await get(long)).near !== null);
     await page.evaluate(() => { location.hash = "#/"; });
-    await until("none", async () => (await get(long)).near === null, 5);
+    await until("none", async () => (await get(long)).near === null);
     await open(long);
   });
 
   await test("cancelling asks first; Escape and the first button let it go on", async () => {
     await page.focus("#cancel");
     await page.keyboard.press("Enter");
-    await until("the question", () => page.locator("#cancel-dialog").evaluate((d) => d.open), 5);
+    await until("the question", () => page.locator("#cancel-dialog").evaluate((d) => d.open));
     await page.screenshot({ path: join(shots, "steer-cancel.png") });
     await clean("the question");
     await page.keyboard.press("Escape");
-    await until("no question", () => page.locator("#cancel-dialog").evaluate((d) => !d.open), 5);
+    await until("no question", () => page.locator("#cancel-dialog").evaluate((d) => !d.open));
     await press("Delete");
-    await until("the question", () => page.locator("#cancel-dialog").evaluate((d) => d.open), 5);
+    await until("the question", () => page.locator("#cancel-dialog").evaluate((d) => d.open));
     expect(await page.evaluate(() => document.activeElement.id) === "cancel-no", "the dangerous button has the focus");
     await page.keyboard.press("Enter");
-    await until("no question", () => page.locator("#cancel-dialog").evaluate((d) => !d.open), 5);
+    await until("no question", () => page.locator("#cancel-dialog").evaluate((d) => !d.open));
     expect((await get(long)).state === "running", "it is cancelled");
   });
 
@@ -201,8 +201,8 @@ await runAll(async () => {
     await press("Delete");
     await page.keyboard.press("Tab");
     await page.keyboard.press("Enter");
-    await until("cancelled", async () => (await get(long)).state === "cancelled", 10);
-    await until("its controls are off", async () => await page.locator("#pause").isDisabled() && await page.locator("#cancel").isDisabled(), 5);
+    await until("cancelled", async () => (await get(long)).state === "cancelled");
+    await until("its controls are off", async () => await page.locator("#pause").isDisabled() && await page.locator("#cancel").isDisabled());
     await press("p");
     await said("The job has ended");
   });
@@ -211,28 +211,27 @@ await runAll(async () => {
     const small = submit(url, SMALL);
     await open(small);
     await until("finished", async () => /finished/.test(await text(page, "progress-text")), 60);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     for (const key of ["+", "+"]) await press(key);
-    const view = await page.getAttribute("#canvas", "data-view");
+    const view = await viewText(page);
     // A job before it in the queue holds the new one back, so that what lies under it is seen.
     const hold = submit(url, { ...LONG, priority: 50 });
     await begun(hold);
     await press("s");
-    await until("another job", async () => !page.url().endsWith(small), 10);
+    await until("another job", async () => !page.url().endsWith(small));
     const more = page.url().split("/").pop();
-    await until("its own note", async () => (await text(page, "under-text")).includes(small.slice(-6)), 10);
+    await until("its own note", async () => (await text(page, "under-text")).includes(small.slice(-6)));
     expect((await look(page)).lit > 0.5, "the old picture is gone");
-    // The view is told with the next drawing.
-    const kept = await until("a drawing", () => page.getAttribute("#canvas", "data-view"), 10);
+    const kept = await viewText(page);
     expect(kept === view, `the view has moved from ${view} to ${kept}`);
     await page.screenshot({ path: join(shots, "steer-more.png"), fullPage: true });
     expect((await get(more)).progress.tiles_done === 0, "it had begun");
     await press("Shift+ArrowRight");
-    await until("the probe tells that there is nothing yet", async () => /nothing yet/.test(await text(page, "readout")), 10);
+    await until("the probe tells that there is nothing yet", async () => /nothing yet/.test(await text(page, "readout")));
     await clean("more samples");
     await purge(hold);
     await until("finished", async () => (await get(more)).state === "finished", 60);
-    await until("all of it is the new one's", () => page.locator("#under-text").isHidden(), 20);
+    await until("all of it is the new one's", () => page.locator("#under-text").isHidden());
     // The same as the job that is submitted with them.
     const direct = submit(url, { ...SMALL, sampling: { ...SMALL.sampling, spp: 16 } });
     await until("the direct one", async () => (await get(direct)).state === "finished", 60);
@@ -242,7 +241,7 @@ await runAll(async () => {
     // Again from the first: the same job.
     await open(small);
     await page.dblclick("#more");
-    await until("the same job", async () => page.url().endsWith(more), 10);
+    await until("the same job", async () => page.url().endsWith(more));
   });
 
   await test("a follow-up that was cancelled is not given again", async () => {
@@ -251,15 +250,15 @@ await runAll(async () => {
     const hold = submit(url, { ...LONG, priority: 50 });
     await begun(hold);
     await press("s");
-    await until("another job", async () => !page.url().endsWith(small), 10);
+    await until("another job", async () => !page.url().endsWith(small));
     const first = page.url().split("/").pop();
-    await until("its controls", async () => !await page.locator("#cancel").isDisabled(), 10);
+    await until("its controls", async () => !await page.locator("#cancel").isDisabled());
     await press("Delete");
     await page.click("#cancel-yes");
-    await until("cancelled", async () => (await get(first)).state === "cancelled", 10);
+    await until("cancelled", async () => (await get(first)).state === "cancelled");
     await open(small);
     await press("s");
-    await until("a third job", async () => !page.url().endsWith(small), 10);
+    await until("a third job", async () => !page.url().endsWith(small));
     expect(!page.url().endsWith(first), "the cancelled one");
     await purge(hold);
   });

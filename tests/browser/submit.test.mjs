@@ -33,7 +33,7 @@ await runAll(async () => {
   const shot = (name) => join(shots, `submit-${name}.png`);
   const get = async (path) => (await page.request.get(url + path)).json();
   const id = (pointer) => `#f${pointer.replaceAll("/", "-")}`;
-  const planned = () => until("the plan", async () => await page.locator("#checking").isHidden() && /would take this job/.test(await text(page, "said")), 20);
+  const planned = () => until("the plan", async () => await page.locator("#checking").isHidden() && /would take this job/.test(await text(page, "said")));
   const documentNow = async () => JSON.parse(await page.inputValue("#json"));
   const faultAt = (pointer) => page.textContent(`${id(pointer)}-fault`);
 
@@ -71,9 +71,9 @@ await runAll(async () => {
 
   await test("an empty form asks for a scene and submits nothing", async () => {
     await page.goto(`${url}/submit.html`);
-    await until("the sentence", async () => (await text(page, "said")) === "Choose a scene first.", 10);
+    await until("the sentence", async () => (await text(page, "said")) === "Choose a scene first.");
     await page.click("#submit");
-    await until("the fault", async () => (await faultAt("/scene/asset")).length > 0, 10);
+    await until("the fault", async () => (await faultAt("/scene/asset")).length > 0);
     expect((await get("/v1/jobs")).jobs.length === 0, "a job was made");
     complaints.splice(0, complaints.length, ...complaints.filter((line) => !/422|400/.test(line)));
     await clean(page, "the empty form");
@@ -81,7 +81,7 @@ await runAll(async () => {
 
   await test("a scene that is dropped is hashed, sent and planned", async () => {
     await page.goto(`${url}/submit.html`);
-    await until("the form", () => page.locator("#drop").isVisible(), 10);
+    await until("the form", () => page.locator("#drop").isVisible());
     const bytes = readFileSync(scene).toString("base64");
     const transfer = await page.evaluateHandle((base64) => {
       const transfer = new DataTransfer();
@@ -119,7 +119,7 @@ await runAll(async () => {
   await test("what the server refuses is said at its field and in the summary, whose link goes there", async () => {
     await page.selectOption(id("/lens"), { label: "thin lens" });
     await page.fill(id("/lens/focus_distance"), "");
-    await until("the fault", async () => (await faultAt("/lens/focus_distance")).length > 0, 10);
+    await until("the fault", async () => (await faultAt("/lens/focus_distance")).length > 0);
     expect(await page.getAttribute(id("/lens/focus_distance"), "aria-invalid") === "true", "not marked");
     const described = await page.getAttribute(id("/lens/focus_distance"), "aria-describedby");
     expect(described.includes(`${id("/lens/focus_distance").slice(1)}-fault`), described);
@@ -138,11 +138,11 @@ await runAll(async () => {
   await test("several faults are all in the summary; submitting leads to them", async () => {
     await page.fill(id("/image/width"), "0");
     await page.fill(id("/sampling/spp"), "many");
-    await until("two lines", async () => (await page.locator("#faults li").count()) === 2, 10);
+    await until("two lines", async () => (await page.locator("#faults li").count()) === 2);
     const lines = (await page.locator("#faults a").allTextContents()).sort();
     expect(/Samples a pixel: /.test(lines[0]) && /Width.*: 0 is below 1/.test(lines[1]), lines.join("; "));
     await page.click("#submit");
-    await until("the focus on the summary", () => page.evaluate(() => document.activeElement.id === "summary"), 10);
+    await until("the focus on the summary", () => page.evaluate(() => document.activeElement.id === "summary"));
     await page.fill(id("/image/width"), "96");
     await page.fill(id("/image/height"), "96");
     await page.fill(id("/sampling/spp"), "4");
@@ -154,7 +154,7 @@ await runAll(async () => {
     await page.keyboard.press("Enter");
     expect(await page.evaluate((wanted) => `#${document.activeElement.id}` === wanted, id("/lights/0/position/0")), "the focus is not on the new light");
     await page.fill(id("/lights/0/inner_deg"), "50");
-    await until("the server's fault", async () => (await faultAt("/lights/0/inner_deg")).length > 0, 10);
+    await until("the server's fault", async () => (await faultAt("/lights/0/inner_deg")).length > 0);
     await page.fill(id("/lights/0/inner_deg"), "10");
     await page.locator("button", { hasText: "Add rectangle light" }).click();
     await page.fill(id("/lights/1/radiance/2"), "2.5");
@@ -179,10 +179,10 @@ await runAll(async () => {
     expect(await page.isChecked('input[value="depth"]') && !await page.isChecked('input[value="albedo"]'), "other layers");
     await planned();
     await page.fill("#json", '{"scene": ');
-    await until("its fault", async () => (await text(page, "json-fault")).length > 0, 5);
+    await until("its fault", async () => (await text(page, "json-fault")).length > 0);
     expect(/The document as JSON: /.test(await page.textContent("#faults a")), "not in the summary");
     await page.fill("#json", JSON.stringify({ ...document, lamps: [] }));
-    await until("the unknown member", async () => /lamps/.test(await text(page, "faults")), 10);
+    await until("the unknown member", async () => /lamps/.test(await text(page, "faults")));
     await page.fill("#json", JSON.stringify(document));
     await planned();
     await page.check('input[value="normal"]');
@@ -230,7 +230,7 @@ await runAll(async () => {
   });
 
   await test("an old job is opened in the form, changed and submitted again", async () => {
-    await until("the panel", () => page.locator("#again").isVisible(), 10);
+    await until("the panel", () => page.locator("#again").isVisible());
     await page.click("#again");
     await page.waitForURL(/submit\.html\?job=/);
     await planned();
@@ -259,10 +259,10 @@ await runAll(async () => {
     const other = await openPage(complaints);
     await other.addInitScript(() => Object.defineProperty(globalThis, "isSecureContext", { value: false }));
     await other.goto(`${url}/submit.html`);
-    await until("the sentence", async () => /hashes files only for pages from https, 127\.0\.0\.1 or localhost/.test(await other.textContent("#insecure")), 10);
+    await until("the sentence", async () => /hashes files only for pages from https, 127\.0\.0\.1 or localhost/.test(await other.textContent("#insecure")));
     expect(await other.locator(`${id("/scene/asset")}-file`).isDisabled(), "files can be chosen");
     await other.fill(id("/scene/asset"), digest);
-    await until("the plan", async () => /would take this job/.test(await other.textContent("#said")), 20);
+    await until("the plan", async () => /would take this job/.test(await other.textContent("#said")));
     await clean(other, "the form without hashing");
     await other.close();
   });

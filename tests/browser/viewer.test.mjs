@@ -15,13 +15,13 @@ await runAll(async () => {
     expect(response.status() === 200, `status ${response.status()}`);
     expect(/default-src 'none'/.test(response.headers()["content-security-policy"] ?? ""), "no strict policy");
     await until("connected", async () => (await text(page, "connection")) === "connected");
-    await until("two workers", async () => /^2 workers/.test(await text(page, "workers")), 15);
+    await until("two workers", async () => /^2 workers/.test(await text(page, "workers")));
   });
 
   // Large enough that it cannot be over before the page has looked.
   const slow = submit(url, { image: { width: 640, height: 640 }, sampling: { spp: 100, tile_px: 32 } });
   await test("a submitted job appears in the list", async () => {
-    await until("the job's row", () => page.locator(`a[href="#/jobs/${slow}"]`).count(), 10);
+    await until("the job's row", () => page.locator(`a[href="#/jobs/${slow}"]`).count());
     await page.click(`a[href="#/jobs/${slow}"]`);
     expect((await text(page, "job-title")).includes(slow), "the title names another job");
   });
@@ -43,7 +43,7 @@ await runAll(async () => {
   });
 
   await test("the finished picture is whole", async () => {
-    await until("all pixels", async () => (await look(page)).lit > 0.8, 20);
+    await until("all pixels", async () => (await look(page)).lit > 0.8);
     await page.screenshot({ path: join(shots, "viewer-finished.png") });
   });
 
@@ -51,10 +51,10 @@ await runAll(async () => {
     const before = (await look(page)).mean;
     await page.locator("#exposure").focus();
     for (let i = 0; i < 8; i++) await page.keyboard.press("ArrowRight");
-    await until("brighter", async () => (await look(page)).mean > before * 1.2, 5);
+    await until("brighter", async () => (await look(page)).mean > before * 1.2);
     expect((await text(page, "exposure-text")) === "+2 EV", await text(page, "exposure-text"));
     await page.click("#exposure-reset");
-    await until("as before", async () => Math.abs((await look(page)).mean - before) < 1, 5);
+    await until("as before", async () => Math.abs((await look(page)).mean - before) < 1);
   });
 
   await test("other layers can be looked at", async () => {
@@ -63,12 +63,12 @@ await runAll(async () => {
     await until("another picture", async () => {
       const now = await look(page);
       return now.lit > 0.8 && Math.abs(now.mean - before) > 3;
-    }, 20);
+    });
     await page.screenshot({ path: join(shots, "viewer-albedo.png") });
     await page.selectOption("#layer", "normal");
-    await until("normals", async () => (await look(page)).lit > 0.8, 20);
+    await until("normals", async () => (await look(page)).lit > 0.8);
     await page.selectOption("#layer", "beauty");
-    await until("the beauty again", async () => Math.abs((await look(page)).mean - before) < 1, 20);
+    await until("the beauty again", async () => Math.abs((await look(page)).mean - before) < 1);
   });
 
   await test("the download links give an EXR and a PNG", async () => {
@@ -84,16 +84,16 @@ await runAll(async () => {
   await test("a running job can be cancelled in the page", async () => {
     const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400 } });
     await page.goto(`${url}/#/jobs/${id}`);
-    await until("running", async () => /running/.test(await text(page, "progress-text")), 20);
+    await until("running", async () => /running/.test(await text(page, "progress-text")));
     await page.click("#cancel");
     await page.click("#cancel-yes");
-    await until("cancelled", async () => /cancelled/.test(await text(page, "announce")), 20);
+    await until("cancelled", async () => /cancelled/.test(await text(page, "announce")));
     expect(await page.locator("#cancel").isDisabled(), "it can be cancelled twice");
   });
 
   await test("a job that does not exist is said to be none", async () => {
     await page.goto(`${url}/#/jobs/00000000000000000000000000`);
-    await until("the sentence", async () => /no such job/.test(await text(page, "problem")), 10);
+    await until("the sentence", async () => /no such job/.test(await text(page, "problem")));
   });
 
   await test("nothing was written to the console but that", () => {
@@ -103,15 +103,15 @@ await runAll(async () => {
 
   await test("the page says when the connection is lost, and finds it again", async () => {
     await stopServer();
-    await until("lost", async () => /no connection|connecting/.test(await text(page, "connection")), 15);
+    await until("lost", async () => /no connection|connecting/.test(await text(page, "connection")));
     await startServer(port);
-    await until("connected", async () => (await text(page, "connection")) === "connected", 30);
+    await until("connected", async () => (await text(page, "connection")) === "connected");
   });
 
   await test("everything fits a phone's width", async () => {
     await page.setViewportSize({ width: 360, height: 740 });
     await page.goto(`${url}/#/jobs/${slow}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8, 20);
+    await until("the picture", async () => (await look(page)).lit > 0.8);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
     await page.screenshot({ path: join(shots, "viewer-phone.png") });
     expect(wide <= 360, `the page is ${wide} px wide`);

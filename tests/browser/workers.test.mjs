@@ -18,7 +18,7 @@ await runAll(async () => {
 
   await test("both workers are there, with what the roster says of them", async () => {
     await page.goto(`${url}/workers.html`);
-    await until("two cards", async () => (await cards.count()) === 2, 15);
+    await until("two cards", async () => (await cards.count()) === 2);
     expect(await page.title() === "Workers · Shearwater", await page.title());
     for (const worker of (await get("/v1/workers")).workers) {
       const card = page.locator(`#rows li[data-worker="${worker.id}"]`);
@@ -33,11 +33,11 @@ await runAll(async () => {
 
   const id = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 400, tile_px: 32 } });
   await test("what they work on, and how fast, is told while they do", async () => {
-    await until("their job", async () => (await cards.locator(`a[href="./#/jobs/${id}"]`).count()) === 2, 30);
+    await until("their job", async () => (await cards.locator(`a[href="./#/jobs/${id}"]`).count()) === 2);
     await until("rates", async () => {
       const rates = [await fact(cards.nth(0), "Rate"), await fact(cards.nth(1), "Rate")];
       return rates.every((rate) => parseFloat(rate) > 0 && parseFloat(rate.split(", ")[1]) > 0);
-    }, 30);
+    });
     await page.screenshot({ path: shot("working") });
   });
 
@@ -46,7 +46,7 @@ await runAll(async () => {
     await card.locator("button").focus();
     await page.evaluate(() => { window.button = document.activeElement; });
     await page.keyboard.press("Enter");
-    await until("its state", async () => (await card.locator(".state").textContent()) === "draining", 10);
+    await until("its state", async () => (await card.locator(".state").textContent()) === "draining");
     expect(/ is draining$/.test(await text(page, "said")), await text(page, "said"));
     await until("its hands empty", async () => (await fact(card, "Works on")) === "nothing", 60);
     expect(await page.evaluate(() => window.button === document.activeElement && window.button.textContent === "Take back"), "the focus is not on “Take back”");
@@ -61,15 +61,15 @@ await runAll(async () => {
   await test("it is taken back by a click", async () => {
     const card = cards.nth(0);
     await card.locator("button").click();
-    await until("work", async () => (await fact(card, "Works on")).includes("frame 1"), 20);
+    await until("work", async () => (await fact(card, "Works on")).includes("frame 1"));
     expect(await card.locator("button").textContent() === "Drain", "still to be taken back");
   });
 
   await test("a worker that goes leaves the page, one that comes joins it", async () => {
     const { workers } = await get("/v1/workers");
     process.kill(workers[0].pid, "SIGKILL");
-    await until("its card gone", async () => (await page.locator(`#rows li[data-worker="${workers[0].id}"]`).count()) === 0, 20);
-    await until("its successor", async () => (await cards.count()) === 2, 20);
+    await until("its card gone", async () => (await page.locator(`#rows li[data-worker="${workers[0].id}"]`).count()) === 0);
+    await until("its successor", async () => (await cards.count()) === 2);
     await page.request.delete(`${url}/v1/jobs/${id}`);
   });
 
