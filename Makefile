@@ -53,7 +53,7 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick simulate tile-rate fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick simulate tile-rate mutations fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -116,6 +116,10 @@ simulate: $(loads)
 ## tile-rate: tiles a second that the coordinator keeps the books of, with workers that answer at once
 tile-rate: all $(fakes)
 	@node tests/load/tile_rate.mjs $(B)
+## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
+count ?= 1000000
+mutations: all $(fakes)
+	@tests/system/conduct.sh $(B) $(count)
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev

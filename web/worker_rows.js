@@ -43,23 +43,28 @@ export class WorkerRows {
       state: make("span", { class: "state" }),
       work: make("dd", { class: "work" }),
       button: make("button", { type: "button" }),
+      reason: make("p", { class: "reason" }),
       facts: facts.map(([, value]) => value),
     };
-    row.button.addEventListener("click", () => this.onDrain(row.worker, row.worker.state !== "draining"));
+    row.button.addEventListener("click", () => this.onDrain(row.worker, !isSetAside(row.worker)));
     row.element = make("li", { class: "row worker", "data-worker": worker.id },
-      make("div", { class: "bar" }, make("h2", {}, worker.name), row.state, row.button),
+      make("div", { class: "bar" }, make("h2", {}, worker.name), row.state, row.button), row.reason,
       make("dl", {}, make("dt", {}, "Works on"), row.work, ...facts.flat()));
     return row;
   }
 }
 
+const isSetAside = ({ state }) => state === "draining" || state === "quarantined";
+
 function fill(row, worker) {
   row.worker = worker;
   setText(row.state, worker.state);
   row.state.dataset.state = worker.state;
-  const draining = worker.state === "draining";
-  setText(row.button, draining ? "Take back" : "Drain");
-  row.button.setAttribute("aria-label", `${draining ? "Take back" : "Drain"} ${worker.name}`);
+  const { quarantine } = worker, action = isSetAside(worker) ? "Take back" : "Drain";
+  setText(row.reason, quarantine ? `It ${quarantine.reason}. It gets no tiles for ${Math.ceil(quarantine.seconds_left / 60)} min more, unless it is taken back.` : "");
+  row.reason.hidden = !quarantine;
+  setText(row.button, action);
+  row.button.setAttribute("aria-label", `${action} ${worker.name}`);
   FACTS.forEach(([, text], i) => setText(row.facts[i], text(worker)));
   fillWork(row.work, worker.work ?? []);
 }

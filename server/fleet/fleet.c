@@ -9,7 +9,7 @@
 
 #define DEFAULT_BEAT_MS     500u
 #define DEFAULT_SILENCE_MS  10000u
-#define DEFAULT_STALL_MS    30000u
+#define DEFAULT_STALL_MS    10000u
 #define TICK_MAX_MS         250u
 #define TICK_MIN_MS         10u
 #define WORKER_ID_LIFE_BITS 24
@@ -31,7 +31,7 @@ static size_t find_index(const struct fleet *fleet, uint64_t id)
                                                                         : fleet->session_count;
 }
 
-static struct session *find_session(const struct fleet *fleet, uint64_t id)
+struct session *fleet_find_session(const struct fleet *fleet, uint64_t id)
 {
     size_t at = find_index(fleet, id);
     return at < fleet->session_count ? fleet->sessions[at] : NULL;
@@ -127,6 +127,10 @@ static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
     if (!fleet->embree_version[0])
         memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
     *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};
+    const struct conduct_record *record =
+        conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
+    fleet_note_joined(fleet, s);
+    if (record) s->quarantined_until_ms = record->until_ms;
     return true;
 }
 
@@ -135,13 +139,14 @@ static void wake(void *ctx)
     fleet_wake(ctx);
 }
 
-static void tile_returned(void *ctx, struct session *s, const struct fleet_tile *tile)
+static void tile_returned(void *ctx, struct session *s, const struct fleet_tile *tile,
+                          enum fleet_return why)
 {
     struct fleet *fleet = ctx;
     fleet->totals.returned++;
     lease_past_add(&fleet->past, tile->frame_id, tile->index, tile->generation);
     if (fleet->closing) return;
-    fleet->client.returned(fleet->client.ctx, s->id, tile);
+    fleet->client.returned(fleet->client.ctx, s->id, tile, why);
     fleet_wake(fleet);
 }
 
@@ -265,6 +270,8 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
                                         .greet = greet,
                                         .result = take_result,
                                         .returned = tile_returned,
+                                        .gone = fleet_note_gone,
+                                        .struck = fleet_struck,
                                         .faulted = tile_faulted,
                                         .blob_path = blob_path,
                                         .unacked_bytes = &fleet->unacked_bytes,
@@ -312,7 +319,9 @@ static int start_processes(struct fleet *fleet, const struct fleet_options *o, s
                                         .cache_dir = o->cache_dir,
                                         .blob_dir = o->blob_dir,
                                         .count = o->local_workers,
-                                        .threads = threads_each(o)};
+                                        .threads = threads_each(o),
+                                        .stopped = fleet_note_stopped,
+                                        .ctx = fleet};
     int e =
         processes_create(fleet->loop, &options, &fleet->totals.respawned, &fleet->processes, fault);
     if (e == 0) fleet->open++;
@@ -383,7 +392,7 @@ void fleet_wake(struct fleet *fleet)
 
 void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack)
 {
-    struct session *s = find_session(fleet, worker);
+    struct session *s = fleet_find_session(fleet, worker);
     if (s) session_ack(s, ack, 0);
 }
 
@@ -395,15 +404,17 @@ void fleet_cancel(struct fleet *fleet, uint64_t frame_id)
 
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain)
 {
-    struct session *s = find_session(fleet, worker);
+    struct session *s = fleet_find_session(fleet, worker);
     if (!s || (s->state != SESSION_WORKING && s->state != SESSION_DRAINING)) return ERR_NOT_FOUND;
+    s->quarantined_until_ms = 0; /* from now on it is the operator's word */
+    if (!drain) conduct_forgive(&fleet->conduct, s->hello.name, s->local);
     session_drain(s, drain);
     return 0;
 }
 
 const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker)
 {
-    const struct session *s = find_session(fleet, worker);
+    const struct session *s = fleet_find_session(fleet, worker);
     return s ? s->hello.name : NULL;
 }
 
@@ -414,14 +425,14 @@ static bool is_listed(const struct session *s)
 
 bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker)
 {
-    const struct session *s = find_session(fleet, worker);
+    const struct session *s = fleet_find_session(fleet, worker);
     return s && is_listed(s);
 }
 
 unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_work *out,
                     unsigned most)
 {
-    const struct session *s = find_session(fleet, worker);
+    const struct session *s = fleet_find_session(fleet, worker);
     return s ? roster_work(s, out, most) : 0;
 }
 
@@ -435,7 +446,7 @@ json_t *fleet_roster(const struct fleet *fleet)
     json_t *roster = json_array();
     for (size_t i = 0; roster && i < fleet->session_count; i++)
         if (is_listed(fleet->sessions[i]))
-            json_array_append_new(roster, roster_entry(fleet->sessions[i]));
+            json_array_append_new(roster, roster_entry(fleet->sessions[i], &fleet->conduct));
     return roster;
 }
 

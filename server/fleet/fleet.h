@@ -9,6 +9,7 @@
 #include <uv.h>
 
 #include "proto/message.h"
+#include "server/fleet/conduct.h"
 
 struct fleet;
 
@@ -17,24 +18,42 @@ struct fleet_tile {
     uint32_t index, generation;
     struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
+    bool alone; /* its worker gets no other tile while it holds this one */
     const uint8_t *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL:
                               the pass has none */
     uint32_t counts_bytes;
 };
 
+/* Why a lease came back without a result. */
+enum fleet_return {
+    FLEET_GIVEN_BACK, /* by a worker that leaves or stops, or that could not be sent it */
+    FLEET_TAKEN_BACK, /* from one that is silent or stands still, or whose link broke */
+    FLEET_SENT_AWAY,  /* from one that broke the protocol */
+    FLEET_DIED,       /* a thread was at it when its worker's link broke */
+};
+
+/* Who asks for a tile. */
+struct fleet_asker {
+    uint64_t worker;
+    uint32_t capabilities;
+    bool is_free; /* it holds no tile: it may have one that is to be alone */
+};
+
 struct fleet_client {
     void *ctx;
-    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later).
-     * `capabilities` are the worker's. */
-    bool (*next_tile)(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
+    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later). */
+    bool (*next_tile)(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out);
     /* The plan's bytes, borrowed until the frame is cancelled or done; NULL: the frame is gone. */
     const uint8_t *(*plan)(void *ctx, uint64_t frame_id, uint32_t *size_bytes);
     /* A result came. The client either answers now (a verdict) or returns 0, takes over *bytes (to
      * be freed with free) and answers later with fleet_ack. */
     uint32_t (*result)(void *ctx, uint64_t worker, const struct message_result *result,
                        uint8_t **bytes, uint32_t size_bytes);
-    /* A lease came back: returned, its worker gone, or silent for too long. */
-    void (*returned)(void *ctx, uint64_t worker, const struct fleet_tile *tile);
+    void (*returned)(void *ctx, uint64_t worker, const struct fleet_tile *tile,
+                     enum fleet_return why);
+    /* A worker that tiles came back from as if it had died (FLEET_DIED) did not die of them: it has
+     * only lost its link and is back, under another id, or somebody has stopped it. */
+    void (*survived)(void *ctx, uint64_t worker);
     /* A worker says that a tile cannot be rendered. */
     void (*faulted)(void *ctx, uint64_t worker, const struct message_tile_fault *fault);
     /* Path of a blob; false when there is none such. */
@@ -57,7 +76,7 @@ struct fleet_options {
     unsigned local_workers, worker_threads; /* threads 0: cores / workers, at least 1 */
     uint32_t beat_ms;                       /* default 500 */
     uint32_t silence_ms;                    /* a session without a word is ended; default 10000 */
-    uint32_t stall_ms; /* a tile without progress is taken back; default 30000 */
+    uint32_t stall_ms; /* a tile without progress is taken back; default 10000 */
 };
 
 /* On failure *fault names the option's value and the reason; what was opened already is closed and
@@ -74,7 +93,14 @@ void fleet_wake(struct fleet *fleet);
 void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack);
 /* Drops the frame on every worker; their leases are forgotten, not returned. */
 void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
-int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain); /* ERR_NOT_FOUND */
+/* Whoever takes a worker back from a quarantine forgives it all strikes. ERR_NOT_FOUND */
+int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain);
+
+/* Holds a result that does not fit its plan against the worker (conduct.h), which may end up in
+ * quarantine. */
+void fleet_strike(struct fleet *fleet, uint64_t worker);
+/* Takes all workers back that are in quarantine for such results. */
+void fleet_forgive(struct fleet *fleet);
 
 /* What a worker calls itself; borrowed until the loop turns. NULL: it is not known (any more). */
 const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker);
@@ -101,6 +127,7 @@ json_t *fleet_roster(const struct fleet *fleet);
 struct fleet_totals {
     uint64_t bytes_received, bytes_sent, results, stale, duplicate, foreign, corrupt, returned,
         refused, respawned;
+    uint64_t strikes[STRIKE_COUNT], quarantined;
     uint64_t peak_rss_bytes; /* largest worker */
 };
 void fleet_totals(const struct fleet *fleet, struct fleet_totals *out);

@@ -1,11 +1,20 @@
 #pragma once
-/* The fleet from inside: for fleet.c and hand_out.c alone. */
+/* The fleet from inside: for fleet.c, hand_out.c and discipline.c alone. */
 #include "server/fleet/fleet.h"
 #include "server/fleet/lease.h"
 #include "server/fleet/listener.h"
 #include "server/fleet/processes.h"
 #include "server/fleet/schedule.h"
 #include "server/fleet/session.h"
+
+/* A worker that may have died: its link broke while it held tiles. */
+struct gone {
+    char name[LIMIT_NAME_BYTES];
+    uint64_t pid, id; /* id 0: nobody */
+    bool local;
+};
+#define STOPPED_KNOWN 64
+#define GONE_KNOWN    256 /* the last ones; who comes back later than that many counts as dead */
 
 struct fleet {
     uv_loop_t *loop;
@@ -23,6 +32,11 @@ struct fleet {
     char embree_version[LIMIT_NAME_BYTES]; /* of the first worker; "" before it */
     struct fleet_totals totals;
     struct lease_past past;
+    struct conduct conduct;
+    struct gone gone[GONE_KNOWN];
+    unsigned gone_next;
+    int64_t stopped[STOPPED_KNOWN]; /* processes of ours that somebody stopped, the last ones */
+    unsigned stopped_next;
     uv_idle_t turn; /* active: on_turn is due before the loop sleeps */
     uv_timer_t tick;
     uv_timer_t late; /* active: somebody idles while others have tiles */
@@ -37,3 +51,12 @@ struct fleet {
 /* Gives tiles to those who want them; to those who idle when there are none, copies of tiles that
  * others are late with. */
 void fleet_hand_out(struct fleet *fleet);
+
+struct session *fleet_find_session(const struct fleet *fleet, uint64_t id); /* NULL: none */
+/* As session_host: takes note of a worker that may have died. */
+bool fleet_note_gone(void *fleet, const struct session *s);
+/* Tells the client when one of those joins again, or was a process of ours that somebody stopped. */
+void fleet_note_joined(struct fleet *fleet, const struct session *s);
+void fleet_note_stopped(void *fleet, int64_t pid);
+/* As session_host. */
+void fleet_struck(void *fleet, struct session *s, enum strike kind);

@@ -28,7 +28,7 @@ static bool send_lease(struct fleet *fleet, struct session *s, const struct flee
         uint32_t bytes = 0;
         const uint8_t *plan = client->plan(client->ctx, tile->frame_id, &bytes);
         if (!plan || !session_may_work(s)) {
-            client->returned(client->ctx, s->id, tile);
+            client->returned(client->ctx, s->id, tile, FLEET_GIVEN_BACK);
             return false;
         }
         if (session_send_plan(s, tile->frame_id, plan, bytes) != 0) goto fail;
@@ -36,25 +36,36 @@ static bool send_lease(struct fleet *fleet, struct session *s, const struct flee
     if (session_send_tile(s, tile, uv_now(fleet->loop)) != 0) goto fail;
     return true;
 fail:
-    client->returned(client->ctx, s->id, tile);
-    session_end(s);
+    client->returned(client->ctx, s->id, tile, FLEET_GIVEN_BACK);
+    session_end(s, SESSION_BROKE);
     return false;
 }
 
-/* One tile for one worker; false when it gets no more this turn. *dry: capabilities for which
- * there is no tile. */
-static bool hand_one(struct fleet *fleet, struct session *s, uint32_t *dry, bool *is_dry)
+/* For whom there was no tile this turn: of those who hold tiles, and of those who are free. */
+struct dryness {
+    bool is_dry;
+    uint32_t capabilities;
+};
+
+static bool is_vain(const struct dryness dry[2], const struct fleet_asker *asker)
+{
+    for (unsigned is_free = asker->is_free; is_free < 2; is_free++)
+        if (dry[is_free].is_dry && (asker->capabilities & ~dry[is_free].capabilities) == 0)
+            return true;
+    return false;
+}
+
+/* One tile for one worker; false when it gets no more this turn. */
+static bool hand_one(struct fleet *fleet, struct session *s, struct dryness dry[2])
 {
     struct fleet_tile tile;
-    uint32_t capabilities = s->hello.capabilities;
-    if (fleet->closing || !session_may_work(s) || s->want == 0) return false;
-    if (*is_dry && (capabilities & ~*dry) == 0) return false;
-    if (!fleet->client.next_tile(fleet->client.ctx, s->id, capabilities, &tile)) {
-        *dry = capabilities;
-        *is_dry = true;
-        return false;
-    }
-    return send_lease(fleet, s, &tile);
+    const struct fleet_asker asker = {
+        .worker = s->id, .capabilities = s->hello.capabilities, .is_free = s->leases.count == 0};
+    if (fleet->closing || !session_takes_more(s) || is_vain(dry, &asker)) return false;
+    if (fleet->client.next_tile(fleet->client.ctx, &asker, &tile))
+        return send_lease(fleet, s, &tile);
+    dry[asker.is_free] = (struct dryness){true, asker.capabilities};
+    return false;
 }
 
 /* Tiles go round one by one, so that an unknown supply ends evenly, too. The client may call the
@@ -62,14 +73,12 @@ static bool hand_one(struct fleet *fleet, struct session *s, uint32_t *dry, bool
 static void hand_tiles(struct fleet *fleet, size_t count, uint64_t supply)
 {
     schedule_share(fleet->offers, count, supply, fleet->give);
-    uint32_t dry = 0;
-    bool is_dry = false;
+    struct dryness dry[2] = {{0}};
     for (bool any = true; any;) {
         any = false;
         for (size_t i = 0; i < count; i++) {
             if (fleet->give[i] == 0) continue;
-            fleet->give[i] =
-                hand_one(fleet, fleet->offered[i], &dry, &is_dry) ? fleet->give[i] - 1 : 0;
+            fleet->give[i] = hand_one(fleet, fleet->offered[i], dry) ? fleet->give[i] - 1 : 0;
             any = any || fleet->give[i] > 0;
         }
     }
@@ -79,7 +88,7 @@ static void hand_tiles(struct fleet *fleet, size_t count, uint64_t supply)
 
 static bool is_idle(const struct session *s)
 {
-    return session_may_work(s) && s->want > 0 && s->leases.count < s->hello.threads;
+    return session_takes_more(s) && s->leases.count < s->hello.threads;
 }
 
 /* One copy for the session at `idle`; false when none pays now. */

@@ -27,6 +27,8 @@ struct processes {
     unsigned count;
     unsigned open_handles;
     bool closing;
+    void (*stopped)(void *ctx, int64_t pid);
+    void *stopped_ctx;
     void (*closed)(void *ctx);
     void *ctx;
     struct child children[];
@@ -91,9 +93,17 @@ static void on_process_closed(uv_handle_t *handle)
     release_if_gone(p);
 }
 
+static bool is_from_outside(int signal)
+{
+    return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP ||
+           signal == SIGQUIT;
+}
+
 static void on_exit_of_child(uv_process_t *process, int64_t status, int signal)
 {
     struct child *c = process->data;
+    if (c->owner->stopped && is_from_outside(signal))
+        c->owner->stopped(c->owner->stopped_ctx, process->pid);
     bool healthy = uv_now(process->loop) - c->started_ms >= PROCESSES_HEALTHY_MS;
     if (signal == 0 && status == REFUSED_STATUS)
         c->failures = 0; /* stays down */
@@ -166,6 +176,8 @@ static struct processes *allocate(uv_loop_t *loop, const struct processes_option
     p->loop = loop;
     p->respawned = respawned;
     p->count = o->count;
+    p->stopped = o->stopped;
+    p->stopped_ctx = o->ctx;
     p->program = copy(o->program);
     p->cache_dir = copy(o->cache_dir);
     p->blob_dir = copy(o->blob_dir);

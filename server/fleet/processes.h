@@ -19,6 +19,10 @@ struct processes_options {
     const char *socket_path;          /* what it dials */
     const char *cache_dir, *blob_dir; /* may be NULL */
     unsigned count, threads;
+    /* A child has ended because somebody stopped it: by SIGKILL or another signal that programs do
+     * not raise by their own faults. May be NULL. */
+    void (*stopped)(void *ctx, int64_t pid);
+    void *ctx;
 };
 
 /* Starts the children, at least one. Strings are copied. *fault names the program when it cannot be

@@ -38,6 +38,7 @@ static json_t *capabilities(uint32_t bits)
 
 static const char *state_of(const struct session *s)
 {
+    if (s->state == SESSION_DRAINING && s->quarantined_until_ms) return "quarantined";
     if (s->state == SESSION_WORKING && s->stalled) return "stalled";
     if (s->state == SESSION_WORKING && s->leases.count == 0) return "idle";
     return session_state_name(s->state);
@@ -49,18 +50,31 @@ static const char *phase_of(const struct session *s)
     return s->beat.phase < sizeof names / sizeof names[0] ? names[s->beat.phase] : "unknown";
 }
 
-json_t *roster_entry(const struct session *s)
+/* null, or why and for how much longer it gets no tiles. */
+static json_t *quarantine_of(const struct session *s, const struct conduct *conduct)
+{
+    const uint64_t now_ms = uv_now(s->handle.any.loop);
+    const struct conduct_record *r =
+        s->quarantined_until_ms ? conduct_quarantine(conduct, s->hello.name, s->local, now_ms)
+                                : NULL;
+    if (!r) return json_null();
+    return json_pack("{ss sf}", "reason", strike_text(r->last), "seconds_left",
+                     (double)(r->until_ms - now_ms) / 1000.0);
+}
+
+json_t *roster_entry(const struct session *s, const struct conduct *conduct)
 {
     const struct message_hello *h = &s->hello;
     const struct message_beat *b = &s->beat;
-    return json_pack(
-        "{sI ss ss ss sb si sI ss ss ss so si sI sI sf sf sI sI sI sI sI}", /**/
-        "id", (json_int_t)s->id, "name", h->name, "state", state_of(s), "phase", phase_of(s),
-        "local", (int)s->local, "threads", (int)h->threads, "pid", (json_int_t)h->pid, "isa",
-        h->isa, "build", h->build_id, "embree", h->embree_version, "capabilities",
-        capabilities(h->capabilities), "tiles_in_hand", (int)s->leases.count, "tiles_done",
-        (json_int_t)s->answered, "rays", (json_int_t)s->rays, "tiles_per_s", s->tiles_per_s,
-        "rays_per_s", s->rays_per_s, "bytes_received", (json_int_t)s->received_bytes, "bytes_sent",
-        (json_int_t)s->sent_bytes, "rss_bytes", (json_int_t)b->rss_bytes, "peak_rss_bytes",
-        (json_int_t)b->peak_rss_bytes, "cpu_us", (json_int_t)b->cpu_us);
+    return json_pack("{sI ss ss ss so sb si sI ss ss ss so si sI sI sf sf sI sI sI sI sI}", /**/
+                     "id", (json_int_t)s->id, "name", h->name, "state", state_of(s), "phase",
+                     phase_of(s), "quarantine", quarantine_of(s, conduct), "local", (int)s->local,
+                     "threads", (int)h->threads, "pid", (json_int_t)h->pid, "isa", h->isa, "build",
+                     h->build_id, "embree", h->embree_version, "capabilities",
+                     capabilities(h->capabilities), "tiles_in_hand", (int)s->leases.count,
+                     "tiles_done", (json_int_t)s->answered, "rays", (json_int_t)s->rays,
+                     "tiles_per_s", s->tiles_per_s, "rays_per_s", s->rays_per_s, "bytes_received",
+                     (json_int_t)s->received_bytes, "bytes_sent", (json_int_t)s->sent_bytes,
+                     "rss_bytes", (json_int_t)b->rss_bytes, "peak_rss_bytes",
+                     (json_int_t)b->peak_rss_bytes, "cpu_us", (json_int_t)b->cpu_us);
 }

@@ -102,26 +102,41 @@ void session_drop(struct session *s)
 
 /* The oldest lease first, and each out of the table before anyone hears of it: the client may
  * cancel frames from inside. */
-static void return_leases(struct session *s)
+static void return_leases(struct session *s, enum fleet_return why)
 {
+    uint32_t begun = lease_begun(&s->leases);
     while (s->leases.count > 0) {
         struct fleet_tile tile = s->leases.at[0].tile;
         lease_remove(&s->leases, 0, now_ms(s));
-        s->host->returned(s->host->ctx, s, &tile);
+        const bool untouched = why == FLEET_DIED && begun == 0;
+        s->host->returned(s->host->ctx, s, &tile, untouched ? FLEET_TAKEN_BACK : why);
+        begun -= begun > 0;
     }
 }
 
-void session_end(struct session *s)
+static enum fleet_return return_of(const struct session *s, enum session_end why)
 {
+    if (why == SESSION_BREACHED) return FLEET_SENT_AWAY;
+    if (why == SESSION_SILENT) return FLEET_TAKEN_BACK;
+    return s->host->gone(s->host->ctx, s) ? FLEET_DIED : FLEET_TAKEN_BACK;
+}
+
+void session_end(struct session *s, enum session_end why)
+{
+    if (s->state == SESSION_CLOSING) return;
+    const bool greeted = s->state == SESSION_WORKING || s->state == SESSION_DRAINING;
+    if (greeted && why == SESSION_BREACHED) s->host->struck(s->host->ctx, s, STRIKE_PROTOCOL);
+    if (greeted && why == SESSION_SILENT && s->leases.count > 0)
+        s->host->struck(s->host->ctx, s, STRIKE_SILENT);
     session_drop(s);
-    return_leases(s);
+    if (s->leases.count > 0) return_leases(s, return_of(s, why));
 }
 
 void session_leave(struct session *s)
 {
     session_enter(s, SESSION_LEAVING);
     s->left_ms = now_ms(s);
-    return_leases(s);
+    return_leases(s, FLEET_GIVEN_BACK);
     wake(s);
 }
 
@@ -144,7 +159,7 @@ static void digest_inbox(struct session *s)
         if (e == 0) e = session_take(s, &f);
         if (e != 0) {
             s->totals->corrupt++;
-            session_end(s);
+            session_end(s, e == ERR_MEMORY ? SESSION_BROKE : SESSION_BREACHED);
             return;
         }
     }
@@ -176,7 +191,7 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
     (void)buf;
     struct session *s = stream->data;
     if (size_bytes < 0) {
-        session_end(s);
+        session_end(s, SESSION_BROKE);
         return;
     }
     s->received_bytes += (uint64_t)size_bytes;
@@ -191,7 +206,7 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
 void session_start(struct session *s)
 {
     if (uv_read_start(&s->handle.stream, on_space, on_read) < 0)
-        session_end(s);
+        session_end(s, SESSION_BROKE);
     else
         s->reading = true;
 }
@@ -212,7 +227,7 @@ void session_turn(struct session *s)
     int e = outbox_flush(&s->outbox);
     s->totals->bytes_sent += s->sent_bytes - sent_bytes;
     if (e)
-        session_end(s);
+        session_end(s, SESSION_BROKE);
     else if (s->state == SESSION_LEAVING && !s->reading)
         session_start(s); /* so that the peer's close is seen */
 }
@@ -227,13 +242,20 @@ static uint64_t overtaken(const struct session *s)
 static void take_back_stalled(struct session *s, uint64_t now, uint32_t stall_ms)
 {
     uint32_t at;
+    const bool was_stalled = s->stalled;
     while ((at = lease_stalled(&s->leases, now, s->progress_ms, s->answered, overtaken(s),
                                stall_ms)) != LEASE_NONE) {
         struct fleet_tile tile = s->leases.at[at].tile;
         if (now - s->progress_ms >= stall_ms) s->stalled = true;
         lease_remove(&s->leases, at, now);
-        s->host->returned(s->host->ctx, s, &tile);
+        s->host->returned(s->host->ctx, s, &tile, FLEET_TAKEN_BACK);
     }
+    if (s->stalled && !was_stalled) s->host->struck(s->host->ctx, s, STRIKE_STALLED);
+}
+
+static void end_quarantine(struct session *s, uint64_t now)
+{
+    if (s->quarantined_until_ms != 0 && now >= s->quarantined_until_ms) session_quarantine(s, 0);
 }
 
 static void update_rates(struct session *s, uint64_t now)
@@ -265,11 +287,12 @@ void session_tick(struct session *s, uint64_t now, uint32_t silence_ms, uint32_t
 {
     if (s->state == SESSION_CLOSING) return;
     if (is_late(s, now, silence_ms)) {
-        session_end(s);
+        session_end(s, SESSION_SILENT);
         return;
     }
     if (!session_is_listening(s) || s->state == SESSION_GREETING) return;
     if (!s->reading) s->progress_ms = now; /* we do not listen: nothing may be held against it */
     take_back_stalled(s, now, stall_ms);
+    end_quarantine(s, now);
     update_rates(s, now);
 }

@@ -47,7 +47,12 @@ struct session_host {
     /* A result that was decoded but not judged; request_id is for the answer. */
     int (*result)(void *ctx, struct session *s, uint64_t request_id,
                   const struct message_result *result);
-    void (*returned)(void *ctx, struct session *s, const struct fleet_tile *tile);
+    void (*returned)(void *ctx, struct session *s, const struct fleet_tile *tile,
+                     enum fleet_return why);
+    /* Its link broke while it held tiles. Whether it may have died of what it was at. */
+    bool (*gone)(void *ctx, const struct session *s);
+    /* It may be put into quarantine from inside. */
+    void (*struck)(void *ctx, struct session *s, enum strike kind);
     void (*faulted)(void *ctx, struct session *s, const struct message_tile_fault *fault);
     bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
     size_t *unacked_bytes;   /* unacknowledged over all sessions */
@@ -76,6 +81,7 @@ struct session {
     bool local;   /* over the Unix socket */
     bool reading; /* libuv reads this link */
     bool stalled; /* its tiles were taken back; it gets none until it shows progress */
+    uint64_t quarantined_until_ms; /* it drains for its conduct; 0: it does not */
     struct frame_inbox inbox;
     struct outbox outbox;
     struct lease_table leases;
@@ -109,14 +115,19 @@ void session_start(struct session *s);
 /* Frees what a session holds; only from host->closed. */
 void session_destroy(struct session **s);
 
+/* What ended a session that did not say BYE. */
+enum session_end { SESSION_BROKE, SESSION_BREACHED, SESSION_SILENT };
+
 /* Ends the session; its leases come back through host->returned. Never from inside a fleet_
  * function. */
-void session_end(struct session *s);
+void session_end(struct session *s, enum session_end why);
 
 /* Ends it without a word to anyone: the fleet closes. */
 void session_drop(struct session *s);
 
 bool session_may_work(const struct session *s); /* may be given tiles */
+/* Holds nothing that is to be alone, and wants more. */
+bool session_takes_more(const struct session *s);
 
 /* What the turn of the loop brought: reads on where a limit had stopped it, writes what was
  * gathered, ends a session whose link has failed. */
@@ -137,6 +148,8 @@ void session_ack(struct session *s, const struct message_ack *ack, uint64_t requ
 int session_add_unacked(struct session *s, uint64_t request_id, const struct message_result *r);
 void session_cancel(struct session *s, uint64_t frame_id);
 void session_drain(struct session *s, bool drain);
+/* Drains it until then, unless it drains already; 0: works again, if that was why it drained. */
+void session_quarantine(struct session *s, uint64_t until_ms);
 
 /* ---- between the session's own files ---- */
 

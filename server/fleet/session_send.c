@@ -9,6 +9,12 @@ bool session_may_work(const struct session *s)
     return s->state == SESSION_WORKING && !s->stalled;
 }
 
+bool session_takes_more(const struct session *s)
+{
+    const bool is_alone = s->leases.count > 0 && s->leases.at[0].tile.alone;
+    return session_may_work(s) && s->want > 0 && !is_alone;
+}
+
 bool session_knows_frame(const struct session *s, uint64_t frame_id)
 {
     for (uint32_t i = 0; i < s->frame_count; i++)
@@ -161,4 +167,13 @@ void session_drain(struct session *s, bool drain)
         s->want = 1; /* it asks for no more while it drains; a tile tells it to ask again */
     }
     s->host->wake(s->host->ctx);
+}
+
+void session_quarantine(struct session *s, uint64_t until_ms)
+{
+    if (s->state != SESSION_WORKING && s->state != SESSION_DRAINING) return;
+    if (until_ms == 0 && s->quarantined_until_ms == 0) return;
+    if (until_ms != 0 && s->state == SESSION_DRAINING && s->quarantined_until_ms == 0) return;
+    s->quarantined_until_ms = until_ms;
+    session_drain(s, until_ms != 0);
 }

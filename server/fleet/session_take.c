@@ -40,6 +40,7 @@ static int take_hello(struct session *s, const struct frame_view *f)
     s->inbox.limit_bytes = LIMIT_FRAME_BYTES;
     message_encode_welcome(outbox_payload(&s->outbox), &welcome);
     outbox_put(&s->outbox, MESSAGE_WELCOME, f->request_id);
+    if (s->quarantined_until_ms) session_drain(s, true); /* greet knew it */
     s->host->wake(s->host->ctx);
     return 0;
 }
@@ -100,7 +101,7 @@ static int take_return(struct session *s, const struct frame_view *f)
     if (e) return e;
     s->want = 0; /* who gives back is leaving: what it asked for before would come back, too */
     if (end_lease(s, m.frame_id, m.index, m.generation, &tile))
-        s->host->returned(s->host->ctx, s, &tile);
+        s->host->returned(s->host->ctx, s, &tile, FLEET_GIVEN_BACK);
     return 0;
 }
 

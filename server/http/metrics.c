@@ -117,6 +117,13 @@ static void write_fleet(FILE *out, const struct fleet *fleet)
     single(out, "shearwater_leases_returned_total", "counter", "Tiles that came back unfinished.",
            t.returned);
     single(out, "shearwater_workers_refused_total", "counter", "Workers turned away.", t.refused);
+    struct sample strikes[STRIKE_COUNT];
+    for (int i = 0; i < STRIKE_COUNT; i++)
+        strikes[i] = (struct sample){strike_name((enum strike)i), t.strikes[i]};
+    family(out, "shearwater_worker_strikes_total", "counter", "What was held against workers.");
+    labelled(out, "shearwater_worker_strikes_total", "kind", strikes, STRIKE_COUNT);
+    single(out, "shearwater_workers_quarantined_total", "counter",
+           "Workers put into quarantine, each after three strikes.", t.quarantined);
     single(out, "shearwater_workers_respawned_total", "counter", "Local workers started again.",
            t.respawned);
     single(out, "shearwater_link_received_bytes_total", "counter", "Bytes from workers.",

@@ -238,18 +238,25 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
     }
 }
 
-bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_tile *out)
 {
     uint32_t tile, generation;
-    if ((f->plan.capabilities & ~capabilities) != 0) return false;
+    if ((f->plan.capabilities & ~asker->capabilities) != 0) return false;
     if (is_behind(f, blocks_out_most(f), PENDING_MOST)) {
         f->held = true;
         return false;
     }
-    if (!tile_queue_lease(f->tiles, worker, &tile, &generation)) return false;
+    if (!tile_queue_lease(f->tiles, asker->worker, &tile, &generation)) return false;
     f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
     describe(f, tile, generation, out);
+    out->alone = tile_queue_is_suspect(f->tiles, tile);
     return true;
+}
+
+bool frame_waits_for_free(const struct frame *f, const struct fleet_asker *asker)
+{
+    return !asker->is_free && (f->plan.capabilities & ~asker->capabilities) == 0 &&
+           tile_queue_gives_suspect(f->tiles);
 }
 
 bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
@@ -299,14 +306,42 @@ bool frame_was_held(struct frame *f)
     return true;
 }
 
-bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile)
+static void fail_at(struct frame *f, uint32_t tile, enum tile_return why)
+{
+    const struct rect r = frame_tile_rect(f, tile);
+    char text[LIMIT_DETAIL_BYTES];
+    if (why == TILE_IS_DEADLY)
+        snprintf(text, sizeof text,
+                 "the tile at %d,%d of %dx%d pixels ended %d workers that traced it, the last %d "
+                 "while it was all that they held; see the workers' logs for what they died of",
+                 r.x0, r.y0, rect_width(r), rect_height(r), TILE_QUEUE_DEATHS,
+                 TILE_QUEUE_DEATHS - 1);
+    else
+        snprintf(text, sizeof text,
+                 "the tile at %d,%d of %dx%d pixels came back %d times without a result; its "
+                 "workers leave or give up",
+                 r.x0, r.y0, rect_width(r), rect_height(r), TILE_QUEUE_RETURNS);
+    frame_fail(f, ERR_KILLED, "", text);
+}
+
+bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile,
+                    enum fleet_return why)
 {
     const uint32_t waiting = tile_queue_waiting(f->tiles);
-    if (tile_queue_return(f->tiles, worker, tile->index, tile->generation))
-        return tile_queue_waiting(f->tiles) > waiting;
-    frame_fail(f, ERR_KILLED, "",
-               "a tile came back too often without a result; its workers die or give up");
+    static const enum tile_cause causes[] = {[FLEET_GIVEN_BACK] = TILE_GIVEN_BACK,
+                                             [FLEET_TAKEN_BACK] = TILE_GIVEN_BACK,
+                                             [FLEET_SENT_AWAY] = TILE_INNOCENT,
+                                             [FLEET_DIED] = TILE_DIED};
+    const enum tile_return next =
+        tile_queue_return(f->tiles, worker, tile->index, tile->generation, causes[why]);
+    if (next == TILE_GOES_ON) return tile_queue_waiting(f->tiles) > waiting;
+    fail_at(f, tile->index, next);
     return false;
+}
+
+void frame_survived(struct frame *f, uint64_t worker)
+{
+    tile_queue_survived(f->tiles, worker);
 }
 
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault)

@@ -88,7 +88,9 @@ const struct fault *frame_refusal(const struct frame *f);
 /* The next tile and pass for a worker. False when none waits, or when reconstruction is so far
  * behind that more samples would only fill memory; frame_was_held then says once that it goes on.
  */
-bool frame_lease(struct frame *f, uint64_t worker, uint32_t capabilities, struct fleet_tile *out);
+bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_tile *out);
+/* The next tile has seen a worker die: this one should first be done with what it holds. */
+bool frame_waits_for_free(const struct frame *f, const struct fleet_asker *asker);
 /* A copy of a leased tile, as it is leased. */
 bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
                 const struct fleet_tile *of, struct fleet_tile *out);
@@ -100,5 +102,8 @@ uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_res
 
 /* A lease that came back; the frame may fail by it (event). True when the tile waits again: false
  * after a failure, and for a tile that landed by a copy or that another worker has. */
-bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile);
+bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile,
+                    enum fleet_return why);
+/* A worker did not die of the tiles that came back from it so. */
+void frame_survived(struct frame *f, uint64_t worker);
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault);

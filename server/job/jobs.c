@@ -135,15 +135,6 @@ static struct live_job *first_refused(const struct jobs *jobs)
     return NULL;
 }
 
-static void readmit_senders(struct jobs *jobs)
-{
-    for (unsigned i = 0; i < SENDERS_KNOWN; i++) {
-        if (jobs->senders[i].results < CORRUPT_MOST) continue;
-        jobs->senders[i].results = 0;
-        fleet_drain(jobs->fleet, jobs->senders[i].worker, false);
-    }
-}
-
 /* All workers were sent away for what they returned and none has come since: what they choked on
  * would wait for ever. That many workers are seldom at fault at once, so it is the job that goes;
  * they come back, or one such job would end the service for all others. */
@@ -153,7 +144,7 @@ static void on_abandoned(uv_timer_t *timer)
     struct live_job *job;
     if (jobs->stopping || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
     while ((job = first_refused(jobs))) live_job_fail(job, &jobs->refusal);
-    readmit_senders(jobs);
+    fleet_forgive(jobs->fleet);
     jobs_advance_soon(jobs);
 }
 

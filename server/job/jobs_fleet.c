@@ -19,13 +19,14 @@ bool jobs_find_work(struct jobs *jobs, uint64_t frame_id, char id[JOB_ID_BYTES],
     return true;
 }
 
-static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out)
 {
     struct jobs *jobs = ctx;
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct frame *work = jobs->open[i].frame->work;
         if (jobs->open[i].job->paused) continue;
-        if (!frame_lease(work, worker, capabilities, out)) continue;
+        if (frame_waits_for_free(work, asker)) return false;
+        if (!frame_lease(work, asker, out)) continue;
         if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);
         return true;
     }
@@ -74,14 +75,22 @@ static void log_returned(struct live_job *job, uint64_t worker)
         live_job_log(job, "worker", "%s has left: a tile that it held is given out again", name);
 }
 
-static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
+static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile,
+                     enum fleet_return why)
 {
     struct jobs *jobs = ctx;
     struct open_frame *open = jobs_table_frame(jobs, tile->frame_id);
     if (!open) return;
     struct live_job *job = open->job;
-    if (frame_returned(open->frame->work, worker, tile)) log_returned(job, worker);
+    if (frame_returned(open->frame->work, worker, tile, why)) log_returned(job, worker);
     if (jobs->fleet) fleet_wake(jobs->fleet);
+}
+
+static void survived(void *ctx, uint64_t worker)
+{
+    struct jobs *jobs = ctx;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        frame_survived(jobs->open[i].frame->work, worker);
 }
 
 static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault *fault)
@@ -131,6 +140,7 @@ struct fleet_client jobs_fleet_client(struct jobs *jobs)
                                  .plan = plan,
                                  .result = result,
                                  .returned = returned,
+                                 .survived = survived,
                                  .faulted = faulted,
                                  .blob_path = blob_path,
                                  .tiles_left = tiles_left,

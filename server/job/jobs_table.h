@@ -14,10 +14,8 @@
 #define LIVE_FLOATS_MOST   (4u * OPEN_FLOATS_MOST) /* of live jobs' images: eight 4K beauties */
 #define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
-#define SENDERS_KNOWN      64 /* workers that sent something corrupt */
-#define CORRUPT_MOST       3  /* results, until a worker is drained */
 #define PROGRESS_EVERY_MS  100
-#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was drained */
+#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine */
 
 struct open_frame {
     struct live_job *job;
@@ -30,11 +28,6 @@ struct dry_run {
     struct preparation *preparation;
     jobs_planned done;
     void *ctx;
-};
-
-struct corrupt_sender {
-    uint64_t worker;
-    unsigned results;
 };
 
 struct jobs {
@@ -58,8 +51,6 @@ struct jobs {
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
     unsigned ended_next;
-    struct corrupt_sender senders[SENDERS_KNOWN];
-    unsigned senders_next;
     uv_timer_t abandoned;   /* runs since the last worker was sent away */
     struct fault refusal;   /* for what */
     struct statistics past; /* of frames that are no longer open, and of imports */

@@ -120,19 +120,11 @@ static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
     return open->job;
 }
 
-/* Counts what a worker sent damaged; after the third it is sent away. When nobody is left then, who
- * waits must hear of it. */
+/* Holds against a worker what it sent damaged; after the third it is in quarantine. When nobody is
+ * left then, who waits must hear of it. */
 static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t worker)
 {
-    struct corrupt_sender *sender = NULL;
-    for (unsigned i = 0; i < SENDERS_KNOWN && !sender; i++)
-        if (jobs->senders[i].worker == worker) sender = &jobs->senders[i];
-    if (!sender) {
-        sender = &jobs->senders[jobs->senders_next++ % SENDERS_KNOWN];
-        *sender = (struct corrupt_sender){.worker = worker};
-    }
-    if (++sender->results < CORRUPT_MOST) return;
-    fleet_drain(jobs->fleet, worker, true);
+    fleet_strike(jobs->fleet, worker);
     if (fleet_count(jobs->fleet) > 0) return;
     const struct fault *refusal = frame_refusal(work);
     struct fault fault;
@@ -140,7 +132,7 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
         &fault, ERR_CORRUPT, "",
         "no worker is left: each was set aside after %d results that do not fit the plan, the "
         "last one at \"%.100s\": %.200s",
-        CORRUPT_MOST, refusal->pointer, refusal->detail);
+        CONDUCT_STRIKES, refusal->pointer, refusal->detail);
     jobs_fail_unless_joined(jobs, &fault);
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/error.h"
+#include "server/job/tile_deaths.h"
 #include "server/job/tile_heap.h"
 
 enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
@@ -44,6 +45,7 @@ struct tile_queue {
     uint32_t returned_count; /* tiles that came back and wait: a stack */
     uint32_t *returned;
     struct tile_entry *tiles;
+    struct tile_deaths deaths; /* at the passes that tiles are at */
 };
 
 /* The window, the pass, the rank. */
@@ -128,6 +130,7 @@ void tile_queue_destroy(struct tile_queue **queue)
     free(q->begun.keys);
     free(q->returned);
     free(q->tiles);
+    tile_deaths_fini(&q->deaths);
     free(q);
     *queue = NULL;
 }
@@ -162,11 +165,29 @@ bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uin
     return true;
 }
 
+bool tile_queue_is_suspect(const struct tile_queue *q, uint32_t tile)
+{
+    assert(tile < q->count);
+    return tile_deaths_of(&q->deaths, tile) > 0;
+}
+
+bool tile_queue_gives_suspect(const struct tile_queue *q)
+{
+    return q->returned_count > 0 &&
+           tile_queue_is_suspect(q, q->returned[q->returned_count - 1]);
+}
+
+void tile_queue_survived(struct tile_queue *q, uint64_t worker)
+{
+    tile_deaths_survived(&q->deaths, worker);
+}
+
 bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
                      uint32_t *generation)
 {
     struct tile_entry *t = tile < q->count ? &q->tiles[tile] : NULL;
     if (!t || t->state != TILE_LEASED || t->leases[1].generation != 0) return false;
+    if (tile_queue_is_suspect(q, tile)) return false;
     if (t->leases[0].generation != of_generation || t->leases[0].worker == worker) return false;
     *generation = add_lease(t, worker);
     q->copied++;
@@ -232,6 +253,7 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     memset(t->leases, 0, sizeof t->leases);
     t->returns = 0;
     t->faults = 0;
+    tile_deaths_clear(&q->deaths, tile);
     q->between += t->pass == 0;
     t->pass++;
     q->between -= t->pass == t->passes;
@@ -274,12 +296,16 @@ void tile_queue_reject(struct tile_queue *q, uint32_t tile)
     put_back(q, &q->tiles[tile]);
 }
 
-bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
+enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                   uint32_t generation, enum tile_cause cause)
 {
     struct tile_entry *t = end_lease(q, worker, tile, generation);
-    if (!t) return true;
+    if (!t) return TILE_GOES_ON;
     put_back(q, t);
-    return ++t->returns < TILE_QUEUE_RETURNS;
+    if (cause == TILE_INNOCENT) return TILE_GOES_ON;
+    if (cause == TILE_DIED) tile_deaths_add(&q->deaths, tile, worker);
+    if (tile_deaths_of(&q->deaths, tile) >= TILE_QUEUE_DEATHS) return TILE_IS_DEADLY;
+    return ++t->returns < TILE_QUEUE_RETURNS ? TILE_GOES_ON : TILE_CAME_BACK_OFTEN;
 }
 
 bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)

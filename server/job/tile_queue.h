@@ -28,6 +28,10 @@
 /* Times that a pass of a tile may come back without a result, by workers that died or gave up: a
  * tile that kills every worker must not do so for ever. */
 #define TILE_QUEUE_RETURNS 32
+/* Workers that may die in a row while they trace a pass of a tile. After the first, the tile is a
+ * suspect: it is to be leased to workers that hold nothing else, so that those that die after it
+ * were ended by it, and what died with it by chance is cleared. */
+#define TILE_QUEUE_DEATHS 3
 /* Windows of tiles that may be between their first pass and their last when wishes move. */
 #define TILE_QUEUE_WINDOWS 4
 
@@ -42,9 +46,15 @@ void tile_queue_destroy(struct tile_queue **queue);
 /* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1 over
  * all its passes. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
+/* A worker has died at this pass of the tile. */
+bool tile_queue_is_suspect(const struct tile_queue *q, uint32_t tile);
+/* The next tile is one: only a worker that holds nothing should ask. */
+bool tile_queue_gives_suspect(const struct tile_queue *q);
+/* It did not die of what it was at. */
+void tile_queue_survived(struct tile_queue *q, uint64_t worker);
 
 /* Leases a copy of a leased tile to another worker. False, and nothing is leased, when that lease
- * is not in force, the worker holds the tile itself, or there is a copy already. */
+ * is not in force, the worker holds the tile itself, it is a suspect, or there is a copy already. */
 bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
                      uint32_t *generation);
 
@@ -68,9 +78,17 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
 void tile_queue_land(struct tile_queue *q, uint32_t tile);
 void tile_queue_reject(struct tile_queue *q, uint32_t tile);
 
-/* A lease came back without a result; ignored unless it is in force. False when the tile came back
- * too often. */
-bool tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation);
+/* Why a lease came back without a result. */
+enum tile_cause {
+    TILE_GIVEN_BACK, /* for any reason that may be the tile's */
+    TILE_DIED,       /* its worker did, at the tile */
+    TILE_INNOCENT,   /* its worker was sent away for what it did; not counted */
+};
+enum tile_return { TILE_GOES_ON, TILE_CAME_BACK_OFTEN, TILE_IS_DEADLY };
+
+/* Ignored unless the lease is in force. What is not TILE_GOES_ON should be given to nobody any more. */
+enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
+                                   uint32_t generation, enum tile_cause cause);
 
 /* A worker cannot trace the tile; ignored unless the lease is in force. False when too many
  * different workers said so. */

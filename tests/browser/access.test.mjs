@@ -2,7 +2,7 @@
 //   node tests/browser/access.test.mjs BUILD_DIR
 import { join } from "node:path";
 import { clean as cleanPage } from "./axe.mjs";
-import { expect, look, openPage, runAll, shots, startServer, submit, test, text, until } from "./house.mjs";
+import { expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, until } from "./house.mjs";
 
 await runAll(async () => {
   const url = await startServer();
@@ -38,7 +38,7 @@ await runAll(async () => {
     await page.focus("#stage");
     for (const key of ["w", "Shift+ArrowRight", "Enter", "b"]) await page.keyboard.press(key);
     await page.selectOption("#layer", "depth");
-    await page.waitForTimeout(400);
+    await settle(page, 400);
     await clean("everything open");
     await page.focus("#stage");
     await page.keyboard.press("?");
@@ -80,7 +80,7 @@ await runAll(async () => {
   await test("at twice the size and on a phone nothing is cut off", async () => {
     for (const width of [640, 320]) {
       await page.setViewportSize({ width, height: 500 });
-      await page.waitForTimeout(200);
+      await settle(page, 200);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
       await page.screenshot({ path: join(shots, `access-${width}.png`), fullPage: true });
       expect(wide <= width, `the page is ${wide} px wide of ${width}`);

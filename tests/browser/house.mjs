@@ -41,6 +41,12 @@ export async function until(what, read, seconds = 60) {
 // The view that the page drew last, "ZOOM X Y WIDTH HEIGHT"; a page just opened has drawn none.
 export const viewText = (page) => until("a drawing", () => page.getAttribute("#canvas", "data-view"));
 
+// Until what was asked for is drawn, on a busy machine, too: drawings are made in animation frames.
+export async function settle(page, ms = 100) {
+  await page.waitForTimeout(ms);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
+}
+
 export function startServer(port = 0) {
   server = spawn(join(build, "shearwater"),
     ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2"],

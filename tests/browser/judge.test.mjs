@@ -11,7 +11,7 @@ import { LayerImage } from "../../web/layer_image.js";
 import { BlockParser } from "../../web/pixel_feed.js";
 import { shownPair } from "../../web/shown.js";
 import { ssim } from "../../web/ssim.js";
-import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
+import { build, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
@@ -102,7 +102,7 @@ await runAll(async () => {
       await press(page, key);
       expect(await page.inputValue("#compare") === judge, `the key ${key} shows ${await page.inputValue("#compare")}`);
       await until("the legend", async () => (await page.isVisible("#legend")) && FIGURES.test(await text(page, "alike")));
-      await page.waitForTimeout(500);
+      await settle(page, 500);
       await save(page, judge);
       // The empty corner is dark, the box is not.
       map[judge] = await colorsAt(page, [[3, 3], [128, 100]]);
@@ -172,7 +172,7 @@ await runAll(async () => {
     const places = [[3, 3], [4, 4], [5, 3], [6, 4], [7, 5], [128, 128]], seen = {};
     for (const name of ["black", "checkerboard", "white", "alpha"]) {
       expect(await page.inputValue("#behind") === name, `it is ${await page.inputValue("#behind")}, not ${name}`);
-      await page.waitForTimeout(200);
+      await settle(page, 200);
       seen[name] = (await colorsAt(page, places)).map((color) => color.join());
       await save(page, `behind-${name}`);
       await press(page, "h");

@@ -12,7 +12,7 @@ import { LayerImage } from "../../web/layer_image.js";
 import { LayerSource } from "../../web/layer_source.js";
 import { BlockParser } from "../../web/pixel_feed.js";
 import { unfilteredTwin } from "../../web/unfiltered.js";
-import { build, expect, look, openPage, runAll, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
+import { build, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
 
@@ -102,7 +102,7 @@ function fakeFeeds(answers) {
 const fault = async (promise) => { try { await promise; } catch (error) { return error.message; } return "none"; };
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
 const view = async (page) => (await viewText(page)).split(" ").map(Number);
-const mean = async (page) => { await page.waitForTimeout(150); return (await look(page)).mean; };
+const mean = async (page) => { await settle(page, 150); return (await look(page)).mean; };
 const save = (page, name) => page.screenshot({ path: join(shots, `picture-${name}.png`), fullPage: true });
 
 await runAll(async () => {
@@ -182,7 +182,7 @@ await runAll(async () => {
       }
     }
     await page.selectOption("#layer", "beauty");
-    await page.waitForTimeout(400);
+    await settle(page, 400);
     await press(page, "+", "+", "+", "+", "+", "+", "+");
     await press(page, "Shift+ArrowRight", "Enter");
     await until("a pinned probe", async () => (await page.locator("#pins li").count()) === 1);
@@ -234,7 +234,7 @@ await runAll(async () => {
     for (const [layer, shown] of [["depth", "colour"], ["error", "colour"], ["filter_width", "colour"], ["visibility", "colour"], ["slope_max", "sign"], ["normal", "vector"]]) {
       await page.selectOption("#layer", layer);
       await until(`${layer} is there`, async () => /nothing yet/.test(await text(page, "readout")) === false && (await look(page)).mean > 5);
-      await page.waitForTimeout(400);
+      await settle(page, 400);
       expect(await page.inputValue("#shown-as") === shown, `${layer} as ${await page.inputValue("#shown-as")}`);
       await save(page, `layer-${layer}`);
     }
@@ -343,7 +343,7 @@ await runAll(async () => {
     expect(Math.abs(await mean(page) - before) < 0.2, "the filtered picture does not come back");
     await press(page, "x");
     await page.selectOption("#shown-as", "sign");
-    await page.waitForTimeout(600);
+    await settle(page, 600);
     await save(page, "difference-signs");
     await page.selectOption("#shown-as", "picture");
     await page.selectOption("#compare", "off");

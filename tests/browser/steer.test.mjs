@@ -4,7 +4,7 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { expect, look, openPage, runAll, shots, startServer, submit, test, text, until, viewText } from "./house.mjs";
+import { expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const LONG = { image: { width: 512, height: 512 }, sampling: { spp: 1024, tile_px: 32 }, filter: { method: "none" }, layers: ["beauty"] };
@@ -281,7 +281,7 @@ await runAll(async () => {
 
   await test("on a phone nothing is cut off", async () => {
     await page.setViewportSize({ width: 320, height: 700 });
-    await page.waitForTimeout(200);
+    await settle(page, 200);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
     await page.screenshot({ path: join(shots, "steer-phone.png"), fullPage: true });
     expect(wide <= 320, `${wide} px`);

@@ -3,6 +3,7 @@
  *
  *   fake_worker --connect unix:PATH|HOST:PORT --script NAME
  *               [--threads N] [--seconds S] [--tiles N] [--reconnects N] [--embree VERSION]
+ *               [--name NAME]
  *
  * It ends when the link is closed (after N reconnects), after S seconds or N answers. Exit status:
  * 0, 1 when no link could be made, 2 for wrong use, 3 when it was refused. */
@@ -26,6 +27,7 @@
 
 #define HELLO_DELAY_MS 8000u
 #define MAX_FRAMES     64u
+#define END_MS         50 /* after damage, until the link is ended from here */
 #define CAPABILITIES                                                                               \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
@@ -46,7 +48,7 @@ struct known_frame {
 
 struct fake {
     const struct script *script;
-    const char *address, *embree;
+    const char *address, *embree, *name;
     uint32_t threads;
     double seconds;
     uint64_t tiles_most, reconnects;
@@ -206,14 +208,15 @@ static void tile_ignored(struct fake *f, uint64_t request_id, const struct messa
     (void)tile;
 }
 
-/* The whole frame is right but for one bit, after the checksum was made. */
-static void tile_flip(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+/* The frame of a right result, byte by byte. */
+static void whole_result(struct fake *f, uint64_t request_id, const struct message_tile *tile,
+                         struct bytes_writer *whole)
 {
     const struct bytes_writer *packed = zero_samples(f, tile);
-    struct bytes_writer head, whole;
+    struct bytes_writer head;
     uint8_t header[FRAME_HEADER_BYTES];
     bytes_writer_init(&head);
-    bytes_writer_init(&whole);
+    bytes_writer_init(whole);
     const struct message_result m = {.frame_id = tile->frame_id,
                                      .index = tile->index,
                                      .generation = tile->generation,
@@ -221,16 +224,83 @@ static void tile_flip(struct fake *f, uint64_t request_id, const struct message_
     message_encode_result(&head, &m);
     frame_header(header, MESSAGE_RESULT, request_id, head.data, (uint32_t)head.size_bytes,
                  packed->data, (uint32_t)packed->size_bytes);
-    bytes_write_raw(&whole, header, sizeof header);
-    bytes_write_raw(&whole, head.data, head.size_bytes);
-    bytes_write_raw(&whole, packed->data, packed->size_bytes);
-    size_t payload_bytes = whole.size_bytes - FRAME_HEADER_BYTES;
-    size_t bit = (f->answers * 2654435761u) % (8 * payload_bytes);
-    whole.data[FRAME_HEADER_BYTES + bit / 8] ^= (uint8_t)(1u << (bit % 8));
-    f->answers++;
-    send_raw(f, whole.data, whole.size_bytes);
+    bytes_write_raw(whole, header, sizeof header);
+    bytes_write_raw(whole, head.data, head.size_bytes);
+    bytes_write_raw(whole, packed->data, packed->size_bytes);
     bytes_writer_fini(&head);
-    bytes_writer_fini(&whole);
+}
+
+static void send_whole(struct fake *f, struct bytes_writer *whole)
+{
+    f->answers++;
+    send_raw(f, whole->data, whole->size_bytes);
+    bytes_writer_fini(whole);
+}
+
+static void flip(struct bytes_writer *whole, size_t bit)
+{
+    whole->data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
+}
+
+/* The whole frame is right but for one bit, after the checksum was made. */
+static void tile_flip(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+{
+    struct bytes_writer whole;
+    whole_result(f, request_id, tile, &whole);
+    size_t payload_bytes = whole.size_bytes - FRAME_HEADER_BYTES;
+    flip(&whole, 8 * FRAME_HEADER_BYTES + (f->answers * 2654435761u) % (8 * payload_bytes));
+    send_whole(f, &whole);
+}
+
+/* The coordinator may wait for what a damaged length promised: the link ends. */
+static void end_soon(struct fake *f)
+{
+    struct pollfd p = {.fd = f->fd, .events = POLLIN};
+    uint8_t ignored[4096];
+    while (f->fd >= 0 && poll(&p, 1, END_MS) > 0)
+        if (recv(f->fd, ignored, sizeof ignored, 0) <= 0) break;
+    if (f->fd >= 0) lose(f);
+}
+
+/* One bit of the header after the other, a link each. */
+static void tile_header(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+{
+    struct bytes_writer whole;
+    whole_result(f, request_id, tile, &whole);
+    flip(&whole, f->answers % (8 * FRAME_HEADER_BYTES));
+    send_whole(f, &whole);
+    end_soon(f);
+}
+
+/* splitmix64, of the number of the answer. */
+static uint64_t random_of(uint64_t x)
+{
+    x += 0x9e3779b97f4a7c15u;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+}
+
+/* One to eight bytes of the body are others than the checksum says, a link each. */
+static void tile_mutate(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+{
+    struct bytes_writer whole;
+    whole_result(f, request_id, tile, &whole);
+    const uint64_t seed = random_of(f->answers);
+    const size_t body_bytes = whole.size_bytes - FRAME_HEADER_BYTES;
+    for (uint64_t i = 0; i < 1 + seed % 8; i++) {
+        const uint64_t r = random_of(seed + i);
+        whole.data[FRAME_HEADER_BYTES + (r >> 8) % body_bytes] ^= (uint8_t)(1 + r % 255);
+    }
+    send_whole(f, &whole);
+    end_soon(f);
+}
+
+static void tile_die(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+{
+    (void)request_id;
+    (void)tile;
+    lose(f);
 }
 
 static void answer_once(struct fake *f, uint64_t request_id, const struct message_tile *tile,
@@ -306,6 +376,9 @@ static const struct script scripts[] = {
     {"silent", "takes tiles, says nothing", tile_ignored, true},
     {"garbage", "random bytes in place of a result", tile_garbage, false},
     {"flip", "a right result with one bit flipped on the wire", tile_flip, false},
+    {"header", "right results, each with another bit of its header flipped", tile_header, false},
+    {"mutate", "right results with one to eight bytes of their body changed", tile_mutate, false},
+    {"die", "takes a tile and is gone", tile_die, false},
     {"lie", "samples of another tile size", tile_lie, false},
     {"nan", "samples that are not finite", tile_nan, false},
     {"stale", "a result of an older generation", tile_stale, false},
@@ -339,7 +412,13 @@ static void send_hello(struct fake *f)
     if (plays(f, "wrong-isa")) isa = strcmp(isa, "sse4.2") == 0 ? "avx2" : "sse4.2";
     snprintf(m.isa, sizeof m.isa, "%s", isa);
     snprintf(m.embree_version, sizeof m.embree_version, "%s", f->embree);
-    snprintf(m.name, sizeof m.name, "fake-%s", f->script->name);
+    if (f->name)
+        snprintf(m.name, sizeof m.name, "%s", f->name);
+    else if (f->script->tile == tile_header || f->script->tile == tile_mutate)
+        snprintf(m.name, sizeof m.name, "fake-%s-%llu", f->script->name, /* no quarantine */
+                 (unsigned long long)f->answers);
+    else
+        snprintf(m.name, sizeof m.name, "fake-%s", f->script->name);
     bytes_writer_init(&w);
     message_encode_hello(&w, &m);
     send_message(f, MESSAGE_HELLO, f->next_request++, &w, NULL, 0);
@@ -546,7 +625,7 @@ static int play(struct fake *f)
 static int usage(void)
 {
     fputs("usage: fake_worker --connect ADDRESS --script NAME [--threads N] [--seconds S]\n"
-          "                   [--tiles N] [--reconnects N] [--embree VERSION]\n",
+          "                   [--tiles N] [--reconnects N] [--embree VERSION] [--name NAME]\n",
           stderr);
     for (size_t i = 0; i < sizeof scripts / sizeof scripts[0]; i++)
         fprintf(stderr, "  %-22s %s\n", scripts[i].name, scripts[i].text);
@@ -559,6 +638,8 @@ static bool take_option(struct fake *f, const char *name, const char *value)
         f->address = value;
     else if (strcmp(name, "--embree") == 0)
         f->embree = value;
+    else if (strcmp(name, "--name") == 0)
+        f->name = value;
     else if (strcmp(name, "--threads") == 0)
         f->threads = (uint32_t)strtoul(value, NULL, 10);
     else if (strcmp(name, "--seconds") == 0)

@@ -40,18 +40,19 @@ struct world {
     uint32_t next_index, results, returned, faulted;
     uint64_t worker;
     struct fleet_tile last_returned;
+    enum fleet_return why;
     uint8_t *bytes[256]; /* results taken over */
     uint32_t size_bytes;
     uint8_t first_byte;
 };
 
-static bool next_tile(void *ctx, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out)
 {
     struct world *w = ctx;
-    assert_int_equal(capabilities, CAPABILITY_DIRECT);
+    assert_int_equal(asker->capabilities, CAPABILITY_DIRECT);
     if (w->tiles == 0) return false;
     w->tiles--;
-    w->worker = worker;
+    w->worker = asker->worker;
     *out = (struct fleet_tile){.frame_id = 7,
                                .index = w->next_index++,
                                .generation = w->generation,
@@ -86,12 +87,14 @@ static uint32_t result(void *ctx, uint64_t worker, const struct message_result *
     return w->verdict;
 }
 
-static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile)
+static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile,
+                     enum fleet_return why)
 {
     struct world *w = ctx;
     (void)worker;
     w->returned++;
     w->last_returned = *tile;
+    w->why = why;
 }
 
 static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault *fault)
@@ -622,6 +625,7 @@ static void silence_ends_a_session(void **state)
     peer_expect(&p, MESSAGE_FRAME, &f);
     peer_expect_close(&p);
     assert_int_equal(w->returned, 1);
+    assert_int_equal(w->why, FLEET_TAKEN_BACK);
     assert_int_equal(fleet_count(w->fleet), 0);
     peer_close(&p);
     world_close(w);

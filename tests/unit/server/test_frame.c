@@ -225,13 +225,20 @@ static void run(struct bench *b)
     uv_run(&b->loop, UV_RUN_DEFAULT);
 }
 
+static bool lease(struct bench *b, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
+{
+    const struct fleet_asker asker = {
+        .worker = worker, .capabilities = capabilities, .is_free = true};
+    return frame_lease(b->frame, &asker, out);
+}
+
 /* Two workers that take turns and do as they should. */
 static void render_in_order(struct bench *b, int32_t tile_px)
 {
     struct fleet_tile tile;
     begin(b, tile_px);
     uint32_t total = frame_tiles_total(b->frame);
-    for (uint64_t worker = 1; frame_lease(b->frame, worker, ~0u, &tile); worker ^= 3)
+    for (uint64_t worker = 1; lease(b, worker, ~0u, &tile); worker ^= 3)
         assert_int_equal(send_tile(b, worker, &tile, 0), 0);
     run(b);
     assert_int_equal(b->accepted, total);
@@ -308,15 +315,15 @@ static void a_return_tells_whether_the_tile_waits(void **state)
     struct bench *b = *state;
     struct fleet_tile tile, copy;
     begin(b, 32);
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(lease(b, 1, ~0u, &tile));
     assert_true(frame_copy(b->frame, 2, ~0u, &tile, &copy));
-    assert_false(frame_returned(b->frame, 1, &tile)); /* the copy is under way */
-    assert_true(frame_returned(b->frame, 2, &copy));
-    assert_false(frame_returned(b->frame, 2, &copy));
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_false(frame_returned(b->frame, 1, &tile, FLEET_GIVEN_BACK)); /* the copy is under way */
+    assert_true(frame_returned(b->frame, 2, &copy, FLEET_GIVEN_BACK));
+    assert_false(frame_returned(b->frame, 2, &copy, FLEET_GIVEN_BACK));
+    assert_true(lease(b, 1, ~0u, &tile));
     assert_true(frame_copy(b->frame, 2, ~0u, &tile, &copy));
     assert_int_equal(send_tile(b, 2, &copy, 0), 0);
-    assert_false(frame_returned(b->frame, 1, &tile)); /* the copy was first */
+    assert_false(frame_returned(b->frame, 1, &tile, FLEET_GIVEN_BACK)); /* the copy was first */
     frame_drop(&b->frame);
 }
 
@@ -331,14 +338,14 @@ static void bad_workers_change_nothing(void **state)
     uint32_t total = frame_tiles_total(b->frame);
     unsigned turn = 0;
     while (b->frame) {
-        while (b->frame && frame_lease(b->frame, 1 + turn % 3, ~0u, &tile)) {
+        while (b->frame && lease(b, 1 + turn % 3, ~0u, &tile)) {
             uint64_t worker = 1 + turn % 3;
             switch (turn++ % 7) {
             case 0: /* dies, and its result comes late: after another has the tile, or before */
-                frame_returned(b->frame, worker, &tile);
+                frame_returned(b->frame, worker, &tile, FLEET_GIVEN_BACK);
                 if (turn % 2) {
                     late = tile;
-                    assert_true(frame_lease(b->frame, worker + 1, ~0u, &tile));
+                    assert_true(lease(b, worker + 1, ~0u, &tile));
                     assert_int_equal(tile.index, late.index);
                     assert_int_equal(send_tile(b, worker, &late, 0), VERDICT_STALE);
                     assert_int_equal(send_tile(b, worker + 1, &tile, 0), 0);
@@ -385,7 +392,7 @@ static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
     begin(b, tile_px);
     const uint32_t passes = plan_pass_count(&b->plan), total = frame_tiles_total(b->frame);
     while (b->frame) {
-        while (b->frame && holding < 24 && frame_lease(b->frame, 1, ~0u, &held[holding])) {
+        while (b->frame && holding < 24 && lease(b, 1, ~0u, &held[holding])) {
             assert_true(held[holding].pass.number < passes);
             holding++;
         }
@@ -452,7 +459,7 @@ static void the_share_counts_bounce_rays(void **state)
     b->path_spp = 32;
     b->beside = INDIRECT_FILTER_CONSTANT;
     begin(b, 256);
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(lease(b, 1, ~0u, &tile));
     assert_int_equal(send_tile(b, 1, &tile, 0), 0);
     run(b);
     assert_true(frame_traced_share(b->frame) == 25.0 / 41.0);
@@ -467,7 +474,7 @@ static void the_share_counts_lens_samples(void **state)
     struct fleet_tile tile;
     b->lens = true;
     begin(b, 256);
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(lease(b, 1, ~0u, &tile));
     assert_int_equal(send_tile(b, 1, &tile, 0), 0);
     while (b->accepted == 0) uv_run(&b->loop, UV_RUN_ONCE);
     /* 4 bounce rays and 9 samples of the lens, and 9 more in the mean */
@@ -486,7 +493,7 @@ static void the_share_counts_samples(void **state)
     assert_int_equal(frame_tiles_total(b->frame), 3);
     for (uint32_t pass = 0; pass < 2; pass++) {
         assert_true(frame_traced_share(b->frame) == 0.25 * pass);
-        assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+        assert_true(lease(b, 1, ~0u, &tile));
         assert_int_equal(tile.pass.number, pass);
         assert_int_equal(tile.generation, pass + 1);
         assert_int_equal(frame_tiles_waiting(b->frame), 0);
@@ -500,7 +507,7 @@ static void the_share_counts_samples(void **state)
     assert_true(frame_traced_share(b->frame) == 0.5);
     assert_int_equal(b->encoded, 0);
     /* A result of another pass does not fit: it has planes that this one has not. */
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(lease(b, 1, ~0u, &tile));
     tile.pass.number = 0;
     assert_int_equal(send_tile(b, 1, &tile, 0), 0);
     run(b);
@@ -519,14 +526,14 @@ static void render_target(struct bench *b, bool badly, int32_t tile_px)
     b->extended = 0;
     begin(b, tile_px);
     while (b->frame) {
-        while (b->frame && holding < 16 && frame_lease(b->frame, 1, ~0u, &held[holding])) holding++;
+        while (b->frame && holding < 16 && lease(b, 1, ~0u, &held[holding])) holding++;
         if (holding > 0) {
             seed = seed * 1664525u + 1013904223u;
             const unsigned at = badly ? (seed >> 8) % holding : 0;
             const struct fleet_tile tile = held[at];
             held[at] = held[--holding];
             if (badly && seed >> 29 == 1)
-                frame_returned(b->frame, 1, &tile);
+                frame_returned(b->frame, 1, &tile, FLEET_GIVEN_BACK);
             else
                 assert_int_equal(send_tile(b, 1, &tile, 0), 0);
         }
@@ -594,7 +601,7 @@ static void check_second_lease(struct bench *b, uint32_t maps)
 {
     struct fleet_tile tile, again;
     uint8_t sides[2 * 32 * 32];
-    assert_true(frame_lease(b->frame, 1, ~0u, &tile));
+    assert_true(lease(b, 1, ~0u, &tile));
     assert_int_equal(plan_pass_check(&b->plan, &tile.pass), 0);
     const int32_t width = rect_width(tile.rect), height = rect_height(tile.rect);
     const size_t area = (size_t)width * (size_t)height;
@@ -606,8 +613,8 @@ static void check_second_lease(struct bench *b, uint32_t maps)
     else
         assert_null(tile.pass.lobes);
     assert_int_equal(plan_sides_check(&tile.pass, area), 0);
-    frame_returned(b->frame, 1, &tile);
-    assert_true(frame_lease(b->frame, 2, ~0u, &again));
+    frame_returned(b->frame, 1, &tile, FLEET_GIVEN_BACK);
+    assert_true(lease(b, 2, ~0u, &again));
     assert_true(again.index == tile.index && again.generation == tile.generation + 1);
     assert_memory_equal(again.counts, tile.counts, tile.counts_bytes);
 }
@@ -623,7 +630,7 @@ static void leases_carry_second_sets(void **state)
         b->extended = 0;
         begin(b, 32);
         while (b->extended == 0) {
-            while (frame_lease(b->frame, 1, ~0u, &tile)) {
+            while (lease(b, 1, ~0u, &tile)) {
                 assert_true(tile.counts == NULL && tile.pass.sides == NULL);
                 send_tile(b, 1, &tile, 0);
             }
@@ -647,7 +654,7 @@ static void a_target_may_be_dropped(void **state)
         b->extended = 0;
         begin(b, 32);
         while (b->extended < rounds || frame_tiles_waiting(b->frame) > 0) {
-            while (frame_lease(b->frame, 1, ~0u, &tile)) send_tile(b, 1, &tile, 0);
+            while (lease(b, 1, ~0u, &tile)) send_tile(b, 1, &tile, 0);
             uv_run(&b->loop, UV_RUN_ONCE);
             if (b->extended == rounds && frame_tiles_waiting(b->frame) == 0) break;
         }
@@ -664,7 +671,7 @@ static void a_hopeless_tile_fails_the_frame(void **state)
     begin(b, 64);
     for (uint64_t worker = 1; worker <= 3; worker++) {
         assert_non_null(b->frame);
-        assert_true(frame_lease(b->frame, worker, ~0u, &tile));
+        assert_true(lease(b, worker, ~0u, &tile));
         struct message_tile_fault fault = {.frame_id = 9,
                                            .index = tile.index,
                                            .generation = tile.generation,
@@ -684,7 +691,7 @@ static void a_dropped_frame_is_silent(void **state)
     struct bench *b = *state;
     struct fleet_tile tile;
     begin(b, 32);
-    for (int i = 0; i < 12 && frame_lease(b->frame, 1, ~0u, &tile); i++) send_tile(b, 1, &tile, 0);
+    for (int i = 0; i < 12 && lease(b, 1, ~0u, &tile); i++) send_tile(b, 1, &tile, 0);
     frame_drop(&b->frame);
     run(b);
     assert_int_equal(b->accepted + b->drawn + b->encoded + b->failed, 0);
@@ -700,8 +707,8 @@ static void capabilities_are_asked_for(void **state)
     struct frame_options options = {
         .id = 9, .layers = LAYER_BEAUTY, .plan = &b->plan, .team = b->team, .objects = &b->objects};
     assert_int_equal(frame_create(&options, &b->frame), 0);
-    assert_false(frame_lease(b->frame, 1, CAPABILITY_DIRECT, &tile));
-    assert_true(frame_lease(b->frame, 1, CAPABILITY_DIRECT | CAPABILITY_INDIRECT, &tile));
+    assert_false(lease(b, 1, CAPABILITY_DIRECT, &tile));
+    assert_true(lease(b, 1, CAPABILITY_DIRECT | CAPABILITY_INDIRECT, &tile));
     frame_drop(&b->frame);
 }
 

@@ -121,7 +121,7 @@ static void what_came_back_still_goes_first(void **state)
     const struct tile_wish wish = {.region = {192, 192, 256, 256}};
     uint32_t first = lease(&b);
     tile_queue_steer(b.q, &wish);
-    assert_true(tile_queue_return(b.q, ALICE, first, 1));
+    assert_int_equal(tile_queue_return(b.q, ALICE, first, 1, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(lease(&b), first);
     assert_int_equal(lease(&b), 15);
     tile_queue_destroy(&b.q);

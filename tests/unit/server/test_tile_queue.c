@@ -104,7 +104,7 @@ static void counts_a_result_once(void **state)
     assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_DUPLICATE);
     assert_int_equal(tile_queue_landed(q), 1);
     /* A return after the result is void. */
-    assert_true(tile_queue_return(q, ALICE, tile, generation));
+    assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(tile_queue_waiting(q), 3);
     tile_queue_destroy(&q);
 }
@@ -115,9 +115,10 @@ static void passes_a_lease_on(void **state)
     struct tile_queue *q = make(64, 64, 32, 64);
     uint32_t first, again, generation, next;
     assert_true(tile_queue_lease(q, ALICE, &first, &generation));
-    assert_true(tile_queue_return(q, BOB, first, generation)); /* not his: ignored */
+    assert_int_equal(tile_queue_return(q, BOB, first, generation, TILE_GIVEN_BACK),
+                     TILE_GOES_ON); /* not his: ignored */
     assert_int_equal(tile_queue_waiting(q), 3);
-    assert_true(tile_queue_return(q, ALICE, first, generation));
+    assert_int_equal(tile_queue_return(q, ALICE, first, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_true(tile_queue_lease(q, BOB, &again, &next));
     assert_int_equal(again, first); /* what came back goes first */
     assert_int_equal(next, generation + 1);
@@ -139,7 +140,8 @@ static void takes_a_late_result_of_a_waiting_tile(void **state)
     struct tile_queue *q = make(64, 64, 32, 64);
     uint32_t tiles[3], generation, again;
     for (int i = 0; i < 3; i++) assert_true(tile_queue_lease(q, ALICE, &tiles[i], &generation));
-    for (int i = 0; i < 3; i++) assert_true(tile_queue_return(q, ALICE, tiles[i], 1));
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(tile_queue_return(q, ALICE, tiles[i], 1, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 2), VERDICT_FOREIGN);
     assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_ACCEPTED);
     assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_DUPLICATE);
@@ -183,7 +185,64 @@ static void fails_when_a_tile_never_stays(void **state)
     uint32_t tile, generation;
     for (int i = 1; i <= TILE_QUEUE_RETURNS; i++) {
         assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
-        assert_int_equal(tile_queue_return(q, ALICE, tile, generation), i < TILE_QUEUE_RETURNS);
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK),
+                         i < TILE_QUEUE_RETURNS ? TILE_GOES_ON : TILE_CAME_BACK_OFTEN);
+    }
+    tile_queue_destroy(&q);
+}
+
+static void a_tile_that_ends_its_workers_is_deadly(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 32, 32, 64); /* two tiles */
+    uint32_t tile, generation, other, unused;
+    assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+    assert_false(tile_queue_gives_suspect(q));
+    assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
+    assert_true(tile_queue_gives_suspect(q) && tile_queue_is_suspect(q, tile));
+    for (int death = 2; death <= TILE_QUEUE_DEATHS; death++) {
+        assert_true(tile_queue_lease(q, BOB, &other, &generation));
+        assert_int_equal(other, tile);
+        assert_false(tile_queue_gives_suspect(q));
+        assert_false(tile_queue_copy(q, CAROL, tile, generation, &unused)); /* one at a time */
+        assert_int_equal(tile_queue_return(q, BOB, tile, generation, TILE_DIED),
+                         death < TILE_QUEUE_DEATHS ? TILE_GOES_ON : TILE_IS_DEADLY);
+    }
+    tile_queue_destroy(&q);
+}
+
+static void who_comes_back_has_not_died(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (uint64_t worker = 100; worker < 108; worker++) {
+        assert_true(tile_queue_lease(q, worker, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, worker, tile, generation, TILE_DIED), TILE_GOES_ON);
+        tile_queue_survived(q, worker);
+        assert_false(tile_queue_is_suspect(q, tile));
+    }
+    tile_queue_destroy(&q);
+}
+
+static void what_lands_is_no_suspect(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (int i = 0; i < 2; i++) {
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
+    }
+    assert_true(tile_queue_lease(q, BOB, &tile, &generation));
+    assert_int_equal(tile_queue_receive(q, BOB, tile, generation), VERDICT_ACCEPTED);
+    tile_queue_land(q, tile);
+    assert_false(tile_queue_is_suspect(q, tile));
+    tile_queue_extend(q, tile, 1);
+    assert_false(tile_queue_gives_suspect(q));
+    for (int i = 0; i < 2; i++) { /* the next pass has its own count */
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
     }
     tile_queue_destroy(&q);
 }
@@ -290,7 +349,7 @@ static void leases_hold_in_every_pass(void **state)
     (void)state;
     struct tile_queue *q = make_passes(32, 32, 32, 64, 3);
     lease(q, ALICE, 0, 1, 0);
-    assert_true(tile_queue_return(q, ALICE, 0, 1));
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 1, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(tile_queue_receive(q, CAROL, 0, 1), VERDICT_ACCEPTED); /* late, not begun */
     tile_queue_land(q, 0);
     assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while it waits */
@@ -298,7 +357,7 @@ static void leases_hold_in_every_pass(void **state)
     lease(q, ALICE, 0, 2, 1);
     assert_int_equal(tile_queue_reissued(q), 0);
     assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while leased */
-    assert_true(tile_queue_return(q, ALICE, 0, 2));
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 2, TILE_GIVEN_BACK), TILE_GOES_ON);
     lease(q, BOB, 0, 3, 1);
     assert_int_equal(tile_queue_reissued(q), 1);
     assert_int_equal(tile_queue_receive(q, ALICE, 0, 2), VERDICT_STALE);
@@ -334,7 +393,7 @@ static void a_copy_is_as_good(void **state)
     /* The first lease comes back: the copy stays, and is not given again. */
     lease(q, ALICE, 0, 3, 1);
     assert_true(tile_queue_copy(q, BOB, 0, 3, &copy));
-    assert_true(tile_queue_return(q, ALICE, 0, 3));
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 3, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(tile_queue_waiting(q), 0);
     assert_int_equal(tile_queue_receive(q, ALICE, 0, 3), VERDICT_STALE);
     assert_true(tile_queue_copy(q, CAROL, 0, 4, &copy)); /* it is the tile's own now */
@@ -346,7 +405,7 @@ static void a_copy_is_as_good(void **state)
     assert_int_equal(tile_queue_receive(q, ALICE, 0, 6), VERDICT_ACCEPTED);
     tile_queue_reject(q, 0);
     assert_int_equal(tile_queue_waiting(q), 0);
-    assert_true(tile_queue_return(q, BOB, 0, 7));
+    assert_int_equal(tile_queue_return(q, BOB, 0, 7, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(tile_queue_waiting(q), 1);
     lease(q, ALICE, 0, 8, 2);
     assert_true(tile_queue_copy(q, BOB, 0, 8, &copy));
@@ -367,7 +426,7 @@ static void each_pass_has_its_own_patience(void **state)
     for (uint32_t pass = 0; pass < 8; pass++) {
         for (int i = 1; i < TILE_QUEUE_RETURNS; i++) {
             assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
-            assert_true(tile_queue_return(q, ALICE, tile, generation));
+            assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
         }
         assert_true(tile_queue_lease(q, BOB, &tile, &generation));
         assert_int_equal(tile_queue_pass(q, tile), pass);
@@ -416,7 +475,8 @@ static void survive(uint32_t passes)
         unsigned what = (seed >> 16) % 8;
         /* Some come back and are sent late: at once, by another name, or after others were leased.
          */
-        if (what == 0) assert_true(tile_queue_return(q, worker, tile, generation));
+        if (what == 0)
+            assert_int_equal(tile_queue_return(q, worker, tile, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
         if (what == 0 && seed & 64) continue;
         if (what == 0) worker = 9;
         if (tile_queue_receive(q, worker, tile, generation) == VERDICT_ACCEPTED) {
@@ -451,6 +511,9 @@ int main(void)
         cmocka_unit_test(takes_a_late_result_of_a_waiting_tile),
         cmocka_unit_test(fails_by_three_different_workers),
         cmocka_unit_test(fails_when_a_tile_never_stays),
+        cmocka_unit_test(a_tile_that_ends_its_workers_is_deadly),
+        cmocka_unit_test(who_comes_back_has_not_died),
+        cmocka_unit_test(what_lands_is_no_suspect),
         cmocka_unit_test(gives_pass_after_pass),
         cmocka_unit_test(ends_window_after_window),
         cmocka_unit_test(idle_workers_open_the_next_window),

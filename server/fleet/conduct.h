@@ -1,0 +1,48 @@
+#pragma once
+/* What is held against workers: three strikes within ten minutes put a worker in quarantine for ten
+ * minutes. It stays connected, so that an operator sees it and may take it back, and gets no tiles.
+ *
+ * A strike is a result that does not fit its plan, a message that breaks the protocol, silence
+ * while tiles are held, or tiles without progress. Its link's end is none: machines are switched
+ * off.
+ *
+ * Workers are known by name and by whether they are local, since a link's id ends with the link.
+ * Pure data; the clock is the caller's. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "proto/limits.h"
+
+#define CONDUCT_STRIKES       3
+#define CONDUCT_WINDOW_MS     600000u /* strikes older than this are forgotten */
+#define CONDUCT_QUARANTINE_MS 600000u
+#define CONDUCT_KNOWN         256 /* workers with strikes; beyond, the one longest without is forgotten */
+
+enum strike { STRIKE_CORRUPT, STRIKE_PROTOCOL, STRIKE_SILENT, STRIKE_STALLED, STRIKE_COUNT };
+
+/* For people: "sent results that do not fit their plan". */
+const char *strike_text(enum strike kind);
+/* For metrics: "corrupt". */
+const char *strike_name(enum strike kind);
+
+struct conduct_record {
+    char name[LIMIT_NAME_BYTES];
+    bool local, is_used;
+    uint64_t struck_ms[CONDUCT_STRIKES]; /* the last ones, newest first; 0: none */
+    uint64_t until_ms;                   /* of the quarantine; 0: there is none */
+    enum strike last;
+};
+
+/* Zero-initialised knows nobody. */
+struct conduct {
+    struct conduct_record records[CONDUCT_KNOWN];
+};
+
+/* True when this strike begins a quarantine. now_ms is above 0 and never falls. */
+bool conduct_strike(struct conduct *c, const char *name, bool local, enum strike kind,
+                    uint64_t now_ms);
+/* The record of a worker that is in quarantine now, borrowed until the next call; else NULL. */
+const struct conduct_record *conduct_quarantine(const struct conduct *c, const char *name,
+                                                bool local, uint64_t now_ms);
+/* Nothing is held against it any more. */
+void conduct_forgive(struct conduct *c, const char *name, bool local);

@@ -1,0 +1,79 @@
+/* What follows from how workers behave: strikes, quarantine and its end; who died, and who only
+ * lost the link. */
+#include <stdio.h>
+#include <string.h>
+
+#include "server/fleet/fleet_work.h"
+
+void fleet_struck(void *ctx, struct session *s, enum strike kind)
+{
+    struct fleet *fleet = ctx;
+    const uint64_t now_ms = uv_now(fleet->loop);
+    if (fleet->closing) return;
+    fleet->totals.strikes[kind]++;
+    if (!conduct_strike(&fleet->conduct, s->hello.name, s->local, kind, now_ms)) return;
+    fleet->totals.quarantined++;
+    session_quarantine(s, now_ms + CONDUCT_QUARANTINE_MS);
+}
+
+void fleet_strike(struct fleet *fleet, uint64_t worker)
+{
+    struct session *s = fleet_find_session(fleet, worker);
+    if (s) fleet_struck(fleet, s, STRIKE_CORRUPT);
+}
+
+void fleet_forgive(struct fleet *fleet)
+{
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        struct session *s = fleet->sessions[i];
+        const struct conduct_record *record =
+            conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
+        if (!record || record->last != STRIKE_CORRUPT) continue;
+        conduct_forgive(&fleet->conduct, s->hello.name, s->local);
+        session_quarantine(s, 0);
+    }
+}
+
+bool fleet_note_gone(void *ctx, const struct session *s)
+{
+    struct fleet *fleet = ctx;
+    for (unsigned i = 0; i < STOPPED_KNOWN && s->local; i++)
+        if (fleet->stopped[i] > 0 && (uint64_t)fleet->stopped[i] == s->hello.pid) return false;
+    struct gone *gone = &fleet->gone[fleet->gone_next++ % GONE_KNOWN];
+    *gone = (struct gone){.pid = s->hello.pid, .id = s->id, .local = s->local};
+    snprintf(gone->name, sizeof gone->name, "%s", s->hello.name);
+    return true;
+}
+
+/* A process that died does not come back under its number; machines have numbers of their own, and
+ * are told apart by name. */
+static bool is_same_process(const struct gone *gone, const struct session *s)
+{
+    return gone->id != 0 && gone->pid == s->hello.pid && gone->local == s->local &&
+           (s->local || strcmp(gone->name, s->hello.name) == 0);
+}
+
+static void survived(struct fleet *fleet, struct gone *gone)
+{
+    const uint64_t id = gone->id;
+    gone->id = 0;
+    if (!fleet->closing && fleet->client.survived) fleet->client.survived(fleet->client.ctx, id);
+}
+
+void fleet_note_joined(struct fleet *fleet, const struct session *s)
+{
+    for (unsigned i = 0; i < GONE_KNOWN; i++) {
+        struct gone *gone = &fleet->gone[i];
+        if (is_same_process(gone, s)) survived(fleet, gone);
+    }
+}
+
+void fleet_note_stopped(void *ctx, int64_t pid)
+{
+    struct fleet *fleet = ctx;
+    fleet->stopped[fleet->stopped_next++ % STOPPED_KNOWN] = pid;
+    for (unsigned i = 0; i < GONE_KNOWN; i++) {
+        struct gone *gone = &fleet->gone[i];
+        if (gone->id != 0 && gone->local && gone->pid == (uint64_t)pid) survived(fleet, gone);
+    }
+}

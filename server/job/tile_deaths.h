@@ -1,0 +1,28 @@
+#pragma once
+/* Which workers have died at which tiles of a frame. Few are expected: a plain list.
+ *
+ * A worker whose link broke may come back, or turn out to have been stopped by somebody: it has not
+ * died of its tiles then. */
+#include <stdbool.h>
+#include <stdint.h>
+
+struct tile_death {
+    uint64_t worker;
+    uint32_t tile;
+};
+
+/* Zero-initialised is empty. */
+struct tile_deaths {
+    struct tile_death *list; /* owned */
+    uint32_t count, capacity;
+};
+
+void tile_deaths_fini(struct tile_deaths *d);
+
+/* Without memory the death is forgotten: the tile's returns are counted, too. */
+void tile_deaths_add(struct tile_deaths *d, uint32_t tile, uint64_t worker);
+/* Workers that died at the tile since it was cleared last. */
+uint32_t tile_deaths_of(const struct tile_deaths *d, uint32_t tile);
+void tile_deaths_clear(struct tile_deaths *d, uint32_t tile);
+/* This worker has not died of them. */
+void tile_deaths_survived(struct tile_deaths *d, uint64_t worker);
