@@ -120,6 +120,27 @@ static void smooth(const struct residual *r, int32_t radius, const float *in, fl
     }
 }
 
+/* Plain averages of a row, of n samples each. */
+static void average_row(const struct residual *r, uint32_t n, uint32_t c, int32_t y)
+{
+    const struct lens_field *f = r->field;
+    const size_t area = 3 * (size_t)rect_area(f->patch->rect), width = (size_t)r->width;
+    const float *in = lens_light(f, 0, c, f->wide.x0, f->wide.y0 + y);
+    float *out = r->average[c] + (size_t)y * width;
+    size_t x = 0;
+    for (; x + RUN <= width; x += RUN) {
+        float sum[RUN] = {0};
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i < RUN; i++) sum[i] += in[j * area + x + i];
+        for (size_t i = 0; i < RUN; i++) out[x + i] = sum[i] / (float)n;
+    }
+    for (; x < width; x++) {
+        float sum = 0.0f;
+        for (size_t j = 0; j < n; j++) sum += in[j * area + x];
+        out[x] = sum / (float)n;
+    }
+}
+
 /* Averages, and how much their squared errors may be, summed over the channels: the samples'
  * variance over the lens, as the layers know it, over their number. Strata keep most errors below
  * that, the more of them the farther, but not those of small bright lights. */
@@ -129,16 +150,9 @@ static void load(struct residual *r)
     const uint32_t n = f->l * f->l;
     const float strata = NOISE_LENS * sqrtf(sqrtf(9.0f / (float)n)) / (float)n;
     for (uint32_t c = 0; c < 3; c++) {
-        memset(r->average[c], 0, r->area * sizeof(float));
-        memcpy(r->picture[c], f->light[c], r->area * sizeof(float));
-        for (uint32_t j = 0; j < n; j++)
-            for (int32_t y = 0; y < r->height; y++) {
-                const float *in = lens_light(f, j, c, f->wide.x0, f->wide.y0 + y);
-                add_numbers(r->average[c] + (size_t)y * (size_t)r->width, in, (size_t)r->width);
-            }
-        divide_numbers(r->average[c], (float)n, r->area);
+        for (int32_t y = 0; y < r->height; y++) average_row(r, n, c, y);
         for (size_t p = 0; p < r->area; p++)
-            if (!(f->share[p] > 0.0f)) r->picture[c][p] = r->average[c][p];
+            r->picture[c][p] = f->share[p] > 0.0f ? f->light[c][p] : r->average[c][p];
     }
     for (size_t p = 0; p < r->area; p++) {
         const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];
