@@ -79,33 +79,64 @@ static void forget_counts(const struct lens_field *f)
         f->count[lens_seen(f, f->seen.x0, y)] = UNCOUNTED;
 }
 
-/* How many samples in focus and beyond the pixels of a row of `seen` have; few rows are asked for.
- * Arrays of the layer at hand hold them, which this one has no use for. */
-static const float *counts_of(const struct lens_field *f, int32_t y)
+/* How far along the row the next pixel is that has some; beyond LENS_FOCUS_REACH_PX whatever. */
+static void find_next(const float *counts, int32_t width, float *next)
+{
+    float from = LENS_FOCUS_REACH_PX + 1.0f;
+    for (int32_t x = 0; x < width; x++) {
+        from = counts[x] > 0.0f ? 0.0f : from + 1.0f;
+        next[x] = from;
+    }
+    from = LENS_FOCUS_REACH_PX + 1.0f;
+    for (int32_t x = width - 1; x >= 0; x--) {
+        from = counts[x] > 0.0f ? 0.0f : from + 1.0f;
+        next[x] = from < next[x] ? from : next[x];
+    }
+}
+
+/* Counts how many samples in focus and beyond the pixels of a row of `seen` have; few rows are
+ * asked for. Arrays of the layer at hand hold them, which this one has no use for. */
+static void count_row(const struct lens_field *f, int32_t y)
 {
     const size_t at = lens_seen(f, f->seen.x0, y), width = (size_t)rect_width(f->seen);
     float low, high;
-    if (f->count[at] >= 0.0f) return f->count + at;
+    if (f->count[at] >= 0.0f) return;
     lens_layer_slopes(LENS_FOCUS, &low, &high);
     memset(f->slopes + at, 0, width * sizeof(float));
     memset(f->count + at, 0, width * sizeof(float));
     for (uint32_t j = 0; j < f->l * f->l; j++)
         f->kernels->slopes(lens_slopes(f, j, f->seen.x0, y), -INFINITY, high, (uint32_t)width,
                            f->slopes + at, f->count + at);
-    return f->count + at;
+    find_next(f->count + at, (int32_t)width, f->pass + at);
+}
+
+/* How far the nearest pixel is that has samples in focus or beyond, in rows or columns, whichever
+ * are more; more than LENS_FOCUS_REACH_PX: too far. */
+static int32_t find_ring(const struct lens_field *f, int32_t x, int32_t y)
+{
+    float ring = LENS_FOCUS_REACH_PX + 1.0f;
+    for (int32_t v = y - LENS_FOCUS_REACH_PX; v <= y + LENS_FOCUS_REACH_PX; v++) {
+        if (v < f->seen.y0 || v >= f->seen.y1) continue;
+        count_row(f, v);
+        const float across = f->pass[lens_seen(f, x, v)], down = (float)(v < y ? y - v : v - y);
+        const float from = across > down ? across : down;
+        ring = from < ring ? from : ring;
+    }
+    return (int32_t)ring;
 }
 
 /* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
 static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
     const struct rect r = f->seen;
-    for (int32_t k = 1; k <= LENS_FOCUS_REACH_PX && !(sum->all > 0.0f); k++)
-        for (int32_t v = y - k; v <= y + k; v++) {
-            if (v < r.y0 || v >= r.y1) continue;
-            const float *counts = counts_of(f, v);
-            for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
-                if (u >= r.x0 && u < r.x1 && counts[u - r.x0] > 0.0f) add_focus(f, u, v, sum);
-        }
+    const int32_t k = find_ring(f, x, y);
+    if (k > LENS_FOCUS_REACH_PX) return;
+    for (int32_t v = y - k; v <= y + k; v++) {
+        if (v < r.y0 || v >= r.y1) continue;
+        const float *counts = f->count + lens_seen(f, r.x0, v);
+        for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
+            if (u >= r.x0 && u < r.x1 && counts[u - r.x0] > 0.0f) add_focus(f, u, v, sum);
+    }
 }
 
 /* What is in focus, under what nearer layers let through. */

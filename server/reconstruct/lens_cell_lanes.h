@@ -154,6 +154,9 @@ static void kernel_add(const struct lens_place *place, uint32_t count, float *su
     for (uint32_t i = 0; i < count; i += most) {
         const uint32_t at = i + most > count ? count - most : i;
         lanes_mask cell = {0};
+        __builtin_prefetch(p.slope + at + p.next);
+        if (!p.beyond)
+            for (int k = 0; k < 3; k++) __builtin_prefetch(p.light[k] + at + p.next);
         const uint32_t bits = lens_place_vector(&p, at, &cell) & ~0u << (i - at);
         if (bits) lens_add_vector(&p, at, bits, cell, sums);
     }

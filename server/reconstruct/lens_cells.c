@@ -141,6 +141,12 @@ static void find_pass(const struct lens_field *f, const struct lens_cells *c)
                        f->pass + first);
 }
 
+/* 1: every second row says enough of coarse cells. */
+static int32_t last_digit(const struct lens_cells *c)
+{
+    return c->coarse >= SPARE_LEVEL ? 1 : 0;
+}
+
 static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
                                   bool beyond)
 {
@@ -159,6 +165,7 @@ static struct lens_place place_of(const struct lens_field *f, const struct lens_
         .rows = rect_height(c->rect),
         .stride = c->stride,
         .phase_step = c->columns,
+        .next = (size_t)rect_width(f->patch->rect) << last_digit(c),
     };
 }
 
@@ -229,7 +236,7 @@ static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
 {
     const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
     struct lens_place place = place_of(f, c, beyond);
-    const int32_t last = c->coarse >= SPARE_LEVEL ? 1 : 0;
+    const int32_t last = last_digit(c);
     for (int32_t y = (c->pixels.y0 + last) & ~last; y < c->pixels.y1; y += 1 + last) {
         for (uint32_t j = 0; j < f->l * f->l; j++) {
             place.stratum = (float)(j % f->l);

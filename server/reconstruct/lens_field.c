@@ -55,10 +55,7 @@ static void place_lines(struct lens_field *f)
         for (uint32_t i = 0; i < f->l; i++) {
             float *height = f->height + i * area + row, *left = f->left + i * area + row;
             float *chord = f->chord + i * area + row;
-            if (aperture->bands == 0)
-                f->kernels->lines(f->l, i, width, across, height, left, chord);
-            else
-                lens_aperture_lines(aperture, f->l, i, width, across, height, left, chord);
+            f->kernels->lines(aperture, f->l, i, width, across, height, left, chord);
         }
     }
 }

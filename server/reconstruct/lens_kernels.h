@@ -4,6 +4,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct lens_aperture;
+
 #define LENS_LANES  16
 #define LENS_GROUPS 4 /* quarters of the aperture, each with a transparency of its own */
 #define LENS_LIGHTS 4 /* red, green, blue, and the sum of their squares */
@@ -57,6 +59,7 @@ struct lens_place {
     int32_t fixed;              /* all have the slope that others pass by */
     int32_t column, row;        /* of the first cell; row: from the pixels' own */
     int32_t columns, rows;      /* of all cells */
+    size_t next;                /* from a row's samples to those of the row added after it */
     int32_t stride, phase_step; /* cell (c, r): r stride + (c & (2^fine - 1)) phase_step + (c >>
                                    fine) */
 };
@@ -107,9 +110,9 @@ struct lens_kernels {
     /* Bits of the layers (lens_layer_of) of `count` slopes. */
     uint32_t (*layers)(const float *slope, uint32_t count);
 
-    /* lens_disc_lines of proto/lens_pattern.h. */
-    void (*lines)(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
-                  float *left, float *length);
+    /* lens_aperture_lines of proto/lens_pattern.h, to the last bit. */
+    void (*lines)(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
+                  const float *across, float *height, float *left, float *length);
 
     /* Adds the samples of a row, `count` of them, that are in the layer or beyond it, to the sums
      * of the cells that they lie in: LENS_CELL_SUMS of each cell, on 16 bytes. */

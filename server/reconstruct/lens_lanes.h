@@ -5,8 +5,10 @@
 
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lens_cell_lanes.h"
 #include "server/reconstruct/lens_kernels.h"
 #include "server/reconstruct/lens_layer.h"
+#include "server/reconstruct/lens_line_lanes.h"
 
 static inline lanes_vector lens_covered(lanes_vector reach, float distance)
 {
@@ -40,18 +42,25 @@ static inline void lens_sum_inner(const struct lens_gather *g, size_t first, uin
     }
 }
 
+/* Where nothing is covered nothing is added, not even zeros. */
 static inline void lens_sum_outer(const struct lens_gather *g, size_t first, uint32_t tap,
                                   uint32_t end, struct lens_sums *sum)
 {
     for (; tap < end; tap++) {
         const size_t at = (size_t)((ptrdiff_t)first + g->taps[tap].at);
+        lanes_vector in[LENS_VECTORS];
+        lanes_mask any = {0};
         for (size_t v = 0; v < LENS_VECTORS; v++) {
-            const size_t to = at + v * LANES_PER_VECTOR;
-            const lanes_vector in = lens_covered(lanes_load_vector(g->plane[LENS_CELL_REACH] + to),
-                                                 g->taps[tap].distance);
-            for (int s = 0; s < LENS_SUMS; s++)
-                sum->v[v][s] += in * lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + to);
+            in[v] = lens_covered(
+                lanes_load_vector(g->plane[LENS_CELL_REACH] + at + v * LANES_PER_VECTOR),
+                g->taps[tap].distance);
+            any |= in[v] > 0.0f;
         }
+        if (!lens_signs(any)) continue;
+        for (size_t v = 0; v < LENS_VECTORS; v++)
+            for (int s = 0; s < LENS_SUMS; s++)
+                sum->v[v][s] += in[v] * lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + at +
+                                                          v * LANES_PER_VECTOR);
     }
 }
 
@@ -80,8 +89,11 @@ static uint32_t kernel_layers(const float *slope, uint32_t count)
     return bits;
 }
 
-static void kernel_lines(uint32_t l, uint32_t i, uint32_t count, const float *across, float *height,
-                         float *left, float *length)
+static void kernel_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
+                         const float *across, float *height, float *left, float *length)
 {
-    lens_disc_lines(l, i, count, across, height, left, length);
+    if (a->bands == 0)
+        lens_disc_lines(l, i, count, across, height, left, length);
+    else
+        lens_band_lines(a, l, i, count, across, height, left, length);
 }

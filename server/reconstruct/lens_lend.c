@@ -3,8 +3,7 @@
 #include <immintrin.h>
 #include <string.h>
 
-#define ALL    15
-#define BESIDE 3 /* columns, and rows, of pixels that have nothing */
+#define ALL 15
 
 /* Less than this of the pixels around is nobody's surface. */
 #define WEIGHT_MIN 1e-3f
@@ -34,7 +33,7 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
 
 static void clear_edges(struct lens_lenders *l)
 {
-    const size_t rows = (size_t)rect_height(l->rect) + BESIDE, all = l->width;
+    const size_t rows = (size_t)rect_height(l->rect) + LENS_LENDERS_BESIDE, all = l->width;
     const size_t bytes = sizeof *l->pixels;
     memset(l->pixels, 0, all * bytes);
     for (size_t y = 1; y < rows - 2; y++) {
@@ -47,8 +46,8 @@ static void clear_edges(struct lens_lenders *l)
 int lens_lenders_create(const struct plan *plan, const struct patch *patch,
                         const struct lighting *lighting, struct rect rect, struct lens_lenders *out)
 {
-    const size_t width = (size_t)rect_width(rect), all = width + BESIDE;
-    const size_t area = all * ((size_t)rect_height(rect) + BESIDE);
+    const size_t width = (size_t)rect_width(rect), all = width + LENS_LENDERS_BESIDE;
+    const size_t area = all * ((size_t)rect_height(rect) + LENS_LENDERS_BESIDE);
     struct lens_lenders *l = out;
     *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
     l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + 3 * width * sizeof(float));

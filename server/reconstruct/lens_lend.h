@@ -4,6 +4,8 @@
 #include "server/reconstruct/lighting.h"
 #include "server/reconstruct/surface.h"
 
+#define LENS_LENDERS_BESIDE 3 /* columns, and rows, of pixels that have nothing */
+
 typedef float lens_quad __attribute__((vector_size(16), aligned(16)));
 
 /* Zeros: the pixel has no lighting. */

@@ -6,6 +6,7 @@
 #include "proto/shared_exponent.h"
 #include "server/reconstruct/lens_axis_aligned.h"
 #include "server/reconstruct/lens_field.h"
+#include "server/reconstruct/lens_hidden.h"
 #include "server/reconstruct/lens_lend.h"
 #include "server/reconstruct/lens_residual.h"
 #include "server/reconstruct/lens_row.h"
@@ -30,6 +31,9 @@ struct lit_lens {
     struct lens_wanted wanted;
     struct lens_lenders lenders;
     struct lens_row row;
+    struct lens_hidden hidden;
+    bool shares; /* other filters do not read far enough around a block */
+    int error;   /* the first */
     struct rect seen, block;
     float *least, *light[3]; /* of the row: slopes that are read, and what falls on samples */
     float *radiance;
@@ -45,12 +49,17 @@ static int create(struct lit_lens *f, const struct lighting *lighting, struct re
     f->least = at;
     for (size_t c = 0; c < 3; c++) f->light[c] = at + (c + 1) * width;
     lens_wanted_init(f->plan, f->block, f->seen, &f->wanted);
-    const int error = lens_row_create(f->plan, f->patch, width, lens_lenders_around(lit), &f->row);
-    return error ? error : lens_lenders_create(f->plan, f->patch, lighting, lit, &f->lenders);
+    int error = lens_row_create(f->plan, f->patch, width, lens_lenders_around(lit), &f->row);
+    if (!error) error = lens_lenders_create(f->plan, f->patch, lighting, lit, &f->lenders);
+    if (error) return error;
+    return lens_hidden_create(f->patch->scratch, f->lenders.width,
+                              (size_t)rect_height(lit) + LENS_LENDERS_BESIDE,
+                              f->plan->lens_strata_per_axis, &f->hidden);
 }
 
 static void fini(struct lit_lens *f)
 {
+    lens_hidden_fini(&f->hidden);
     scratch_give(f->patch->scratch, f->lenders.pixels);
     if (f->row.patch) lens_row_fini(&f->row);
     scratch_give(f->patch->scratch, f->memory);
@@ -79,7 +88,18 @@ static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
                           r->y_low + (float)r->row[i]);
 }
 
-/* By fields; samples that find none keep what their paths have found. */
+/* A sample that no field lights. What its path has found waits for that of others around. */
+static void hide(struct lit_lens *f, uint32_t sample, uint32_t i)
+{
+    const float own[3] = {f->light[0][i], f->light[1][i], f->light[2][i]};
+    if (f->error) return;
+    const int shares =
+        lens_hidden_add(&f->hidden, &f->row.samples, i, own, sample_at(f, sample) + i);
+    for (int c = 0; shares > 0 && c < 3; c++) f->light[c][i] = 0.0f;
+    f->error = shares < 0 ? shares : 0;
+}
+
+/* By fields. Samples that find none keep what their paths have found, or share it. */
 static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
     const struct lens_light_row *r = &f->row.samples;
@@ -91,9 +111,10 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         const int32_t pixel = f->row.x + (int32_t)i;
         float light[3];
         if (!takes_light(albedo[i]) || !is_read(f, i, near)) continue;
-        const bool lit = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST &&
-                         lens_lend(&f->lenders, r, i, light);
+        const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
+        const bool lit = known && lens_lend(&f->lenders, r, i, light);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c];
+        if (known && !lit && f->shares) hide(f, sample, i);
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;
         f->statistics->samples_lit += lit ? 1 : 0;
         f->statistics->samples_own += lit ? 0 : 1;
@@ -180,12 +201,28 @@ static void light_row(struct lit_lens *f, int32_t y)
     }
 }
 
+/* The light of samples that share it, times albedo, beside what shines by itself. */
+static void light_hidden(const struct lit_lens *f)
+{
+    const size_t area = (size_t)rect_area(f->patch->rect);
+    for (size_t k = 0; k < f->hidden.count; k++) {
+        const size_t at = f->hidden.list[k].at, plane = at + 2 * (at / area) * area;
+        float light[3];
+        lens_hidden_share(&f->hidden, f->hidden.list[k].cell, light);
+        for (uint32_t c = 0; c < 3; c++) {
+            float *out = f->radiance + plane + c * area;
+            f->row.kernels->add(f->patch->lens_albedo + at, light + c, out, c, 1, out);
+        }
+    }
+}
+
 int lens_light_take(const struct plan *plan, const struct patch *patch,
                     const struct lighting *lighting, struct rect lit, struct rect seen,
                     struct rect block, float *radiance, struct lens_light_statistics *statistics)
 {
     struct lit_lens f = {.plan = plan,
                          .patch = patch,
+                         .shares = plan->lens_filter == LENS_FILTER_SHEARED,
                          .seen = seen,
                          .block = block,
                          .radiance = radiance,
@@ -193,8 +230,9 @@ int lens_light_take(const struct plan *plan, const struct patch *patch,
     if (!patch->lens_radiance || !patch->lens_slope || !patch->lens_depth || !patch->depth ||
         !patch->normal[0])
         return ERR_RANGE;
-    const int error = create(&f, lighting, lit);
-    for (int32_t y = seen.y0; !error && y < seen.y1; y++) light_row(&f, y);
+    f.error = create(&f, lighting, lit);
+    for (int32_t y = seen.y0; !f.error && y < seen.y1; y++) light_row(&f, y);
+    if (!f.error) light_hidden(&f);
     fini(&f);
-    return error;
+    return f.error;
 }

@@ -1,11 +1,20 @@
 /* What pixels see of a layer. */
+#include <immintrin.h>
 #include <math.h>
 #include <string.h>
 
 #include "server/reconstruct/lens_cells.h"
 
 #define TAPS_MOST 1024 /* a disc of 17 cells' radius */
+#define EVEN      0x88 /* of eight numbers */
+#define ODD       0xdd
 #define ALL_NEAR  ((1u << LENS_LANES) - 1u)
+
+struct tap {
+    struct lens_tap tap;
+    uint32_t group;
+    bool inner;
+};
 
 /* A row's pixels of one phase: those that lie in the same place of their cells. */
 struct look {
@@ -37,38 +46,49 @@ static void find_shares(struct look *look)
     for (uint32_t g = 0; g < LENS_GROUPS; g++) share[g] /= all; /* the nearest tap is in */
 }
 
-/* Taps of one group, after the first n: those that are within the reach of every slope of the
- * layer, or the others. */
-static uint32_t add_taps(struct look *look, float px, float py, uint32_t group, bool inner,
-                         uint32_t n)
+/* Cells around that of a pixel, whose centre is px cells to the right and py down of the corner of
+ * its first cell, that any slope of the layer takes there. */
+static uint32_t list_taps(const struct look *look, float px, float py, struct tap taps[TAPS_MOST])
 {
     const struct lens_cells *c = look->c;
     const float size = c->scale * look->f->shape.inradius;
     const float most = c->most * size + 0.5f, least = c->least * size - 0.5f;
     const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
     const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
+    uint32_t n = 0;
     for (int32_t y = -reach; y <= reach; y++) {
         for (int32_t x = -reach; x <= reach; x++) {
             const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
-            if (lens_shape_group(dx, dy) != group || n == TAPS_MOST) continue;
             const float distance = lens_shape_distance(&look->f->shape, dx, dy);
-            if (distance >= most || (distance <= least) != inner) continue;
-            look->taps[n].at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
-            look->taps[n++].distance = distance;
+            if (distance >= most || n == TAPS_MOST) continue;
+            taps[n].group = lens_shape_group(dx, dy);
+            taps[n].inner = distance <= least;
+            taps[n].tap.at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
+            taps[n++].tap.distance = distance;
         }
     }
     return n;
 }
 
-/* Cells around that of a pixel whose centre is px cells to the right and py down of the corner of
- * its first cell. */
+/* Taps of one group, after the first n: those that are within the reach of every slope of the
+ * layer, or the others. */
+static uint32_t add_taps(struct look *look, const struct tap *taps, uint32_t count, uint32_t group,
+                         bool inner, uint32_t n)
+{
+    for (uint32_t k = 0; k < count; k++)
+        if (taps[k].group == group && taps[k].inner == inner) look->taps[n++] = taps[k].tap;
+    return n;
+}
+
 static void find_taps(struct look *look, float px, float py)
 {
+    struct tap taps[TAPS_MOST];
+    const uint32_t count = list_taps(look, px, py, taps);
     uint32_t n = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {
-        n = add_taps(look, px, py, g, true, n);
+        n = add_taps(look, taps, count, g, true, n);
         look->gather.inner[g] = n;
-        n = add_taps(look, px, py, g, false, n);
+        n = add_taps(look, taps, count, g, false, n);
         look->gather.end[g] = n;
     }
     find_shares(look);
@@ -89,9 +109,25 @@ static void load_lanes(const float *from, size_t step, size_t count, float to[LE
 {
     if (step == 1 && count == LENS_LANES) {
         memcpy(to, from, LENS_LANES * sizeof *to);
-        return;
+    } else if (step == 2 && count == LENS_LANES) {
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            _mm_storeu_ps(to + i, _mm_shuffle_ps(_mm_loadu_ps(from + 2 * i),
+                                                 _mm_loadu_ps(from + 2 * i + 4), EVEN));
+    } else {
+        for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
     }
-    for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+}
+
+/* Every second number; those between stay. */
+static void store_second(const float from[LENS_LANES], float *to)
+{
+    for (size_t i = 0; i < LENS_LANES; i += 4) {
+        float *at = to + 2 * i;
+        const __m128 new = _mm_loadu_ps(from + i);
+        const __m128 old = _mm_shuffle_ps(_mm_loadu_ps(at), _mm_loadu_ps(at + 4), ODD);
+        _mm_storeu_ps(at, _mm_unpacklo_ps(new, old));
+        _mm_storeu_ps(at + 4, _mm_unpackhi_ps(new, old));
+    }
 }
 
 /* The reverse, of those lanes that are near the layer. */
@@ -99,6 +135,10 @@ static void store_lanes(const float from[LENS_LANES], uint32_t near, size_t step
 {
     if (step == 1 && near == ALL_NEAR) {
         memcpy(to, from, LENS_LANES * sizeof *to);
+        return;
+    }
+    if (step == 2 && near == ALL_NEAR) {
+        store_second(from, to);
         return;
     }
     for (; near; near &= near - 1) {

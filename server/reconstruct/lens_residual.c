@@ -8,6 +8,9 @@
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
+#define OWN_FACTOR   2.0f /* strata that fall on a pattern's repeats hide what varies */
+#define OWN_SLOPE    2.0f /* px; pixels farther out of focus do not stand by themselves */
+#define OWN_STRATA   2    /* an axis: fewer samples do not tell how they differ */
 
 /* Half the sides of the windows, largest first. */
 struct steps {
@@ -39,6 +42,7 @@ struct residual {
     float *average[3], *picture[3];
     float *mean[3], *there[3]; /* of the difference and of the picture, over the window */
     float *square, *found, *spare, *noise;
+    float *own; /* squared error of a pixel's average by its own samples, as if each were random */
     void *memory;
 };
 
@@ -51,7 +55,8 @@ static int create(const struct lens_field *f, struct residual *r)
     float **const planes[] = {&r->average[0], &r->average[1], &r->average[2], &r->picture[0],
                               &r->picture[1], &r->picture[2], &r->mean[0],    &r->mean[1],
                               &r->mean[2],    &r->there[0],   &r->there[1],   &r->there[2],
-                              &r->square,     &r->found,      &r->spare,      &r->noise};
+                              &r->square,     &r->found,      &r->spare,      &r->noise,
+                              &r->own};
     const size_t count = sizeof planes / sizeof *planes;
     float *at = r->memory = scratch_take(f->patch->scratch, count * r->area * sizeof *at);
     if (!at) return ERR_MEMORY;
@@ -120,6 +125,37 @@ static void smooth(const struct residual *r, int32_t radius, const float *in, fl
     }
 }
 
+/* Plain averages of a row, of n samples each, and sums of these samples' squares. */
+static void average_row(const struct residual *r, uint32_t n, uint32_t c, int32_t y)
+{
+    const struct lens_field *f = r->field;
+    const size_t area = 3 * (size_t)rect_area(f->patch->rect), width = (size_t)r->width;
+    const float *in = lens_light(f, 0, c, f->wide.x0, f->wide.y0 + y);
+    float *out = r->average[c] + (size_t)y * width, *squares = r->own + (size_t)y * width;
+    size_t x = 0;
+    for (; x + RUN <= width; x += RUN) {
+        float sum[RUN] = {0}, square[RUN] = {0};
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i < RUN; i++) {
+                const float v = in[j * area + x + i];
+                sum[i] += v;
+                square[i] += v * v;
+            }
+        for (size_t i = 0; i < RUN; i++) out[x + i] = sum[i] / (float)n;
+        for (size_t i = 0; i < RUN; i++) squares[x + i] += square[i];
+    }
+    for (; x < width; x++) {
+        float sum = 0.0f, square = 0.0f;
+        for (size_t j = 0; j < n; j++) {
+            const float v = in[j * area + x];
+            sum += v;
+            square += v * v;
+        }
+        out[x] = sum / (float)n;
+        squares[x] += square;
+    }
+}
+
 /* Averages, and how much their squared errors may be, summed over the channels: the samples'
  * variance over the lens, as the layers know it, over their number. Strata keep most errors below
  * that, the more of them the farther, but not those of small bright lights. */
@@ -128,17 +164,11 @@ static void load(struct residual *r)
     const struct lens_field *f = r->field;
     const uint32_t n = f->l * f->l;
     const float strata = NOISE_LENS * sqrtf(sqrtf(9.0f / (float)n)) / (float)n;
+    memset(r->own, 0, r->area * sizeof *r->own);
     for (uint32_t c = 0; c < 3; c++) {
-        memset(r->average[c], 0, r->area * sizeof(float));
-        memcpy(r->picture[c], f->light[c], r->area * sizeof(float));
-        for (uint32_t j = 0; j < n; j++)
-            for (int32_t y = 0; y < r->height; y++) {
-                const float *in = lens_light(f, j, c, f->wide.x0, f->wide.y0 + y);
-                add_numbers(r->average[c] + (size_t)y * (size_t)r->width, in, (size_t)r->width);
-            }
-        divide_numbers(r->average[c], (float)n, r->area);
+        for (int32_t y = 0; y < r->height; y++) average_row(r, n, c, y);
         for (size_t p = 0; p < r->area; p++)
-            if (!(f->share[p] > 0.0f)) r->picture[c][p] = r->average[c][p];
+            r->picture[c][p] = f->share[p] > 0.0f ? f->light[c][p] : r->average[c][p];
     }
     for (size_t p = 0; p < r->area; p++) {
         const float a = f->light[0][p], b = f->light[1][p], c = f->light[2][p];
@@ -203,6 +233,29 @@ static void give_back(struct residual *r, int32_t radius)
     }
 }
 
+/* What shines on curved metal, or lies behind glass, moves over the lens otherwise than the surface
+ * that shows it: layers blur what may be sharp. Where a pixel is nearly in focus and its samples
+ * agree, with each other and not with the layers, they are right. */
+static void give_pixels(struct residual *r)
+{
+    const struct lens_field *f = r->field;
+    const float n = (float)(f->l * f->l);
+    if (f->l < OWN_STRATA) return;
+    for (size_t p = 0; p < r->area; p++) {
+        float found = 0.0f, mean = 0.0f, difference[3];
+        for (int c = 0; c < 3; c++) {
+            difference[c] = r->average[c][p] - r->picture[c][p];
+            found += difference[c] * difference[c];
+            mean += r->average[c][p] * r->average[c][p];
+        }
+        const float variance = r->own[p] / n - mean, own = variance > 0.0f ? variance : 0.0f;
+        const float noise = OWN_FACTOR * own / (n - 1.0f) + r->noise[p];
+        const bool apart = found > noise && f->spread[p] < OWN_SLOPE;
+        const float share = apart ? 1.0f - noise / found : 0.0f;
+        for (int c = 0; c < 3; c++) r->picture[c][p] += share * difference[c];
+    }
+}
+
 static void store(const struct residual *r, struct rect inner, float *const out[3])
 {
     const struct lens_field *f = r->field;
@@ -222,6 +275,7 @@ int lens_residual(const struct lens_field *field, struct rect inner, float *cons
     if (error) return error;
     load(&r);
     for (int32_t k = 0; k < steps.count; k++) give_back(&r, steps.radius[k]);
+    give_pixels(&r);
     store(&r, inner, out);
     scratch_give(field->patch->scratch, r.memory);
     return 0;

@@ -93,13 +93,9 @@ void lens_row_begin(struct lens_row *r, int32_t x, int32_t y, uint32_t count)
 
 void lens_row_line(struct lens_row *r, uint32_t i)
 {
-    const struct lens_aperture *aperture = &r->pattern.aperture;
-    const uint32_t l = r->pattern.l;
     r->line = i;
-    if (aperture->bands == 0)
-        r->lens->lines(l, i, r->count, r->across, r->height, r->left, r->length);
-    else
-        lens_aperture_lines(aperture, l, i, r->count, r->across, r->height, r->left, r->length);
+    r->lens->lines(&r->pattern.aperture, r->pattern.l, i, r->count, r->across, r->height, r->left,
+                   r->length);
 }
 
 void lens_row_place(struct lens_row *r, uint32_t k, uint32_t begin, uint32_t end)

@@ -53,7 +53,9 @@ float lens_shape_distance(const struct lens_shape *shape, float x, float y)
 {
     if (shape->edges == 0) return sqrtf(x * x + y * y);
     float most = 0.0f;
-    for (uint32_t e = 0; e < shape->edges; e++)
-        most = fmaxf(most, shape->normal[e][0] * x + shape->normal[e][1] * y);
+    for (uint32_t e = 0; e < shape->edges; e++) {
+        const float out = shape->normal[e][0] * x + shape->normal[e][1] * y;
+        most = out > most ? out : most;
+    }
     return most;
 }

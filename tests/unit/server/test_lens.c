@@ -293,6 +293,31 @@ static void edges_in_focus_have_no_halo(void **state)
     lens_picture_destroy(&p);
 }
 
+/* The mirror image of a lamp lies elsewhere than the mirror, and may be in focus where that is not
+ * quite: all samples of a pixel agree on it. What one sample alone has met is spread as ever. */
+static void mirror_images_stay_sharp(void **state)
+{
+    (void)state;
+    const size_t lamp = (size_t)48 * LENS_SIDE + 48, stray = (size_t)20 * LENS_SIDE + 20;
+    struct lens_picture p;
+    struct lens_statistics statistics;
+    lens_picture_create(LENS_FENCE, 3, 0, &p);
+    for (size_t i = 0; i < AREA; i++)
+        for (size_t j = 0; j < 9; j++) {
+            const bool lit = i == lamp || (i == stray && j == 4);
+            p.patch.lens_slope[j * AREA + i] = 1.3f;
+            for (size_t c = 0; c < 3; c++)
+                p.patch.lens_radiance[(j * 3 + c) * AREA + i] =
+                    lit ? 30.0f - (float)j : 0.1f + 0.01f * (float)j;
+        }
+    assert_int_equal(lens_run(&p, LENS_FILTER_SHEARED, &statistics), 0);
+    const double image = (double)p.out[1][lamp], alone = (double)p.out[1][stray];
+    print_message("an image of 26 is %.2f, a sample's share of 3 is %.2f\n", image, alone);
+    assert_true(image > 0.8 * 26.0 && image < 26.5);
+    assert_true(alone < 0.5 * 3.0);
+    lens_picture_destroy(&p);
+}
+
 /* A bright fence before something dark in focus, or beyond it: some pixels' samples all meet the
  * fence, and what they hide counts all the same. */
 static double fence_energy(uint32_t l, uint32_t seed, uint32_t filter, bool beyond)
@@ -375,6 +400,7 @@ int main(void)
         cmocka_unit_test(one_pixel_is_its_average),
         cmocka_unit_test(lamps_show_the_aperture),
         cmocka_unit_test(edges_in_focus_have_no_halo),
+        cmocka_unit_test(mirror_images_stay_sharp),
         cmocka_unit_test(silhouettes_keep_their_energy),
         cmocka_unit_test(refuses),
         cmocka_unit_test(halos_hang_on_the_plan_alone),

@@ -184,12 +184,20 @@ static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
 
 static void compare_lines(const struct lens_kernels *tested, uint32_t seed)
 {
+    const uint32_t blades = seed % 2 ? 0 : 3 + seed % (LIMIT_LENS_BLADES - 2);
+    const struct plan_camera camera = {.blade_count = blades,
+                                       .blade_rotation_rad = 0.1f * (float)seed};
+    struct lens_aperture aperture;
     float across[NUMBERS], expected[3][NUMBERS], result[3][NUMBERS];
     for (int i = 0; i < NUMBERS; i++) across[i] = between(&seed, 0.0f, 1.0f);
+    across[0] = 0.0f;
+    across[1] = 1.0f;
+    lens_aperture_init(&camera, &aperture);
     for (uint32_t l = 1; l <= 16; l++)
         for (uint32_t i = 0; i < l; i++) {
-            lens_disc_lines(l, i, NUMBERS, across, expected[0], expected[1], expected[2]);
-            tested->lines(l, i, NUMBERS, across, result[0], result[1], result[2]);
+            lens_aperture_lines(&aperture, l, i, NUMBERS, across, expected[0], expected[1],
+                                expected[2]);
+            tested->lines(&aperture, l, i, NUMBERS, across, result[0], result[1], result[2]);
             assert_memory_equal(expected, result, sizeof result);
         }
 }
