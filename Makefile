@@ -53,7 +53,7 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick simulate fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick bench-accept bench-results simulate fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -99,16 +99,23 @@ check-shade: $(checks)
 ## check-kernels: the shadow filters' loops of every instruction set against the reference, and their speed
 check-kernels: $(B)/tests/kernel/check_kernels
 	@$(B)/tests/kernel/check_kernels
-## bench: rays per second and coordinator cost, each beside its baseline
+## bench: all that is measured, as JSON lines, plots and build/bench/report; by parts: part=, effect=, scene=, side=
+bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps,$(if $($(name)),$(name)=$($(name))))
 bench: all $(benches) $(pictures) $(fakes)
-	@ACCURACY="$(accuracy)" tests/bench/run $(B) $(if $(accuracy),accuracy)
+	@node tests/bench/bench.mjs $(B) $(bench_words)
+## bench-quick: a small bench in three minutes, held to the figures in tests/bench/figures.json
+bench-quick: all $(pictures)
+	@node tests/bench/bench.mjs $(B) quick $(bench_words)
+## bench-accept: measures the figures that bench-quick and the tests are held to, and how much they vary
+bench-accept: all $(pictures)
+	@node tests/bench/bench.mjs $(B) smoke accept && node tests/bench/bench.mjs $(B) quick accept
+## bench-results: RESULTS.md and README's figures, from what make bench measured of this build
+bench-results: all $(pictures)
+	@node tests/bench/bench.mjs $(B) results
 ## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy effect=indirect scene=box spp=16
 accuracy = $(foreach name,effect scene method spp side,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) $(accuracy)
-## bench-quick: the same on seven small pictures
-bench-quick: all $(pictures)
-	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
 ## simulate: the scheduler on simulated farms of 256 workers, e.g. make simulate runs=5000 farm=uneven
 runs ?= 1000
 simulate: $(loads)
