@@ -30,10 +30,11 @@ bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
 analytic_src := $(wildcard tests/golden/analytic*.c)
+property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
               $(worker_src) worker/main.c $(unit_src) $(fake_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
-              $(analytic_src) $(golden_src)
+              $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 
@@ -50,10 +51,12 @@ loads    := $(patsubst tests/load/%.c,$(B)/tests/load/%,$(load_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
 pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
 checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
+properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick simulate tile-rate mutations fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick bench-accept bench-results property simulate tile-rate mutations fuzz asan tsan lint format \
+        install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -71,16 +74,16 @@ demo: deps
 	@deploy/demo.sh $(B)
 ## test: set everything up, run all tests; ends with "N passed, N failed"
 test: deps-browser
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties)
 	@tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)
 	@tests/run $(B) unit
 ## system: the tests of real processes alone
-system: all $(fakes) $(loads) $(benches) $(pictures) $(goldens)
+system: all $(fakes) $(loads) $(benches) $(pictures) $(goldens) $(properties)
 	@tests/run $(B) system
 ## browser: the browser tests alone
-browser: all
+browser: all $(pictures)
 	@tests/run $(B) browser
 ## soak: half an hour of updates in the viewer, memory flat; e.g. make soak seconds=300
 soak: seconds = 1800
@@ -99,16 +102,26 @@ check-shade: $(checks)
 ## check-kernels: the shadow filters' loops of every instruction set against the reference, and their speed
 check-kernels: $(B)/tests/kernel/check_kernels
 	@$(B)/tests/kernel/check_kernels
-## bench: rays per second and coordinator cost, each beside its baseline
+## bench: all that is measured, as JSON lines, plots and build/bench/report; by parts: part=, effect=, scene=, side=
+bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps,$(if $($(name)),$(name)=$($(name))))
 bench: all $(benches) $(pictures) $(fakes)
-	@ACCURACY="$(accuracy)" tests/bench/run $(B) $(if $(accuracy),accuracy)
+	@node tests/bench/bench.mjs $(B) $(bench_words)
+## bench-quick: a small bench in three minutes, held to the figures in tests/bench/figures.json
+bench-quick: all $(pictures)
+	@node tests/bench/bench.mjs $(B) quick $(bench_words)
+## bench-accept: measures the figures that bench-quick and the tests are held to, and how much they vary
+bench-accept: all $(pictures)
+	@node tests/bench/bench.mjs $(B) smoke accept && node tests/bench/bench.mjs $(B) quick accept
+## bench-results: RESULTS.md and README's figures, from what make bench measured of this build
+bench-results: all $(pictures)
+	@node tests/bench/bench.mjs $(B) results
 ## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy effect=indirect scene=box spp=16
 accuracy = $(foreach name,effect scene method spp side,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
 	@node tests/bench/accuracy.mjs $(B) $(accuracy)
-## bench-quick: the same on seven small pictures
-bench-quick: all $(pictures)
-	@node tests/bench/accuracy.mjs $(B) quick $(accuracy)
+## property: what must hold of every scene, on random ones, e.g. make property runs=2000 seed=100 property=moved
+property: $(properties)
+	@$(properties) runs=$(runs) corpus=tests/property/cases $(foreach name,seed property case,$(if $($(name)),$(name)=$($(name))))
 ## simulate: the scheduler on simulated farms of 256 workers, e.g. make simulate runs=5000 farm=uneven
 runs ?= 1000
 simulate: $(loads)
@@ -133,7 +146,7 @@ asan:
 tsan:
 	@$(MAKE) --no-print-directory -j$$(nproc) B=build/tsan EXTRA="-fsanitize=thread -fno-omit-frame-pointer" sanitized
 .PHONY: sanitized fuzzers
-sanitized: $(programs) $(unit) $(fakes) $(loads) $(benches) $(pictures) $(goldens)
+sanitized: $(programs) $(unit) $(fakes) $(loads) $(benches) $(pictures) $(goldens) $(properties)
 	@tests/run $(B) unit system
 ## lint: layout, clang-tidy, cppcheck, include arrows
 lint: deps-dev
@@ -195,6 +208,9 @@ $(B)/tests/kernel/%: $(B)/obj/tests/kernel/%.o $(B)/libworker.a $(B)/libproto.a
 $(B)/tests/golden/analytic: $(call obj,$(analytic_src)) $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
+$(B)/tests/property/properties: $(call obj,$(property_src)) $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
 $(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)

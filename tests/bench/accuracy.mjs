@@ -1,6 +1,6 @@
 // make bench-accuracy: pictures of every scene, method and sample count against converged ones.
 //   accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...]
-//     [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]
+//     [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [out=DIR]
 // One JSON line per measurement on standard output and in OUT/accuracy.jsonl; then the bounds, one
 // line each, with a sentence for people on standard error; plots and report.html in OUT (BUILD/bench).
 // Exit status 1 when a bound is missed, and after a whole run also when one was not measured or a
@@ -28,8 +28,8 @@ const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, r
   spp: { shadows: [4, 9], indirect: [4, 16], lens: [4, 9], combined: [4, 9] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100], lens: [25], combined: [25] },
   referenceSpp: { shadows: 4096, indirect: 1024, lens: 1024, combined: 1024 } };
 const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
-const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "out"];
-const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [out=DIR]";
+const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "seed", "out"];
+const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [out=DIR]";
 
 const ROOT = new URL("../..", import.meta.url).pathname;
 process.chdir(ROOT);
@@ -73,6 +73,7 @@ function parse(argv) {
   o.shared = process.env.SHEARWATER_SCENES ?? "../shared/scenes";
   if (given.reference) o.referenceSpp = Object.fromEntries(Object.keys(effects).map((name) => [name, Number(given.reference)]));
   if (given.repeat) o.repeat = Number(given.repeat);
+  if (given.seed) o.seed = Number(given.seed);
   o.say = (sentence) => console.error(`# ${sentence}`);
   return o;
 }
@@ -97,8 +98,8 @@ function main() {
     const measured = measureScene(tools, scene, o);
     if (!measured) continue;
     results.push({ scene, ...measured });
-    for (const { picture, ...row } of measured.rows) {
-      lines.push(JSON.stringify(row));
+    for (const row of measured.rows) {
+      lines.push(JSON.stringify({ ...row, reference_picture: measured.reference.path }));
       console.log(lines.at(-1));
     }
     for (const [name, svg] of Object.entries(plotsOf(scene, measured.rows)))

@@ -41,11 +41,11 @@ function renderTest(tools, scene, o, file, method, step) {
   const turned = isTurned(scene, method), picture = `${o.out}/pictures/${scene.name}-${method}-${step}.exr`, runs = [];
   const times = (turned ? step === 1 : o.repeatSpp[scene.effect] === step) ? o.repeat : 1;
   for (let i = 0; i < times; i++) {
-    runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, SEED), picture));
+    runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, o.seed), picture));
     if (!isCovered(scene, method, runs[i])) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   const spp = turned ? meanRays(runs[0].adaptive) : step;
-  return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: SEED, side_px: o.side,
+  return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: o.seed, side_px: o.side,
     megapixels: megapixels(scene, o.side), picture, ...cost(runs) };
 }
 

@@ -1,0 +1,123 @@
+// make bench: all that is measured, as JSON lines, plots and one report. By parts, if asked to: what earlier
+// runs of the same build measured on the same machine is joined with it.
+//   bench.mjs BUILD [quick|smoke] [report|accept|results] [part=NAME,...] [effect=NAME,...] [scene=NAME,...]
+//     [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [workers=N,...]
+//     [heights=PX,...] [kinds=NAME,...] [steps=N,...] [out=DIR] [figures=FILE] [runs=N]
+// report: nothing is measured, the report is made of the lines there are. accept: measures `runs` times, with
+// other seeds, and writes the figures that the gate holds later runs to. results: writes RESULTS.md and its
+// part of README.md. Status 1 when a skip does not hold or a figure got worse than the gate allows.
+import { mkdirSync, readFileSync } from "node:fs";
+import { availableParallelism } from "node:os";
+import { resolve } from "node:path";
+import { effects } from "./accuracy/effects.mjs";
+import { accept, judge, read } from "./gate.mjs";
+import { Lines } from "./lines.mjs";
+import { loadOf, machineOf } from "./machine.mjs";
+import { accuracy } from "./parts/accuracy.mjs";
+import { resolution, triangles, workers } from "./parts/farms.mjs";
+import { RATES, rate } from "./parts/rates.mjs";
+import { summary } from "./parts/runs.mjs";
+import { skips } from "./parts/skips.mjs";
+import { writeReport } from "./report/page.mjs";
+import { writeResults } from "./results.mjs";
+import { scenes } from "./scenes/scenes.mjs";
+
+const cores = availableParallelism(), upTo = (n) => Array.from({ length: n }, (_, i) => i + 1);
+const OWN = { accuracy, workers, resolution, triangles, skips };
+const FULL = { mode: "full", parts: [...Object.keys(OWN), ...RATES], scenes: scenes.map((s) => s.name), accuracy: [], repeat: 5, workersHeight: 720, workers: upTo(cores),
+  heights: [360, 540, 720, 1080, 1440, 2160], kinds: ["fields", "paths", "lens"], hillSteps: [16, 50, 158, 500, 1000], hillSide: 512, skipSide: 512, runs: 3 };
+// Three minutes on two cores, from nothing but the build.
+const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN), scenes: ["contacts", "curved", "box", "posts", "all_box"],
+  accuracy: ["smoke", "side=80", "spp=4,9,16,36"], repeat: 3, workersHeight: 240, heights: [90, 180, 360], kinds: ["fields", "paths"], hillSteps: [16, 64, 256], hillSide: 160, skipSide: 192 };
+// A test of the bench itself.
+const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96 };
+const ACTIONS = ["report", "accept", "results"];
+const PASSED_ON = ["effect", "method", "spp", "mu", "side", "reference", "repeat", "seed"];
+const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "out", "figures", "runs"];
+
+process.chdir(new URL("../..", import.meta.url).pathname);
+
+function usage(sentence) {
+  console.error(`bench: ${sentence}\nparts: ${FULL.parts.join(" ")}\neffects: ${Object.keys(effects).join(" ")}\nscenes: ${scenes.map((s) => s.name).join(" ")}`);
+  process.exit(2);
+}
+
+const list = (text) => text?.split(/[, ]+/).filter(Boolean);
+
+function known(what, asked, names) {
+  const absent = asked?.find((name) => !names.includes(name));
+  if (absent) usage(`there is no ${what} "${absent}"`);
+  return asked;
+}
+
+function chosen(base, given) {
+  const named = known("scene", list(given.scene), scenes.map((s) => s.name)), kinds = known("effect", list(given.effect), Object.keys(effects));
+  const all = named ?? base.scenes;
+  return kinds ? all.filter((name) => kinds.includes(scenes.find((s) => s.name === name).effect)) : all;
+}
+
+function parse([build, ...words]) {
+  const action = words.find((w) => ACTIONS.includes(w)), base = words.includes("quick") ? QUICK : words.includes("smoke") ? SMOKE : FULL;
+  const stray = words.find((w) => !w.includes("=") && !["quick", "smoke", ...ACTIONS].includes(w));
+  const given = Object.fromEntries(words.filter((w) => w.includes("=")).map((w) => w.split(/=(.*)/s).slice(0, 2)).filter(([, v]) => v !== ""));
+  const unknown = stray ?? Object.keys(given).find((name) => !WORDS.includes(name));
+  if (!build || unknown) usage(unknown ? `"${unknown}" is unknown` : "which build?");
+  const numbers = (name, other) => list(given[name])?.map(Number) ?? other;
+  // A choice of what pictures are compared is a choice of that part.
+  const parts = known("part", list(given.part), FULL.parts) ?? (PASSED_ON.some((w) => w !== "repeat" && w !== "seed" && given[w]) || given.scene ? ["accuracy"] : base.parts);
+  const o = { ...base, action, parts, scenes: chosen(base, given), build: resolve(build), cores, given,
+    out: resolve(given.out ?? (base === FULL ? `${build}/bench` : `${build}/bench/${base.mode}`)), figures: resolve(given.figures ?? "tests/bench/figures.json"),
+    workers: numbers("workers", base.workers), heights: numbers("heights", base.heights), hillSteps: numbers("steps", base.hillSteps),
+    kinds: list(given.kinds) ?? base.kinds, runs: Number(given.runs ?? base.runs), repeat: Number(given.repeat ?? base.repeat) };
+  o.accuracy = [...base.accuracy.filter((w) => !given[w.split("=")[0]]), ...PASSED_ON.filter((w) => w !== "effect" && given[w]).map((w) => `${w}=${given[w]}`)];
+  // All that the mode measures; and whether what is measured is measured as the committed figures were.
+  const only = (names) => Object.keys(given).every((w) => ["out", "figures", "runs", ...names].includes(w));
+  o.whole = only([]);
+  o.comparable = only(["part", "scene", "effect"]);
+  return o;
+}
+
+async function measure(o, lines) {
+  const failures = [], began = Date.now(), run = { ...o, summary, put: (...args) => lines.put(...args),
+    say: (sentence) => console.error(`# ${sentence}`), fail: (sentence) => { failures.push(sentence); console.error(sentence); } };
+  lines.put("machine", "", { ...machineOf(), load_before: loadOf() });
+  for (const part of o.parts) {
+    const from = Date.now();
+    await (OWN[part] ?? ((options) => rate(options, part)))(run);
+    lines.put("took", part, { of: part, wall_s: (Date.now() - from) / 1000 });
+  }
+  console.error(`measured in ${((Date.now() - began) / 1000).toFixed(0)} s`);
+  return failures;
+}
+
+async function acceptAll(o, common) {
+  const runs = [];
+  for (let i = 0; i < o.runs; i++) {
+    console.error(`run ${i + 1} of ${o.runs}`);
+    const lines = new Lines(`${o.out}/lines-${i}.jsonl`, common);
+    // The first with the seed that the gate's runs have.
+    await measure({ ...o, accuracy: i === 0 ? o.accuracy : [...o.accuracy, `seed=${100 + i}`] }, lines);
+    runs.push(lines.fresh());
+  }
+  const { cpu, cores: count, instructions } = machineOf();
+  accept(o.figures, o.mode, runs, { build: common.build, machine: `${cpu}, ${count} cores, ${instructions}` });
+  console.error(`accepted: ${o.figures}`);
+  return 0;
+}
+
+async function main() {
+  const o = parse(process.argv.slice(2)), machine = machineOf();
+  mkdirSync(o.out, { recursive: true });
+  const common = { build: readFileSync(`${o.build}/build_id.h`, "utf8").match(/"(.*)"/)?.[1], machine: machine.id };
+  if (o.action === "accept") return acceptAll(o, common);
+  const lines = new Lines(`${o.out}/lines.jsonl`, common);
+  const failures = o.action ? [] : await measure(o, lines);
+  const committed = read(o.figures, o.mode), say = (sentence) => console.error(sentence);
+  const gate = committed && !o.action && o.comparable ? judge(committed, lines.fresh(), o.whole, say) : null;
+  const page = writeReport(o, lines.all(), gate && { ...gate, committed });
+  console.error(`report: ${page}`);
+  if (o.action === "results") writeResults(o, lines.all());
+  return failures.length > 0 || gate?.ok === false ? 1 : 0;
+}
+
+process.exitCode = await main();

@@ -1,0 +1,134 @@
+// RESULTS.md: a short page of what was measured, made from results.jsonl, the figures of one run; and the part
+// of README.md that is cut from it. A test makes both again and compares.
+//   results.mjs check: status 1 when either is not what results.jsonl gives
+import { readFileSync, writeFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+import { effects } from "./accuracy/effects.mjs";
+import { effectBounds, headlines, JUDGED_SIDE_PX, ofPart, pixelBytes, rowsOf, scaling, sidesOf } from "./judged.mjs";
+import { scenes } from "./scenes/scenes.mjs";
+
+const ROOT = new URL("../..", import.meta.url).pathname, FIGURES = `${ROOT}tests/bench/results.jsonl`, PAGE = `${ROOT}tests/bench/RESULTS.md`, README = `${ROOT}README.md`;
+const BEGIN = "<!-- figures: from tests/bench/RESULTS.md -->", END = "<!-- /figures -->";
+
+const three = (v) => v === null || v === undefined ? null : Number(v.toPrecision(3));
+const rounded = (s) => s && { value: three(s.value), least: three(s.least), most: three(s.most), scenes: s.scenes };
+
+// What of a run's lines is kept in the repository.
+export function figuresOf(lines) {
+  const rows = rowsOf(lines), machine = lines.find((l) => l.part === "machine");
+  const about = (effect) => { const mine = rows.filter((r) => r.effect === effect); return { effect, scenes: new Set(mine.map((r) => r.scene)).size, sides_px: sidesOf(mine), pictures: mine.length,
+    poor: [...new Set(mine.filter((r) => !r.reference.good).map((r) => r.scene))] }; };
+  const ratio = (a, b) => a > 0 ? three(1 - b / a) : null;
+  return [
+    { is: "run", build: machine.build, day: lines.map((l) => l.time).sort().at(-1).slice(0, 10), cpu: machine.cpu, cores: machine.cores, instructions: machine.instructions,
+      memory_gb: three(machine.memory_bytes / 1e9), load: three(machine.load_before), effects: [...new Set(rows.map((r) => r.effect))].map(about) },
+    ...headlines(rows).map((h) => ({ is: "headline", effect: h.effect.name, method: h.method, rmse: rounded(h.rmse), samples: rounded(h.samples), seconds: rounded(h.seconds), share: rounded(h.share), extrapolated: h.extrapolated })),
+    ...effectBounds(rows, scenes).filter((b) => b.bound !== null).map((b) => ({ is: "bound", effect: b.effect, figure: b.figure, of: b.of, ...rounded(b), relation: b.relation, bound: three(b.bound), unit: b.unit, judged: b.judged, ok: b.ok })),
+    ...ofPart(lines, "figure").map((l) => ({ is: "rate", from: l.from, figure: l.figure, value: l.value, bound: l.bound, unit: l.unit, ok: l.ok })),
+    ...scaling(lines).map((l) => ({ is: "workers", workers: l.workers, height: l.height_px, wall_s: three(l.wall_s), speedup: three(l.speedup), after_last_tile: three(l.wall.after_last_tile / l.wall.total) })),
+    ...ofPart(lines, "resolution").map((l) => ({ is: "resolution", kind: l.kind, about: l.about, width: l.width, height: l.height, cpu_s: three(l.cpu_s.total), us_a_pixel: three(l.cpu_s.total / l.megapixels),
+      bytes_a_pixel: three(pixelBytes(l)), after_last_tile: three(l.wall.after_last_tile / l.wall.total), server_mb: three(l.peak_rss_bytes.server / 1e6), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
+    ...ofPart(lines, "triangles").map((l) => ({ is: "triangles", triangles: l.triangles, side_px: l.side_px, import_s: three(l.cpu_s.import), build_s: three(l.cpu_s.build), trace_s: three(l.cpu_s.trace), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
+    ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
+}
+
+const table = (head, rows) => rows.length === 0 ? "" : `| ${head.join(" | ")} |\n|${head.map((h, i) => i === 0 ? "---" : "---:").join("|")}|\n${rows.map((r) => `| ${r.join(" | ")} |`).join("\n")}\n`;
+const span = (s, unit = "") => !s ? "–" : s.least < s.most ? `${s.value}${unit} (${s.least}–${s.most})` : `${s.value}${unit}`;
+const share = (v) => v === null ? "–" : `${v < 0 ? "−" : ""}${Number((100 * Math.abs(v)).toPrecision(2))} %`;
+const verdict = (b) => b.judged === false ? "not judged" : b.ok ? "holds" : "**missed**";
+const of = (figures, is) => figures.filter((f) => f.is === is);
+const title = (name) => effects[name]?.title ?? name;
+const bound = (b) => `${b.relation === ">=" ? "≥" : "≤"} ${b.bound}`;
+
+function what(run) {
+  const rows = run.effects.map((e) => [title(e.effect), e.scenes, e.pictures, e.sides_px.join(", "), e.poor.length > 0 ? e.poor.join(", ") : "–"]);
+  return `Build \`${run.build}\`, ${run.day}, on ${run.cpu} with ${run.cores} cores (${run.instructions}), ${run.memory_gb} GB; ${run.load} processes a core wanted to run in the minute before.
+
+${table(["effect", "scenes", "pictures", "side, px", "references not good enough"], rows)}`;
+}
+
+const headlineTable = (figures) => table(["effect (method, samples)", "average's RMSE over its", "average's samples for equal error", "average's CPU time for equal error", "filters' share of CPU time"],
+  of(figures, "headline").map((h) => [`${title(h.effect)} (${h.method}, ${effects[h.effect].at})`, span(h.rmse, "×"), `${span(h.samples, "×")}${h.extrapolated ? " *" : ""}`, span(h.seconds, "×"), h.share ? share(h.share.value) : "–"]));
+
+const rateTable = (figures) => table(["figure", "measured", "bound", ""], of(figures, "rate").map((r) => [r.figure, `${Number(r.value.toPrecision(3))} ${r.unit}`, r.bound.replace(">=", "≥").replace("<=", "≤"), verdict(r)]));
+
+function costs(figures) {
+  const workers = of(figures, "workers"), sizes = of(figures, "resolution"), hills = of(figures, "triangles"), parts = [];
+  if (workers.length > 0) parts.push(`Wall time with workers of one thread, ${workers[0].height} lines:\n\n${table(["workers", "wall s", "speed-up", "after the last tile"], workers.map((w) => [w.workers, w.wall_s, `${w.speedup}×`, share(w.after_last_tile)]))}`);
+  if (sizes.length > 0) parts.push(`Against resolution, the Cornell box at 9 samples (${[...new Set(sizes.map((s) => `${s.kind}: ${s.about}`))].join("; ")}):\n\n${table(["picture", "CPU s", "CPU µs a pixel", "bytes a pixel", "after the last tile", "coordinator, MB", "worker, MB"],
+    sizes.map((s) => [`${s.kind}, ${s.width}×${s.height}`, s.cpu_s, s.us_a_pixel, s.bytes_a_pixel, share(s.after_last_tile), s.server_mb, s.worker_mb]))}`);
+  if (hills.length > 0) parts.push(`Against triangles, ${hills[0].side_px}×${hills[0].side_px} pixels (CPU seconds; import once a scene, BVH once a worker):\n\n${table(["triangles", "import", "BVH, all workers", "trace", "worker, MB"], hills.map((h) => [h.triangles, h.import_s, h.build_s, h.trace_s, h.worker_mb]))}`);
+  return parts.join("\n");
+}
+
+function limits(figures) {
+  const judged = of(figures, "bound").some((b) => !b.judged), extrapolated = of(figures, "headline").some((h) => h.extrapolated);
+  return [`- CPU seconds are those of one shared machine: ratios of this run are what to quote. Medians over scenes, the least and the largest in brackets.`,
+    ...(judged ? [`- Bounds of accuracy are about all scenes at ${JUDGED_SIDE_PX} px and more; "not judged" are those of smaller pictures, on which filters are narrower and gain less.`] : []),
+    ...(extrapolated ? ["- \\* in some scene beyond the largest count that the average was measured at: extrapolated along its last leg."] : []),
+    "- Errors are against converged pictures of this renderer itself; that it agrees with others' is shown by `make golden`."].join("\n");
+}
+
+// What README shows of it.
+export function excerpt(figures) {
+  const [run] = of(figures, "run"), bounds = [...of(figures, "bound").filter((b) => b.judged), ...of(figures, "rate")], missed = bounds.filter((b) => !b.ok);
+  const sides = [...new Set(run.effects.flatMap((e) => e.sides_px))].sort((a, b) => a - b), skips = of(figures, "skip");
+  const said = [`Build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}; pictures ${sides.join(" and ")} px wide, against converged references, medians over scenes (least–largest):`, "", headlineTable(figures).trimEnd()];
+  if (of(figures, "rate").length > 0) said.push("", rateTable(figures).trimEnd());
+  said.push("", `${bounds.length === 0 ? "No bound was judged by this run" : missed.length === 0 ? `All ${bounds.length} bounds that were judged hold` : `${missed.length} of ${bounds.length} bounds that were judged are missed`}; ` +
+    `${skips.filter((s) => s.holds).length} of ${skips.length} pairs of frames show that what is not needed is skipped.`);
+  return said.join("\n");
+}
+
+export function page(figures) {
+  const [run] = of(figures, "run"), bounds = of(figures, "bound"), skips = of(figures, "skip");
+  return [`# Results
+
+Made by \`make bench-results\` from [results.jsonl](results.jsonl); not to be edited. [README.md](README.md) says what the words mean.
+
+## What was measured
+
+${what(run)}
+Limits:
+
+${limits(figures)}
+
+## Figures
+
+${BEGIN}
+${excerpt(figures)}
+${END}
+`,
+  bounds.length > 0 ? `## Bounds of accuracy
+
+${table(["figure", "measured", "bound", ""], bounds.map((b) => [`${title(b.effect)}: ${b.of ? `${b.of}; ` : ""}${b.figure}`, `${span(b)} ${b.unit}`, bound(b), verdict(b)]))}` : "",
+  costs(figures) ? `## Costs\n\n${costs(figures)}` : "",
+  skips.length > 0 ? `## What skipping saves
+
+Pairs of frames of ${skips[0].side_px}×${skips[0].side_px} pixels that differ in one need; counters say that the skip is what did it.
+
+${table(["skip: needed, and not", "rays", "bytes", "CPU time", ""], skips.map((s) => [`${s.skip}, ${s.name}: ${s.about}`, share(s.rays), share(s.bytes), share(s.cpu), s.holds ? "holds" : "**does not hold**"]))}` : ""]
+    .filter(Boolean).join("\n");
+}
+
+function withExcerpt(text, figures) {
+  const from = text.indexOf(BEGIN), to = text.indexOf(END);
+  if (from < 0 || to < from) throw new Error(`README.md has no lines "${BEGIN}" and "${END}"`);
+  return `${text.slice(0, from)}${BEGIN}\n${excerpt(figures)}\n${text.slice(to)}`;
+}
+
+const stored = () => readFileSync(FIGURES, "utf8").split("\n").filter(Boolean).map((l) => JSON.parse(l));
+
+export function writeResults(o, lines) {
+  const figures = figuresOf(lines);
+  writeFileSync(FIGURES, figures.map((f) => JSON.stringify(f) + "\n").join(""));
+  writeFileSync(PAGE, page(figures));
+  writeFileSync(README, withExcerpt(readFileSync(README, "utf8"), figures));
+  console.error(`results: ${PAGE}`);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const figures = stored(), wrong = [[PAGE, page(figures)], [README, withExcerpt(readFileSync(README, "utf8"), figures)]].filter(([path, text]) => readFileSync(path, "utf8") !== text);
+  for (const [path] of wrong) console.error(`${path} is not what results.jsonl gives: run make bench-results`);
+  process.exitCode = wrong.length > 0 ? 1 : 0;
+}

@@ -1,0 +1,30 @@
+#pragma once
+/* Pictures of cases, made in this process by the product's own code: the job document is read, the
+ * frame planned, its tiles traced, landed and reconstructed block by block. */
+#include "server/image/image.h"
+#include "tests/property/case.h"
+
+/* What is done to a case before it is rendered; all zero: nothing. */
+struct change {
+    double scale;    /* of all lengths; intensities of points follow, so that light stays; 0: 1 */
+    double shift[3]; /* after scaling */
+    bool mirrored;   /* x turns its sign, of the scene and of the camera's place */
+    int turns;       /* by 90 degrees about the vertical */
+    double gain;     /* of lights, environment and what emits; 0: 1 */
+    unsigned lights; /* bits of lights that are left out */
+    bool no_environment, no_emitters;
+    unsigned seed; /* in place of the case's; 0: the case's */
+    int spp;       /* the same */
+};
+
+/* Layers of pictures that have more than beauty, the first; occlusion besides, where the case asks
+ * for it. */
+#define PICTURE_LAYERS "beauty", "direct", "indirect", "albedo", "normal", "depth"
+
+/* The picture, for image_destroy; NULL when the job or the scene is refused, with the reason in
+ * `refused`. Ends the program when what was planned cannot be done. */
+struct image *picture_render(const struct property_case *c, const struct change *change,
+                             char *refused, size_t refused_bytes);
+
+/* What made the last one: enum plan_integrator. */
+int picture_integrator(void);

@@ -1,0 +1,101 @@
+/* What holds of the mean picture: other samples are drawn under the change, so that pictures differ
+ * by noise. Means over the picture of some seeds are compared, and of many where these differ. */
+#include <math.h>
+
+#include "tests/property/property.h"
+
+enum { FEW = 3, MANY = 32 };
+/* Both must be exceeded: standard errors of the difference, and what it is of the light. Filters
+ * are biased by what they find, which is other under other noise. */
+#define ERRORS_MOST 6.0
+#define SHARE_MOST  0.05
+
+struct mean {
+    double value, variance; /* of the mean */
+};
+
+static double light_of(const struct image *image)
+{
+    double sum = 0;
+    static const char *const names[] = {"R", "G", "B"};
+    for (int k = 0; k < 3; k++) {
+        const struct plane *p = image_plane(image, names[k]);
+        for (int32_t y = 0; y < image->height_px; y++)
+            for (int32_t x = 0; x < image->width_px; x++) sum += (double)*plane_at(p, x, y);
+    }
+    return sum / (3.0 * image->width_px * image->height_px);
+}
+
+static bool mean_of(const struct property_case *c, struct change change, unsigned first, int count,
+                    struct mean *out, char says[PROPERTY_SAYS_BYTES])
+{
+    double sum = 0, squares = 0;
+    for (int i = 0; i < count; i++) {
+        change.seed = first + (unsigned)i;
+        struct image *image = property_picture(c, &change, says);
+        if (!image) return false;
+        const double v = light_of(image);
+        sum += v;
+        squares += v * v;
+        image_destroy(&image);
+    }
+    out->value = sum / count;
+    out->variance = fmax(squares / count - out->value * out->value, 0) / (count - 1);
+    return true;
+}
+
+/* The sum of `count` means beside one. */
+static bool apart(const struct mean *whole, const struct mean *parts, int count,
+                  char says[PROPERTY_SAYS_BYTES])
+{
+    double sum = 0, variance = whole->variance;
+    for (int i = 0; i < count; i++) sum += parts[i].value, variance += parts[i].variance;
+    const double off = fabs(sum - whole->value), error = sqrt(variance) + 1e-6 * fabs(whole->value);
+    snprintf(says, PROPERTY_SAYS_BYTES, "light of %.6g and %.6g: %.3g apart, %.3g standard errors",
+             whole->value, sum, off, off / error);
+    return off > ERRORS_MOST * error && off > SHARE_MOST * fmax(fabs(whole->value), fabs(sum));
+}
+
+static enum property_result means_agree(const struct property_case *c, const struct change *changes,
+                                        int count, char says[PROPERTY_SAYS_BYTES])
+{
+    static const int rounds[] = {FEW, MANY};
+    const struct change none = {0};
+    for (int round = 0; round < 2; round++) {
+        struct mean whole, parts[CASE_LIGHTS + 2];
+        if (!mean_of(c, none, 1000, rounds[round], &whole, says)) return PROPERTY_DOES_NOT_APPLY;
+        for (int i = 0; i < count; i++)
+            if (!mean_of(c, changes[i], 2000 + 100 * (unsigned)i, rounds[round], &parts[i], says))
+                return PROPERTY_FAILS;
+        if (!apart(&whole, parts, count, says)) return PROPERTY_HOLDS;
+    }
+    return PROPERTY_FAILS;
+}
+
+enum property_result property_mirrored(const struct property_case *c,
+                                       char says[PROPERTY_SAYS_BYTES])
+{
+    return means_agree(c, &(struct change){.mirrored = true}, 1, says);
+}
+
+enum property_result property_turned(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
+{
+    return means_agree(c, &(struct change){.turns = 1 + (int)(c->seed % 3)}, 1, says);
+}
+
+enum property_result property_lights_add(const struct property_case *c,
+                                         char says[PROPERTY_SAYS_BYTES])
+{
+    struct change changes[CASE_LIGHTS + 2] = {0};
+    const unsigned all = (1u << c->light_count) - 1;
+    if (c->light_count < 1) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "no light of the list");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    for (int i = 0; i < c->light_count; i++)
+        changes[i] = (struct change){
+            .lights = all & ~(1u << i), .no_environment = true, .no_emitters = true};
+    changes[c->light_count] = (struct change){.lights = all, .no_emitters = true};
+    changes[c->light_count + 1] = (struct change){.lights = all, .no_environment = true};
+    return means_agree(c, changes, c->light_count + 2, says);
+}

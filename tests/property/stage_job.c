@@ -1,0 +1,125 @@
+/* The job document of a case. */
+#include <jansson.h>
+#include <stdlib.h>
+
+#include "tests/property/stage.h"
+
+static json_t *vector(const double v[3], double scale)
+{
+    return json_pack("[f, f, f]", v[0] * scale, v[1] * scale, v[2] * scale);
+}
+
+static json_t *point(const struct change *change, const double v[3])
+{
+    double at[3];
+    stage_place(change, v, at);
+    return vector(at, 1);
+}
+
+static json_t *direction(const struct change *change, const double v[3], double scale)
+{
+    double turned[3];
+    stage_turn(change, v, turned);
+    return vector(turned, scale);
+}
+
+static json_t *rectangle(const struct case_light *l, const struct change *change)
+{
+    double u[3], v[3];
+    stage_frame(l->facing, u, v);
+    /* Mirrored, u x v would point to the other side. */
+    const double *first = change->mirrored ? v : u, *second = change->mirrored ? u : v;
+    const double a = l->half[change->mirrored], b = l->half[!change->mirrored],
+                 scale = stage_scale(change);
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:s}", "type", "rectangle", "center",
+                     point(change, l->centre), "half_u", direction(change, first, a * scale),
+                     "half_v", direction(change, second, b * scale), "radiance",
+                     vector(l->level, stage_gain(change)), "profile",
+                     l->kind == CASE_GAUSSIAN ? "gaussian" : "uniform");
+}
+
+static json_t *light_of(const struct case_light *l, const struct change *change)
+{
+    const double scale = stage_scale(change), gain = stage_gain(change);
+    double towards[3] = {0, 0, 0};
+    towards[l->facing % 3] = l->facing < 3 ? 1 : -1;
+    switch (l->kind) {
+    case CASE_POINT:
+        return json_pack("{s:s, s:o, s:o}", "type", "point", "position", point(change, l->centre),
+                         "intensity", vector(l->level, gain * scale * scale));
+    case CASE_SPOT:
+        return json_pack("{s:s, s:o, s:o, s:o, s:f, s:f}", "type", "spot", "position",
+                         point(change, l->centre), "direction", direction(change, towards, 1),
+                         "intensity", vector(l->level, gain * scale * scale), "inner_deg", 20.0,
+                         "outer_deg", 50.0);
+    case CASE_SUN:
+        return json_pack("{s:s, s:o, s:o}", "type", "directional", "direction",
+                         direction(change, towards, 1), "irradiance", vector(l->level, gain));
+    default:
+        return rectangle(l, change);
+    }
+}
+
+static json_t *lights_of(const struct property_case *c, const struct change *change)
+{
+    json_t *lights = json_array();
+    for (int i = 0; i < c->light_count; i++)
+        if (!(change->lights >> i & 1))
+            json_array_append_new(lights, light_of(&c->lights[i], change));
+    return lights;
+}
+
+static json_t *effects_of(const struct property_case *c, const struct change *change)
+{
+    json_t *effects = json_pack("{s:i}", "indirect_bounces", c->bounces);
+    if (c->occlusion > 0)
+        json_object_set_new(effects, "ambient_occlusion",
+                            json_pack("{s:f}", "distance", c->occlusion * stage_scale(change)));
+    return effects;
+}
+
+static json_t *layers_of(const struct property_case *c)
+{
+    static const char *const names[] = {PICTURE_LAYERS};
+    json_t *layers = json_array();
+    for (size_t i = 0; i < (c->layers ? sizeof names / sizeof names[0] : 1); i++)
+        json_array_append_new(layers, json_string(names[i]));
+    if (c->occlusion > 0) json_array_append_new(layers, json_string("occlusion"));
+    return layers;
+}
+
+static json_t *scene_of(const struct property_case *c, const struct change *change)
+{
+    double up[3];
+    stage_turn(change, (double[]){0, 1, 0}, up);
+    return json_pack("{s:s, s:b, s:{s:o, s:o, s:o, s:f}}", "asset",
+                     "0000000000000000000000000000000000000000000000000000000000000001", "lights",
+                     0, "camera", "eye", point(change, c->eye), "target", point(change, c->target),
+                     "up", vector(up, 1), "yfov_deg", c->yfov_deg);
+}
+
+char *stage_job(const struct property_case *c, const struct change *change)
+{
+    json_t *job = json_pack(
+        "{s:o, s:{s:i, s:i}, s:o, s:o, s:{s:i, s:i, s:i}, s:{s:s, s:s, s:s, s:s}, s:o}", "scene",
+        scene_of(c, change), "image", "width", c->width, "height", c->height, "lights",
+        lights_of(c, change), "effects", effects_of(c, change), "sampling", "spp",
+        change->spp ? change->spp : c->spp, "seed", (int)(change->seed ? change->seed : c->seed),
+        "tile_px", c->tile, "filter", "method", case_methods[c->method], "indirect",
+        case_indirects[c->indirect], "glossy", case_glossies[c->glossy], "lens",
+        case_lenses[c->lens_filter], "layers", layers_of(c));
+    if (c->focus > 0)
+        json_object_set_new(job, "lens",
+                            json_pack("{s:f, s:f, s:i}", "aperture_radius",
+                                      c->aperture * stage_scale(change), "focus_distance",
+                                      c->focus * stage_scale(change), "blades", c->blades));
+    if (!change->no_environment &&
+        (c->environment[0] > 0 || c->environment[1] > 0 || c->environment[2] > 0))
+        json_object_set_new(
+            job, "environment",
+            json_pack("{s:o}", "radiance", vector(c->environment, stage_gain(change))));
+    char *text = json_dumps(job, JSON_COMPACT);
+    json_decref(job);
+    if (!text) abort();
+    return text;
+}

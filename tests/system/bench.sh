@@ -1,0 +1,105 @@
+#!/usr/bin/env bash
+# The bench on tiny pictures: every part runs, its lines have their shape, the gate sees what got worse, the
+# report is whole and asks nothing of others, RESULTS.md and README.md are what the figures give.
+#   tests/system/bench.sh BUILD_DIR
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/bench.sh BUILD_DIR}
+. tests/tap.bash
+
+bench() { node tests/bench/bench.mjs "$build" smoke "out=$tmp/bench" "$@" 2>"$tmp/said"; }
+lines() { jq -es "$1" "$tmp/bench/lines.jsonl"; }
+report=$tmp/bench/report
+
+sanitized=$(nm -D "$build/shearwater" 2>/dev/null | grep -cE '__(asan|tsan)_')
+if [ "$sanitized" -gt 0 ]; then
+    skip "the bench" "times of a sanitized build are not what the gate knows"
+    tap_done
+fi
+
+gate_holds() { bench >"$tmp/printed" || { tail -n 30 "$tmp/said"; return 1; }; }
+check "the bench runs, its skips hold, and no figure is worse than the committed ones" gate_holds
+check "every committed figure was measured" bash -c "! grep -q '^missing' '$tmp/said' && grep -q '^gate: [1-9]' '$tmp/said'"
+check "what is printed is what is kept" bash -c "diff <(jq -c '[.part, .key]' '$tmp/printed' | sort) <(jq -c '[.part, .key]' '$tmp/bench/lines.jsonl' | sort)"
+check "every line says by what, on what and when" lines 'all(.[]; (.build | length > 5) and (.machine | length == 8) and (.time | test("Z$")))'
+check "a line is there once" lines '[.[] | [.part, .key]] | length == (unique | length)'
+check "pictures of every method and count" lines '[.[] | select(.part == "accuracy")] | length == 29 and all(.[]; .judged.finite and .judged.rmse > 0
+    and .cpu_s.trace > 0 and .peak_rss_bytes.worker > 0 and .bytes_received > 0 and (.picture | length > 0))'
+check "workers, resolutions, triangles: wall time by stage" lines '[.[] | select(.part == "workers" or .part == "resolution" or .part == "triangles")] | length >= 7 and
+    all(.[]; .wall as $w | $w.tiles > 0 and $w.total >= ([$w.import, $w.tiles, $w.after_last_tile, $w.files] | max) and .link.received_bytes >= .bytes_received)'
+check "six kinds of skips, all held" lines '[.[] | select(.part == "skips")] | ([.[].skip] | unique) == ["block", "effect", "light", "pixel", "plane", "ray"] and all(.[]; .holds and .wrong == [])'
+check "skips save rays, bytes or filtering" lines 'all(.[] | select(.part == "skips"); .spare.rays < .need.rays or .spare.bytes < .need.bytes or .spare.cpu_s < .need.cpu_s)'
+
+# The gate: figures that were better by 10 % before, one that is gone, and times within what is allowed.
+tampered() {
+    jq '.smoke.figures |= with_entries(if .key == "box constant 16 spp: RMSE" then .value.value *= 0.9 else . end)' tests/bench/figures.json >"$tmp/figures.json"
+    ! bench part=accuracy scene=box "figures=$tmp/figures.json" >/dev/null && grep -q '^worse: box constant 16 spp: RMSE: .*+11.1 %.*allowed +2' "$tmp/said" &&
+        grep -q '1 worse$' "$tmp/said"
+}
+check "the gate fails on an error that grew, and says which, how far, and beside which noise" tampered
+improved() {
+    jq '.smoke.figures |= with_entries(if .key == "box constant 16 spp: RMSE" then .value.value *= 1.1 else . end)' tests/bench/figures.json >"$tmp/figures.json"
+    bench part=accuracy scene=box "figures=$tmp/figures.json" >/dev/null && grep -q '^better: box constant 16 spp: RMSE' "$tmp/said"
+}
+check "it passes on one that fell, and says so" improved
+check "the arithmetic of the gate" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { accept, compared, sentence } from "./tests/bench/gate.mjs";
+    const of = (figures) => ({ figures });
+    const verdict = (kind, now, noise = 0) => compared(of({ x: { value: 1, noise, kind } }), { x: { value: now, kind } }).moved[0].verdict;
+    assert.deepEqual([1, 1.0005, 1.01, 1.03, 0.99, 0.9].map((v) => verdict("error", v)), ["still", "still", "moved", "worse", "moved", "better"]);
+    assert.deepEqual([1.5, 1.9, 2.1].map((v) => verdict("time", v)), ["moved", "moved", "worse"]);
+    assert.equal(verdict("time", 2.1, 0.3), "moved");
+    assert.equal(verdict("error", NaN), "worse");
+    const missing = compared(of({ x: { value: 1, kind: "error" } }), { y: { value: 1, kind: "error" } });
+    assert.deepEqual([missing.missing, missing.added], [["x"], ["y"]]);
+    assert.match(sentence(compared(of({ x: { value: 1, noise: 0.02, kind: "error" } }), { x: { value: 1.0513, kind: "error" } }).moved[0]), /2.5 times its noise of 2.0 %/);
+'
+# Joining: a part alone keeps what was measured before; another build does not.
+joined() {
+    local before; before=$(wc -l <"$tmp/bench/lines.jsonl")
+    bench part=workers repeat=1 >/dev/null && [ "$(wc -l <"$tmp/bench/lines.jsonl")" -eq "$before" ]
+}
+check "a part alone joins what was measured before" joined
+check "lines of another build are not joined" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { Lines } from "./tests/bench/lines.mjs";
+    const path = process.argv[1] + "/other.jsonl", log = console.log;
+    console.log = () => {};
+    const one = new Lines(path, { build: "a", machine: "m" });
+    one.put("p", "k", { v: 1 });
+    one.put("p", "k", { v: 2 });
+    assert.equal(new Lines(path, { build: "a", machine: "m" }).all()[0].v, 2);
+    assert.equal(new Lines(path, { build: "b", machine: "m" }).all().length, 0);
+    assert.equal(new Lines(path, { build: "a", machine: "n" }).all().length, 0);
+' "$tmp"
+
+whole() {
+    test -s "$report/index.html" && cmp "$report/lines.jsonl" "$tmp/bench/lines.jsonl" || return 1
+    local name
+    for name in contacts-samples contacts-seconds box-samples box-seconds shadows-stages indirect-stages workers resolution-cpu resolution-memory triangles-cpu skips; do
+        grep -q '<title id=.*<desc id=' "$report/plots/$name.svg" && xmllint --noout "$report/plots/$name.svg" || { echo "$name"; return 1; }
+    done
+    [ "$(find "$report/crops" -name '*.png' | wc -l)" -ge 15 ]
+}
+command -v xmllint >/dev/null || xmllint() { python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[2])' "$@"; }
+check "the report has its plots with titles and descriptions, crops, lines" whole
+check "it asks nothing of others" bash -c "! grep -oE '(src|href|url\()=?[\"'\'']?(https?:)?//[^\"'\'' >]*' '$report/index.html'"
+check "every picture that it shows is there" bash -c "cd '$report' && grep -oE 'src=\"[^\"]+\"' index.html | sed 's/src=\"//; s/\"//' | xargs -n 1 test -s"
+check "the axes: ticks lie where their values are" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { linearAxis, logAxis, short } from "./tests/bench/plot/axis.mjs";
+    for (const values of [[1, 1000], [0.02, 0.05], [3, 3], [1e-6, 1e6], [90, 180]]) {
+      const x = logAxis(values, 100, 500);
+      assert.ok(x.ticks.length >= (values[0] === values[1] ? 1 : 2), `${values}: ${x.ticks}`);
+      for (const [v] of x.ticks) assert.ok(x.at(v) >= 100 && x.at(v) <= 500);
+      assert.ok(Math.abs(x.at(Math.sqrt(values[0] * values[1])) - 300) < 1e-6);
+    }
+    const y = linearAxis([3, 47], 400, 0);
+    assert.equal(y.at(0), 400);
+    assert.deepEqual(y.ticks.map(([v]) => v), [0, 10, 20, 30, 40]);
+    assert.deepEqual([1234, 12345, 0.001, 0.00001, 2e6].map(short), ["1234", "12.3k", "0.001", "1e−5", "2M"]);'
+check "RESULTS.md and the figures in README.md are what results.jsonl gives" node tests/bench/results.mjs check
+check "an unknown part is refused" bash -c "! node tests/bench/bench.mjs '$build' part=none 2>/dev/null"
+check "an unknown word is refused" bash -c "! node tests/bench/bench.mjs '$build' smoke sides=3 2>/dev/null"
+tap_done
