@@ -53,7 +53,7 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick simulate fuzz asan tsan lint format install uninstall clean help
+        bench-accuracy bench-quick simulate storm fuzz asan tsan lint format install uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -113,6 +113,10 @@ bench-quick: all $(pictures)
 runs ?= 1000
 simulate: $(loads)
 	@$(B)/tests/load/simulate_farm runs=$(runs) $(if $(farm),farm=$(farm))
+## storm: kill -9 of random processes, e.g. make storm kills=1000 seed=7
+kills ?= 1000
+storm: all
+	@node tests/load/storm.mjs $(B) kills=$(kills) $(if $(seed),seed=$(seed))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev
