@@ -55,7 +55,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results property simulate tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept bench-results property simulate storm tile-rate mutations fuzz asan tsan lint format \
         install uninstall clean help
 all: $(programs)
 
@@ -133,6 +133,10 @@ tile-rate: all $(fakes)
 count ?= 1000000
 mutations: all $(fakes)
 	@tests/system/conduct.sh $(B) $(count)
+## storm: kill -9 of random processes, e.g. make storm kills=1000 seed=7
+kills ?= 1000
+storm: all
+	@node tests/load/storm.mjs $(B) kills=$(kills) $(if $(seed),seed=$(seed))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev

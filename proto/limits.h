@@ -74,6 +74,12 @@
 #define LIMIT_REQUEST_MS       30000  /* ms that a request without a body may take to arrive */
 #define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
 
+/* Tiles on disk, until their frame has its files. */
+#define LIMIT_SPOOL_BYTES       17179869184ULL /* bytes of all frames; beyond, tiles are not kept */
+#define LIMIT_SPOOL_SPARE_BYTES 134217728ULL /* bytes of the disk that are left to jobs and files */
+#define LIMIT_SPOOL_QUEUE_BYTES 67108864u    /* bytes of memory that wait for the disk */
+#define LIMIT_SPOOL_RECORDS     1048576u     /* of a frame; 40 bytes of memory each to take up */
+
 /* The importer's fence. */
 #define LIMIT_IMPORT_MS           120000        /* ms of wall time */
 #define LIMIT_IMPORT_CPU_S        120           /* s of CPU time */

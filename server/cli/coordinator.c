@@ -17,6 +17,7 @@ struct coordinator {
     uv_timer_t farewell;
     struct objects objects;
     struct job_store *store;
+    struct spools *spools;
     struct team *team;
     struct streams *streams;
     struct jobs *jobs;
@@ -34,6 +35,7 @@ static void close_rooms(struct coordinator *c)
     c->closed = true;
     if (c->jobs) jobs_stop(c->jobs);
     team_destroy(&c->team);
+    spools_destroy(&c->spools);
     job_store_close(&c->store);
     http_destroy(&c->http);
     if (c->fleet) fleet_close(c->fleet, NULL, NULL);
@@ -77,6 +79,7 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
     const char *data = options->places->data;
     int error = objects_open(&c->objects, data);
     if (!error) error = job_store_open(&c->loop, data, &c->store);
+    if (!error) error = spools_create(&c->loop, data, &c->spools);
     return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
 }
 
@@ -97,6 +100,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
+                                .spools = c->spools,
                                 .streams = c->streams,
                                 .team = c->team,
                                 .import_program = options->places->import};

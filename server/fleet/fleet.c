@@ -412,6 +412,11 @@ int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain)
     return 0;
 }
 
+const char *fleet_embree(const struct fleet *fleet)
+{
+    return fleet->embree_version;
+}
+
 const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker)
 {
     const struct session *s = fleet_find_session(fleet, worker);

@@ -104,6 +104,8 @@ void fleet_forgive(struct fleet *fleet);
 
 /* What a worker calls itself; borrowed until the loop turns. NULL: it is not known (any more). */
 const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker);
+/* The version of Embree that all workers have, since the first one came; "" before. */
+const char *fleet_embree(const struct fleet *fleet);
 /* False once its link is ending. */
 bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker);
 

@@ -66,6 +66,9 @@ static void write_jobs(FILE *out, const struct jobs_totals *t)
            t->tiles_reissued);
     single(out, "shearwater_tiles_copied_total", "counter",
            "Tiles given to a second worker, since the first was late.", t->tiles_copied);
+    single(out, "shearwater_tiles_resumed_total", "counter",
+           "Tiles taken from disk after a restart, in place of being traced again.",
+           t->tiles_resumed);
     single(out, "shearwater_results_dropped_total", "counter",
            "Results that were late, duplicate or foreign.", t->results_dropped);
     single(out, "shearwater_samples_rejected_total", "counter", "Samples that were not finite.",

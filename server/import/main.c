@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/time.h>
 #include <unistd.h>
@@ -97,6 +98,7 @@ int main(int argc, char **argv)
     struct options options;
     struct fault fault = {0};
     catch_ends();
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* nobody waits for the blob of a coordinator that died */
     int rc = options_read(argc, argv, &options, &fault);
     if (rc == 0 && options.help) {
         fputs(options_help, stdout);

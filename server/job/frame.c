@@ -24,6 +24,7 @@
 
 static void destroy(struct frame *f)
 {
+    frame_spool_destroy(f);
     frame_rounds_destroy(f);
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
@@ -238,11 +239,16 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
     }
 }
 
+bool frame_is_behind(const struct frame *f)
+{
+    return is_behind(f, blocks_out_most(f), PENDING_MOST);
+}
+
 bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_tile *out)
 {
     uint32_t tile, generation;
     if ((f->plan.capabilities & ~asker->capabilities) != 0) return false;
-    if (is_behind(f, blocks_out_most(f), PENDING_MOST)) {
+    if (frame_is_behind(f)) {
         f->held = true;
         return false;
     }

@@ -14,6 +14,7 @@
 #include "server/job/statistics.h"
 #include "server/job/tile_order.h"
 #include "server/store/objects.h"
+#include "server/store/spools.h"
 #include "server/team/team.h"
 
 struct frame;
@@ -25,7 +26,8 @@ struct frame_events {
     void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
     /* Pixels of `rect` are in the image. */
     void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
-    /* Tiles wait again: of the next round of a frame that has some (proto/plan.h). */
+    /* Tiles may wait again: of the next round of a frame that has some (proto/plan.h), or after the
+     * frame was taken up. */
     void (*extended)(void *ctx, struct frame *frame);
     /* All tiles have landed with all their passes: workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
@@ -45,7 +47,9 @@ struct frame_options {
     const struct plan *plan;      /* copied */
     struct team *team;
     const struct objects *objects;
-    bool kept; /* its files are not made when it is complete, but by frame_store */
+    struct spools *spools;  /* where its tiles are kept until it has its files; NULL: nowhere */
+    char job[JOB_ID_BYTES]; /* its name there, with the number */
+    bool kept;              /* its files are not made when it is complete, but by frame_store */
     struct frame_events events;
 };
 
@@ -84,6 +88,10 @@ const char *frame_warning(const struct frame *f);
 
 /* Why the last result that did not fit the plan was refused. Borrowed. */
 const struct fault *frame_refusal(const struct frame *f);
+
+/* Takes up what an earlier run had of the frame, before the first tile is given: false while that
+ * is looked for (`extended` comes then). Workers trace with this version of Embree. */
+bool frame_take_up(struct frame *f, const char *embree);
 
 /* The next tile and pass for a worker. False when none waits, or when reconstruction is so far
  * behind that more samples would only fill memory; frame_was_held then says once that it goes on.

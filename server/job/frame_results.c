@@ -187,6 +187,7 @@ static void block_over(struct frame *f, const struct block_task *t)
         frame_fail(f, error, "", "a block could not be reconstructed");
         return;
     }
+    frame_spool_feed(f);
     f->tasks++; /* held: what comes next may fail, and the owner drop the frame */
     if (film_complete(f->film)) {
         if (frame_has_rounds(f))
@@ -275,27 +276,39 @@ static void reject(struct decode_task *t)
     judge(t, corrupt ? VERDICT_CORRUPT : VERDICT_STALE);
 }
 
+int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
+               struct samples **samples, const struct counters *counters)
+{
+    int error = film_land_pass(f->film, tile, pass, *samples);
+    if (error) {
+        frame_fail(f, error, "", "a tile's samples could not be kept");
+        return error;
+    }
+    *samples = NULL;
+    if (frame_spool_has_next(f, tile)) {
+        tile_queue_land_and_take(f->tiles, tile);
+        frame_spool_push(f, tile);
+    } else {
+        tile_queue_land(f->tiles, tile);
+    }
+    const uint32_t area = (uint32_t)rect_area(tile_grid_rect(&f->grid, tile));
+    counters_add(&f->statistics.counters, counters);
+    f->statistics.tiles_done++;
+    f->samples_landed +=
+        frame_has_rounds(f) ? frame_pass_work(&f->plan, pass, area) : frame_pass_samples(pass);
+    if (frame_has_rounds(f)) frame_rounds_note(f);
+    error = submit_ready(f);
+    if (error) frame_fail(f, error, "", "a block could not be reconstructed");
+    return error;
+}
+
 static void land(struct decode_task *t)
 {
     struct frame *f = t->frame;
-    int error = film_land_pass(f->film, t->result.index, &t->pass, t->samples);
-    if (error) {
-        frame_fail(f, error, "", "a tile's samples could not be kept");
-        return;
-    }
-    t->samples = NULL;
-    tile_queue_land(f->tiles, t->result.index);
-    counters_add(&f->statistics.counters, &t->result.counters);
-    f->statistics.tiles_done++;
-    f->samples_landed += frame_has_rounds(f)
-                             ? frame_pass_work(&f->plan, &t->pass, (uint32_t)rect_area(t->rect))
-                             : frame_pass_samples(&t->pass);
-    if (frame_has_rounds(f)) frame_rounds_note(f);
-    error = submit_ready(f);
-    if (error) {
-        frame_fail(f, error, "", "a block could not be reconstructed");
-        return;
-    }
+    const uint32_t tile = t->result.index;
+    if (frame_land(f, tile, &t->pass, &t->samples, &t->result.counters) != 0) return;
+    frame_spool_keep(f, tile, &t->pass, &t->result.counters, &t->bytes, t->result.samples_bytes);
+    frame_spool_feed(f);
     /* `traced` comes after the verdict, so that the worker knows its result is in before it is told
      * to forget the frame. */
     bool complete = tile_queue_complete(f->tiles) && !frame_has_rounds(f);

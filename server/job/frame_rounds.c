@@ -78,6 +78,7 @@ static void go_on(struct frame *f)
     film_begin_round(f->film, f->rounds.more_passes);
     for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++)
         if (f->rounds.more_passes[i] > 0) tile_queue_extend(f->tiles, i, f->rounds.more_passes[i]);
+    frame_spool_take(f);
     f->options.events.extended(f->options.events.ctx, f);
 }
 

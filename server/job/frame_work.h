@@ -1,7 +1,8 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
- * frame_results.c (results to blocks), frame_rounds.c (passes after the schedule: when), with
- * frame_target.c and frame_rate.c (which), frame_files.c (image to files). */
+ * frame_results.c (results to blocks), frame_spool.c (results of an earlier run), frame_rounds.c
+ * (passes after the schedule: when), with frame_target.c and frame_rate.c (which), frame_files.c
+ * (image to files). */
 #include <stdatomic.h>
 
 #include "server/film/film.h"
@@ -48,6 +49,17 @@ struct frame_rate {
     bool decided;
 };
 
+/* Of a frame whose tiles are kept on disk. */
+enum frame_spool_state { FRAME_SPOOL_CLOSED, FRAME_SPOOL_OPENING, FRAME_SPOOL_READY };
+struct frame_spool {
+    enum frame_spool_state state;
+    struct spool *spool; /* owned; NULL: it has none */
+    uint32_t *taken;     /* owned; received tiles whose pass is yet to be read, the last goes
+                            first; NULL: nothing was there when the spool was opened */
+    uint32_t taken_count;
+    unsigned reading; /* tasks */
+};
+
 struct frame {
     struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
@@ -60,8 +72,9 @@ struct frame {
     struct frame_rounds rounds; /* all NULL without rounds */
     struct frame_target target; /* all NULL without one */
     struct frame_rate rate;     /* all NULL without */
-    struct scratch *scratch;    /* of the team's work on blocks */
-    struct image *image;        /* written and read on the loop's thread, until it is encoded */
+    struct frame_spool spool;
+    struct scratch *scratch; /* of the team's work on blocks */
+    struct image *image;     /* written and read on the loop's thread, until it is encoded */
     enum frame_state state;
     struct statistics statistics;
     uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
@@ -87,6 +100,31 @@ uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, 
 
 /* What a pass of a tile traces. */
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);
+
+/* So far behind with reconstruction that more samples would only fill memory. */
+bool frame_is_behind(const struct frame *f);
+
+/* -- frame_results.c -- */
+
+/* Lands a received tile's pass, and counts it; blocks that are ready go to the team. On failure the
+ * frame has failed, and may be gone. */
+int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
+               struct samples **samples, const struct counters *counters);
+
+/* -- frame_spool.c: what an earlier run of the coordinator had -- */
+
+void frame_spool_destroy(struct frame *f);
+/* Takes the tiles that wait for a pass which the spool has, out of those that wait. */
+void frame_spool_take(struct frame *f);
+/* Reads on, as far as reconstruction keeps up. */
+void frame_spool_feed(struct frame *f);
+/* Whether the spool has the pass after the one that a tile is received for; then, once that has
+ * landed, it is to be read. */
+bool frame_spool_has_next(const struct frame *f, uint32_t tile);
+void frame_spool_push(struct frame *f, uint32_t tile);
+/* Keeps what a worker sent of a pass that has landed; takes the bytes if there is a spool. */
+void frame_spool_keep(struct frame *f, uint32_t tile, const struct plan_pass *pass,
+                      const struct counters *counters, uint8_t **bytes, uint32_t size_bytes);
 
 /* -- frame_rounds.c: frames with passes after the schedule -- */
 

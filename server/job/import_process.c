@@ -11,6 +11,10 @@
 
 #define ANSWER_BYTES 65536 /* of the importer's one line of JSON */
 
+/* Runs of one import whose process was killed from outside (SIGKILL: a person, or the kernel short
+ * of memory). What it dies of by itself it would die of again. */
+#define RUNS_MOST 5
+
 /* Phases follow each other: files on the team, the child on the loop, the blob on the team. */
 struct import_process {
     struct team_task task; /* first: files or blob, one at a time */
@@ -32,6 +36,7 @@ struct import_process {
     uv_timer_t limit;
     unsigned handles; /* not yet closed */
     bool exited, silent, late;
+    unsigned runs;
     int64_t status;
     int signal;
     char answer[ANSWER_BYTES];
@@ -43,6 +48,23 @@ static void destroy(struct import_process *p)
     for (uint32_t i = 0; i < p->file_count; i++) free(p->files[i].path);
     free(p->files);
     free(p);
+}
+
+static void start_child(struct import_process *p);
+
+static bool was_killed(const struct import_process *p)
+{
+    return p->signal == SIGKILL && !p->late && !p->cancelled;
+}
+
+/* As if it had not run: what it wrote is written over. */
+static void run_again(struct import_process *p)
+{
+    p->exited = p->silent = false;
+    p->status = 0;
+    p->signal = 0;
+    p->answer_bytes = 0;
+    start_child(p);
 }
 
 /* The last phase: keep the blob, if there is one, and clear up. */
@@ -122,6 +144,10 @@ static void closed(uv_handle_t *handle)
 {
     struct import_process *p = handle->data;
     if (--p->handles > 0) return;
+    if (was_killed(p) && p->runs < RUNS_MOST) {
+        run_again(p);
+        return;
+    }
     if (!p->fault.code) read_answer(p);
     finish(p);
 }
@@ -209,6 +235,7 @@ static int spawn(struct import_process *p)
 
 static void start_child(struct import_process *p)
 {
+    p->runs++;
     init_handles(p);
     int error = spawn(p);
     if (error) {

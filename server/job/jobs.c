@@ -276,10 +276,17 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     job->paused = row->paused;
 }
 
+static bool is_unfinished(void *ctx, const char *job)
+{
+    return jobs_table_find(ctx, job) != NULL;
+}
+
 int jobs_resume(struct jobs *jobs)
 {
     struct resumption resumption = {.jobs = jobs};
     int error = job_store_unfinished(jobs->options.store, resume_one, &resumption);
+    if (!error && !resumption.error && jobs->options.spools)
+        spools_sweep(jobs->options.spools, is_unfinished, jobs);
     jobs_advance_soon(jobs);
     return error ? error : resumption.error;
 }
@@ -345,6 +352,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
                                 .tiles_done = sum.tiles_done,
                                 .tiles_reissued = sum.tiles_reissued,
                                 .tiles_copied = sum.tiles_copied,
+                                .tiles_resumed = sum.tiles_resumed,
                                 .results_dropped = sum.results_dropped,
                                 .samples_rejected = sum.results_corrupt,
                                 .counters = sum.counters,

@@ -13,6 +13,7 @@
 #include "server/job/steering.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
+#include "server/store/spools.h"
 #include "server/stream/stream.h"
 #include "server/team/team.h"
 
@@ -25,6 +26,7 @@ struct jobs_options {
     uv_loop_t *loop;
     struct job_store *store;
     const struct objects *objects;
+    struct spools *spools; /* tiles of frames in work; NULL: a restart begins frames anew */
     struct streams *streams;
     struct team *team;          /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
@@ -37,12 +39,14 @@ int jobs_create(const struct jobs_options *options, struct jobs **out);
 struct fleet_client jobs_fleet_client(struct jobs *jobs);
 void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
 
-/* Takes up what the store holds unfinished. Blocking; before the loop runs. */
+/* Takes up what the store holds unfinished, and removes the spools of all else. Blocking; before
+ * the loop runs. */
 int jobs_resume(struct jobs *jobs);
 
 /* Stops importers and drops frames in work (they stay unfinished in the store); calls neither fleet
- * nor streams any more and gives team and store no more work. Then team and store are destroyed,
- * whose last callbacks still come here, the fleet is closed, and the loop runs once more. */
+ * nor streams any more and gives team and store no more work. Then team, spools and store are
+ * destroyed, whose last callbacks still come here, the fleet is closed, and the loop runs once
+ * more. */
 void jobs_stop(struct jobs *jobs);
 
 /* Frees the rest, after all that. */
@@ -109,7 +113,8 @@ void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_picture
 /* Counts for metrics and readiness. */
 struct jobs_totals {
     uint64_t queued, importing, running, resting, finished, failed, cancelled, submitted;
-    uint64_t tiles_done, tiles_reissued, tiles_copied, results_dropped, samples_rejected;
+    uint64_t tiles_done, tiles_reissued, tiles_copied, tiles_resumed;
+    uint64_t results_dropped, samples_rejected;
     struct counters counters;
     uint64_t import_cpu_us, reconstruct_cpu_us, shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
         lens_cpu_us, lens_light_cpu_us, decode_cpu_us, encode_cpu_us;

@@ -25,6 +25,7 @@ static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_t
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct frame *work = jobs->open[i].frame->work;
         if (jobs->open[i].job->paused) continue;
+        if (!frame_take_up(work, fleet_embree(jobs->fleet))) continue;
         if (frame_waits_for_free(work, asker)) return false;
         if (!frame_lease(work, asker, out)) continue;
         if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);

@@ -255,22 +255,14 @@ static void on_recorded(void *ctx, int error)
     job->frames_opened--;
     job->frames_finished++;
     job->revision++;
+    if (job->jobs->options.spools)
+        spools_remove(job->jobs->options.spools, job->id, number_of(job, frame));
     frame_event(job, frame);
     if (job->frames_finished == job->frame_count)
         live_job_finish(job);
     else
         jobs_progress_soon(job->jobs, job);
     jobs_advance_soon(job->jobs);
-}
-
-/* Numbers of frames that are done survive a restart together with the frames. */
-static void record_report(struct live_job *job)
-{
-    json_t *report = live_job_report(job);
-    char *text = json_dumps(report, JSON_COMPACT);
-    job_store_update(job->jobs->options.store, job->id, NULL, NULL, text, NULL, NULL);
-    free(text);
-    json_decref(report);
 }
 
 /* What a frame came to have beyond its plan, and what it warns of. */
@@ -304,7 +296,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     note_end(job, work);
     live_job_log(job, "frame", "frame %d is drawn and encoded", number_of(job, frame));
     close_work(job, frame);
-    if (job->frame_count > 1) record_report(job);
+    if (job->frame_count > 1) live_job_keep_report(job, NULL);
     struct frame_row row = {.number = number_of(job, frame),
                             .state = frame_state_name(FRAME_FINISHED),
                             .exr = *exr,
@@ -336,6 +328,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .plan = &plan,
         .team = jobs->options.team,
         .objects = jobs->options.objects,
+        .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
         .kept = job->view != NULL,
         .events = {.ctx = jobs,
                    .judged = on_judged,
@@ -346,6 +339,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                    .encoded = on_encoded,
                    .failed = on_failed},
     };
+    memcpy(options.job, job->id, sizeof options.job);
     return frame_create(&options, &frame->work);
 }
 

@@ -93,6 +93,7 @@ static void on_ended(void *ctx, int error)
     if (!error) {
         /* What could not be recorded stays in the table: GET must not fall back to the old state.
          */
+        if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
         jobs_table_remove(jobs, job);
         live_job_release(job);
     }
@@ -216,12 +217,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     if (job->live && start_view(job) != 0) return;
     go(job, JOB_RUNNING);
     live_job_log_state(job);
-    json_t *report = live_job_report(job);
-    char *text = json_dumps(report, JSON_COMPACT);
-    job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, text,
-                     NULL, NULL);
-    free(text);
-    json_decref(report);
+    live_job_keep_report(job, job_state_name(job->state));
     jobs_event_state(job);
     if (job->frames_finished == job->frame_count) live_job_finish(job);
     jobs_advance_soon(job->jobs);

@@ -113,6 +113,10 @@ uint64_t live_job_frame_floats(const struct live_job *job);
  * log}.
  * New references. */
 json_t *live_job_report(const struct live_job *job);
+/* Sends the report to the store, with the state unless that is NULL: what is durable of a job that
+ * goes on. Work on frames that are not done is not in it: these begin again after a restart, or
+ * count what they take up then. */
+void live_job_keep_report(struct live_job *job, const char *state);
 json_t *live_job_progress(const struct live_job *job);
 json_t *live_job_frames(const struct live_job *job);
 void live_job_statistics(const struct live_job *job, struct statistics *out);

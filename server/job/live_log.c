@@ -28,11 +28,7 @@ void live_job_keep_log(struct live_job *job)
         return;
     job->log_due = false;
     job->log_kept_us = now_us;
-    json_t *report = live_job_report(job);
-    char *text = json_dumps(report, JSON_COMPACT);
-    job_store_update(job->jobs->options.store, job->id, NULL, NULL, text, NULL, NULL);
-    free(text);
-    json_decref(report);
+    live_job_keep_report(job, NULL);
 }
 
 void live_job_take_log(struct live_job *job, const json_t *report)

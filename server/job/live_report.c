@@ -1,6 +1,7 @@
 /* What is told of a job while it lives. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 
@@ -95,16 +96,32 @@ void live_job_statistics(const struct live_job *job, struct statistics *out)
     live_job_add_work(job, out);
 }
 
+static json_t *report_of(const struct live_job *job, const struct statistics *statistics)
+{
+    json_t *warnings = json_object_get(job->plan, "warnings");
+    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?,s:o*}", "progress", live_job_progress(job), "plan",
+                     job->plan, "statistics", statistics_json(statistics), "warnings",
+                     warnings ? json_incref(warnings) : json_array(), "revision",
+                     (json_int_t)job->revision, "log", job->log, "view",
+                     job->view ? live_view_json(job) : NULL);
+}
+
 json_t *live_job_report(const struct live_job *job)
 {
     struct statistics statistics;
     live_job_statistics(job, &statistics);
-    json_t *warnings = json_object_get(job->plan, "warnings");
-    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?,s:o*}", "progress", live_job_progress(job), "plan",
-                     job->plan, "statistics", statistics_json(&statistics), "warnings",
-                     warnings ? json_incref(warnings) : json_array(), "revision",
-                     (json_int_t)job->revision, "log", job->log, "view",
-                     job->view ? live_view_json(job) : NULL);
+    return report_of(job, &statistics);
+}
+
+void live_job_keep_report(struct live_job *job, const char *state)
+{
+    struct statistics statistics = job->statistics;
+    live_job_add_work(job, &statistics);
+    json_t *report = report_of(job, &statistics);
+    char *text = report ? json_dumps(report, JSON_COMPACT) : NULL;
+    job_store_update(job->jobs->options.store, job->id, state, NULL, text, NULL, NULL);
+    free(text);
+    json_decref(report);
 }
 
 void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])

@@ -28,6 +28,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->tiles_done += more->tiles_done;
     sum->tiles_reissued += more->tiles_reissued;
     sum->tiles_copied += more->tiles_copied;
+    sum->tiles_resumed += more->tiles_resumed;
     sum->results_dropped += more->results_dropped;
     sum->results_corrupt += more->results_corrupt;
     sum->sub_samples_unmatched += more->sub_samples_unmatched;
@@ -87,6 +88,7 @@ static const struct line lines[] = {
     {"tiles", "done", FIELD(tiles_done), false},
     {"tiles", "reissued", FIELD(tiles_reissued), false},
     {"tiles", "copied", FIELD(tiles_copied), false},
+    {"tiles", "resumed", FIELD(tiles_resumed), false},
     {"results", "dropped", FIELD(results_dropped), false},
     {"results", "corrupt", FIELD(results_corrupt), false},
     {"pixels", "background", FIELD(pixels_background), false},

@@ -20,6 +20,7 @@ struct statistics {
     uint64_t wall_us;                    /* from import to the last file */
     uint64_t bytes_received;             /* samples as they came over the wire */
     uint64_t tiles_done, tiles_reissued, tiles_copied; /* each pass of a tile counts */
+    uint64_t tiles_resumed;              /* of those done: taken from disk after a restart */
     uint64_t results_dropped;            /* duplicate, stale, foreign */
     uint64_t results_corrupt;
     uint64_t sub_samples_unmatched, pixels_background;
@@ -49,7 +50,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more);
 
 /* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens,
  * lens_light, encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done,
- * reissued}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
+ * reissued, copied, resumed}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
  * pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy
  * {the same}, lens {the same, samples_lit, samples_own, second_paths}, target {rounds, paths,
  * bounces, error, threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes

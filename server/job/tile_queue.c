@@ -245,7 +245,8 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
     return VERDICT_ACCEPTED;
 }
 
-void tile_queue_land(struct tile_queue *q, uint32_t tile)
+/* A pass has landed; what the tile is now is up to the caller. */
+static struct tile_entry *end_pass(struct tile_queue *q, uint32_t tile)
 {
     struct tile_entry *t = &q->tiles[tile];
     assert(tile < q->count && t->state == TILE_RECEIVED);
@@ -258,8 +259,52 @@ void tile_queue_land(struct tile_queue *q, uint32_t tile)
     t->pass++;
     q->between -= t->pass == t->passes;
     q->landed++;
+    return t;
+}
+
+void tile_queue_land(struct tile_queue *q, uint32_t tile)
+{
+    struct tile_entry *t = end_pass(q, tile);
     t->state = t->pass < t->passes ? TILE_WAITING : TILE_LANDED;
     if (t->state == TILE_WAITING) wait_fresh(q, tile);
+}
+
+uint32_t tile_queue_take(struct tile_queue *q, bool (*is_wanted)(void *ctx, uint32_t tile),
+                         void *ctx, uint32_t *out)
+{
+    uint32_t taken = 0, kept = 0;
+    assert(q->returned_count == 0); /* what is kept stands there meanwhile */
+    while (q->untouched.count + q->begun.count > 0) {
+        const uint32_t tile = pop_fresh(q);
+        if (is_wanted(ctx, tile)) {
+            q->tiles[tile].state = TILE_RECEIVED;
+            out[taken++] = tile;
+        } else {
+            q->returned[kept++] = tile;
+        }
+    }
+    for (uint32_t i = 0; i < kept; i++) wait_fresh(q, q->returned[i]);
+    return taken;
+}
+
+void tile_queue_land_and_take(struct tile_queue *q, uint32_t tile)
+{
+    const struct tile_entry *t = end_pass(q, tile);
+    assert(t->pass < t->passes);
+}
+
+void tile_queue_give_up(struct tile_queue *q, uint32_t tile)
+{
+    struct tile_entry *t = &q->tiles[tile];
+    assert(tile < q->count && t->state == TILE_RECEIVED && t->leases[0].generation == 0);
+    t->state = TILE_WAITING;
+    wait_fresh(q, tile);
+}
+
+uint32_t tile_queue_passes(const struct tile_queue *q, uint32_t tile)
+{
+    assert(tile < q->count);
+    return q->tiles[tile].passes;
 }
 
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes)

@@ -78,6 +78,19 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
 void tile_queue_land(struct tile_queue *q, uint32_t tile);
 void tile_queue_reject(struct tile_queue *q, uint32_t tile);
 
+/* Tiles whose result is there already: takes all of those that wait, for a pass not leased before,
+ * and that `is_wanted`; they are received from then on, and stand in `out` (room for all tiles), as
+ * many as it returns, in the order in which they would have been leased. No tile that came back
+ * may wait. */
+uint32_t tile_queue_take(struct tile_queue *q, bool (*is_wanted)(void *ctx, uint32_t tile),
+                         void *ctx, uint32_t *out);
+/* Lands a pass of a received tile that has another, of which it is received at once, too. */
+void tile_queue_land_and_take(struct tile_queue *q, uint32_t tile);
+/* A tile that was taken waits to be leased after all. */
+void tile_queue_give_up(struct tile_queue *q, uint32_t tile);
+/* Passes of a tile, in all. */
+uint32_t tile_queue_passes(const struct tile_queue *q, uint32_t tile);
+
 /* Why a lease came back without a result. */
 enum tile_cause {
     TILE_GIVEN_BACK, /* for any reason that may be the tile's */

@@ -31,6 +31,7 @@ static void numbers_stay(void **state)
     assert_int_equal(ERR_VERSION, -7);
     assert_int_equal(ERR_MISMATCH, -14);
     assert_int_equal(ERR_FULL, -24);
+    assert_int_equal(ERR_NO_SPACE, -25);
 }
 
 static void names_and_sentences(void **state)

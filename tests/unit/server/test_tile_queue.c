@@ -501,6 +501,56 @@ static void survives_any_order(void **state)
     survive(7);
 }
 
+static bool is_even(void *ctx, uint32_t tile)
+{
+    (void)ctx;
+    return tile % 2 == 0;
+}
+
+/* Results that are there already: their tiles are given to nobody, in whatever order they land. */
+static void tiles_are_taken(void **state)
+{
+    struct tile_grid grid;
+    struct tile_queue *q;
+    uint32_t taken[16], order[16], tile, generation;
+    (void)state;
+    assert_int_equal(tile_grid_init(&grid, 64, 64, 16), 0);
+    assert_int_equal(tile_queue_create(&grid, 32, 2, 16, &q), 0);
+    for (uint32_t i = 0; i < 16; i++) {
+        assert_true(tile_queue_lease(q, 1, &order[i], &generation));
+        assert_int_equal(tile_queue_passes(q, order[i]), 2);
+    }
+    tile_queue_destroy(&q);
+    assert_int_equal(tile_queue_create(&grid, 32, 2, 16, &q), 0);
+    assert_int_equal(tile_queue_take(q, is_even, NULL, taken), 8);
+    assert_int_equal(tile_queue_waiting(q), 8);
+    for (uint32_t i = 0, even = 0; i < 16; i++)
+        if (order[i] % 2 == 0) assert_int_equal(taken[even++], order[i]);
+    assert_int_equal(tile_queue_receive(q, 1, taken[0], 1), VERDICT_FOREIGN);
+    /* One has both passes there, one the first, one is not there after all. */
+    tile_queue_land_and_take(q, taken[0]);
+    tile_queue_land(q, taken[0]);
+    tile_queue_land(q, taken[1]);
+    tile_queue_give_up(q, taken[2]);
+    for (uint32_t i = 3; i < 8; i++) {
+        tile_queue_land_and_take(q, taken[i]);
+        assert_int_equal(tile_queue_pass(q, taken[i]), 1);
+        tile_queue_land(q, taken[i]);
+    }
+    /* Eight odd ones and the third have two passes to go, the second one. */
+    unsigned leases = 0;
+    while (tile_queue_lease(q, 1, &tile, &generation)) {
+        assert_true(tile % 2 == 1 || tile == taken[1] || tile == taken[2]);
+        assert_int_equal(tile_queue_receive(q, 1, tile, generation), VERDICT_ACCEPTED);
+        tile_queue_land(q, tile);
+        leases++;
+    }
+    assert_int_equal(leases, 19);
+    assert_true(tile_queue_complete(q));
+    assert_true(tile_queue_reissued(q) == 0);
+    tile_queue_destroy(&q);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -522,6 +572,7 @@ int main(void)
         cmocka_unit_test(a_copy_is_as_good),
         cmocka_unit_test(each_pass_has_its_own_patience),
         cmocka_unit_test(survives_any_order),
+        cmocka_unit_test(tiles_are_taken),
     };
     return cmocka_run_group_tests_name("tile_queue", tests, NULL, NULL);
 }

@@ -1,0 +1,137 @@
+#!/usr/bin/env bash
+# Tiles that were finished before the coordinator was killed are not traced again after it: they are
+# taken from disk, whatever the frame does with them, and not a byte of its file is another. What is
+# torn, damaged or of another frame is traced again.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/resume.sh BUILD_DIR}
+. tests/tap.bash
+scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
+start() { serve_start "$tmp/data" --workers 2 --worker-threads 1 "$@" || { echo "Bail out! the server did not start"; exit 1; }; }
+http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
+get() { http "$url/v1/jobs/$1"; }
+submit() { # submit MEMBERS: a job of the box; prints its id
+    printf '{"scene": {"file": "%s"}, %s}' "$scene" "$1" >"$tmp/job.json"
+    "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet
+}
+is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
+eventually() { # eventually SECONDS COMMAND...
+    local end=$((SECONDS + $1)); shift
+    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done
+}
+shows() { get "$1" | jq -e "$2"; }
+exr() { http -f -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
+number() { get "$1" | jq "$2"; }
+landed() { [ "$(number "$1" .progress.tiles_done)" -ge "$2" ]; }
+spool_files() { find "$tmp/data/spool" -type f; }
+spool_is_empty() { [ -z "$(find "$tmp/data/spool" -mindepth 1)" ]; }
+
+# Kills it when that many tiles have landed, and starts it again.
+crash_at() { # crash_at JOB TILES
+    eventually 60 landed "$1" "$2" || return 1
+    serve_stop -KILL
+    return 0 # not what the killed one ends with
+}
+
+plain='"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "filter": {"method": "none"}'
+names=(plain filtered rates target lens)
+jobs=("$plain"
+    '"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 512}, "filter": {"method": "none"}'
+    '"image": {"width": 192, "height": 192}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+
+start
+for i in "${!jobs[@]}"; do
+    id=$(submit "${jobs[$i]}") || { cat "$tmp/job.json"; }
+    check "${names[$i]}: the undisturbed job finishes" await_state "$id" finished 120
+    exr "$id" "$tmp/${names[$i]}.exr"
+    tiles[$i]=$(number "$id" .progress.tiles_total)
+done
+check "nothing is left of finished jobs" eventually 5 spool_is_empty
+
+# Killed twice, at a third of the tiles and at two thirds, which is in the second round of those that have one.
+for i in "${!jobs[@]}"; do
+    n=${names[$i]} all=${tiles[$i]}
+    id=$(submit "${jobs[$i]}")
+    check "$n: killed at a third" crash_at "$id" $((all / 3))
+    start
+    check "$n: takes these up" eventually 30 shows "$id" ".statistics.tiles.resumed >= $((all / 4))"
+    check "$n: killed at three quarters" crash_at "$id" $((all * 3 / 4))
+    start
+    check "$n: finishes" await_state "$id" finished 120
+    resumed=$(number "$id" .statistics.tiles.resumed)
+    echo "# $n: $resumed of $all tiles taken from disk the second time"
+    check "$n: most of what had landed is not traced again" [ "$resumed" -ge $((all * 2 / 3)) ]
+    check "$n: all tiles are counted once" is "$(number "$id" .statistics.tiles.done)" "$all"
+    exr "$id" "$tmp/again.exr"
+    check "$n: the same bytes" cmp "$tmp/$n.exr" "$tmp/again.exr"
+    check "$n: its spool has gone" eventually 5 spool_is_empty
+done
+# A spool that is not what it was. The job is held when it is half done; what landed lies in one file.
+half_done() { # half_done MEMBERS: a job of the plain kind that was killed half-way; sets $id, $landed, $spool
+    id=$(submit "$plain")
+    eventually 60 landed "$id" 150
+    "$build/shearwater" steer "$id" --server "$url" --pause >/dev/null
+    eventually 10 [ "$(http "$url/v1/workers" | jq '[.workers[].tiles_in_hand] | add')" = 0 ]
+    sleep 0.3
+    landed=$(number "$id" .progress.tiles_done)
+    serve_stop "$1"
+    spool=$(spool_files)
+}
+goes_on() { # goes_on NAME LEAST MOST [ARGS]: as many are taken up, and the file is the undisturbed one
+    start "${@:4}"
+    "$build/shearwater" steer "$id" --server "$url" --resume >/dev/null
+    check "$1: it finishes" await_state "$id" finished 120
+    resumed=$(number "$id" .statistics.tiles.resumed)
+    check "$1: $resumed of $landed taken up, $2 to $3 expected" [ "$resumed" -ge "$2" -a "$resumed" -le "$3" ]
+}
+same_bytes() { exr "$id" "$tmp/again.exr" && cmp "$tmp/plain.exr" "$tmp/again.exr"; }
+flip() { # flip FILE OFFSET
+    local byte; byte=$(od -An -tu1 -j "$2" -N1 "$1" | tr -d ' ')
+    printf "\\x$(printf %02x $((byte ^ 64)))" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none
+}
+
+half_done -TERM
+goes_on "stopped in order" "$landed" "$landed"
+check "... the same bytes" same_bytes
+
+half_done -KILL
+truncate -s $(($(stat -c %s "$spool") - 100)) "$spool"
+goes_on "a torn tail" $((landed - 1)) $((landed - 1))
+check "... the same bytes" same_bytes
+
+half_done -KILL
+flip "$spool" $((44 + 40 + 1000))
+goes_on "a bit of a payload" $((landed - 16)) $((landed - 1))
+check "... the same bytes" same_bytes
+
+half_done -KILL
+flip "$spool" $((44 + 4))
+goes_on "a bit of the first record's length" 0 0
+check "... the same bytes" same_bytes
+
+half_done -KILL
+head -c 100000 /dev/urandom >"$spool"
+goes_on "no spool at all" 0 0
+check "... the same bytes" same_bytes
+
+half_done -KILL
+goes_on_smaller() { SHEARWATER_ISA=sse4.2 goes_on "another instruction set" 0 0; }
+goes_on_smaller
+serve_stop
+start
+
+half_done -KILL
+mkdir -p "$tmp/data/spool/01aaaaaaaaaaaaaaaaaaaaaaaa"
+echo debris >"$tmp/data/spool/01aaaaaaaaaaaaaaaaaaaaaaaa/1"
+start
+check "spools of no job are swept at start" [ "$(spool_files)" = "$spool" ]
+check "the metric counts none taken up" is "$(http "$url/metrics" | sed -n 's/^shearwater_tiles_resumed_total //p')" 0
+http -X DELETE "$url/v1/jobs/$id" >/dev/null
+check "a cancelled job leaves none" eventually 5 spool_is_empty
+
+live=$(submit "${plain/\"filter\"/\"live\": true, \"filter\"}")
+eventually 30 shows "$live" '.progress.fraction > 0.2'
+check "a live job keeps none" spool_is_empty
+tap_done
