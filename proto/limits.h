@@ -74,6 +74,10 @@
 #define LIMIT_REQUEST_MS       30000  /* ms that a request without a body may take to arrive */
 #define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
 
+/* Who may do what. */
+#define LIMIT_TOKENS            4096    /* tokens of a coordinator */
+#define LIMIT_TOKENS_FILE_BYTES 1048576 /* bytes of the file that they come from */
+
 /* The importer's fence. */
 #define LIMIT_IMPORT_MS           120000        /* ms of wall time */
 #define LIMIT_IMPORT_CPU_S        120           /* s of CPU time */

@@ -32,6 +32,7 @@ tap_done() { echo "1..$tap_n"; [ "$tap_failed" -eq 0 ]; exit; }
 serve_start() {
     local data=$1; shift
     mkdir -p "$data"
+    : >"$data/stdout" # the address of an earlier one must not be taken for this one's
     "$build/shearwater" serve --listen 127.0.0.1:0 --data "$data" "$@" \
         >"$data/stdout" 2>>"$data/stderr" &
     server_pid=$!

@@ -3,9 +3,11 @@
 #include <microhttpd.h>
 #include <uv.h>
 
+#include "server/http/access.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
 #include "server/http/request_count.h"
+#include "server/http/tls.h"
 
 struct request;
 struct static_files;
@@ -38,6 +40,8 @@ struct http {
     unsigned connections, uploads, encodings;
     uint64_t log_lines; /* messages of MHD: counted, not printed */
     struct lingering lingering;
+    struct access access;
+    struct tls tls; /* texts NULL: none */
     struct request_count count;
 };
 

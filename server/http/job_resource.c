@@ -83,11 +83,11 @@ void route_job_submit(struct request *r)
     }
     request_hold(r);
     if (dry_run) {
-        jobs_dry_run(r->http->options.jobs, &job, on_planned, r);
+        jobs_dry_run(r->http->options.jobs, &r->asker, &job, on_planned, r);
         return;
     }
     digest_of(text, r->body_bytes, &digest);
-    jobs_submit(r->http->options.jobs, &job, key, &digest, on_submitted, r);
+    jobs_submit(r->http->options.jobs, &r->asker, &job, key, &digest, on_submitted, r);
 }
 
 /* The query of a listing, checked. */
@@ -95,6 +95,7 @@ static bool read_listing(struct request *r, struct job_listing *out)
 {
     const char *limit = target_parameter(&r->target, "limit"), *fault = NULL;
     enum job_state state;
+    *out = (struct job_listing){0};
     out->cursor = target_parameter(&r->target, "cursor");
     out->state = target_parameter(&r->target, "state");
     out->text = target_parameter(&r->target, "text");
@@ -161,7 +162,7 @@ void route_job_list(struct request *r)
     struct job_listing listing;
     if (!read_listing(r, &listing)) return;
     request_hold(r);
-    jobs_list(r->http->options.jobs, &listing, on_listed, r);
+    jobs_list(r->http->options.jobs, &r->asker, &listing, on_listed, r);
 }
 
 static void on_got(void *ctx, int error, json_t *body)
@@ -173,7 +174,7 @@ static void on_got(void *ctx, int error, json_t *body)
 void route_job_get(struct request *r)
 {
     request_hold(r);
-    jobs_get(r->http->options.jobs, r->match.job, on_got, r);
+    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_got, r);
 }
 
 static void on_cancelled(void *ctx, int error)
@@ -198,5 +199,5 @@ void route_job_delete(struct request *r)
     bool purge;
     if (!request_flag(r, "purge", &purge)) return;
     request_hold(r);
-    jobs_cancel(r->http->options.jobs, r->match.job, purge, on_cancelled, r);
+    jobs_cancel(r->http->options.jobs, &r->asker, r->match.job, purge, on_cancelled, r);
 }

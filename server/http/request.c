@@ -233,7 +233,7 @@ static bool check(struct request *r, const char *method, const char *version)
     (void)method_from_name(method, &r->method);
     if (!guard_pass(r, version, &claim)) return false;
     r->close = claim.present;
-    if (!find_route(r, method)) return false;
+    if (!find_route(r, method) || !access_pass(r)) return false;
     if (r->http->draining && !served_while_draining(r->match.id)) {
         request_problem(r, PROBLEM_DRAINING, "ask again when it is back", NULL);
         return false;

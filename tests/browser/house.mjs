@@ -37,9 +37,9 @@ export async function until(what, read, seconds = 60) {
   throw new Error(`${what}: not within ${seconds} s`);
 }
 
-export function startServer(port = 0) {
+export function startServer(port = 0, options = []) {
   server = spawn(join(build, "shearwater"),
-    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2"],
+    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2", ...options],
     { stdio: ["ignore", "pipe", "inherit"] });
   return new Promise((done, fail) => {
     let text = "";
