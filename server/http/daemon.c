@@ -7,12 +7,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "server/http/crowd.h"
 #include "server/http/listen.h"
 #include "server/http/request.h"
 #include "server/http/static_files.h"
 
 #define TICK_MS                 250u
-#define CONNECTION_MEMORY_BYTES 32768u
+#define CONNECTION_MEMORY_BYTES 24576u
 #define DESCRIPTORS_WANTED      (2u * LIMIT_HTTP_CONNECTIONS)
 
 /* MHD's own words are about single connections and come as fast as clients send nonsense. */
@@ -31,7 +32,9 @@ void peer_deadline(struct peer *peer, uint64_t ms)
 
 void peer_abort(struct peer *peer, unsigned status)
 {
-    enum problem_id id = status == 413 ? PROBLEM_TOO_LARGE : PROBLEM_TIMEOUT;
+    enum problem_id id = status == 413   ? PROBLEM_TOO_LARGE
+                         : status == 503 ? PROBLEM_BUSY
+                                         : PROBLEM_TIMEOUT;
     const struct problem *p = problem_of(id);
     peer->deadline_ms = 0;
     if (peer->http->tls.key) { /* plain words would be noise there */
@@ -114,6 +117,7 @@ static void begin_peer(struct http *http, struct MHD_Connection *connection, voi
     http->peers = peer;
     http->connections++;
     peer_deadline(peer, http->request_ms);
+    crowd_make_room(http);
 }
 
 static bool has_unread(int fd)
@@ -216,13 +220,14 @@ static int start_mhd(struct http *http, int listen_fd)
         {MHD_OPTION_END, 0, NULL},
     };
     if (!tls->key) guarded[0] = guarded[3];
+    http->connections_most = connections_most();
     http->mhd = MHD_start_daemon(
         MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls->key ? MHD_USE_TLS : 0),
         0, NULL, NULL, step, http, MHD_OPTION_EXTERNAL_LOGGER, count_log,
-        http,                                            /* first, as MHD demands */
-        MHD_OPTION_ARRAY, guarded,                       /**/
-        MHD_OPTION_LISTEN_SOCKET, listen_fd,             /**/
-        MHD_OPTION_CONNECTION_LIMIT, connections_most(), /**/
+        http,                                                /* first, as MHD demands */
+        MHD_OPTION_ARRAY, guarded,                           /**/
+        MHD_OPTION_LISTEN_SOCKET, listen_fd,                 /**/
+        MHD_OPTION_CONNECTION_LIMIT, http->connections_most, /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
         MHD_OPTION_STRICT_FOR_CLIENT, 1,                  /**/

@@ -42,6 +42,7 @@ struct request {
     size_t body_bytes;
     struct object_writer *writer; /* owned; when it is a FILE */
     uint64_t file_bytes;
+    uint64_t file_from_ms; /* of the loop's clock: when it began */
     int file_error;
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */
