@@ -124,6 +124,7 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
     struct fleet_client client = jobs_fleet_client(c->jobs);
     struct fleet_options fleet = {.socket_path = options->places->socket,
                                   .listen = options->worker_listen,
+                                  .key_path = options->worker_key,
                                   .worker_program = options->places->worker,
                                   .cache_dir = options->places->cache,
                                   .blob_dir = options->places->blobs,

@@ -16,6 +16,7 @@ struct coordinator_options {
     /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
      * well. */
     void (*reloaded)(size_t count, const struct fault *fault);
+    const char *worker_key;    /* file: what workers over TCP must have; NULL: nothing */
     const char *worker_listen; /* TCP for workers; NULL: none */
     unsigned workers;          /* local ones */
     unsigned worker_threads;   /* of each */

@@ -86,7 +86,8 @@ static int serve(const struct coordinator_options *options)
 
 int cli_serve(int argc, char **argv)
 {
-    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web, *tokens, *cert, *key;
+    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web, *tokens, *cert, *key,
+                      *worker_key;
     static bool with_parent;
     long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
     const struct option_line lines[] = {
@@ -109,7 +110,11 @@ int cli_serve(int argc, char **argv)
         {"worker-threads", 0, OPTION_NUMBER, "N",
          "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS, &threads},
         {"worker-listen", 0, OPTION_TEXT, "ADDR:PORT",
-         "TCP for further workers, on loopback only; default none", 0, 0, &worker_listen},
+         "TCP for further workers; beyond loopback only with a key; default none", 0, 0,
+         &worker_listen},
+        {"worker-key", 0, OPTION_TEXT, "FILE",
+         "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
+         &worker_key},
         {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &web},
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &quiet},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
@@ -141,6 +146,7 @@ int cli_serve(int argc, char **argv)
                                                 .key = key,
                                                 .reloaded = on_reloaded,
                                                 .worker_listen = worker_listen,
+                                                .worker_key = worker_key,
                                                 .workers = (unsigned)workers,
                                                 .worker_threads = (unsigned)threads,
                                                 .team_threads = (unsigned)cores};

@@ -1,4 +1,4 @@
-#include "server/access/secret_file.h"
+#include "proto/secret_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
