@@ -28,10 +28,12 @@ void json_printable(const char *text, char *out, size_t capacity)
     out[at] = '\0';
 }
 
-/* Deepest nesting of brackets outside strings. jansson recurses, so this comes before it. */
-static size_t nesting(const char *text, size_t size_bytes)
+/* Deepest nesting of brackets outside strings, since jansson recurses; and how many values there
+ * are at most, since each is an allocation. */
+static size_t nesting(const char *text, size_t size_bytes, size_t *values)
 {
     size_t depth = 0, deepest = 0;
+    *values = 1;
     bool in_string = false;
     for (size_t i = 0; i < size_bytes; i++) {
         const char c = text[i];
@@ -42,9 +44,12 @@ static size_t nesting(const char *text, size_t size_bytes)
             in_string = true;
         } else if (c == '[' || c == '{') {
             depth++;
+            ++*values;
             if (depth > deepest) deepest = depth;
         } else if ((c == ']' || c == '}') && depth > 0) {
             depth--;
+        } else if (c == ',') {
+            ++*values;
         }
     }
     return deepest;
@@ -71,10 +76,14 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
         return fault_set(fault, ERR_LIMIT, "", "%zu bytes are above the limit of %zu", size_bytes,
                          limit_bytes);
     if (size_bytes == 0) return fault_set(fault, ERR_SYNTAX, "", "there is no document");
-    const size_t depth = nesting(text, size_bytes);
+    size_t values;
+    const size_t depth = nesting(text, size_bytes, &values);
     if (depth > LIMIT_JSON_DEPTH)
         return fault_set(fault, ERR_LIMIT, "", "it is nested %zu deep, above the limit of %d",
                          depth, LIMIT_JSON_DEPTH);
+    if (values > LIMIT_JSON_VALUES && limit_bytes <= LIMIT_JOB_BYTES)
+        return fault_set(fault, ERR_LIMIT, "", "it has %zu values, above the limit of %d", values,
+                         LIMIT_JSON_VALUES);
     *out = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     if (*out) return 0;
     json_printable(error.text, what, sizeof what);

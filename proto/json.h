@@ -10,7 +10,8 @@
 #include "proto/error.h"
 
 /* Reads JSON with the project's rules: at most limit_bytes, no duplicates, depth at most
- * LIMIT_JSON_DEPTH, valid UTF-8. The caller owns *out. ERR_LIMIT (size, depth), ERR_SYNTAX,
+ * LIMIT_JSON_DEPTH, valid UTF-8; where limit_bytes is at most LIMIT_JOB_BYTES, at most
+ * LIMIT_JSON_VALUES values. The caller owns *out. ERR_LIMIT (size, depth), ERR_SYNTAX,
  * ERR_RANGE (a number that no double or 64-bit integer holds), ERR_MEMORY. */
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault);

@@ -29,17 +29,19 @@
 
 /* Documents. */
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */
-#define LIMIT_JSON_DEPTH            64      /* nesting; jansson's own cap is 2048 */
-#define LIMIT_NAME_BYTES            256     /* bytes of any name, with its end */
-#define LIMIT_POINTER_BYTES         256     /* bytes of a JSON pointer in a fault */
-#define LIMIT_DETAIL_BYTES          512     /* bytes of a fault's sentence */
-#define LIMIT_SCENE_FILES           512     /* files beside a scene's main file */
-#define LIMIT_PATH_BYTES            512     /* bytes of a relative path inside a scene */
-#define LIMIT_WARNINGS              64      /* warnings kept for a scene or a job */
-#define LIMIT_IDEMPOTENCY_KEY_BYTES 128     /* bytes of an Idempotency-Key header */
-#define LIMIT_LOG_LINES             200     /* lines of a job's log */
-#define LIMIT_LIST_TEXT_BYTES       128     /* bytes that a listing may be searched for */
-#define LIMIT_CAMERAS_LISTED        64      /* cameras that a plan names */
+#define LIMIT_CHANGE_BYTES          65536   /* bytes of a document that changes a job or a worker */
+#define LIMIT_JSON_VALUES           32768 /* values of a document; a million take a tenth of a second */
+#define LIMIT_JSON_DEPTH            64  /* nesting; jansson's own cap is 2048 */
+#define LIMIT_NAME_BYTES            256 /* bytes of any name, with its end */
+#define LIMIT_POINTER_BYTES         256 /* bytes of a JSON pointer in a fault */
+#define LIMIT_DETAIL_BYTES          512 /* bytes of a fault's sentence */
+#define LIMIT_SCENE_FILES           512 /* files beside a scene's main file */
+#define LIMIT_PATH_BYTES            512 /* bytes of a relative path inside a scene */
+#define LIMIT_WARNINGS              64  /* warnings kept for a scene or a job */
+#define LIMIT_IDEMPOTENCY_KEY_BYTES 128 /* bytes of an Idempotency-Key header */
+#define LIMIT_LOG_LINES             200 /* lines of a job's log */
+#define LIMIT_LIST_TEXT_BYTES       128 /* bytes that a listing may be searched for */
+#define LIMIT_CAMERAS_LISTED        64  /* cameras that a plan names */
 
 /* Assets and scene blobs. */
 #define LIMIT_ASSET_BYTES         2147483648ULL /* bytes of an uploaded file */
@@ -66,13 +68,19 @@
 #define LIMIT_THREADS       1024       /* tracing threads of a worker */
 
 /* HTTP. */
-#define LIMIT_HTTP_CONNECTIONS 4096   /* open connections */
+#define LIMIT_HTTP_CONNECTIONS 2048   /* open connections; each may hold 24 KB of head */
 #define LIMIT_HTTP_URL_BYTES   4096   /* bytes of a request target */
 #define LIMIT_LIST_ROWS        100    /* rows of one page of a listing */
 #define LIMIT_EVENT_RING       256    /* events kept for replay, per job */
 #define LIMIT_JOBS_WAITING     100000 /* jobs not yet finished */
 #define LIMIT_REQUEST_MS       30000  /* ms that a request without a body may take to arrive */
 #define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
+#define LIMIT_UPLOAD_PACE                                                                          \
+    32768 /* bytes a second that an upload must bring after that of a request */
+
+/* Who may do what. */
+#define LIMIT_TOKENS            4096    /* tokens of a coordinator */
+#define LIMIT_TOKENS_FILE_BYTES 1048576 /* bytes of the file that they come from */
 
 /* Tiles on disk, until their frame has its files. */
 #define LIMIT_SPOOL_BYTES       17179869184ULL /* bytes of all frames; beyond, tiles are not kept */

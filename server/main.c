@@ -17,6 +17,7 @@ static const struct command {
     {"steer", cli_steer, "pause a job, resume it, let it go first"},
     {"cancel", cli_cancel, "cancel a job"},
     {"workers", cli_workers, "list a coordinator's workers"},
+    {"token", cli_token, "make a token that lets somebody in"},
     {"replay", cli_replay, "print all that one sample of a job does"},
     {"compare", cli_compare, "measure how far a picture is from a reference"},
 };

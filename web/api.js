@@ -1,7 +1,9 @@
 // The HTTP contract (proto/openapi.yaml) as functions. Errors carry the server's own words.
+import { askForToken } from "./sign_in.js";
 
 export class ApiError extends Error {
   constructor(status, problem) {
+    if (status === 401) askForToken(); // whatever it was that wanted one
     super(problem?.detail ?? problem?.title ?? `the server answered ${status}`);
     this.status = status;
     this.pointer = problem?.pointer;
@@ -59,6 +61,9 @@ export const drainWorker = (id, drain) => request(`/v1/workers/${id}`, {
 export const planJob = (document, signal) => request("/v1/jobs?dry_run=1", {
   method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(document), signal,
 });
-export const hasAsset = async (sha256) =>
-  (await fetch(`/v1/assets/${sha256}`, { method: "HEAD", cache: "no-store" })).status === 200;
+export async function hasAsset(sha256) {
+  const { status } = await fetch(`/v1/assets/${sha256}`, { method: "HEAD", cache: "no-store" });
+  if (status === 401) throw new ApiError(status, null);
+  return status === 200;
+}
 export const assetUrl = (sha256) => `/v1/assets/${sha256}`;

@@ -79,7 +79,8 @@ export function followPixels(urlAfter, revision, onBlock, onState) {
     for (let wait = 250; !control.signal.aborted; wait = Math.min(wait * 2, 5000)) {
       try {
         const response = await fetch(urlAfter(revision), { signal: control.signal, cache: "no-store" });
-        if (response.status === 404 || response.status === 409) {
+        // 401: the page asks for a token when its next question is refused, and begins anew with it.
+        if ([401, 403, 404, 409].includes(response.status)) {
           const problem = await response.json().catch(() => null);
           if (!control.signal.aborted) onState("refused", new Error(problem?.detail ?? problem?.title ?? `the server answered ${response.status}`));
           return;

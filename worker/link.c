@@ -7,8 +7,11 @@
 #include <string.h>
 #include <sys/un.h>
 
+#include "proto/channel.h"
+
 #define KEEPALIVE_S 30
 #define CLOSE_MS    1000
+#define SEAL_MS     10000 /* that the handshake may take */
 #define UNIX_PREFIX "unix:"
 #define WHY_BYTES   256
 
@@ -16,6 +19,7 @@ enum link_state {
     LINK_STOPPED,   /* before the first dial, or closed for good */
     LINK_RESOLVING, /* a name is being looked up */
     LINK_CONNECTING,
+    LINK_SEALING, /* connected; both show that they have the key */
     LINK_UP,
     LINK_BREAKING, /* the handle closes; then the wait begins */
     LINK_WAITING,
@@ -26,7 +30,9 @@ struct link {
     struct link_client client;
     char *host; /* owned: host name, or the socket's path */
     char port[8];
-    bool is_unix;
+    bool is_unix, is_keyed; /* keyed: over TCP, with `key` */
+    struct link_key key;
+    struct channel *channel; /* owned; of this connection */
     enum link_state state;
     union {
         uv_handle_t any;
@@ -65,6 +71,7 @@ static void release_if_done(struct link *l)
     if (!l->closing || l->handle_open || l->open_handles > 0 || l->state == LINK_RESOLVING) return;
     void (*closed)(void *ctx) = l->closed;
     void *ctx = l->closed_ctx;
+    channel_destroy(&l->channel);
     frame_inbox_fini(&l->inbox);
     bytes_writer_fini(&l->pending);
     bytes_writer_fini(&l->scratch);
@@ -186,8 +193,29 @@ static void break_later(struct link *l, int error)
     if (!l->closing) uv_idle_start(&l->turn, on_turn);
 }
 
+/* What is pending, and the parcel, become what the channel makes of them. */
+static int seal(struct link *l, const struct parcel *parcel)
+{
+    int e = 0;
+    if (l->pending.size_bytes > 0)
+        e = channel_write(l->channel, l->pending.data, l->pending.size_bytes);
+    if (e == 0 && parcel) e = channel_write(l->channel, parcel->data, parcel->size_bytes);
+    bytes_writer_fini(&l->pending);
+    bytes_writer_init(&l->pending);
+    if (e) return e;
+    l->pending.data = channel_take(l->channel, &l->pending.size_bytes);
+    l->pending.capacity_bytes = l->pending.size_bytes;
+    return 0;
+}
+
 static void write_out(struct link *l, struct parcel *parcel)
 {
+    if (l->channel && !l->pending.failed) {
+        const int e = seal(l, parcel);
+        if (e) break_later(l, e);
+        if (e || l->pending.size_bytes == 0) return;
+        parcel = NULL;
+    }
     struct link_write *write = calloc(1, sizeof *write);
     if (!write || l->pending.failed) {
         free(write);
@@ -256,29 +284,26 @@ void link_put_parcel(struct link *l, uint16_t type, uint64_t request_id, struct 
 
 /* ---- reading ---- */
 
+/* libuv fills it and calls on_read before anything else is read. */
+static char sealed[65536];
+
 static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
 {
     (void)suggested;
     struct link *l = handle->data;
+    if (l->channel) {
+        *out = uv_buf_init(sealed, sizeof sealed);
+        return;
+    }
     size_t space_bytes = 0;
     uint8_t *space = frame_inbox_space(&l->inbox, &space_bytes);
     if (space_bytes > INT32_MAX) space_bytes = INT32_MAX;
     *out = uv_buf_init((char *)space, space ? (unsigned)space_bytes : 0);
 }
 
-static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf)
+/* Takes the whole frames that are there. False when the link is not up any more. */
+static bool take_frames(struct link *l)
 {
-    (void)buf;
-    struct link *l = stream->data;
-    if (size_bytes == UV_EOF) {
-        link_drop(l, ERR_IO, "the coordinator closed the link");
-        return;
-    }
-    if (size_bytes < 0) {
-        drop_for(l, "reading failed", (int)size_bytes);
-        return;
-    }
-    frame_inbox_filled(&l->inbox, (size_t)size_bytes);
     struct frame_view f;
     int e = 0;
     while (l->state == LINK_UP && !l->closing && (e = frame_inbox_next(&l->inbox, &f)) == 0) {
@@ -287,6 +312,57 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
     }
     if (e && e != ERR_INCOMPLETE && l->state == LINK_UP && !l->closing)
         link_drop(l, e, error_text(e));
+    return l->state == LINK_UP && !l->closing;
+}
+
+static void be_up(struct link *l)
+{
+    uv_timer_stop(&l->timer);
+    l->state = LINK_UP;
+    l->client.up(l->client.ctx);
+}
+
+static const char no_key[] = "the coordinator does not have this key (--key), or wants none";
+
+/* Goes on with the handshake, then opens what has come. */
+static void open_sealed(struct link *l)
+{
+    do {
+        size_t space_bytes = 0, got = 0;
+        uint8_t *space = frame_inbox_space(&l->inbox, &space_bytes);
+        const int e = space ? channel_read(l->channel, space, space_bytes, &got) : ERR_MEMORY;
+        write_out(l, NULL); /* its own words */
+        if (l->state == LINK_SEALING && channel_is_up(l->channel)) be_up(l);
+        if (e == ERR_INCOMPLETE || l->closing) return;
+        if (e) {
+            link_drop(l, e, l->state == LINK_SEALING ? no_key : error_text(e));
+            return;
+        }
+        frame_inbox_filled(&l->inbox, got);
+    } while (take_frames(l));
+}
+
+static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf)
+{
+    struct link *l = stream->data;
+    if (size_bytes == UV_EOF) {
+        link_drop(l, ERR_IO, l->state == LINK_SEALING ? no_key : "the coordinator closed the link");
+        return;
+    }
+    if (size_bytes < 0) {
+        drop_for(l, "reading failed", (int)size_bytes);
+        return;
+    }
+    if (!l->channel) {
+        frame_inbox_filled(&l->inbox, (size_t)size_bytes);
+        (void)take_frames(l);
+        return;
+    }
+    int e = channel_feed(l->channel, buf->base, (size_t)size_bytes);
+    if (e)
+        link_drop(l, e, error_text(e));
+    else
+        open_sealed(l);
 }
 
 /* ---- dialling ---- */
@@ -301,6 +377,22 @@ static void on_failed_address(uv_handle_t *handle)
         release_if_done(l);
     else
         try_address(l);
+}
+
+static void on_seal_late(uv_timer_t *timer)
+{
+    link_drop(timer->data, ERR_TIMEOUT, "the coordinator does not answer the handshake");
+}
+
+static void begin_seal(struct link *l)
+{
+    l->state = LINK_SEALING;
+    uv_timer_start(&l->timer, on_seal_late, SEAL_MS, 0);
+    int e = channel_create(false, &l->key, &l->channel);
+    if (e)
+        link_drop(l, e, error_text(e));
+    else
+        open_sealed(l);
 }
 
 static void on_connect(uv_connect_t *request, int status)
@@ -324,7 +416,10 @@ static void on_connect(uv_connect_t *request, int status)
         uv_tcp_nodelay(&l->handle.tcp, 1);
         uv_tcp_keepalive(&l->handle.tcp, 1, KEEPALIVE_S);
     }
-    l->client.up(l->client.ctx);
+    if (l->is_keyed)
+        begin_seal(l);
+    else
+        l->client.up(l->client.ctx);
 }
 
 static int open_handle(struct link *l)
@@ -389,6 +484,7 @@ void link_dial(struct link *l)
     if (l->closing || l->state != LINK_STOPPED) return;
     frame_inbox_fini(&l->inbox);
     frame_inbox_init(&l->inbox, LIMIT_FRAME_BYTES);
+    channel_destroy(&l->channel);
     if (l->is_unix)
         dial_unix(l);
     else
@@ -438,8 +534,8 @@ static int parse_address(struct link *l, const char *address)
     return l->host ? 0 : ERR_MEMORY;
 }
 
-int link_create(uv_loop_t *loop, const char *address, const struct link_client *client,
-                struct link **out, struct fault *fault)
+int link_create(uv_loop_t *loop, const char *address, const struct link_key *key,
+                const struct link_client *client, struct link **out, struct fault *fault)
 {
     struct link *l = calloc(1, sizeof *l);
     int e = l ? parse_address(l, address) : ERR_MEMORY;
@@ -452,6 +548,8 @@ int link_create(uv_loop_t *loop, const char *address, const struct link_client *
     }
     l->loop = loop;
     l->client = *client;
+    l->is_keyed = key && !l->is_unix;
+    if (l->is_keyed) l->key = *key;
     uv_timer_init(loop, &l->timer);
     uv_idle_init(loop, &l->turn);
     l->timer.data = l->turn.data = l;

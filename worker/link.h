@@ -8,6 +8,7 @@
 #include "proto/bytes.h"
 #include "proto/error.h"
 #include "proto/frame.h"
+#include "proto/link_key.h"
 #include "worker/parcel.h"
 
 #define LINK_RETRY_MS     100u
@@ -25,10 +26,11 @@ struct link_client {
     void (*down)(void *ctx, int error, const char *why, uint32_t wait_ms);
 };
 
-/* `address`: "unix:PATH" or "HOST:PORT". *fault names what is wrong with it. Nothing happens before
+/* `address`: "unix:PATH" or "HOST:PORT". key, copied: links over TCP are sealed with it
+ * (proto/channel.h); NULL: they are not. *fault names what is wrong with it. Nothing happens before
  * link_dial. */
-int link_create(uv_loop_t *loop, const char *address, const struct link_client *client,
-                struct link **out, struct fault *fault);
+int link_create(uv_loop_t *loop, const char *address, const struct link_key *key,
+                const struct link_client *client, struct link **out, struct fault *fault);
 void link_dial(struct link *link);
 
 /* The coordinator welcomed us: waits start from the first again. */

@@ -17,6 +17,8 @@ static const char help[] =
     "Traces tiles for a Shearwater coordinator until it is told to stop (SIGTERM).\n"
     "\n"
     "  --connect ADDRESS    the coordinator: unix:PATH or HOST:PORT ([ADDRESS]:PORT for IPv6)\n"
+    "  --key FILE           the key that the coordinator has (serve --worker-key): the link over\n"
+    "                       TCP is encrypted, and only who has the key is talked to\n"
     "  --threads N          tracing threads, 1 to 1024 (default: the CPUs of this process)\n"
     "  --tiles-in-hand N    tiles to hold at a time, 1 to 256 (default: 2 a thread)\n"
     "  --cache DIR          where fetched scenes are kept (default: ~/.cache/shearwater)\n"
@@ -53,6 +55,7 @@ struct option_row {
 
 static const struct option_row rows[] = {
     {"--connect", OPTION_TEXT, offsetof(struct options, connect), 0},
+    {"--key", OPTION_TEXT, offsetof(struct options, key), 0},
     {"--cache", OPTION_TEXT, offsetof(struct options, cache_dir), 0},
     {"--blobs", OPTION_TEXT, offsetof(struct options, blob_dir), 0},
     {"--name", OPTION_TEXT, offsetof(struct options, name), 0},

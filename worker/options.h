@@ -8,6 +8,7 @@
 
 struct options {
     const char *connect;      /* "unix:PATH" or "HOST:PORT"; required */
+    const char *key;          /* file of the key for links over TCP; NULL: in the clear */
     const char *cache_dir;    /* blobs fetched over the link; default: options_default_cache */
     const char *blob_dir;     /* objects of a coordinator on this machine: mapped, not fetched */
     const char *name;         /* for people; default host:pid */

@@ -1,5 +1,6 @@
 #include "worker/session.h"
 
+#include <gnutls/gnutls.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -490,7 +491,11 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     const struct hand_client hand_client = {s, on_result, on_tile_fault, on_tile_returned,
                                             on_moved};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
-    int e = link_create(loop, o->connect, &link_client, &s->link, fault);
+    struct link_key key;
+    int e = o->key ? link_key_read(o->key, &key, fault) : 0;
+    if (e == 0)
+        e = link_create(loop, o->connect, o->key ? &key : NULL, &link_client, &s->link, fault);
+    if (o->key) gnutls_memset(&key, 0, sizeof key);
     if (e) return e;
     s->open++;
     e = crew_create(loop, s->tracing, o->threads, &s->crew);

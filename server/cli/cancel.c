@@ -2,15 +2,16 @@
 #include <stdio.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 
 int cli_cancel(int argc, char **argv)
 {
-    const char *server = NULL;
+    struct client_target target = {0};
     bool purge = false;
     const struct option_line lines[] = {
-        CLIENT_SERVER_OPTION(&server),
+        CLIENT_TARGET_OPTIONS(&target),
         {"purge", 0, OPTION_FLAG, NULL, "remove the job from the list, too", 0, 0, &purge},
     };
     const struct option_table table = {
@@ -28,7 +29,7 @@ int cli_cancel(int argc, char **argv)
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
     snprintf(path, sizeof path, "/v1/jobs/%.64s%s", argv[1], purge ? "?purge=1" : "");
-    int error = client_create(client_base_url(server), &client);
+    int error = client_target_open(&target, &client, &fault);
     if (!error) error = client_json(client, "DELETE", path, NULL, &answer, &fault);
     status = error ? job_file_complain("cancel", &fault) : 0;
     client_destroy(&client);

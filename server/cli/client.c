@@ -3,6 +3,7 @@
 #include <curl/curl.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <gnutls/gnutls.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,8 @@ struct client {
     char base_url[512];
     char message[CURL_ERROR_SIZE];
     const volatile sig_atomic_t *stop; /* NULL: none */
+    char *token;                       /* owned; NULL: none */
+    const char *authority;             /* NULL: the system's */
 };
 
 struct answer {
@@ -47,8 +50,29 @@ void client_destroy(struct client **client)
 {
     if (!*client) return;
     if ((*client)->curl) curl_easy_cleanup((*client)->curl);
+    if ((*client)->token) gnutls_memset((*client)->token, 0, strlen((*client)->token));
+    free((*client)->token);
     free(*client);
     *client = NULL;
+}
+
+int client_set_token(struct client *c, const char *token)
+{
+    c->token = strdup(token);
+    return c->token ? 0 : ERR_MEMORY;
+}
+
+void client_trust(struct client *c, const char *authority)
+{
+    c->authority = authority;
+}
+
+void client_lend(const struct client *c, void *curl)
+{
+    if (c->authority) curl_easy_setopt(curl, CURLOPT_CAINFO, c->authority);
+    if (!c->token) return;
+    curl_easy_setopt(curl, CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
+    curl_easy_setopt(curl, CURLOPT_XOAUTH2_BEARER, c->token);
 }
 
 const char *client_base_url(const char *option)
@@ -86,6 +110,7 @@ static void begin(struct client *c, const char *path)
     curl_easy_setopt(c->curl, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(c->curl, CURLOPT_XFERINFOFUNCTION, check_stop);
     curl_easy_setopt(c->curl, CURLOPT_XFERINFODATA, c);
+    client_lend(c, c->curl);
     c->message[0] = '\0';
 }
 
@@ -106,6 +131,9 @@ static size_t collect(char *data, size_t size, size_t count, void *ctx)
 static int code_of_status(long status)
 {
     switch (status) {
+    case 401:
+    case 403:
+        return ERR_STATE;
     case 404:
         return ERR_NOT_FOUND;
     case 409:

@@ -13,7 +13,7 @@
 
 struct coordinator {
     uv_loop_t loop;
-    uv_signal_t term, interrupt;
+    uv_signal_t term, interrupt, hangup;
     uv_timer_t farewell;
     struct objects objects;
     struct job_store *store;
@@ -24,6 +24,7 @@ struct coordinator {
     struct fleet *fleet;
     struct http *http;
     void (*stopping)(int signal);
+    void (*reloaded)(size_t count, const struct fault *fault);
     bool ending, closed;
 };
 
@@ -58,19 +59,32 @@ static void on_signal(uv_signal_t *handle, int signal)
     uv_timer_start(&c->farewell, on_farewell, FAREWELL_MS, 0);
 }
 
+static void on_hangup(uv_signal_t *handle, int signal)
+{
+    struct coordinator *c = handle->data;
+    struct fault fault = {0};
+    size_t count = 0;
+    (void)signal;
+    if (c->closed) return;
+    int error = http_reload_tokens(c->http, &count, &fault);
+    if (c->reloaded) c->reloaded(count, error ? &fault : NULL);
+}
+
 /* Signals and the farewell do not keep the loop alive. */
 static void init_loop(struct coordinator *c)
 {
     int error = uv_loop_init(&c->loop);
     error |= uv_signal_init(&c->loop, &c->term);
     error |= uv_signal_init(&c->loop, &c->interrupt);
+    error |= uv_signal_init(&c->loop, &c->hangup);
     error |= uv_timer_init(&c->loop, &c->farewell);
     assert(error == 0);
-    c->term.data = c->interrupt.data = c->farewell.data = c;
+    c->term.data = c->interrupt.data = c->hangup.data = c->farewell.data = c;
     uv_signal_start(&c->term, on_signal, SIGTERM);
     uv_signal_start(&c->interrupt, on_signal, SIGINT);
     uv_unref((uv_handle_t *)&c->term);
     uv_unref((uv_handle_t *)&c->interrupt);
+    uv_unref((uv_handle_t *)&c->hangup);
 }
 
 static int open_store(struct coordinator *c, const struct coordinator_options *options,
@@ -114,6 +128,7 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
     struct fleet_client client = jobs_fleet_client(c->jobs);
     struct fleet_options fleet = {.socket_path = options->places->socket,
                                   .listen = options->worker_listen,
+                                  .key_path = options->worker_key,
                                   .worker_program = options->places->worker,
                                   .cache_dir = options->places->cache,
                                   .blob_dir = options->places->blobs,
@@ -129,6 +144,9 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
 {
     struct http_options http = {.loop = &c->loop,
                                 .listen = options->listen,
+                                .tokens_path = options->tokens,
+                                .certificate_path = options->certificate,
+                                .key_path = options->key,
                                 .web_dir = options->places->web,
                                 .openapi_path =
                                     options->places->openapi[0] ? options->places->openapi : NULL,
@@ -137,7 +155,10 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
                                 .streams = c->streams};
-    return http_create(&http, &c->http, fault);
+    int error = http_create(&http, &c->http, fault);
+    c->reloaded = options->reloaded;
+    if (!error && options->tokens) uv_signal_start(&c->hangup, on_hangup, SIGHUP);
+    return error;
 }
 
 int coordinator_create(const struct coordinator_options *options, struct coordinator **out,
@@ -184,6 +205,7 @@ void coordinator_destroy(struct coordinator **coordinator)
     uv_run(&c->loop, UV_RUN_DEFAULT);
     uv_close((uv_handle_t *)&c->term, NULL);
     uv_close((uv_handle_t *)&c->interrupt, NULL);
+    uv_close((uv_handle_t *)&c->hangup, NULL);
     uv_run(&c->loop, UV_RUN_DEFAULT);
     jobs_destroy(&c->jobs);
     streams_destroy(&c->streams);

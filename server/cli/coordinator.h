@@ -1,6 +1,7 @@
 #pragma once
 /* The coordinator: every room of the server, put together around one loop. */
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "proto/error.h"
 #include "server/cli/places.h"
@@ -8,12 +9,18 @@
 struct coordinator;
 
 struct coordinator_options {
-    const struct places *places; /* must outlive the coordinator */
-    const char *listen;          /* HTTP, "ADDR:PORT" */
-    const char *worker_listen;   /* TCP for workers; NULL: none */
-    unsigned workers;            /* local ones */
-    unsigned worker_threads;     /* of each */
-    unsigned team_threads;       /* reconstruction and encoding */
+    const struct places *places;   /* must outlive the coordinator */
+    const char *listen;            /* HTTP, "ADDR:PORT" */
+    const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
+    const char *certificate, *key; /* of HTTP, PEM; NULL: no TLS */
+    /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
+     * well. */
+    void (*reloaded)(size_t count, const struct fault *fault);
+    const char *worker_key;    /* file: what workers over TCP must have; NULL: nothing */
+    const char *worker_listen; /* TCP for workers; NULL: none */
+    unsigned workers;          /* local ones */
+    unsigned worker_threads;   /* of each */
+    unsigned team_threads;     /* reconstruction and encoding */
 };
 
 /* Takes up unfinished jobs and listens. On failure nothing is left; *fault says what and why. */

@@ -32,35 +32,52 @@ static void on_stopping(int signal)
     log_line("info", "stopping", strsignal(signal));
 }
 
-static int refuse(const struct fault *fault)
+static void log_fault(const char *what, const struct fault *fault)
 {
     char text[LIMIT_POINTER_BYTES + LIMIT_DETAIL_BYTES + 2];
     snprintf(text, sizeof text, "%s%s%s", fault->pointer, fault->pointer[0] ? ": " : "",
              fault->detail[0] ? fault->detail : error_text(fault->code));
-    log_line("error", "cannot serve", text);
+    log_line("error", what, text);
+}
+
+static int refuse(const struct fault *fault)
+{
+    log_fault("cannot serve", fault);
     return 1;
 }
 
+static void on_reloaded(size_t count, const struct fault *fault)
+{
+    char details[64];
+    snprintf(details, sizeof details, "tokens=%zu", count);
+    if (fault)
+        log_fault("tokens kept as they were", fault);
+    else
+        log_line("info", "tokens read again", details);
+}
+
 /* What `render` and other parents wait for. */
-static void announce(const struct coordinator *c, const char *listen, const struct places *places,
-                     long workers)
+static void announce(const struct coordinator *c, const struct coordinator_options *options)
 {
     char details[PLACES_PATH_BYTES + 128];
+    const char *listen = options->listen;
     int host = (int)(strrchr(listen, ':') - listen);
-    printf("listening on http://%.*s:%d\n", host, listen, coordinator_http_port(c));
+    printf("listening on %s://%.*s:%d\n", options->key ? "https" : "http", host, listen,
+           coordinator_http_port(c));
     fflush(stdout);
-    snprintf(details, sizeof details, "build=%s pid=%d workers=%ld worker_port=%d data=%s",
-             build_id(), (int)getpid(), workers, coordinator_worker_port(c), places->data);
+    snprintf(details, sizeof details, "build=%s pid=%d workers=%u worker_port=%d data=%s",
+             build_id(), (int)getpid(), options->workers, coordinator_worker_port(c),
+             options->places->data);
     log_line("info", "serving", details);
 }
 
-static int serve(const struct coordinator_options *options, const struct places *places)
+static int serve(const struct coordinator_options *options)
 {
     struct coordinator *c;
     struct fault fault = {0};
     int error = coordinator_create(options, &c, &fault);
     if (error) return refuse(&fault);
-    announce(c, options->listen, places, (long)options->workers);
+    announce(c, options);
     coordinator_run(c, on_stopping);
     coordinator_destroy(&c);
     log_line("info", "stopped", "");
@@ -69,12 +86,23 @@ static int serve(const struct coordinator_options *options, const struct places 
 
 int cli_serve(int argc, char **argv)
 {
-    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web;
+    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web, *tokens, *cert, *key,
+                      *worker_key;
     static bool with_parent;
     long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
     const struct option_line lines[] = {
         {"listen", 0, OPTION_TEXT, "ADDR:PORT",
-         "HTTP, on loopback only; port 0 takes a free one; default " SERVE_LISTEN, 0, 0, &listen},
+         "HTTP; beyond loopback only with tokens and TLS; port 0 takes a free one; "
+         "default " SERVE_LISTEN,
+         0, 0, &listen},
+        {"tokens", 0, OPTION_TEXT, "FILE",
+         "who may do what (`shearwater token` makes one; SIGHUP reads it again); default: "
+         "everybody "
+         "on this machine everything",
+         0, 0, &tokens},
+        {"tls-cert", 0, OPTION_TEXT, "FILE.pem", "the server's certificate and its chain", 0, 0,
+         &cert},
+        {"tls-key", 0, OPTION_TEXT, "FILE.pem", "its private key", 0, 0, &key},
         {"data", 0, OPTION_TEXT, "DIR",
          "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0, &data},
         {"workers", 0, OPTION_NUMBER, "N", "local workers; default 2, or 1 on a single core", 0,
@@ -82,7 +110,11 @@ int cli_serve(int argc, char **argv)
         {"worker-threads", 0, OPTION_NUMBER, "N",
          "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS, &threads},
         {"worker-listen", 0, OPTION_TEXT, "ADDR:PORT",
-         "TCP for further workers, on loopback only; default none", 0, 0, &worker_listen},
+         "TCP for further workers; beyond loopback only with a key; default none", 0, 0,
+         &worker_listen},
+        {"worker-key", 0, OPTION_TEXT, "FILE",
+         "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
+         &worker_key},
         {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &web},
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &quiet},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
@@ -99,17 +131,26 @@ int cli_serve(int argc, char **argv)
     struct fault fault = {0};
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
+    if (!cert != !key) {
+        fprintf(stderr, "--tls-cert and --tls-key go together\n");
+        return 2;
+    }
     signal(SIGPIPE, SIG_IGN);
     if (with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (places_find(data, web, &places, &fault) != 0) return refuse(&fault);
     if (threads == 0 && workers > 0) threads = (cores + workers - 1) / workers;
     const struct coordinator_options options = {.places = &places,
                                                 .listen = listen,
+                                                .tokens = tokens,
+                                                .certificate = cert,
+                                                .key = key,
+                                                .reloaded = on_reloaded,
                                                 .worker_listen = worker_listen,
+                                                .worker_key = worker_key,
                                                 .workers = (unsigned)workers,
                                                 .worker_threads = (unsigned)threads,
                                                 .team_threads = (unsigned)cores};
-    status = serve(&options, &places);
+    status = serve(&options);
     places_leave(&places);
     return status;
 }

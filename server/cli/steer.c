@@ -5,6 +5,7 @@
 
 #include "proto/limits.h"
 #include "server/cli/cli.h"
+#include "server/cli/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 
@@ -80,7 +81,7 @@ static void print_job(const json_t *job)
            (long long)json_integer_value(json_object_get(job, "priority")));
 }
 
-static int steer(const char *server, const char *id, const struct wanted *wanted)
+static int steer(const struct client_target *target, const char *id, const struct wanted *wanted)
 {
     struct fault fault = {0};
     struct client *client = NULL;
@@ -88,7 +89,7 @@ static int steer(const char *server, const char *id, const struct wanted *wanted
     char path[128];
     snprintf(path, sizeof path, "/v1/jobs/%.64s", id);
     int error = write_patch(wanted, patch, &fault);
-    if (!error) error = client_create(client_base_url(server), &client);
+    if (!error) error = client_target_open(target, &client, &fault);
     if (!error) error = client_json(client, "PATCH", path, patch, &job, &fault);
     if (!error) print_job(job);
     client_destroy(&client);
@@ -99,7 +100,7 @@ static int steer(const char *server, const char *id, const struct wanted *wanted
 
 int cli_steer(int argc, char **argv)
 {
-    const char *server = NULL;
+    struct client_target target = {0};
     struct wanted wanted = {.priority = NOT_GIVEN};
     const struct option_line lines[] = {
         {"pause", 0, OPTION_FLAG, NULL, "give its workers to others; what it has stays", 0, 0,
@@ -111,7 +112,7 @@ int cli_steer(int argc, char **argv)
          &wanted.region},
         {"near", 0, OPTION_TEXT, "X,Y", "render what is nearest to a pixel first, or none", 0, 0,
          &wanted.near},
-        CLIENT_SERVER_OPTION(&server),
+        CLIENT_TARGET_OPTIONS(&target),
     };
     const struct option_table table = {
         .usage = "shearwater steer JOB-ID [options]",
@@ -122,5 +123,5 @@ int cli_steer(int argc, char **argv)
         .most_arguments = 1,
     };
     int arguments, status = option_parse(&table, argc, argv, &arguments);
-    return status != OPTION_GO_ON ? status : steer(server, argv[1], &wanted);
+    return status != OPTION_GO_ON ? status : steer(&target, argv[1], &wanted);
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
@@ -22,11 +23,11 @@ static int print_plan(struct client *c, const char *path, const struct job_chang
 
 int cli_submit(int argc, char **argv)
 {
-    const char *server = NULL;
+    struct client_target target = {0};
     struct job_changes changes = JOB_CHANGES_NONE;
     bool quiet = false, watch = false, dry_run = false;
     const struct option_line lines[] = {
-        CLIENT_SERVER_OPTION(&server),
+        CLIENT_TARGET_OPTIONS(&target),
         {"watch", 'w', OPTION_FLAG, NULL, "stay until the job has ended", 0, 0, &watch},
         {"dry-run", 'n', OPTION_FLAG, NULL, "check only, and print the plan", 0, 0, &dry_run},
         JOB_CHANGES_OPTIONS(&changes),
@@ -47,7 +48,7 @@ int cli_submit(int argc, char **argv)
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
     int error = job_file_read(argv[1], &document, &fault);
-    if (!error) error = client_create(client_base_url(server), &client);
+    if (!error) error = client_target_open(&target, &client, &fault);
     if (!error && dry_run)
         error = print_plan(client, argv[1], &changes, document, &fault);
     else if (!error)
@@ -58,7 +59,7 @@ int cli_submit(int argc, char **argv)
         fflush(stdout);
         if (!quiet && !watch)
             fprintf(stderr, "watch it: shearwater watch %s, or %s/#/jobs/%s\n", id,
-                    client_base_url(server), id);
+                    client_base_url(target.server), id);
         if (watch) {
             progress_begin(&progress, quiet);
             error = job_watch(client, id, &progress, &ended, &fault);

@@ -161,6 +161,7 @@ static int open_feed(struct feed *f, CURLM *multi)
     curl_easy_setopt(f->curl, CURLOPT_CONNECTTIMEOUT, 10L);
     curl_easy_setopt(f->curl, CURLOPT_LOW_SPEED_LIMIT, 1L); /* it says something every 15 s */
     curl_easy_setopt(f->curl, CURLOPT_LOW_SPEED_TIME, 60L);
+    client_lend(f->push->client, f->curl);
     curl_easy_setopt(f->curl, CURLOPT_WRITEFUNCTION, read_feed);
     curl_easy_setopt(f->curl, CURLOPT_WRITEDATA, f);
     return curl_multi_add_handle(multi, f->curl) == CURLM_OK ? 0 : ERR_MEMORY;
@@ -285,21 +286,22 @@ static int add_layers(struct tev_push *p, const char *const *layers, uint32_t co
     return error;
 }
 
-int tev_push_start(const char *base_url, const char *job, const char *const *layers, uint32_t count,
-                   struct tev_link *link, struct tev_push **out, struct fault *fault)
+int tev_push_start(const struct client_target *target, const char *job, const char *const *layers,
+                   uint32_t count, struct tev_link *link, struct tev_push **out,
+                   struct fault *fault)
 {
     struct tev_push *p = calloc(1, sizeof *p);
     *out = NULL;
     if (!p) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     p->link = *link;
     p->link.fd = -1;
-    snprintf(p->base_url, sizeof p->base_url, "%s", base_url);
+    snprintf(p->base_url, sizeof p->base_url, "%s", client_base_url(target->server));
     snprintf(p->job, sizeof p->job, "%s", job);
     snprintf(p->name, sizeof p->name, "shearwater %s", job);
     int error = tev_link_connect(&p->link, fault);
     if (error) goto fail;
     error = add_layers(p, layers, count);
-    if (!error) error = client_create(base_url, &p->client);
+    if (!error) error = client_target_open(target, &p->client, fault);
     if (!error && pthread_create(&p->thread, NULL, run, p) != 0) error = ERR_MEMORY;
     if (!error) {
         *out = p;

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
@@ -18,8 +19,8 @@ static int save(struct client *c, const char *id, long frame, const char *kind, 
 }
 
 /* Begins to show the job's layers in tev, if that is asked for. */
-static int show(struct client *c, const char *server, const char *id, const char *tev,
-                bool anywhere, struct tev_push **push, struct fault *fault)
+static int show(struct client *c, const struct client_target *target, const char *id,
+                const char *tev, bool anywhere, struct tev_push **push, struct fault *fault)
 {
     const char *layers[32];
     struct tev_link link;
@@ -34,18 +35,18 @@ static int show(struct client *c, const char *server, const char *id, const char
     json_array_foreach (json_object_get(json_object_get(job, "document"), "layers"), i, name)
         if (json_is_string(name) && count < 32) layers[count++] = json_string_value(name);
     if (!error && count == 0) layers[count++] = "beauty";
-    if (!error)
-        error = tev_push_start(client_base_url(server), id, layers, count, &link, push, fault);
+    if (!error) error = tev_push_start(target, id, layers, count, &link, push, fault);
     json_decref(job);
     return error;
 }
 
 int cli_watch(int argc, char **argv)
 {
-    const char *server = NULL, *exr = NULL, *png = NULL, *tev = NULL;
+    struct client_target target = {0};
+    const char *exr = NULL, *png = NULL, *tev = NULL;
     bool quiet = false, anywhere = false;
     const struct option_line lines[] = {
-        CLIENT_SERVER_OPTION(&server),
+        CLIENT_TARGET_OPTIONS(&target),
         {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame", 0, 0, &exr},
         {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame for people", 0, 0, &png},
         {"tev", 't', OPTION_TEXT, "HOST:PORT",
@@ -73,8 +74,8 @@ int cli_watch(int argc, char **argv)
     progress_begin(&progress, quiet);
     int error = exr ? output_file_check_picture(exr, "exr", &fault) : 0;
     if (!error && png) error = output_file_check_picture(png, "png", &fault);
-    if (!error) error = client_create(client_base_url(server), &client);
-    if (!error) error = show(client, server, argv[1], tev, anywhere, &push, &fault);
+    if (!error) error = client_target_open(&target, &client, &fault);
+    if (!error) error = show(client, &target, argv[1], tev, anywhere, &push, &fault);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
     const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
     long first = (long)json_integer_value(json_object_get(frames, "first"));

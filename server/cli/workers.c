@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 
@@ -30,10 +31,10 @@ static void print_roster(const json_t *workers)
 
 int cli_workers(int argc, char **argv)
 {
-    const char *server = NULL;
+    struct client_target target = {0};
     bool as_json = false;
     const struct option_line lines[] = {
-        CLIENT_SERVER_OPTION(&server),
+        CLIENT_TARGET_OPTIONS(&target),
         {"json", 0, OPTION_FLAG, NULL, "the server's answer as it is", 0, 0, &as_json},
     };
     const struct option_table table = {
@@ -49,7 +50,7 @@ int cli_workers(int argc, char **argv)
     json_t *answer = NULL;
     int arguments, status = option_parse(&table, argc, argv, &arguments);
     if (status != OPTION_GO_ON) return status;
-    int error = client_create(client_base_url(server), &client);
+    int error = client_target_open(&target, &client, &fault);
     if (!error) error = client_json(client, "GET", "/v1/workers", NULL, &answer, &fault);
     if (!error && as_json) {
         json_dumpf(answer, stdout, JSON_INDENT(2));

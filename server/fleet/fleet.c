@@ -93,7 +93,8 @@ static void on_incoming(void *ctx, struct listener *l)
     struct fleet *fleet = ctx;
     struct session *s = NULL;
     if (reserve_session(fleet) != 0 ||
-        session_create(fleet->loop, l->tcp, fleet->next_id, &fleet->host, &fleet->totals, &s) != 0)
+        session_create(fleet->loop, l->tcp, l->tcp && fleet->keyed ? &fleet->key : NULL,
+                       fleet->next_id, &fleet->host, &fleet->totals, &s) != 0)
         return; /* libuv holds the connection back until memory is there */
     fleet->next_id++;
     fleet->open++;
@@ -288,12 +289,14 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
 
 static int open_listeners(struct fleet *fleet, const struct fleet_options *o, struct fault *fault)
 {
-    int e = 0;
-    if (o->socket_path)
+    int e = o->key_path ? link_key_read(o->key_path, &fleet->key, fault) : 0;
+    fleet->keyed = e == 0 && o->key_path;
+    if (e == 0 && o->socket_path)
         e = listener_open_unix(&fleet->local, fleet->loop, o->socket_path, on_incoming, fleet,
                                fault);
     if (e == 0 && o->listen)
-        e = listener_open_tcp(&fleet->tcp, fleet->loop, o->listen, on_incoming, fleet, fault);
+        e = listener_open_tcp(&fleet->tcp, fleet->loop, o->listen, fleet->keyed, on_incoming, fleet,
+                              fault);
     fleet->open += (unsigned)fleet->local.is_open + (unsigned)fleet->tcp.is_open;
     return e;
 }

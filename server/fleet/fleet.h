@@ -68,8 +68,10 @@ struct fleet_client {
 };
 
 struct fleet_options {
-    const char *socket_path;    /* Unix socket for local workers; owner-only */
-    const char *listen;         /* "ADDR:PORT" for TCP, loopback only; NULL: none */
+    const char *socket_path; /* Unix socket for local workers; owner-only */
+    const char *listen;      /* "ADDR:PORT" for TCP; NULL: none */
+    const char *key_path;    /* what workers over TCP must have (proto/link_key.h); NULL: nothing,
+                                and loopback only */
     const char *worker_program; /* path of shearwater-worker */
     const char *cache_dir;      /* for local workers' blobs */
     const char *blob_dir;       /* local workers may map blobs from here without copying */

@@ -43,6 +43,8 @@ struct fleet {
     struct listener local, tcp;
     struct processes *processes;
     bool closing;
+    struct link_key key; /* of links over TCP, if they are keyed */
+    bool keyed;
     unsigned open; /* handles, sessions and processes that are not released yet */
     void (*closed)(void *ctx);
     void *closed_ctx;

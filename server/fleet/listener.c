@@ -136,7 +136,7 @@ static int bound_port(const uv_tcp_t *tcp)
                                                        : name.address.v6.sin6_port);
 }
 
-int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address,
+int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address, bool keyed,
                       void (*incoming)(void *ctx, struct listener *l), void *ctx,
                       struct fault *fault)
 {
@@ -145,11 +145,10 @@ int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address,
     if (parse_address(address, &a) != 0)
         return fault_set(fault, ERR_SYNTAX, address,
                          "expected ADDRESS:PORT with a numeric address, such as 127.0.0.1:7000");
-    if (!is_loopback(&a))
+    if (!keyed && !is_loopback(&a))
         return fault_set(fault, ERR_UNSUPPORTED, address,
-                         "worker links are neither encrypted nor authenticated in this version: "
-                         "only loopback addresses are allowed; listen on 127.0.0.1 and forward "
-                         "the port over ssh");
+                         "without --worker-key worker links are neither encrypted nor "
+                         "authenticated: only loopback addresses are allowed");
     if (uv_tcp_init(loop, &l->handle.tcp) < 0)
         return fault_set(fault, ERR_IO, address, "no socket can be made");
     l->is_open = true;

@@ -1,5 +1,5 @@
 #pragma once
-/* Where workers dial in: an owner-only Unix socket, or TCP on a loopback address. */
+/* Where workers dial in: an owner-only Unix socket, or TCP. */
 #include <stdbool.h>
 #include <uv.h>
 
@@ -25,9 +25,10 @@ int listener_open_unix(struct listener *l, uv_loop_t *loop, const char *path,
                        void (*incoming)(void *ctx, struct listener *l), void *ctx,
                        struct fault *fault);
 
-/* "127.0.0.1:7000", "[::1]:7000", "localhost:7000"; port 0: any. Links are neither encrypted nor
- * authenticated, so every other address is refused. */
-int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address,
+/* "127.0.0.1:7000", "[::1]:7000", "localhost:7000"; port 0: any. Other addresses are refused
+ * (ERR_UNSUPPORTED) unless links are keyed: without a key they are neither encrypted nor
+ * authenticated. */
+int listener_open_tcp(struct listener *l, uv_loop_t *loop, const char *address, bool keyed,
                       void (*incoming)(void *ctx, struct listener *l), void *ctx,
                       struct fault *fault);
 

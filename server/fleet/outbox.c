@@ -66,9 +66,35 @@ static void on_written(uv_write_t *request, int status)
     if (box->written) box->written(box);
 }
 
+/* Pending and the tail, which is freed, go into the channel; what it makes of them is pending then.
+ */
+static void seal(struct outbox *box, void *tail, uint32_t tail_bytes)
+{
+    struct channel *c = box->channel;
+    const bool has_words = box->pending.size_bytes > 0 || tail_bytes > 0;
+    int e = 0;
+    if (has_words) e = channel_write(c, box->pending.data, box->pending.size_bytes);
+    if (!e && tail_bytes > 0) e = channel_write(c, tail, tail_bytes);
+    free(tail);
+    if (e) {
+        fail(box, e);
+        return;
+    }
+    bytes_writer_fini(&box->pending);
+    bytes_writer_init(&box->pending);
+    box->pending.data = channel_take(c, &box->pending.size_bytes);
+    box->pending.capacity_bytes = box->pending.size_bytes;
+}
+
 /* Writes pending and then the tail, both taken over. */
 static int write_out(struct outbox *box, void *tail, uint32_t tail_bytes)
 {
+    if (box->channel) {
+        seal(box, tail, tail_bytes);
+        if (!box->error && box->pending.size_bytes == 0) return 0;
+        tail = NULL;
+        tail_bytes = 0;
+    }
     struct outbox_write *write = box->error ? NULL : calloc(1, sizeof *write);
     if (!write) {
         fail(box, ERR_MEMORY);
@@ -110,7 +136,7 @@ void outbox_put_tail(struct outbox *box, uint16_t type, uint64_t request_id, voi
 int outbox_flush(struct outbox *box)
 {
     if (box->error) return box->error;
-    return box->pending.size_bytes > 0 ? write_out(box, NULL, 0) : 0;
+    return box->pending.size_bytes > 0 || box->channel ? write_out(box, NULL, 0) : 0;
 }
 
 size_t outbox_backlog(const struct outbox *box)

@@ -5,12 +5,14 @@
 #include <uv.h>
 
 #include "proto/bytes.h"
+#include "proto/channel.h"
 
 struct outbox {
     uv_stream_t *stream;         /* borrowed */
     struct bytes_writer pending; /* whole frames, not yet given to libuv */
     struct bytes_writer scratch; /* the payload that is being encoded */
     size_t queued_bytes;         /* given to libuv and not yet written */
+    struct channel *channel;     /* borrowed: seals what goes out; NULL: it goes in the clear */
     uint64_t *sent_bytes;        /* borrowed: grows with every byte that went out */
     int error;                   /* the first failure, or 0; nothing is sent after it */
     void (*written)(struct outbox *box);
@@ -31,7 +33,8 @@ void outbox_put(struct outbox *box, uint16_t type, uint64_t request_id);
 void outbox_put_tail(struct outbox *box, uint16_t type, uint64_t request_id, void *tail,
                      uint32_t tail_bytes);
 
-/* Gives what was gathered to libuv. 0 or the first failure, also one from earlier. */
+/* Gives what was gathered to libuv, and what the channel has to say itself. 0 or the first failure,
+ * also one from earlier. */
 int outbox_flush(struct outbox *box);
 
 /* Bytes that still wait on this side of the kernel. */

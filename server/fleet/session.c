@@ -48,13 +48,20 @@ static void on_written(struct outbox *box)
         wake(s);
 }
 
-int session_create(uv_loop_t *loop, bool tcp, uint64_t id, const struct session_host *host,
-                   struct fleet_totals *totals, struct session **out)
+int session_create(uv_loop_t *loop, bool tcp, const struct link_key *key, uint64_t id,
+                   const struct session_host *host, struct fleet_totals *totals,
+                   struct session **out)
 {
     struct session *s = calloc(1, sizeof *s);
     if (!s) return ERR_MEMORY;
+    int e = key ? channel_create(true, key, &s->channel) : 0;
+    if (e) {
+        free(s);
+        return e;
+    }
     int status = tcp ? uv_tcp_init(loop, &s->handle.tcp) : uv_pipe_init(loop, &s->handle.pipe, 0);
     if (status < 0) {
+        channel_destroy(&s->channel);
         free(s);
         return ERR_IO;
     }
@@ -66,6 +73,7 @@ int session_create(uv_loop_t *loop, bool tcp, uint64_t id, const struct session_
     s->next_request = 1;
     frame_inbox_init(&s->inbox, LIMIT_HELLO_BYTES);
     outbox_init(&s->outbox, &s->handle.stream, &s->sent_bytes, on_written);
+    s->outbox.channel = s->channel;
     blob_source_init(&s->blob);
     s->connected_ms = s->heard_ms = s->progress_ms = s->rate_ms = uv_now(loop);
     *out = s;
@@ -79,6 +87,7 @@ void session_destroy(struct session **session)
     *s->host->unacked_bytes -= s->unacked_bytes;
     frame_inbox_fini(&s->inbox);
     outbox_fini(&s->outbox);
+    channel_destroy(&s->channel);
     lease_table_fini(&s->leases);
     blob_source_fini(&s->blob);
     free(s->frames);
@@ -149,6 +158,12 @@ static bool may_read(const struct session *s)
            *s->host->unacked_bytes <= SESSION_ALL_UNACKED_BYTES;
 }
 
+static void end_corrupt(struct session *s, int error)
+{
+    s->totals->corrupt++;
+    session_end(s, error == ERR_MEMORY ? SESSION_BROKE : SESSION_BREACHED);
+}
+
 /* Takes whole frames while limits allow. A fault ends the session. */
 static void digest_inbox(struct session *s)
 {
@@ -158,12 +173,34 @@ static void digest_inbox(struct session *s)
         if (e == ERR_INCOMPLETE) return;
         if (e == 0) e = session_take(s, &f);
         if (e != 0) {
-            s->totals->corrupt++;
-            session_end(s, e == ERR_MEMORY ? SESSION_BROKE : SESSION_BREACHED);
+            end_corrupt(s, e);
             return;
         }
     }
 }
+
+/* Opens what has come sealed, as long as frames are taken. The handshake is in it: a peer without
+ * the key ends here, one that says nothing with the time for its HELLO. */
+static void open_sealed(struct session *s)
+{
+    while (session_is_listening(s) && may_read(s)) {
+        size_t space_bytes = 0, got = 0;
+        uint8_t *space = frame_inbox_space(&s->inbox, &space_bytes);
+        const int e = space ? channel_read(s->channel, space, space_bytes, &got) : ERR_MEMORY;
+        wake(s); /* it may have words of its own to send */
+        if (e == ERR_INCOMPLETE) return;
+        if (e == ERR_IO)
+            session_end(s, SESSION_BROKE);
+        else if (e)
+            end_corrupt(s, e);
+        if (e) return;
+        frame_inbox_filled(&s->inbox, got);
+        digest_inbox(s);
+    }
+}
+
+/* libuv fills it and calls on_read before anything else is read. */
+static char sealed[65536];
 
 static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
 {
@@ -172,6 +209,10 @@ static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
     static char ignored[4096];
     if (!session_is_listening(s)) {
         *out = uv_buf_init(ignored, sizeof ignored);
+        return;
+    }
+    if (s->channel) {
+        *out = uv_buf_init(sealed, sizeof sealed);
         return;
     }
     size_t space_bytes = 0;
@@ -188,7 +229,6 @@ static void pause_reading(struct session *s)
 
 static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf)
 {
-    (void)buf;
     struct session *s = stream->data;
     if (size_bytes < 0) {
         session_end(s, SESSION_BROKE);
@@ -198,8 +238,14 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
     s->totals->bytes_received += (uint64_t)size_bytes;
     s->heard_ms = now_ms(s);
     if (!session_is_listening(s)) return;
-    frame_inbox_filled(&s->inbox, (size_t)size_bytes);
-    digest_inbox(s);
+    if (!s->channel) {
+        frame_inbox_filled(&s->inbox, (size_t)size_bytes);
+        digest_inbox(s);
+    } else if (channel_feed(s->channel, buf->base, (size_t)size_bytes) == 0) {
+        open_sealed(s);
+    } else {
+        end_corrupt(s, ERR_CORRUPT);
+    }
     if (session_is_listening(s) && !may_read(s)) pause_reading(s);
 }
 
@@ -214,6 +260,7 @@ void session_start(struct session *s)
 static void resume_reading(struct session *s)
 {
     digest_inbox(s); /* what had come before the pause */
+    if (s->channel) open_sealed(s);
     if (!session_is_listening(s) || !may_read(s)) return;
     s->heard_ms = now_ms(s); /* it could not be heard */
     session_start(s);

@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <uv.h>
 
+#include "proto/channel.h"
 #include "proto/frame.h"
 #include "proto/message.h"
 #include "server/fleet/blobs.h"
@@ -78,9 +79,10 @@ struct session {
     struct fleet_totals *totals;     /* borrowed */
     uint64_t id;
     enum session_state state;
-    bool local;   /* over the Unix socket */
-    bool reading; /* libuv reads this link */
-    bool stalled; /* its tiles were taken back; it gets none until it shows progress */
+    bool local;              /* over the Unix socket */
+    struct channel *channel; /* owned; NULL: in the clear */
+    bool reading;            /* libuv reads this link */
+    bool stalled;            /* its tiles were taken back; it gets none until it shows progress */
     uint64_t quarantined_until_ms; /* it drains for its conduct; 0: it does not */
     struct frame_inbox inbox;
     struct outbox outbox;
@@ -105,9 +107,10 @@ struct session {
 const char *session_state_name(enum session_state state);
 
 /* A session on a handle that the caller accepts into handle.stream afterwards. tcp: which kind of
- * handle. ERR_MEMORY, ERR_IO. */
-int session_create(uv_loop_t *loop, bool tcp, uint64_t id, const struct session_host *host,
-                   struct fleet_totals *totals, struct session **out);
+ * handle. key: what the peer must have; NULL: nothing. ERR_MEMORY, ERR_IO, ERR_UNSUPPORTED. */
+int session_create(uv_loop_t *loop, bool tcp, const struct link_key *key, uint64_t id,
+                   const struct session_host *host, struct fleet_totals *totals,
+                   struct session **out);
 
 /* Begins to read. */
 void session_start(struct session *s);

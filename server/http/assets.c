@@ -1,14 +1,18 @@
 /* /v1/assets/{sha256}: files go in, by the digest of their bytes. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "server/http/etag.h"
 #include "server/http/request.h"
+#include "server/store/asset_owners.h"
 
 /* Syncing and renaming wait for the disk: the team does it while the connection sleeps. */
 struct asset_finish {
     struct team_task task;
     struct request *request;
     struct object_writer *writer; /* owned */
+    const struct objects *objects;
+    char owner[JOB_OWNER_BYTES]; /* "": nobody's */
     struct digest expected, found;
     int error;
     bool existed;
@@ -17,7 +21,11 @@ struct asset_finish {
 static void finish_run(struct team_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
+    const bool owned = f->owner[0] && asset_owners_have(f->objects, f->owner, &f->expected);
     f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
+    if (f->error || !f->owner[0]) return;
+    f->error = asset_owners_add(f->objects, f->owner, &f->expected);
+    f->existed = owned; /* that somebody else has it is not this one's to know */
 }
 
 static void answer_mismatch(struct request *r, const struct digest *found)
@@ -67,6 +75,8 @@ void route_asset_put(struct request *r)
     f->task = (struct team_task){.run = finish_run, .done = finish_done};
     f->request = r;
     f->expected = r->match.sha256;
+    f->objects = r->http->options.objects;
+    memcpy(f->owner, r->asker.owner, sizeof f->owner);
     f->writer = r->writer;
     r->writer = NULL;
     request_hold(r);
@@ -77,7 +87,9 @@ void route_asset_head(struct request *r)
 {
     uint64_t size_bytes = 0;
     char etag[ETAG_BYTES];
-    if (!objects_have(r->http->options.objects, &r->match.sha256, &size_bytes)) {
+    const struct objects *objects = r->http->options.objects;
+    if (!objects_have(objects, &r->match.sha256, &size_bytes) ||
+        !(r->asker.sees_all || asset_owners_have(objects, r->asker.owner, &r->match.sha256))) {
         request_problem(r, PROBLEM_NOT_FOUND, "there is no such asset", NULL);
         return;
     }

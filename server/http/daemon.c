@@ -7,12 +7,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "server/http/crowd.h"
 #include "server/http/listen.h"
 #include "server/http/request.h"
 #include "server/http/static_files.h"
 
 #define TICK_MS                 250u
-#define CONNECTION_MEMORY_BYTES 32768u
+#define CONNECTION_MEMORY_BYTES 24576u
 #define DESCRIPTORS_WANTED      (2u * LIMIT_HTTP_CONNECTIONS)
 
 /* MHD's own words are about single connections and come as fast as clients send nonsense. */
@@ -31,8 +32,15 @@ void peer_deadline(struct peer *peer, uint64_t ms)
 
 void peer_abort(struct peer *peer, unsigned status)
 {
-    enum problem_id id = status == 413 ? PROBLEM_TOO_LARGE : PROBLEM_TIMEOUT;
+    enum problem_id id = status == 413   ? PROBLEM_TOO_LARGE
+                         : status == 503 ? PROBLEM_BUSY
+                                         : PROBLEM_TIMEOUT;
     const struct problem *p = problem_of(id);
+    peer->deadline_ms = 0;
+    if (peer->http->tls.key) { /* plain words would be noise there */
+        (void)shutdown(peer->fd, SHUT_RDWR);
+        return;
+    }
     char body[256], text[640];
     int body_bytes =
         snprintf(body, sizeof body,
@@ -46,7 +54,6 @@ void peer_abort(struct peer *peer, unsigned status)
     (void)send(peer->fd, text, (size_t)text_bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
     lingering_add(&peer->http->lingering, peer->fd);
     (void)shutdown(peer->fd, SHUT_RDWR);
-    peer->deadline_ms = 0;
 }
 
 /* A request that has begun is told why; one that has not is only closed. */
@@ -110,6 +117,7 @@ static void begin_peer(struct http *http, struct MHD_Connection *connection, voi
     http->peers = peer;
     http->connections++;
     peer_deadline(peer, http->request_ms);
+    crowd_make_room(http);
 }
 
 static bool has_unread(int fd)
@@ -204,11 +212,22 @@ static unsigned connections_most(void)
 
 static int start_mhd(struct http *http, int listen_fd)
 {
+    const struct tls *tls = &http->tls;
+    struct MHD_OptionItem guarded[] = {
+        {MHD_OPTION_HTTPS_MEM_CERT, 0, tls->certificate},
+        {MHD_OPTION_HTTPS_MEM_KEY, 0, tls->key},
+        {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)TLS_PRIORITIES},
+        {MHD_OPTION_END, 0, NULL},
+    };
+    if (!tls->key) guarded[0] = guarded[3];
+    http->connections_most = connections_most();
     http->mhd = MHD_start_daemon(
-        MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, NULL, NULL, step, http,
-        MHD_OPTION_EXTERNAL_LOGGER, count_log, http,     /* first, as MHD demands */
-        MHD_OPTION_LISTEN_SOCKET, listen_fd,             /**/
-        MHD_OPTION_CONNECTION_LIMIT, connections_most(), /**/
+        MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls->key ? MHD_USE_TLS : 0),
+        0, NULL, NULL, step, http, MHD_OPTION_EXTERNAL_LOGGER, count_log,
+        http,                                                /* first, as MHD demands */
+        MHD_OPTION_ARRAY, guarded,                           /**/
+        MHD_OPTION_LISTEN_SOCKET, listen_fd,                 /**/
+        MHD_OPTION_CONNECTION_LIMIT, http->connections_most, /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
         MHD_OPTION_STRICT_FOR_CLIENT, 1,                  /**/
@@ -232,6 +251,29 @@ static int start_handles(struct http *http)
     return 0;
 }
 
+static int open_guards(struct http *http, struct fault *fault)
+{
+    const struct http_options *o = &http->options;
+    int error = 0;
+    if (o->certificate_path) error = tls_read(&http->tls, o->certificate_path, o->key_path, fault);
+    return error ? error : access_open(&http->access, o->tokens_path, o->key_path != NULL, fault);
+}
+
+static int open_socket(struct http *http, int *fd, struct fault *fault)
+{
+    const struct listen_guards guards = {.tokens = http->access.path != NULL,
+                                         .tls = http->tls.key != NULL};
+    int error = listen_open(http->options.listen, &guards, fd, &http->port, fault);
+    if (!error) access_name_cookie(&http->access, http->port);
+    return error;
+}
+
+static void close_guards(struct http *http)
+{
+    access_close(&http->access);
+    tls_fini(&http->tls);
+}
+
 int http_create(const struct http_options *options, struct http **out, struct fault *fault)
 {
     int fd = -1, error;
@@ -242,7 +284,8 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
     error = static_files_load(options->web_dir, options->openapi_path, &http->files, fault);
-    if (!error) error = listen_open(options->listen, &fd, &http->port, fault);
+    if (!error) error = open_guards(http, fault);
+    if (!error) error = open_socket(http, &fd, fault);
     if (error) goto fail;
     error = start_mhd(http, fd);
     if (error) {
@@ -260,6 +303,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     *out = http;
     return 0;
 fail:
+    close_guards(http);
     static_files_destroy(&http->files);
     free(http);
     return error;
@@ -268,6 +312,21 @@ fail:
 int http_port(const struct http *http)
 {
     return http->port;
+}
+
+/* Streams would go on for as long as their readers like. */
+static void cut_unwelcome(struct http *http)
+{
+    for (struct request *r = http->requests; r; r = r->next)
+        if (!access_still_holds(r)) (void)shutdown(r->peer->fd, SHUT_RDWR);
+}
+
+int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)
+{
+    int error = access_reload(&http->access, fault);
+    if (!error) cut_unwelcome(http);
+    *count = http->access.tokens ? http->access.tokens->count : 0;
+    return error;
 }
 
 void http_drain(struct http *http)
@@ -305,6 +364,7 @@ void http_destroy(struct http **http)
     h->mhd = NULL;
     lingering_close_all(&h->lingering);
     static_files_destroy(&h->files);
+    close_guards(h);
     uv_close((uv_handle_t *)&h->poll, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);
     uv_close((uv_handle_t *)&h->tick, on_closed);

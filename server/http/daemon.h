@@ -3,9 +3,11 @@
 #include <microhttpd.h>
 #include <uv.h>
 
+#include "server/http/access.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
 #include "server/http/request_count.h"
+#include "server/http/tls.h"
 
 struct request;
 struct static_files;
@@ -18,6 +20,7 @@ struct peer {
     int fd;
     uint64_t deadline_ms;    /* of the loop's clock; 0: none */
     struct request *request; /* in work; NULL between requests */
+    bool cut;                /* shut down for want of room */
     bool served;             /* the last request was answered by its handler */
 };
 
@@ -35,9 +38,13 @@ struct http {
     struct peer *peers;
     struct request *requests;
     struct static_files *files;
-    unsigned connections, uploads, encodings;
-    uint64_t log_lines; /* messages of MHD: counted, not printed */
+    unsigned connections, connections_most, uploads, encodings;
+    uint64_t connections_cut; /* crowd.h */
+    size_t body_bytes;        /* of all requests */
+    uint64_t log_lines;       /* messages of MHD: counted, not printed */
     struct lingering lingering;
+    struct access access;
+    struct tls tls; /* texts NULL: none */
     struct request_count count;
 };
 

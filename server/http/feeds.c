@@ -23,6 +23,19 @@ static void answer_feed(struct request *r, struct MHD_Response *response, const 
     request_answer(r, 200, response);
 }
 
+/* The head alone of an answer without a length. MHD would put the end of a chunked body behind it,
+ * which the next answer on the connection would be read from: so it is said to end with that. */
+static void answer_head(struct request *r, const char *type)
+{
+    struct MHD_Response *response = response_of_length(MHD_SIZE_UNKNOWN);
+    if (response) {
+        MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+        response_header(response, "Content-Type", type);
+        response_header(response, "Cache-Control", "no-store");
+    }
+    request_answer(r, 200, response);
+}
+
 /* False when the lookup of the job failed, which the client is told. */
 static bool found(struct request *r, int error, const json_t *body)
 {
@@ -38,6 +51,10 @@ static void on_events(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
     if (!request_back(r) || !found(r, error, body)) return;
+    if (request_is_head(r)) {
+        answer_head(r, "text/event-stream");
+        return;
+    }
     struct streams *streams = r->http->options.streams;
     const char *last = request_header(r, "Last-Event-ID");
     answer_feed(r,
@@ -50,7 +67,7 @@ static void on_events(void *ctx, int error, json_t *body)
 void route_events(struct request *r)
 {
     request_hold(r);
-    jobs_get(r->http->options.jobs, r->match.job, on_events, r);
+    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_events, r);
 }
 
 static bool has_layer(const json_t *body, const char *layer)
@@ -76,6 +93,8 @@ static void on_pixels(void *ctx, int error, json_t *body)
     if (!request_back(r) || !found(r, error, body) || !picture_wish(r, &wish)) return;
     if (!has_layer(body, wish.layer)) {
         request_problem(r, PROBLEM_NOT_FOUND, "the job does not have this layer", NULL);
+    } else if (request_is_head(r)) {
+        answer_head(r, "application/octet-stream");
     } else if (has_ended(body)) {
         r->match.frame = first_frame(body);
         picture_feed(r);
@@ -91,5 +110,5 @@ void route_pixels(struct request *r)
     struct pixels_wish wish;
     if (!picture_wish(r, &wish)) return;
     request_hold(r);
-    jobs_get(r->http->options.jobs, r->match.job, on_pixels, r);
+    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_pixels, r);
 }

@@ -10,7 +10,7 @@
 
 /* The fields that must be seen as they came, however often they are there. */
 struct header_scan {
-    unsigned fields, hosts, lengths, codings, origins, types;
+    unsigned fields, hosts, lengths, codings, origins, types, claims;
     size_t size_bytes;
     const char *host, *length, *coding, *origin;
 };
@@ -37,6 +37,8 @@ static enum MHD_Result scan_field(void *ctx, enum MHD_ValueKind kind, const char
         s->origin = value;
     } else if (strcasecmp(name, "Content-Type") == 0) {
         s->types++;
+    } else if (strcasecmp(name, "Authorization") == 0) {
+        s->claims++;
     }
     return MHD_YES;
 }
@@ -77,10 +79,19 @@ static const char *body_fault(const struct header_scan *s, const char *version,
     return NULL;
 }
 
-static bool origin_is_ours(const struct header_scan *s)
+static bool origin_is_ours(const struct request *r, const struct header_scan *s)
 {
-    return s->origins == 1 && strncasecmp(s->origin, "http://", 7) == 0 &&
-           strcasecmp(s->origin + 7, s->host) == 0;
+    const char *scheme = r->http->tls.key ? "https://" : "http://";
+    const size_t n = strlen(scheme);
+    return s->origins == 1 && strncasecmp(s->origin, scheme, n) == 0 &&
+           strcasecmp(s->origin + n, s->host) == 0;
+}
+
+/* Over TLS the certificate vouches for the name; without it only names are taken that no page of
+ * another site can stand behind. */
+static bool host_is_ours(const struct request *r, const char *host)
+{
+    return r->http->tls.key || guard_host_is_local(host);
 }
 
 static bool changes_state(const struct request *r)
@@ -100,12 +111,13 @@ bool guard_pass(struct request *r, const char *version, struct body_claim *claim
         snprintf(detail, sizeof detail, "at most %u bytes in %d header fields", HEADER_LIMIT_BYTES,
                  HEADER_LIMIT_COUNT);
         request_problem(r, PROBLEM_HEADERS, detail, NULL);
-    } else if (s.hosts != 1 || s.types > 1) {
-        request_problem(r, PROBLEM_MALFORMED, "one Host and at most one Content-Type are needed",
+    } else if (s.hosts != 1 || s.types > 1 || s.claims > 1) {
+        request_problem(r, PROBLEM_MALFORMED,
+                        "one Host, and at most one Content-Type and Authorization, are taken",
                         NULL);
-    } else if (!guard_host_is_local(s.host)) {
+    } else if (!host_is_ours(r, s.host)) {
         request_problem(r, PROBLEM_MISDIRECTED, "ask for localhost, 127.0.0.1 or [::1]", NULL);
-    } else if (changes_state(r) && s.origins > 0 && !origin_is_ours(&s)) {
+    } else if (changes_state(r) && s.origins > 0 && !origin_is_ours(r, &s)) {
         request_problem(r, PROBLEM_CROSS_ORIGIN,
                         "only the viewer's own pages may change things here", NULL);
     } else {

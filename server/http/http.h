@@ -11,8 +11,10 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
-    const char *listen;  /* "ADDR:PORT"; loopback only; port 0: any free one */
-    const char *web_dir; /* the viewer's files */
+    const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
+    const char *tokens_path;                 /* NULL: everybody may do everything */
+    const char *certificate_path, *key_path; /* PEM; NULL: no TLS */
+    const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
     struct team *team; /* hashing uploads, encoding pictures */
@@ -24,6 +26,10 @@ struct http_options {
 /* *fault says why an address was refused. */
 int http_create(const struct http_options *options, struct http **out, struct fault *fault);
 int http_port(const struct http *http);
+
+/* Reads the file of tokens again; what goes on for somebody who may not have it any more is cut
+ * off. On failure the tokens from before stay. *count: how many there are. */
+int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 
 /* Answers new requests with 503 (but /livez, /readyz and /metrics), ends streams; then destroy,
  * after which the loop must run once more. The process ignores SIGPIPE. streams must outlive it. */

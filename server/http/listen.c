@@ -38,8 +38,19 @@ static int split(const char *text, char host[64], int *port, struct fault *fault
     return 0;
 }
 
-static int resolve(const char *host, int port, union address *out, socklen_t *size_bytes,
-                   struct fault *fault)
+static int refuse_wide(const char *host, const struct listen_guards *guards, struct fault *fault)
+{
+    const char *missing = guards->tokens ? "--tls-cert and --tls-key are"
+                          : guards->tls  ? "--tokens is"
+                                         : "--tokens, --tls-cert and --tls-key are";
+    return fault_set(fault, ERR_UNSUPPORTED, "listen",
+                     "%.64s is no loopback address: others may ask only with tokens and TLS, "
+                     "and %s missing; else use 127.0.0.1 and a tunnel",
+                     host, missing);
+}
+
+static int resolve(const char *host, int port, const struct listen_guards *guards,
+                   union address *out, socklen_t *size_bytes, struct fault *fault)
 {
     bool loopback;
     memset(out, 0, sizeof *out);
@@ -59,13 +70,7 @@ static int resolve(const char *host, int port, union address *out, socklen_t *si
                          "\"%.64s\" is not an IP address, and the only name taken is localhost",
                          host);
     }
-    if (!loopback)
-        return fault_set(
-            fault, ERR_UNSUPPORTED, "listen",
-            "%.64s is no loopback address: others may listen only with tokens and TLS, "
-            "which this version does not have; use 127.0.0.1 and a tunnel",
-            host);
-    return 0;
+    return loopback || (guards->tokens && guards->tls) ? 0 : refuse_wide(host, guards, fault);
 }
 
 static int port_of(int fd)
@@ -76,14 +81,15 @@ static int port_of(int fd)
     return ntohs(a.any.sa_family == AF_INET6 ? a.v6.sin6_port : a.v4.sin_port);
 }
 
-int listen_open(const char *address, int *fd, int *port, struct fault *fault)
+int listen_open(const char *address, const struct listen_guards *guards, int *fd, int *port,
+                struct fault *fault)
 {
     char host[64];
     union address a;
     socklen_t size_bytes = 0;
     const int on = 1;
     int error = split(address, host, port, fault);
-    if (!error) error = resolve(host, *port, &a, &size_bytes, fault);
+    if (!error) error = resolve(host, *port, guards, &a, &size_bytes, fault);
     if (error) return error;
     *fd = socket(a.any.sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (*fd < 0)

@@ -161,6 +161,8 @@ static void write_http(FILE *out, const struct http *http)
                 route_of((enum route_id)route)->path,
                 (double)http->count.duration_us[route] * 1e-6);
     single(out, "shearwater_http_connections", "gauge", "Open connections.", http->connections);
+    single(out, "shearwater_http_connections_cut_total", "counter",
+           "Connections ended for want of room, their request not whole.", http->connections_cut);
     single(out, "shearwater_http_log_lines_total", "counter",
            "Complaints of the HTTP library about connections.", http->log_lines);
     single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "server/http/crowd.h"
 #include "server/http/etag.h"
 #include "server/http/guard.h"
 #include "server/http/static_files.h"
@@ -46,6 +47,7 @@ void request_done(struct request *r)
     if (r->next) r->next->link = r->link;
     if (r->peer->request == r) r->peer->request = NULL;
     if (r->uploads) http->uploads--;
+    http->body_bytes -= r->body_bytes;
     if (r->encodes) http->encodings--;
     uint64_t duration_us = r->streams ? 0 : uv_hrtime() / 1000 - r->start_us;
     request_count_add(&http->count, r->match.id, r->status, duration_us);
@@ -195,6 +197,15 @@ static bool check_size(struct request *r, uint64_t size_bytes, uint64_t limit_by
     return false;
 }
 
+/* An upload has the time of a request, and more with all that it brings: who brings little keeps
+ * its place from nobody for long. */
+static void pace(struct request *r)
+{
+    const struct http *http = r->http;
+    uint64_t ms = http->request_ms + r->file_bytes * 1000 / LIMIT_UPLOAD_PACE;
+    r->peer->deadline_ms = r->file_from_ms + (ms < http->upload_ms ? ms : http->upload_ms);
+}
+
 static bool begin_file(struct request *r)
 {
     if (r->http->uploads >= UPLOADS_MOST) {
@@ -207,15 +218,33 @@ static bool begin_file(struct request *r)
     }
     r->http->uploads++;
     r->uploads = true;
-    peer_deadline(r->peer, r->http->upload_ms);
+    r->file_from_ms = uv_now(r->http->options.loop);
+    pace(r);
     return true;
+}
+
+/* What is packed may unpack to anything: nothing here unpacks. */
+static bool check_coding(struct request *r)
+{
+    const char *coding = request_header(r, "Content-Encoding");
+    if (!coding || strcasecmp(coding, "identity") == 0) return true;
+    request_problem(r, PROBLEM_MEDIA_TYPE, "no content coding is taken: send it unpacked", NULL);
+    return false;
+}
+
+/* What changes something is read on the loop, so it must be short; a whole job is read elsewhere.
+ */
+static size_t json_limit(const struct request *r)
+{
+    return r->match.id == ROUTE_JOB_SUBMIT ? LIMIT_JOB_BYTES : LIMIT_CHANGE_BYTES;
 }
 
 static bool check_body(struct request *r, const struct body_claim *claim)
 {
+    if (claim->present && !check_coding(r)) return false;
     switch (route_of(r->match.id)->body) {
     case BODY_JSON:
-        return check_media_type(r) && check_size(r, claim->size_bytes, LIMIT_JOB_BYTES);
+        return check_media_type(r) && check_size(r, claim->size_bytes, json_limit(r));
     case BODY_FILE:
         return check_size(r, claim->size_bytes, LIMIT_ASSET_BYTES) && begin_file(r);
     case BODY_NONE:
@@ -233,7 +262,7 @@ static bool check(struct request *r, const char *method, const char *version)
     (void)method_from_name(method, &r->method);
     if (!guard_pass(r, version, &claim)) return false;
     r->close = claim.present;
-    if (!find_route(r, method)) return false;
+    if (!find_route(r, method) || !access_pass(r)) return false;
     if (r->http->draining && !served_while_draining(r->match.id)) {
         request_problem(r, PROBLEM_DRAINING, "ask again when it is back", NULL);
         return false;
@@ -260,16 +289,19 @@ static enum MHD_Result queue(struct request *r)
 /* Past its cap a body without a stated length can only be cut off. */
 static enum MHD_Result take_json(struct request *r, const char *data, size_t size_bytes)
 {
-    if (r->body_bytes + size_bytes > LIMIT_JOB_BYTES) {
+    if (r->status) return MHD_NO; /* cut off meanwhile */
+    if (r->body_bytes + size_bytes > json_limit(r)) {
         r->status = 413;
         peer_abort(r->peer, 413);
         return MHD_NO;
     }
+    crowd_make_body_room(r->http, r, size_bytes);
     char *grown = realloc(r->body, r->body_bytes + size_bytes + 1);
     if (!grown) return MHD_NO;
     memcpy(grown + r->body_bytes, data, size_bytes);
     r->body = grown;
     r->body_bytes += size_bytes;
+    r->http->body_bytes += size_bytes;
     r->body[r->body_bytes] = '\0';
     return MHD_YES;
 }
@@ -278,6 +310,7 @@ static enum MHD_Result take_json(struct request *r, const char *data, size_t siz
 static enum MHD_Result take_file(struct request *r, const char *data, size_t size_bytes)
 {
     r->file_bytes += size_bytes;
+    pace(r);
     if (r->file_bytes > LIMIT_ASSET_BYTES) {
         r->status = 413;
         peer_abort(r->peer, 413);
@@ -289,6 +322,7 @@ static enum MHD_Result take_file(struct request *r, const char *data, size_t siz
 
 static enum MHD_Result handle(struct request *r)
 {
+    if (r->status && !r->response) return MHD_NO; /* cut off meanwhile */
     if (!r->handled) {
         r->handled = true;
         peer_deadline(r->peer, 0);

@@ -7,10 +7,12 @@
 #include <jansson.h>
 #include <stdbool.h>
 
+#include "server/http/access.h"
 #include "server/http/daemon.h"
 #include "server/http/problem.h"
 #include "server/http/response.h"
 #include "server/http/route.h"
+#include "server/job/asker.h"
 #include "server/store/objects.h"
 
 struct request {
@@ -22,6 +24,11 @@ struct request {
     struct fault target_fault; /* of reading it */
     struct route_match match;
     enum method method;
+    /* Whose it is (access.h). */
+    struct asker asker;
+    struct digest token; /* its hash; zero without one */
+    bool has_token;
+    bool by_cookie; /* and not by a header */
     bool checked;   /* its head was looked at */
     bool close;     /* its body, if any, is not read: the connection cannot go on */
     bool handled;   /* its handler was called */
@@ -35,6 +42,7 @@ struct request {
     size_t body_bytes;
     struct object_writer *writer; /* owned; when it is a FILE */
     uint64_t file_bytes;
+    uint64_t file_from_ms; /* of the loop's clock: when it began */
     int file_error;
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */

@@ -266,7 +266,7 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     (void)frames, (void)frame_count;
     if (resumption->error) return;
     struct live_job *job =
-        live_job_create(resumption->jobs, row->id, row->priority, row->created_ms);
+        live_job_create(resumption->jobs, row->id, row->owner, row->priority, row->created_ms);
     if (job) job->live = is_live(row);
     if (!job || jobs_table_add(resumption->jobs, job) != 0) {
         free(job);

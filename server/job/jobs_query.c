@@ -71,8 +71,8 @@ static bool is_paused(const struct job_row *row)
 static json_t *summary_of(const struct live_job *live, const struct job_row *row)
 {
     const char *state = live ? job_state_name(live->state) : row->state;
-    return json_pack("{s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
-                     "created", time_json(row->created_ms), "priority",
+    return json_pack("{s:s,s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
+                     "owner", row->owner, "created", time_json(row->created_ms), "priority",
                      (int)(live ? live->priority : row->priority), "paused",
                      (int)(live ? live_job_is_paused(live) : is_paused(row)));
 }
@@ -150,6 +150,7 @@ struct question {
     jobs_answer answer;
     jobs_pictured pictured;
     void *ctx;
+    struct asker asker;
     int32_t frame;
     char id[JOB_ID_BYTES];
 };
@@ -159,7 +160,7 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
 {
     struct question *q = ctx;
     json_t *body = NULL;
-    if (!error && !row) error = ERR_NOT_FOUND;
+    if (!error && (!row || !asker_sees(&q->asker, row->owner))) error = ERR_NOT_FOUND;
     if (!error) {
         body = body_of(jobs_table_find(q->jobs, row->id), row, frames, frame_count);
         error = body ? 0 : ERR_MEMORY;
@@ -169,14 +170,15 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
     free(q);
 }
 
-void jobs_get(struct jobs *jobs, const char *id, jobs_answer done, void *ctx)
+void jobs_get(struct jobs *jobs, const struct asker *asker, const char *id, jobs_answer done,
+              void *ctx)
 {
     struct question *q = job_id_is_valid(id) ? calloc(1, sizeof *q) : NULL;
     if (!q) {
         done(ctx, job_id_is_valid(id) ? ERR_MEMORY : ERR_NOT_FOUND, NULL);
         return;
     }
-    *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx};
+    *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx, .asker = *asker};
     job_store_get(jobs->options.store, id, on_row, q);
 }
 
@@ -217,8 +219,11 @@ static void on_rows(void *ctx, int error, const struct job_row *rows, size_t cou
     free(q);
 }
 
-void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer done, void *ctx)
+void jobs_list(struct jobs *jobs, const struct asker *asker, const struct job_listing *listing,
+               jobs_answer done, void *ctx)
 {
+    struct job_listing seen = *listing;
+    if (!asker->sees_all) seen.owner = asker->owner;
     enum job_state known;
     if ((listing->state && !job_state_from_name(listing->state, &known)) ||
         (listing->cursor && !job_id_is_valid(listing->cursor))) {
@@ -231,7 +236,7 @@ void jobs_list(struct jobs *jobs, const struct job_listing *listing, jobs_answer
         return;
     }
     *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx};
-    job_store_list(jobs->options.store, listing, on_rows, q);
+    job_store_list(jobs->options.store, &seen, on_rows, q);
 }
 
 /* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none.
@@ -275,6 +280,7 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
 {
     struct question *q = ctx;
     struct jobs_picture picture = {0};
+    if (!error && (!row || !asker_sees(&q->asker, row->owner))) error = ERR_NOT_FOUND;
     for (size_t i = 0; !error && i < frame_count; i++) {
         if (frames[i].number != q->frame || digest_is_zero(&frames[i].exr)) continue;
         picture.finished = true;
@@ -282,21 +288,22 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
         picture.png = frames[i].png;
     }
     /* A job that waits will have the picture; one that has ended without it will not. */
-    if (!error && !picture.finished && (!row || !jobs_table_find(q->jobs, q->id)))
-        error = ERR_NOT_FOUND;
+    if (!error && !picture.finished && !jobs_table_find(q->jobs, q->id)) error = ERR_NOT_FOUND;
     q->pictured(q->ctx, error, error ? NULL : &picture);
     free(q);
 }
 
-void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_pictured done, void *ctx)
+void jobs_picture(struct jobs *jobs, const struct asker *asker, const char *id, int32_t frame,
+                  jobs_pictured done, void *ctx)
 {
+    const struct live_job *live = jobs_table_find(jobs, id);
     struct jobs_picture picture = {0};
     int error = 0;
-    if (!job_id_is_valid(id)) {
+    if (!job_id_is_valid(id) || (live && !asker_sees(asker, live->owner))) {
         done(ctx, ERR_NOT_FOUND, NULL);
         return;
     }
-    if (picture_of(jobs_table_find(jobs, id), frame, &error, &picture)) {
+    if (picture_of(live, frame, &error, &picture)) {
         done(ctx, error, error ? NULL : &picture);
         return;
     }
@@ -305,7 +312,8 @@ void jobs_picture(struct jobs *jobs, const char *id, int32_t frame, jobs_picture
         done(ctx, ERR_MEMORY, NULL);
         return;
     }
-    *q = (struct question){.jobs = jobs, .pictured = done, .ctx = ctx, .frame = frame};
+    *q = (struct question){
+        .jobs = jobs, .pictured = done, .ctx = ctx, .asker = *asker, .frame = frame};
     memcpy(q->id, id, sizeof q->id);
     job_store_get(jobs->options.store, id, on_picture_row, q);
 }

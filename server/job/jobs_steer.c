@@ -102,11 +102,14 @@ static void store_change(struct jobs *jobs, struct live_job *job, const struct s
                     steering->given & STEERING_PAUSED ? &steering->paused : NULL, on_durable, c);
 }
 
-void jobs_steer(struct jobs *jobs, const char *id, uint64_t seen_revision,
-                const struct steering *steering, job_store_done done, void *ctx)
+void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
+                uint64_t seen_revision, const struct steering *steering, job_store_done done,
+                void *ctx)
 {
     struct live_job *job = jobs_table_find(jobs, id);
-    if (!job || job_state_is_final(job->state) || jobs->stopping) {
+    if (job && !asker_sees(asker, job->owner)) {
+        done(ctx, ERR_NOT_FOUND);
+    } else if (!job || job_state_is_final(job->state) || jobs->stopping) {
         done(ctx, ERR_STATE);
     } else if (seen_revision && seen_revision != job->revision) {
         done(ctx, ERR_MISMATCH);

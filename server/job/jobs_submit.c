@@ -4,30 +4,36 @@
 #include <string.h>
 
 #include "server/job/jobs_table.h"
+#include "server/store/asset_owners.h"
 
-static int check_asset(const struct objects *objects, const struct digest *asset,
-                       const char *pointer, struct fault *fault)
+/* Somebody else's asset is not there. */
+static int check_asset(const struct objects *objects, const struct asker *asker,
+                       const struct digest *asset, const char *pointer, struct fault *fault)
 {
     char hex[DIGEST_HEX_BYTES];
-    if (objects_have(objects, asset, NULL)) return 0;
+    if (objects_have(objects, asset, NULL) &&
+        (asker->sees_all || asset_owners_have(objects, asker->owner, asset)))
+        return 0;
     digest_to_hex(asset, hex);
     return fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
 }
 
-static int check_assets(const struct objects *objects, const struct job *job, struct fault *fault)
+static int check_assets(const struct objects *objects, const struct asker *asker,
+                        const struct job *job, struct fault *fault)
 {
     char pointer[LIMIT_POINTER_BYTES];
-    int error = check_asset(objects, &job->scene, "/scene/asset", fault);
+    int error = check_asset(objects, asker, &job->scene, "/scene/asset", fault);
     for (uint32_t i = 0; !error && i < job->file_count; i++) {
         snprintf(pointer, sizeof pointer, "/scene/files/%.200s", job->files[i].path);
-        error = check_asset(objects, &job->files[i].asset, pointer, fault);
+        error = check_asset(objects, asker, &job->files[i].asset, pointer, fault);
     }
     if (!error && job->environment.kind == ENVIRONMENT_MAP)
-        error = check_asset(objects, &job->environment.asset, "/environment/asset", fault);
+        error = check_asset(objects, asker, &job->environment.asset, "/environment/asset", fault);
     return error;
 }
 
-static int check_new(const struct jobs *jobs, const struct job *job, struct fault *fault)
+static int check_new(const struct jobs *jobs, const struct asker *asker, const struct job *job,
+                     struct fault *fault)
 {
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
@@ -36,7 +42,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (job->live && live >= LIVE_MOST)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
                          live);
-    return check_assets(jobs->options.objects, job, fault);
+    return check_assets(jobs->options.objects, asker, job, fault);
 }
 
 struct submission {
@@ -98,23 +104,25 @@ static int insert(struct jobs *jobs, const struct job *job, const char *key,
                           .updated_ms = s->job->created_ms,
                           .priority = job->priority};
     memcpy(row.id, s->job->id, sizeof row.id);
+    memcpy(row.owner, s->job->owner, sizeof row.owner);
     jobs->live_coming += job->live;
     job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);
     free(text);
     return 0;
 }
 
-static int submit(struct jobs *jobs, const struct job *job, const char *key,
-                  const struct digest *body, jobs_submitted done, void *ctx, struct fault *fault)
+static int submit(struct jobs *jobs, const struct asker *asker, const struct job *job,
+                  const char *key, const struct digest *body, jobs_submitted done, void *ctx,
+                  struct fault *fault)
 {
     char id[JOB_ID_BYTES];
     int64_t now_ms = jobs_time_ms();
-    int error = check_new(jobs, job, fault);
+    int error = check_new(jobs, asker, job, fault);
     if (error) return error;
     if (job_id_next(&jobs->ids, (uint64_t)now_ms, id) != 0)
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
     struct submission *s = calloc(1, sizeof *s);
-    struct live_job *live = live_job_create(jobs, id, job->priority, now_ms);
+    struct live_job *live = live_job_create(jobs, id, asker->owner, job->priority, now_ms);
     if (live) live->live = job->live;
     if (s && live) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
@@ -125,11 +133,12 @@ static int submit(struct jobs *jobs, const struct job *job, const char *key,
     return fault_set(fault, ERR_MEMORY, "", "no memory for one more job");
 }
 
-void jobs_submit(struct jobs *jobs, struct job *job, const char *idempotency_key,
-                 const struct digest *body, jobs_submitted done, void *ctx)
+void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
+                 const char *idempotency_key, const struct digest *body, jobs_submitted done,
+                 void *ctx)
 {
     struct fault fault;
-    int error = submit(jobs, job, idempotency_key, body, done, ctx, &fault);
+    int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &fault);
     job_fini(job);
     if (error) done(ctx, &fault, NULL, false);
 }
@@ -157,10 +166,11 @@ static void on_dry_prepared(void *ctx, const struct fault *fault, struct prepare
     free(run);
 }
 
-void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *ctx)
+void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job, jobs_planned done,
+                  void *ctx)
 {
     struct fault fault;
-    int error = check_new(jobs, job, &fault);
+    int error = check_new(jobs, asker, job, &fault);
     struct dry_run *run = error ? NULL : calloc(1, sizeof *run);
     if (!run) {
         job_fini(job);
@@ -182,6 +192,7 @@ void jobs_dry_run(struct jobs *jobs, struct job *job, jobs_planned done, void *c
 /* A cancellation that ends in a removal, or of a job that is not in the table. */
 struct cancellation {
     struct jobs *jobs;
+    struct asker asker;
     char id[JOB_ID_BYTES];
     bool purge;
     job_store_done done;
@@ -212,22 +223,24 @@ static void on_found_ended(void *ctx, int error, const struct job_row *row,
 {
     struct cancellation *c = ctx;
     (void)frames, (void)frame_count;
-    if (!error && !row) error = ERR_NOT_FOUND;
+    if (!error && (!row || !asker_sees(&c->asker, row->owner))) error = ERR_NOT_FOUND;
     if (!error && !c->purge) error = ERR_STATE;
     on_cancelled(c, error);
 }
 
-void jobs_cancel(struct jobs *jobs, const char *id, bool purge, job_store_done done, void *ctx)
+void jobs_cancel(struct jobs *jobs, const struct asker *asker, const char *id, bool purge,
+                 job_store_done done, void *ctx)
 {
     struct cancellation *c = job_id_is_valid(id) ? calloc(1, sizeof *c) : NULL;
     if (!c) {
         done(ctx, job_id_is_valid(id) ? ERR_MEMORY : ERR_NOT_FOUND);
         return;
     }
-    *c = (struct cancellation){.jobs = jobs, .purge = purge, .done = done, .ctx = ctx};
+    *c = (struct cancellation){
+        .jobs = jobs, .asker = *asker, .purge = purge, .done = done, .ctx = ctx};
     memcpy(c->id, id, sizeof c->id);
     struct live_job *job = jobs_table_find(jobs, id);
-    if (job && !job_state_is_final(job->state) && !jobs->stopping)
+    if (job && asker_sees(asker, job->owner) && !job_state_is_final(job->state) && !jobs->stopping)
         live_job_cancel(job, on_cancelled, c);
     else
         job_store_get(jobs->options.store, id, on_found_ended, c);

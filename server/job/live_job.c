@@ -12,13 +12,14 @@
  * numbers must not come again for others. */
 #define VIEWS_UNRECORDED 4096u
 
-struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
-                                 int64_t created_ms)
+struct live_job *live_job_create(struct jobs *jobs, const char *id, const char *owner,
+                                 int32_t priority, int64_t created_ms)
 {
     struct live_job *job = calloc(1, sizeof *job);
     if (!job) return NULL;
     job->jobs = jobs;
     memcpy(job->id, id, JOB_ID_BYTES - 1);
+    memcpy(job->owner, owner, strnlen(owner, JOB_OWNER_BYTES - 1));
     job->priority = priority;
     job->created_ms = created_ms;
     job->state = JOB_QUEUED;

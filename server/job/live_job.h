@@ -19,7 +19,7 @@ struct live_frame {
 
 struct live_job {
     struct jobs *jobs;
-    char id[JOB_ID_BYTES];
+    char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES];
     int32_t priority;
     bool paused; /* its tiles are not given */
     struct tile_wish wish;
@@ -63,8 +63,8 @@ struct live_job {
     void *cancelled_ctx;
 };
 
-struct live_job *live_job_create(struct jobs *jobs, const char *id, int32_t priority,
-                                 int64_t created_ms);
+struct live_job *live_job_create(struct jobs *jobs, const char *id, const char *owner,
+                                 int32_t priority, int64_t created_ms);
 /* Drops what is in work without a word to the store or the streams. */
 void live_job_drop(struct live_job *job);
 /* Frees it, now or with its last hold. */

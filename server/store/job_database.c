@@ -1,5 +1,6 @@
 #include "server/store/job_database.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -26,6 +27,8 @@ enum query {
     QUERY_FRAMES,
     QUERY_LIST,
     QUERY_LIST_STATE,
+    QUERY_LIST_OWNER,
+    QUERY_LIST_OWNER_STATE,
     QUERY_UNFINISHED,
     QUERY_REMEMBER_BLOB,
     QUERY_FIND_BLOB,
@@ -46,7 +49,8 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_UNDO] = "ROLLBACK TO change",
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
     [QUERY_INSERT] =
-        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
+        " ?10)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
@@ -66,6 +70,11 @@ static const char *const query_text[QUERY_COUNT] = {
                    " ORDER BY id DESC LIMIT ?2",
     [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?4"
                          " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_OWNER] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
+                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_OWNER_STATE] =
+        "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
+        " AND state = ?4 AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
     [QUERY_UNFINISHED] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs"
                          " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
     [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"
@@ -187,6 +196,16 @@ static int64_t now_ms(void)
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 
+/* Keys of different owners are different keys. No key has a blank in it, and no owner's name. */
+typedef char scoped_key[JOB_OWNER_BYTES + LIMIT_IDEMPOTENCY_KEY_BYTES + 2];
+
+static const char *scope_key(const struct job_row *row, const char *key, scoped_key out)
+{
+    if (!key || !row->owner[0]) return key;
+    snprintf(out, sizeof(scoped_key), "%s %s", row->owner, key);
+    return out;
+}
+
 /* 0 when the key is new. */
 static int check_key(struct job_database *db, const char *key, const struct digest *body,
                      char existing[JOB_ID_BYTES])
@@ -218,6 +237,7 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     sqlite3_bind_int64(s, 7, row->updated_ms);
     sqlite3_bind_int(s, 8, row->priority);
     sqlite3_bind_int(s, 9, row->paused);
+    bind_text(s, 10, row->owner);
     return finish(db, s);
 }
 
@@ -235,7 +255,9 @@ static int insert_key(struct job_database *db, const char *key, const struct dig
 int job_database_insert(struct job_database *db, const struct job_row *row, const char *key,
                         const struct digest *body, char existing[JOB_ID_BYTES])
 {
+    scoped_key scoped;
     existing[0] = 0;
+    key = scope_key(row, key, scoped);
     int error = key ? check_key(db, key, body, existing) : 0;
     if (error) return error;
     error = insert_row(db, row);
@@ -363,12 +385,15 @@ int job_database_get(struct job_database *db, const char *id, struct job_records
 int job_database_list(struct job_database *db, const struct job_listing *listing,
                       struct job_records *out)
 {
-    sqlite3_stmt *s = statement(db, listing->state ? QUERY_LIST_STATE : QUERY_LIST);
+    const enum query all = listing->state ? QUERY_LIST_STATE : QUERY_LIST;
+    const enum query own = listing->state ? QUERY_LIST_OWNER_STATE : QUERY_LIST_OWNER;
+    sqlite3_stmt *s = statement(db, listing->owner ? own : all);
     if (!s) return finish(db, s);
     bind_text(s, 1, listing->cursor);
     sqlite3_bind_int64(s, 2, (sqlite3_int64)listing->limit + 1); /* one more, to know of more */
     bind_text(s, 3, listing->text);
     if (listing->state) bind_text(s, 4, listing->state);
+    if (listing->owner) bind_text(s, 5, listing->owner);
     int error = read_jobs(db, s, false, out);
     out->more = out->count > listing->limit;
     return error;

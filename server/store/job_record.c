@@ -12,11 +12,16 @@ bool job_record_digest(sqlite3_stmt *s, int column, struct digest *out)
     return true;
 }
 
-void job_record_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES])
+static void short_text(sqlite3_stmt *s, int column, char *out, size_t capacity)
 {
     const unsigned char *text = sqlite3_column_text(s, column);
     out[0] = 0;
-    if (text) strncat(out, (const char *)text, JOB_ID_BYTES - 1);
+    if (text) strncat(out, (const char *)text, capacity - 1);
+}
+
+void job_record_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES])
+{
+    short_text(s, column, out, JOB_ID_BYTES);
 }
 
 static const char *const frame_states[] = {"queued", "rendering", "encoding", "finished"};
@@ -76,6 +81,7 @@ int job_records_add(struct job_records *out, sqlite3_stmt *s)
     job->row.updated_ms = sqlite3_column_int64(s, 6);
     job->row.priority = sqlite3_column_int(s, 7);
     job->row.paused = sqlite3_column_int(s, 8) != 0;
+    short_text(s, 9, job->row.owner, sizeof job->row.owner);
     return error;
 }
 

@@ -50,6 +50,7 @@ static int perform_insert(struct job_database *db, struct job_request *r)
                           .priority = r->priority,
                           .paused = r->paused};
     memcpy(row.id, r->id, sizeof row.id);
+    memcpy(row.owner, r->owner, sizeof row.owner);
     return job_database_insert(db, &row, r->key, &r->body, r->existing);
 }
 
@@ -81,11 +82,13 @@ int job_request_perform(struct job_request *r, struct job_database *db)
     case REQUEST_GET:
         return job_database_get(db, r->id, &r->records);
     case REQUEST_LIST:
-        return job_database_list(
-            db,
-            &(struct job_listing){
-                .state = r->state, .cursor = r->cursor, .text = r->text, .limit = r->limit},
-            &r->records);
+        return job_database_list(db,
+                                 &(struct job_listing){.state = r->state,
+                                                       .cursor = r->cursor,
+                                                       .text = r->text,
+                                                       .owner = r->owned ? r->owner : NULL,
+                                                       .limit = r->limit},
+                                 &r->records);
     case REQUEST_FIND_BLOB:
         return job_database_find_blob(db, &r->source, &r->blob);
     }

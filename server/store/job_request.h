@@ -22,10 +22,11 @@ struct job_request {
     enum request_kind kind;
     int error;
     void *ctx;
-    char id[JOB_ID_BYTES];
+    char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES];
     char *state, *fault, *report, *document, *key, *cursor, *text;
     int64_t created_ms, updated_ms;
     int32_t priority;
+    bool owned;                            /* REQUEST_LIST: of `owner` alone */
     bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
     struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;

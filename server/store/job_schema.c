@@ -34,6 +34,9 @@ static const char *const migrations[] = {
     "  source BLOB PRIMARY KEY,"
     "  blob BLOB NOT NULL) WITHOUT ROWID;",
     "ALTER TABLE jobs ADD COLUMN paused INTEGER NOT NULL DEFAULT 0;",
+    "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';"
+    "CREATE INDEX jobs_by_owner ON jobs (owner, id);"
+    "CREATE INDEX jobs_by_owner_state ON jobs (owner, state, id);",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

@@ -147,6 +147,7 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     r->updated_ms = row->updated_ms;
     r->priority = row->priority;
     r->paused = row->paused;
+    memcpy(r->owner, row->owner, sizeof r->owner);
     if (body) r->body = *body;
     r->call.inserted = done;
     submit(s, r, error);
@@ -249,6 +250,8 @@ void job_store_list(struct job_store *s, const struct job_listing *listing, job_
     r->cursor = job_request_copy(listing->cursor, &error);
     r->text = job_request_copy(listing->text, &error);
     r->limit = listing->limit < LIMIT_LIST_ROWS ? listing->limit : LIMIT_LIST_ROWS;
+    r->owned = listing->owner != NULL;
+    if (r->owned) snprintf(r->owner, sizeof r->owner, "%s", listing->owner);
     r->call.listed = done;
     if (!error && r->text) s->searching = true;
     submit(s, r, error);

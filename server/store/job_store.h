@@ -11,7 +11,8 @@
 
 struct job_store;
 
-#define JOB_ID_BYTES 27 /* 26 characters and the end */
+#define JOB_ID_BYTES    27 /* 26 characters and the end */
+#define JOB_OWNER_BYTES 65 /* a tenant's name: 1 to 64 of a-z, 0-9, '-', '_', and the end */
 
 /* One row of `jobs`. All pointers may be NULL for SQL NULL. */
 struct job_row {
@@ -24,6 +25,7 @@ struct job_row {
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool paused;
+    char owner[JOB_OWNER_BYTES]; /* the tenant who submitted it; "": of before there were any */
 };
 
 /* One row of `frames`. */
@@ -43,9 +45,10 @@ void job_store_close(struct job_store **store);
 
 typedef void (*job_store_done)(void *ctx, int error);
 
-/* Durable when `done` is called with 0. With idempotency_key (may be NULL): if the key is known
- * with the same body digest, nothing is inserted and done gets ERR_EXISTS with `existing` the first
- * job's id; with another body, ERR_MISMATCH. ERR_STATE when the row's own id is taken. */
+/* Durable when `done` is called with 0. With idempotency_key (may be NULL; each owner has keys of
+ * its own): if the key is known with the same body digest, nothing is inserted and done gets
+ * ERR_EXISTS with `existing` the first job's id; with another body, ERR_MISMATCH. ERR_STATE when
+ * the row's own id is taken. */
 typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
@@ -74,6 +77,7 @@ struct job_listing {
     const char *state;  /* NULL: any */
     const char *cursor; /* strictly before this id; NULL: from the newest */
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
+    const char *owner;  /* NULL: whoever's */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
 /* A text is looked for in all documents, and everything else waits meanwhile: ERR_STATE while that

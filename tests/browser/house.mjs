@@ -47,9 +47,9 @@ export async function settle(page, ms = 100) {
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
 }
 
-export function startServer(port = 0) {
+export function startServer(port = 0, options = []) {
   server = spawn(join(build, "shearwater"),
-    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2"],
+    ["serve", "--listen", `127.0.0.1:${port}`, "--data", join(tmp, "data"), "--workers", "2", ...options],
     { stdio: ["ignore", "pipe", "inherit"] });
   return new Promise((done, fail) => {
     let text = "";

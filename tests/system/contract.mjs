@@ -91,6 +91,8 @@ function structure() {
     if (node.$ref) { used.add(node.$ref); try { resolve(node); } catch (e) { wrong.push(e.message); } }
     Object.values(node).forEach(walk);
   })(contract);
+  for (const { security } of [contract, ...operations().map((o) => o.operation)])
+    for (const name of (security ?? []).flatMap(Object.keys)) used.add(`#/components/securitySchemes/${name}`);
   for (const [group, members] of Object.entries(contract.components))
     for (const name of Object.keys(members)) {
       const mention = new RegExp(`\`${name}\``);

@@ -390,6 +390,11 @@ check "a job whose scene is none fails" await_state "$failed" failed 30
 try 200 GET $p "/v1/jobs/$failed"
 check "... and says why" jq -e '.error.detail | length > 0' "$tmp/body"
 
+# Without tokens nobody is asked who he is; tests/system/access.sh has the rest.
+try 200 GET /v1/session /v1/session
+try 204 POST /v1/session -d '' /v1/session
+try 204 DELETE /v1/session /v1/session
+
 # The server's own.
 for path in /livez /readyz /metrics /openapi.yaml /; do try 200 GET $path $path; done
 try 304 GET / -H "If-None-Match: $(header ETag)" /
@@ -422,7 +427,7 @@ serve_stop
 serve_start "$tmp/idle" --workers 0
 try 503 GET /readyz /readyz
 serve_stop
-shared='400|403|408|414|421|431|500|503'
+shared='400|401|403|408|414|421|431|500|503'
 not_seen() {
     local method path rest status missing=0
     while read -r method path rest; do

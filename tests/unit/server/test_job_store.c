@@ -476,13 +476,13 @@ static void a_newer_schema_is_refused(void **state)
     close_store(f);
     set_version(f, "PRAGMA user_version = 1000");
     assert_int_equal(open_store(f), ERR_VERSION);
-    set_version(f, "PRAGMA user_version = 2");
+    set_version(f, "PRAGMA user_version = 3");
     assert_int_equal(open_store(f), 0);
 }
 
 static const char first_id[] = "01JOB000000000000000000001";
 
-/* A folder of the first version: its jobs are there, and none is paused. */
+/* A folder of the first version: its jobs are there, none is paused, and they are nobody's. */
 static void an_older_schema_is_brought_up(void **state)
 {
     struct fixture *f = *state;
@@ -490,14 +490,69 @@ static void an_older_schema_is_brought_up(void **state)
     int error = 1;
     insert_plain(f, 1);
     close_store(f);
-    set_version(f, "ALTER TABLE jobs DROP COLUMN paused; PRAGMA user_version = 1");
+    set_version(f, "DROP INDEX jobs_by_owner; DROP INDEX jobs_by_owner_state;"
+                   "ALTER TABLE jobs DROP COLUMN owner; ALTER TABLE jobs DROP COLUMN paused;"
+                   "PRAGMA user_version = 1");
     assert_int_equal(open_store(f), 0);
     struct found found = get(f, first_id);
     assert_true(found.there && !found.row.paused);
+    assert_string_equal(found.row.owner, "");
     job_store_steer(f->store, found.row.id, NULL, &paused, on_done, &error);
     settle(f);
     assert_int_equal(error, 0);
     assert_true(get(f, first_id).row.paused);
+}
+
+static int insert_owned(struct fixture *f, int number, const char *owner, const char *key,
+                        struct insertion *out)
+{
+    struct job_row row = make_row(number);
+    struct digest digest = {{1}};
+    *out = (struct insertion){.error = 1};
+    snprintf(row.owner, sizeof row.owner, "%s", owner);
+    job_store_insert(f->store, &row, key, &digest, on_inserted, out);
+    settle(f);
+    return out->error;
+}
+
+/* How many jobs of an owner a listing has; all of them must be his. */
+static void count_owned(void *ctx, int error, const struct job_row *rows, size_t count, bool more)
+{
+    int *out = ctx;
+    assert_int_equal(error, 0);
+    assert_false(more);
+    *out = (int)count;
+    for (size_t i = 1; i < count; i++) assert_string_equal(rows[i].owner, rows[0].owner);
+}
+
+static int owned(struct fixture *f, const char *owner, const char *state, const char *text)
+{
+    int count = -1;
+    const struct job_listing listing = {.owner = owner, .state = state, .text = text, .limit = 50};
+    job_store_list(f->store, &listing, count_owned, &count);
+    settle(f);
+    return count;
+}
+
+static void owners_have_jobs_and_keys_of_their_own(void **state)
+{
+    struct fixture *f = *state;
+    struct insertion i;
+    assert_int_equal(insert_owned(f, 1, "a", "key", &i), 0);
+    assert_int_equal(insert_owned(f, 2, "b", "key", &i), 0);
+    assert_int_equal(insert_owned(f, 3, "b", "key", &i), ERR_EXISTS);
+    assert_string_equal(i.existing, "01JOB000000000000000000002");
+    assert_int_equal(insert_owned(f, 4, "", "key", &i), 0);
+    assert_int_equal(insert_owned(f, 5, "b", NULL, &i), 0);
+    assert_string_equal(get(f, first_id).row.owner, "a");
+    assert_int_equal(owned(f, "a", NULL, NULL), 1);
+    assert_int_equal(owned(f, "b", NULL, NULL), 2);
+    assert_int_equal(owned(f, "b", "queued", NULL), 2);
+    assert_int_equal(owned(f, "b", "running", NULL), 0);
+    assert_int_equal(owned(f, "b", NULL, "scene"), 2);
+    assert_int_equal(owned(f, "b", "queued", "0000001"), 0);
+    assert_int_equal(owned(f, "", NULL, NULL), 1);
+    assert_int_equal(owned(f, "c", NULL, NULL), 0);
 }
 
 static void steering_sets_what_is_given(void **state)
@@ -598,6 +653,7 @@ int main(void)
         TEST(one_folder_has_one_owner),
         TEST(a_newer_schema_is_refused),
         TEST(an_older_schema_is_brought_up),
+        TEST(owners_have_jobs_and_keys_of_their_own),
         TEST(steering_sets_what_is_given),
         TEST(ended_jobs_are_not_steered),
         TEST(one_text_is_looked_for_at_a_time),

@@ -1,0 +1,90 @@
+#include "proto/secret_file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static int check(int fd, const char *path, size_t limit_bytes, struct fault *fault)
+{
+    struct stat info;
+    if (fstat(fd, &info) != 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
+    if (!S_ISREG(info.st_mode)) return fault_set(fault, ERR_TYPE, path, "is no regular file");
+    if (info.st_mode & (S_IRWXO | S_IWGRP))
+        return fault_set(fault, ERR_STATE, path,
+                         "others may read or change it (mode %03o): chmod 600 it",
+                         (unsigned)info.st_mode & 0777u);
+    if (info.st_uid != geteuid() && info.st_uid != 0)
+        return fault_set(fault, ERR_STATE, path, "belongs to user %u, neither to %u nor to root",
+                         (unsigned)info.st_uid, (unsigned)geteuid());
+    if (info.st_size < 0 || (size_t)info.st_size > limit_bytes)
+        return fault_set(fault, ERR_LIMIT, path, "has more than %zu bytes", limit_bytes);
+    return 0;
+}
+
+/* At most limit_bytes, whatever the file has become meanwhile. */
+static int read_all(int fd, char *text, size_t limit_bytes, size_t *size_bytes)
+{
+    size_t at = 0;
+    while (at < limit_bytes) {
+        ssize_t got = read(fd, text + at, limit_bytes - at);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return ERR_IO;
+        if (got == 0) break;
+        at += (size_t)got;
+    }
+    text[at] = '\0';
+    *size_bytes = at;
+    return 0;
+}
+
+int secret_file_read(const char *path, size_t limit_bytes, char **out, size_t *size_bytes,
+                     struct fault *fault)
+{
+    int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0)
+        return fault_set(fault, errno == ENOENT ? ERR_NOT_FOUND : ERR_IO, path, "%s",
+                         strerror(errno));
+    int error = check(fd, path, limit_bytes, fault);
+    char *text = error ? NULL : malloc(limit_bytes + 1);
+    if (!error && !text) error = fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
+    if (!error && (error = read_all(fd, text, limit_bytes, size_bytes)) != 0)
+        fault_set(fault, error, path, "%s", strerror(errno));
+    close(fd);
+    if (error)
+        free(text);
+    else
+        *out = text;
+    return error;
+}
+
+static int write_all(int fd, const char *text, size_t size_bytes)
+{
+    for (size_t at = 0; at < size_bytes;) {
+        ssize_t put = write(fd, text + at, size_bytes - at);
+        if (put < 0 && errno == EINTR) continue;
+        if (put <= 0) return -1;
+        at += (size_t)put;
+    }
+    return fsync(fd);
+}
+
+int secret_file_write(const char *path, const char *text, size_t size_bytes, struct fault *fault)
+{
+    char beside[4096];
+    int n = snprintf(beside, sizeof beside, "%s.XXXXXX", path);
+    if (n < 0 || (size_t)n >= sizeof beside)
+        return fault_set(fault, ERR_LIMIT, "", "the file's path is too long");
+    int fd = mkostemp(beside, O_CLOEXEC); /* mode 600 */
+    if (fd < 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
+    int failed = write_all(fd, text, size_bytes);
+    failed |= close(fd);
+    if (!failed) failed = rename(beside, path);
+    if (!failed) return 0;
+    int error = fault_set(fault, ERR_IO, path, "%s", strerror(errno));
+    unlink(beside);
+    return error;
+}

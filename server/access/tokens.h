@@ -1,0 +1,61 @@
+#pragma once
+/* Who may do what: bearer tokens and their roles, from a file that holds their SHA-256 alone.
+ *
+ *   {"tokens": [{"name": "ana-laptop", "tenant": "studio", "role": "submitter",
+ *                "sha256": "64 hexadecimal digits"}]}
+ *
+ * A token is "sw_" and 64 random hexadecimal digits, or any other text of 20 to 256 of the letters
+ * that RFC 6750 allows in one; since it is not guessable, its plain hash needs no salt. Tokens of
+ * one tenant see the same jobs. */
+#include <stddef.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+#include "server/store/job_store.h"
+
+/* Each may do what those before it may. */
+enum role {
+    ROLE_NONE,      /* nobody in particular: health, contract, the viewer's files */
+    ROLE_VIEWER,    /* look at the tenant's jobs, at workers, at figures */
+    ROLE_SUBMITTER, /* upload, submit, steer, cancel: the tenant's own */
+    ROLE_ADMIN,     /* all of that for every tenant's jobs; workers */
+    ROLE_COUNT
+};
+
+#define TOKEN_NAME_BYTES 65
+#define TOKEN_TEXT_BYTES 68 /* of one that we make, with its end */
+
+struct token {
+    char name[TOKEN_NAME_BYTES]; /* for people: letters as a tenant's, and '.' */
+    char tenant[JOB_OWNER_BYTES];
+    enum role role;
+    struct digest hash;
+};
+
+struct tokens {
+    size_t count;
+    struct token list[]; /* no two hashes and no two names are equal */
+};
+
+const char *role_name(enum role role);
+/* False for a name that no token may have: "none" among them. */
+bool role_from_name(const char *name, enum role *out);
+
+/* Reads the file, which nobody beyond its owner and group may read, and only its owner write. *out
+ * is freed with free. *fault says what to do. ERR_NOT_FOUND, ERR_IO, ERR_STATE (rights), ERR_LIMIT,
+ * ERR_SYNTAX and what else is wrong with the document. */
+int tokens_read(const char *path, struct tokens **out, struct fault *fault);
+
+/* NULL: there is none. Takes the same time whichever it is, or none. */
+const struct token *tokens_find(const struct tokens *tokens, const char *text, size_t size_bytes);
+const struct token *tokens_find_hash(const struct tokens *tokens, const struct digest *hash);
+
+/* May a text be a token at all? */
+bool tokens_is_text(const char *text, size_t size_bytes);
+
+/* A new random token. ERR_IO: the system gives no random numbers. */
+int tokens_make(char out[TOKEN_TEXT_BYTES]);
+
+/* Adds one to the file, which is made if it is missing, and replaced as a whole. ERR_EXISTS for a
+ * name that is there already; else as tokens_read. */
+int tokens_add(const char *path, const struct token *token, struct fault *fault);

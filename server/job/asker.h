@@ -1,0 +1,16 @@
+#pragma once
+/* For whom something of the jobs is asked: what one may not see is not there for him. */
+#include <stdbool.h>
+#include <string.h>
+
+#include "server/store/job_store.h"
+
+struct asker {
+    char owner[JOB_OWNER_BYTES]; /* whose jobs are his, and whose his own will be; "": nobody's */
+    bool sees_all;
+};
+
+static inline bool asker_sees(const struct asker *asker, const char *owner)
+{
+    return asker->sees_all || strcmp(asker->owner, owner) == 0;
+}

@@ -1,0 +1,14 @@
+#pragma once
+/* Who brought which asset: whoever knows a digest does not yet have the file.
+ *
+ *   DIR/owners/TENANT/ab/cdef...   an empty file for each asset that the tenant has uploaded
+ *
+ * Plain blocking calls without shared state, for any thread, as objects.h. */
+#include "server/store/objects.h"
+
+/* Durable with 0. ERR_IO, ERR_LIMIT; also for an owner that is no tenant's name (job_store.h). */
+int asset_owners_add(const struct objects *o, const char *owner, const struct digest *d);
+bool asset_owners_have(const struct objects *o, const char *owner, const struct digest *d);
+
+/* 1 to 64 of a-z, 0-9, '-' and '_': safe in a path, in a header and beside an idempotency key. */
+bool asset_owners_is_name(const char *owner);

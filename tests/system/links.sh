@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# Worker links over TCP behind a key: who has it renders the same bytes, who has not is refused, and
+# somebody on the line sees nothing and changes nothing.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/links.sh BUILD_DIR}
+. tests/tap.bash
+scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
+umask 077
+new_key() { head -c 32 /dev/urandom | od -An -v -tx1 | tr -d " \n"; echo; }
+new_key >"$tmp/key"
+new_key >"$tmp/other"
+jq -n --arg scene "$scene" '{scene: {file: $scene}, image: {width: 128, height: 96}, sampling: {spp: 4, tile_px: 16}}' >"$tmp/job.json"
+render() { # render OUT [EXTRA-SED]: the job on the running server
+    local id
+    id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) && await_state "$id" finished 60 &&
+        curl -sS --noproxy '*' -o "$1" "$url/v1/jobs/$id/frames/1/image.exr"
+}
+serve_start "$tmp/plain" --workers 1 --worker-threads 1
+check "a picture in the clear, over a Unix socket" render "$tmp/plain.exr"
+serve_stop
+
+serve_start "$tmp/keyed" --workers 0 --worker-listen 127.0.0.1:0 --worker-key "$tmp/key" || { echo "Bail out! no server"; exit 1; }
+port=$(sed -n 's/.*worker_port=\([0-9]*\).*/\1/p' "$tmp/keyed/stderr")
+worker() { # worker NAME PORT ARGS...: in the background; its pid is in $worker
+    "$build/shearwater-worker" --connect "127.0.0.1:$2" --threads 1 --cache "$tmp/cache-$1" --name "$1" "${@:3}" >"$tmp/$1.log" 2>&1 &
+    worker=$!
+    track $worker
+}
+roster() { curl -sS --noproxy '*' "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
+roster_is() { local i; for i in $(seq 100); do [ "$(roster)" = "$1" ] && return 0; sleep 0.05; done; roster; return 1; }
+says() { local i; for i in $(seq 100); do grep -q "$2" "$tmp/$1.log" && return 0; sleep 0.05; done; cat "$tmp/$1.log"; return 1; }
+worker wrong "$port" --key "$tmp/other"; wrong=$worker
+worker keyless "$port"; keyless=$worker
+check "a worker with another key is told so" says wrong 'does not have this key'
+check "a worker without one does not get in" says keyless 'closed the link'
+check "neither is in the roster" roster_is ''
+kill $wrong $keyless
+node tests/fake/tap.mjs "$port" "$tmp/seen" >"$tmp/tap.port" & track $!
+for _ in $(seq 100); do [ -s "$tmp/tap.port" ] && break; sleep 0.05; done
+worker right "$(cat "$tmp/tap.port")" --key "$tmp/key"; right=$worker
+check "a worker with the key gets in" roster_is right
+check "it renders" render "$tmp/keyed.exr"
+check "... the same bytes" cmp "$tmp/plain.exr" "$tmp/keyed.exr"
+build_id=$("$build/shearwater" --version | cut -d' ' -f2)
+sees_nothing() { [ "$(stat -c %s "$tmp/seen")" -gt 100000 ] && ! grep -qaF -e "$build_id" -e right "$tmp/seen"; }
+check "somebody on the line sees neither its name nor its build" sees_nothing
+kill $right
+check "it leaves" roster_is ''
+
+# Changed on the way: the link breaks, is dialled again, and the picture is what it is.
+for at in 40 300 20000; do
+    node tests/fake/tap.mjs "$port" "$tmp/flipped" $at >"$tmp/flip.port" & flip=$!
+    track $flip
+    for _ in $(seq 100); do [ -s "$tmp/flip.port" ] && break; sleep 0.05; done
+    worker "flipped$at" "$(cat "$tmp/flip.port")" --key "$tmp/key"
+    check "with a bit flipped at byte $at the job ends well" render "$tmp/flipped.exr"
+    check "... the link was lost over it" says "flipped$at" 'lost\|closed the link\|key\|again'
+    check "... and the bytes are the same" cmp "$tmp/plain.exr" "$tmp/flipped.exr"
+    kill $worker $flip
+    : >"$tmp/flip.port"
+    roster_is '' >/dev/null
+done
+
+# Who never ends the handshake, or speaks something else.
+closed_within() { # closed_within SECONDS BYTES
+    local start=$SECONDS
+    exec 9<>"/dev/tcp/127.0.0.1/$port" || return 1
+    printf '%b' "$2" >&9
+    timeout 20 cat <&9 >/dev/null
+    exec 9>&- 9<&-
+    [ $((SECONDS - start)) -le "$1" ] || { echo "after $((SECONDS - start)) s"; return 1; }
+}
+check "noise is cut off at once" closed_within 2 'this is no handshake, but a sentence\n'
+check "a handshake that stops half-way is cut off" closed_within 8 '\x16\x03\x01\x02'
+check "so is one that never begins" closed_within 8 ''
+many() { local i fds=() fd; for i in $(seq 200); do exec {fd}<>"/dev/tcp/127.0.0.1/$port" && fds+=("$fd"); done
+         worker meanwhile "$port" --key "$tmp/key"; roster_is meanwhile; local status=$?
+         for fd in "${fds[@]}"; do exec {fd}>&-; done; kill $worker; return $status; }
+check "200 that say nothing keep nobody out" many
+serve_stop
+
+# The other way round, files, and addresses.
+serve_start "$tmp/clear" --workers 0 --worker-listen 127.0.0.1:0
+port=$(sed -n 's/.*worker_port=\([0-9]*\).*/\1/p' "$tmp/clear/stderr")
+worker early "$port" --key "$tmp/key"
+check "a worker with a key does not talk to a coordinator without" says early 'does not have this key'
+check "... which does not list it" roster_is ''
+serve_stop
+refuses() { # refuses TEXT ARGS...
+    local text=$1; shift
+    timeout 20 "$build/shearwater" serve --listen 127.0.0.1:0 --workers 0 --data "$tmp/refused" "$@" >/dev/null 2>"$tmp/err" && return 1
+    grep -qF -- "$text" "$tmp/err" || { cat "$tmp/err"; return 1; }
+}
+check "beyond loopback without a key is refused" refuses 'without --worker-key' --worker-listen 0.0.0.0:0
+# An address of nobody's (RFC 5737): with a key it is tried, and nothing is opened by that.
+check "beyond loopback with a key is tried" refuses 'cannot bind' --worker-listen 192.0.2.1:0 --worker-key "$tmp/key"
+chmod 644 "$tmp/other"
+check "a key that others may read is refused" refuses 'chmod 600' --worker-listen 127.0.0.1:0 --worker-key "$tmp/other"
+worker_refuses() { ! "$build/shearwater-worker" --connect 127.0.0.1:1 --key "$1" 2>"$tmp/err" && grep -q "$2" "$tmp/err"; }
+check "... by workers, too" worker_refuses "$tmp/other" 'chmod 600'
+echo 'no key' >"$tmp/none"
+check "what is no key is refused" worker_refuses "$tmp/none" '64 hexadecimal digits'
+tap_done
