@@ -11,7 +11,8 @@ check "the undisturbed frame" "$build/shearwater" render "$tmp/job.json" --quiet
 
 data=$tmp/data
 check "a coordinator starts" serve_start "$data" --workers 0
-fake() { "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script "$1"; }
+# Each under a name of its own: what one did is not held against the next.
+fake() { "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script "$1" --name "$1-$RANDOM"; }
 
 refused() { timeout 20 bash -c "$(declare -f fake); build='$build' data='$data'; fake $1" >"$tmp/$1.log" 2>&1
             grep -q '"REFUSED"' "$tmp/$1.log" && grep -qi "$2" "$tmp/$1.log"; }
