@@ -12,6 +12,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "server/import/syscalls.h"
+
 /* Sanitizers reserve terabytes of address space for their shadow, and read /proc at the end. */
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -108,6 +110,11 @@ int fence_raise(const char *root, const char *out, struct fault *fault)
         return fault_set(fault, ERR_IO, "fence", "no_new_privs is refused: %s", strerror(errno));
     if (!UNDER_SANITIZER && !raise_landlock(root, out))
         return fault_set(fault, ERR_IO, "fence", "Landlock rules for \"%s\" are refused: %s", root,
+                         strerror(errno));
+    if (!UNDER_SANITIZER && syscalls_confine() != 0)
+        return fault_set(fault, ERR_UNSUPPORTED, "fence",
+                         "this kernel has no seccomp filters (CONFIG_SECCOMP_FILTER), and scenes "
+                         "are not imported without: %s",
                          strerror(errno));
     return 0;
 }

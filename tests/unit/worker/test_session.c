@@ -1051,7 +1051,7 @@ static void addresses_are_checked(void **state)
         const struct link_client client = {0};
         struct link *link = NULL;
         struct fault fault = {0};
-        assert_true(link_create(&loop, wrong[i], &client, &link, &fault) < 0);
+        assert_true(link_create(&loop, wrong[i], NULL, &client, &link, &fault) < 0);
         assert_string_equal(fault.pointer, wrong[i]);
     }
     assert_int_equal(uv_loop_close(&loop), 0);
