@@ -35,7 +35,7 @@ struct request {
     size_t body_bytes;
     struct object_writer *writer; /* owned; when it is a FILE */
     uint64_t file_bytes;
-    int file_error;
+    int file_error; /* of keeping it */
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;
@@ -58,6 +58,9 @@ void request_answer(struct request *r, unsigned status, struct MHD_Response *res
 void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
 void request_problem(struct request *r, enum problem_id id, const char *detail,
                      const char *pointer);
+/* Something of the server's own that failed: an ERR_ code. What passes by itself (a full disk) is
+ * told so. */
+void request_trouble(struct request *r, int code, const char *detail);
 /* A fault of the document that came in the body. */
 void request_fault(struct request *r, const struct fault *fault);
 

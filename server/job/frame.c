@@ -310,6 +310,7 @@ bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *t
     const uint32_t waiting = tile_queue_waiting(f->tiles);
     if (tile_queue_return(f->tiles, worker, tile->index, tile->generation))
         return tile_queue_waiting(f->tiles) > waiting;
+    f->given_up = true;
     frame_fail(f, ERR_KILLED, "",
                "a tile came back too often without a result; its workers die or give up");
     return false;
@@ -317,8 +318,14 @@ bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *t
 
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault)
 {
-    if (!tile_queue_fault(f->tiles, worker, fault->index, fault->generation))
-        frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
+    if (tile_queue_fault(f->tiles, worker, fault->index, fault->generation)) return;
+    f->given_up = true;
+    frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
+}
+
+bool frame_was_given_up(const struct frame *f)
+{
+    return f->given_up;
 }
 
 const struct fault *frame_refusal(const struct frame *f)
