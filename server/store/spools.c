@@ -188,8 +188,7 @@ int spools_create(uv_loop_t *loop, const char *dir, struct spools **out)
     if (!s) return ERR_MEMORY;
     int error = 0;
     if (snprintf(s->dir, sizeof s->dir, "%s/spool", dir) >= (int)sizeof s->dir) error = ERR_LIMIT;
-    if (!error && mkdir(s->dir, 0700) && errno != EEXIST)
-        error = error_of_errno(errno);
+    if (!error && mkdir(s->dir, 0700) && errno != EEXIST) error = error_of_errno(errno);
     if (!error) error = team_create(loop, "spool", 1, &s->team);
     if (error)
         free(s);
