@@ -24,7 +24,8 @@ import_src := $(filter-out server/import/main.c,$(wildcard server/import/*.c)) \
 worker_src := $(filter-out worker/main.c,$(shell find worker -name '*.c' 2>/dev/null))
 unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
-fake_src   := $(wildcard tests/fake/*.c)
+shim_src   := $(wildcard tests/fake/preload_*.c)
+fake_src   := $(filter-out $(shim_src),$(wildcard tests/fake/*.c))
 load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
@@ -46,7 +47,8 @@ worker_libs := -lembree3 -luv $(proto_libs)
 programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import
 unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
 fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
-fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src))
+fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src)) \
+            $(patsubst tests/fake/%.c,$(B)/tests/fake/%.so,$(shim_src))
 loads    := $(patsubst tests/load/%.c,$(B)/tests/load/%,$(load_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
 pictures := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(picture_src))
@@ -55,7 +57,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results property simulate storm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept bench-results property simulate storm faults tile-rate mutations fuzz asan tsan lint format \
         install uninstall clean help
 all: $(programs)
 
@@ -137,6 +139,9 @@ mutations: all $(fakes)
 kills ?= 1000
 storm: all
 	@node tests/load/storm.mjs $(B) kills=$(kills) $(if $(seed),seed=$(seed))
+## faults: the k-th write, fsync, rename and allocation of a short job fails, for all k (hours)
+faults: all $(fakes)
+	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
 fuzz: deps-dev
@@ -234,6 +239,9 @@ $(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(B)/libworker.a $(B)/l
 $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
+$(B)/tests/fake/%.so: tests/fake/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(STD) $(WARN) $(OPT) -fPIC -shared $< -o $@ -ldl
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)

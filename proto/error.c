@@ -1,5 +1,6 @@
 #include "proto/error.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -15,6 +16,12 @@ const char *error_name(int code)
     default:
         return "UNKNOWN";
     }
+}
+
+int error_of_errno(int number)
+{
+    if (number == ENOMEM) return ERR_MEMORY;
+    return number == ENOSPC || number == EDQUOT ? ERR_NO_SPACE : ERR_IO;
 }
 
 const char *error_text(int code)

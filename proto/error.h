@@ -23,6 +23,9 @@ struct fault {
 /* "RANGE" for ERR_RANGE; "UNKNOWN" for a number that is no code. Static storage. */
 const char *error_name(int code);
 
+/* What an errno of reading or writing is: NO_SPACE of a full disk or quota, MEMORY, else IO. */
+int error_of_errno(int number);
+
 /* The sentence of a code. Static storage. */
 const char *error_text(int code);
 

@@ -1,5 +1,6 @@
 #include "proto/json.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -84,8 +85,11 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
     if (values > LIMIT_JSON_VALUES && limit_bytes <= LIMIT_JOB_BYTES)
         return fault_set(fault, ERR_LIMIT, "", "it has %zu values, above the limit of %d", values,
                          LIMIT_JSON_VALUES);
+    errno = 0;
     *out = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
     if (*out) return 0;
+    /* Without memory for a text or a number jansson calls the syntax wrong. */
+    if (errno == ENOMEM) return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));
     json_printable(error.text, what, sizeof what);
     return fault_set(fault, code_of(json_error_code(&error)), "", "line %d, column %d: %s",
                      error.line, error.column, what);

@@ -57,7 +57,7 @@ static void finish_done(struct team_task *task)
         if (f->error == ERR_MISMATCH)
             answer_mismatch(r, &f->found);
         else if (f->error)
-            request_problem(r, PROBLEM_INTERNAL, "the file could not be stored", NULL);
+            request_trouble(r, f->error, "the file could not be stored");
         else
             answer_stored(r, &f->found, f->existed);
     }
@@ -66,10 +66,9 @@ static void finish_done(struct team_task *task)
 
 void route_asset_put(struct request *r)
 {
-    struct asset_finish *f = r->file_error ? NULL : calloc(1, sizeof *f);
+    struct asset_finish *f = calloc(1, sizeof *f);
     if (!f) {
-        request_problem(r, PROBLEM_INTERNAL, r->file_error ? "the file could not be written" : NULL,
-                        NULL);
+        request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
     f->task = (struct team_task){.run = finish_run, .done = finish_done};

@@ -43,7 +43,7 @@ static bool found(struct request *r, int error, const json_t *body)
     if (!error || error == ERR_NOT_FOUND)
         request_problem(r, PROBLEM_NOT_FOUND, "there is no such job", NULL);
     else
-        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
+        request_trouble(r, error, error_text(error));
     return false;
 }
 

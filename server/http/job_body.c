@@ -10,7 +10,7 @@ void job_body_error(struct request *r, int error)
     else if (error == ERR_STATE)
         request_problem(r, PROBLEM_ENDED, NULL, NULL);
     else
-        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
+        request_trouble(r, error, error_text(error));
 }
 
 int job_body_tag(const json_t *body, char etag[ETAG_BYTES], char **text)

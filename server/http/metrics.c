@@ -197,7 +197,7 @@ void route_metrics(struct request *r)
     struct jobs_totals totals;
     FILE *out = open_memstream(&text, &size_bytes);
     if (!out) {
-        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
     jobs_totals(r->http->options.jobs, &totals);
@@ -209,7 +209,7 @@ void route_metrics(struct request *r)
     write_process(out);
     if (fclose(out) != 0) {
         free(text);
-        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
     struct MHD_Response *response =

@@ -89,7 +89,7 @@ static bool may_encode(struct request *r)
 static void start(struct request *r, struct picture_task *t)
 {
     if (!t) {
-        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
     r->http->encodings++;
@@ -171,7 +171,7 @@ static bool found(struct request *r, int error, const struct jobs_picture *pictu
     else if (error == ERR_STATE)
         request_problem(r, PROBLEM_NOT_FOUND, "the frame has no picture yet", NULL);
     else
-        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
+        request_trouble(r, error, error_text(error));
     return false;
 }
 

@@ -162,7 +162,7 @@ static void answer(struct request *r, struct picture_task *t)
     if (t->error == ERR_NOT_FOUND) {
         request_problem(r, PROBLEM_NOT_FOUND, "the picture does not have this layer", NULL);
     } else if (t->error) {
-        request_problem(r, PROBLEM_INTERNAL, "the picture could not be made", NULL);
+        request_trouble(r, t->error, "the picture could not be made");
     } else if (t->form == PICTURE_FEED) {
         answer_feed(r, t);
     } else {

@@ -64,9 +64,24 @@ enum problem_id problem_of_document(const struct fault *fault)
         return PROBLEM_BUSY;
     case ERR_MEMORY:
     case ERR_IO:
+    case ERR_NO_SPACE:
     case ERR_STATE:
-        return PROBLEM_INTERNAL;
+        return problem_of_trouble(fault->code);
     default:
         return PROBLEM_INVALID;
+    }
+}
+
+enum problem_id problem_of_trouble(int code)
+{
+    switch (code) {
+    case ERR_NO_SPACE:
+        return PROBLEM_DISK_FULL;
+    case ERR_IO:
+        return PROBLEM_STORAGE;
+    case ERR_MEMORY:
+        return PROBLEM_OUT_OF_MEMORY;
+    default:
+        return PROBLEM_INTERNAL;
     }
 }

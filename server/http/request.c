@@ -74,10 +74,7 @@ void request_answer(struct request *r, unsigned status, struct MHD_Response *res
         if (response) MHD_destroy_response(response);
         return;
     }
-    if (!response) {
-        status = 500;
-        response = response_empty();
-    }
+    if (!response) response = response_without_memory(&status);
     r->response = response;
     r->status = status;
     if (r->suspended) {
@@ -101,10 +98,15 @@ void request_problem(struct request *r, enum problem_id id, const char *detail, 
     if (response) {
         response_header(response, "Cache-Control", "no-store");
         if (id == PROBLEM_METHOD) response_header(response, "Allow", r->match.allow);
-        if (id == PROBLEM_BUSY || id == PROBLEM_NO_WORKER || id == PROBLEM_DRAINING)
+        if (problem_of(id)->status >= 503) /* it passes */
             response_header(response, "Retry-After", "5");
     }
     request_answer(r, problem_of(id)->status, response);
+}
+
+void request_trouble(struct request *r, int code, const char *detail)
+{
+    request_problem(r, problem_of_trouble(code), detail, NULL);
 }
 
 void request_fault(struct request *r, const struct fault *fault)
@@ -172,7 +174,7 @@ static bool find_route(struct request *r, const char *method)
     else if (error == ERR_STATE)
         request_problem(r, PROBLEM_METHOD, fault.detail, NULL);
     else if (error == ERR_MEMORY)
-        request_problem(r, PROBLEM_INTERNAL, fault.detail, NULL);
+        request_trouble(r, error, fault.detail);
     else
         request_problem(r, PROBLEM_MALFORMED, fault.detail, NULL);
     return false;
@@ -212,8 +214,9 @@ static bool begin_file(struct request *r)
         request_problem(r, PROBLEM_BUSY, "too many files arrive at once", NULL);
         return false;
     }
-    if (object_writer_begin(r->http->options.objects, &r->writer) != 0) {
-        request_problem(r, PROBLEM_INTERNAL, "no file could be made for the body", NULL);
+    const int error = object_writer_begin(r->http->options.objects, &r->writer);
+    if (error) {
+        request_trouble(r, error, "no file could be made for the body");
         return false;
     }
     r->http->uploads++;
@@ -286,7 +289,8 @@ static enum MHD_Result queue(struct request *r)
     return result;
 }
 
-/* Past its cap a body without a stated length can only be cut off. */
+/* Past its cap a body without a stated length can only be cut off. Without memory for it the rest is
+ * let pass, so that the answer can be sent. */
 static enum MHD_Result take_json(struct request *r, const char *data, size_t size_bytes)
 {
     if (r->status) return MHD_NO; /* cut off meanwhile */
@@ -297,7 +301,10 @@ static enum MHD_Result take_json(struct request *r, const char *data, size_t siz
     }
     crowd_make_body_room(r->http, r, size_bytes);
     char *grown = realloc(r->body, r->body_bytes + size_bytes + 1);
-    if (!grown) return MHD_NO;
+    if (!grown) {
+        r->file_error = ERR_MEMORY;
+        return MHD_YES;
+    }
     memcpy(grown + r->body_bytes, data, size_bytes);
     r->body = grown;
     r->body_bytes += size_bytes;
@@ -326,7 +333,10 @@ static enum MHD_Result handle(struct request *r)
     if (!r->handled) {
         r->handled = true;
         peer_deadline(r->peer, 0);
-        route_of(r->match.id)->handle(r);
+        if (r->file_error)
+            request_trouble(r, r->file_error, "the body could not be kept");
+        else
+            route_of(r->match.id)->handle(r);
         if (!r->response && !r->held) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
     }
     if (r->response) return queue(r);

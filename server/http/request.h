@@ -43,7 +43,7 @@ struct request {
     struct object_writer *writer; /* owned; when it is a FILE */
     uint64_t file_bytes;
     uint64_t file_from_ms; /* of the loop's clock: when it began */
-    int file_error;
+    int file_error; /* of keeping it */
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;
@@ -66,6 +66,9 @@ void request_answer(struct request *r, unsigned status, struct MHD_Response *res
 void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
 void request_problem(struct request *r, enum problem_id id, const char *detail,
                      const char *pointer);
+/* Something of the server's own that failed: an ERR_ code. What passes by itself (a full disk) is
+ * told so. */
+void request_trouble(struct request *r, int code, const char *detail);
 /* A fault of the document that came in the body. */
 void request_fault(struct request *r, const struct fault *fault);
 

@@ -83,6 +83,17 @@ struct MHD_Response *response_of_file(int fd, uint64_t first_byte, uint64_t size
     return protected_or_null(response, type);
 }
 
+struct MHD_Response *response_without_memory(unsigned *status)
+{
+    static const char body[] = "{\"type\":\"urn:shearwater:problem:out-of-memory\","
+                               "\"title\":\"The server is out of memory\",\"status\":503}";
+    *status = 503;
+    struct MHD_Response *response =
+        response_of_borrowed(body, sizeof body - 1, "application/problem+json");
+    if (response) response_header(response, "Retry-After", "5");
+    return response ? response : response_empty();
+}
+
 struct MHD_Response *response_empty(void)
 {
     return response_of_borrowed("", 0, NULL);

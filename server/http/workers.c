@@ -92,7 +92,7 @@ void route_worker_patch(struct request *r)
         return;
     }
     if (error) {
-        request_problem(r, PROBLEM_INTERNAL, error_text(error), NULL);
+        request_trouble(r, error, error_text(error));
         return;
     }
     json_t *roster = roster_of(r);

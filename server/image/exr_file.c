@@ -6,6 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+/* Of a file that is written the library complains with its lock held, which asking it for the user
+ * data takes, too. What a disk has to say is kept where it is met (keep_errno). */
+static void pass_over(exr_const_context_t context, exr_result_t code, const char *message)
+{
+    (void)context, (void)code, (void)message;
+}
+
 static void on_error(exr_const_context_t context, exr_result_t code, const char *message)
 {
     void *data = NULL;
@@ -13,6 +20,13 @@ static void on_error(exr_const_context_t context, exr_result_t code, const char 
     if (!context || exr_get_user_data(context, &data) != EXR_ERR_SUCCESS || !data) return;
     struct exr_file *file = data;
     if (!file->message[0]) snprintf(file->message, sizeof file->message, "%s", message);
+}
+
+static int64_t keep_errno(struct exr_file *file, const char *doing)
+{
+    file->error = error_of_errno(errno);
+    snprintf(file->message, sizeof file->message, "%s failed: %s", doing, strerror(errno));
+    return -1;
 }
 
 static int64_t copy_at(const struct exr_file *file, void *buffer, uint64_t size_bytes,
@@ -28,17 +42,15 @@ static int64_t copy_at(const struct exr_file *file, void *buffer, uint64_t size_
 static int64_t read_at(exr_const_context_t context, void *data, void *buffer, uint64_t size_bytes,
                        uint64_t offset, exr_stream_error_func_ptr_t error)
 {
-    const struct exr_file *file = data;
+    struct exr_file *file = data;
     uint64_t done = 0;
+    (void)context, (void)error;
     if (file->memory) return copy_at(file, buffer, size_bytes, offset);
     while (done < size_bytes) {
         ssize_t n =
             pread(file->fd, (char *)buffer + done, size_bytes - done, (off_t)(offset + done));
         if (n < 0 && errno == EINTR) continue;
-        if (n < 0) {
-            error(context, EXR_ERR_READ_IO, "reading failed: %s", strerror(errno));
-            return -1;
-        }
+        if (n < 0) return keep_errno(file, "reading");
         if (n == 0) break;
         done += (uint64_t)n;
     }
@@ -48,16 +60,14 @@ static int64_t read_at(exr_const_context_t context, void *data, void *buffer, ui
 static int64_t write_at(exr_const_context_t context, void *data, const void *buffer,
                         uint64_t size_bytes, uint64_t offset, exr_stream_error_func_ptr_t error)
 {
-    const struct exr_file *file = data;
+    struct exr_file *file = data;
     uint64_t done = 0;
+    (void)context, (void)error;
     while (done < size_bytes) {
         ssize_t n = pwrite(file->fd, (const char *)buffer + done, size_bytes - done,
                            (off_t)(offset + done));
         if (n < 0 && errno == EINTR) continue;
-        if (n < 0) {
-            error(context, EXR_ERR_WRITE_IO, "writing failed: %s", strerror(errno));
-            return -1;
-        }
+        if (n < 0) return keep_errno(file, "writing");
         done += (uint64_t)n;
     }
     return (int64_t)done;
@@ -75,7 +85,7 @@ static int64_t file_size(exr_const_context_t context, void *data)
 void exr_file_context(struct exr_file *file, exr_context_initializer_t *init)
 {
     *init = (exr_context_initializer_t)EXR_DEFAULT_CONTEXT_INITIALIZER;
-    init->error_handler_fn = on_error;
+    init->error_handler_fn = file->is_written ? pass_over : on_error;
     init->user_data = file;
     init->read_fn = read_at;
     init->write_fn = write_at;
@@ -110,5 +120,6 @@ int exr_file_fault(const struct exr_file *file, exr_result_t result, const char 
 {
     if (result == EXR_ERR_SUCCESS) return 0;
     const char *text = file->message[0] ? file->message : exr_get_default_error_message(result);
-    return fault_set(fault, error_code(result), path, "OpenEXR: %s", text);
+    const int code = file->error ? file->error : error_code(result);
+    return fault_set(fault, code, path, "OpenEXR: %s", text);
 }

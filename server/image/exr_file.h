@@ -3,6 +3,7 @@
  * file of ours through its stream functions, so that it neither names, renames nor deletes
  * anything, nor prints. */
 #include <OpenEXR/openexr.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -10,6 +11,8 @@
 
 struct exr_file {
     int fd;
+    bool is_written;       /* set before exr_file_context; else it is read */
+    int error;             /* of reading or writing, an ERR_ code; 0: none so far */
     const uint8_t *memory; /* not NULL: the file's bytes, read instead of fd */
     size_t memory_bytes;
     char message[LIMIT_DETAIL_BYTES]; /* the library's first complaint; "" if none */

@@ -153,6 +153,7 @@ static exr_result_t write_chunks(struct writer *w)
 static exr_result_t write_file(struct writer *w)
 {
     exr_context_initializer_t init;
+    w->file.is_written = true;
     exr_file_context(&w->file, &init);
     init.read_fn = NULL;
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
@@ -171,7 +172,7 @@ static int open_beside(struct writer *w, const char *path, struct fault *fault)
     if (length >= (int)sizeof w->path)
         return fault_set(fault, ERR_LIMIT, "path", "the path is too long");
     w->file.fd = open(w->path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (w->file.fd < 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
+    if (w->file.fd < 0) return fault_set(fault, error_of_errno(errno), path, "%s", strerror(errno));
     return 0;
 }
 
@@ -186,9 +187,11 @@ int exr_write(const char *path, const struct image *image, const struct exr_meta
     if (error) goto done;
     error = exr_file_fault(&w->file, write_file(w), path, fault);
     if (close(w->file.fd) && !error)
-        error = fault_set(fault, ERR_IO, path, "closing failed: %s", strerror(errno));
+        error =
+            fault_set(fault, error_of_errno(errno), path, "closing failed: %s", strerror(errno));
     if (!error && rename(w->path, path))
-        error = fault_set(fault, ERR_IO, path, "renaming failed: %s", strerror(errno));
+        error =
+            fault_set(fault, error_of_errno(errno), path, "renaming failed: %s", strerror(errno));
     if (error) unlink(w->path);
 done:
     free(w->halves);

@@ -77,7 +77,8 @@ static bool write_sections(int fd, const struct builder *b, const struct blob_la
 static int create_file(const char *path, struct fault *fault)
 {
     int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
-    if (fd < 0) fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(errno));
+    if (fd < 0)
+        fault_set(fault, error_of_errno(errno), path, "cannot be written: %s", strerror(errno));
     return fd;
 }
 
@@ -89,7 +90,7 @@ static int close_file(int fd, const char *path, bool ok, struct fault *fault)
     if (close(fd) != 0) ok = false;
     if (ok) return 0;
     unlink(path);
-    return fault_set(fault, ERR_IO, path, "cannot be written: %s", strerror(why));
+    return fault_set(fault, error_of_errno(why), path, "cannot be written: %s", strerror(why));
 }
 
 int blob_write(const struct builder *b, const char *path, struct fault *fault)
@@ -100,7 +101,7 @@ int blob_write(const struct builder *b, const char *path, struct fault *fault)
         return fault_set(fault, ERR_LIMIT, "blob", "it would have %" PRIu64 " bytes",
                          layout.header.total_bytes);
     int fd = create_file(path, fault);
-    if (fd < 0) return ERR_IO;
+    if (fd < 0) return fault->code;
     return close_file(fd, path, write_sections(fd, b, &layout), fault);
 }
 
@@ -110,7 +111,7 @@ int blob_write_environment(const struct environment_header *header, const float 
     const uint64_t texel_bytes =
         (uint64_t)header->width_px * header->height_px * 3 * sizeof *texels;
     int fd = create_file(path, fault);
-    if (fd < 0) return ERR_IO;
+    if (fd < 0) return fault->code;
     bool ok = write_all(fd, header, sizeof *header) && write_all(fd, texels, texel_bytes);
     return close_file(fd, path, ok, fault);
 }

@@ -341,6 +341,7 @@ bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *t
     const enum tile_return next =
         tile_queue_return(f->tiles, worker, tile->index, tile->generation, causes[why]);
     if (next == TILE_GOES_ON) return tile_queue_waiting(f->tiles) > waiting;
+    f->given_up = true;
     fail_at(f, tile->index, next);
     return false;
 }
@@ -352,8 +353,14 @@ void frame_survived(struct frame *f, uint64_t worker)
 
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault)
 {
-    if (!tile_queue_fault(f->tiles, worker, fault->index, fault->generation))
-        frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
+    if (tile_queue_fault(f->tiles, worker, fault->index, fault->generation)) return;
+    f->given_up = true;
+    frame_fail(f, fault->code < 0 ? fault->code : ERR_STATE, "", fault->text);
+}
+
+bool frame_was_given_up(const struct frame *f)
+{
+    return f->given_up;
 }
 
 const struct fault *frame_refusal(const struct frame *f)

@@ -36,6 +36,8 @@ struct frame_events {
     /* The files are stored as objects. */
     void (*encoded)(void *ctx, struct frame *frame, const struct digest *exr,
                     const struct digest *png);
+    /* They could not be, for now: frame_store tries again. NULL: the frame fails. */
+    void (*unstored)(void *ctx, struct frame *frame, const struct fault *fault);
     void (*failed)(void *ctx, struct frame *frame, const struct fault *fault);
 };
 
@@ -79,12 +81,16 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 /* From now on tiles are given in that order: with a region, those that its pixels need. */
 void frame_steer(struct frame *f, const struct tile_wish *wish);
 
-/* Of a frame that is kept: `completed` was told; makes its files, once, after that. */
+/* Of a frame that is kept: `completed` was told; makes its files, once, after that; of any after
+ * `unstored`. */
 bool frame_is_complete(const struct frame *f);
 void frame_store(struct frame *f);
 
 /* What there is to warn of when the frame is encoded: a sentence, "" for nothing. */
 const char *frame_warning(const struct frame *f);
+
+/* Whether it failed by what workers did or said of a tile, which begins again with it. */
+bool frame_was_given_up(const struct frame *f);
 
 /* Why the last result that did not fit the plan was refused. Borrowed. */
 const struct fault *frame_refusal(const struct frame *f);

@@ -60,6 +60,19 @@ static void encode_run(struct team_task *task)
     if (!t->error) t->error = store_png(t);
 }
 
+/* A picture that is drawn is not given up for a disk that is full today. */
+static void unstored(struct frame *f, struct encode_task *t)
+{
+    const bool passes = t->error == ERR_NO_SPACE || t->error == ERR_IO || t->error == ERR_MEMORY;
+    struct fault fault;
+    if (!passes || !f->options.events.unstored) {
+        frame_fail(f, t->error, t->fault.pointer, t->fault.detail);
+        return;
+    }
+    fault_set(&fault, t->error, "", "frame %d: %s", f->options.number, t->fault.detail);
+    f->options.events.unstored(f->options.events.ctx, f, &fault);
+}
+
 static void encode_done(struct team_task *task)
 {
     struct encode_task *t = (struct encode_task *)task;
@@ -67,7 +80,7 @@ static void encode_done(struct team_task *task)
     if (frame_task_over(f)) {
         f->statistics.encode_cpu_us += t->task.cpu_us;
         if (t->error) {
-            frame_fail(f, t->error, t->fault.pointer, t->fault.detail);
+            unstored(f, t);
         } else {
             frame_state_go(&f->state, FRAME_FINISHED);
             f->options.events.encoded(f->options.events.ctx, f, &t->exr, &t->png);
@@ -93,10 +106,12 @@ void frame_encode(struct frame *f)
 
 void frame_store(struct frame *f)
 {
-    frame_state_go(&f->state, FRAME_ENCODING);
+    if (f->state != FRAME_ENCODING) frame_state_go(&f->state, FRAME_ENCODING);
     struct encode_task *t = calloc(1, sizeof *t);
     if (!t) {
-        frame_fail(f, ERR_MEMORY, "", "no memory to encode the picture");
+        struct encode_task none = {.error = ERR_MEMORY};
+        fault_set(&none.fault, ERR_MEMORY, "", "no memory to encode the picture");
+        unstored(f, &none);
         return;
     }
     t->task = (struct team_task){.run = encode_run, .done = encode_done};

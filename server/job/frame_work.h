@@ -84,6 +84,7 @@ struct frame {
     uint32_t tasks;      /* on the team, of any kind */
     bool held;
     bool complete;       /* of a frame that is kept */
+    bool given_up;       /* by its workers */
     atomic_bool dropped; /* the team skips what is queued */
 };
 

@@ -32,8 +32,8 @@ const char *import_folder_sniff(const void *head, size_t size_bytes)
 
 static int io_fault(struct fault *fault, const char *pointer, const char *doing, const char *name)
 {
-    return fault_set(fault, errno == ENOENT ? ERR_NOT_FOUND : ERR_IO, pointer, "%s %.200s: %s",
-                     doing, name, strerror(errno));
+    return fault_set(fault, errno == ENOENT ? ERR_NOT_FOUND : error_of_errno(errno), pointer,
+                     "%s %.200s: %s", doing, name, strerror(errno));
 }
 
 static int copy_all(int in, int out)

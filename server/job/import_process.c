@@ -74,7 +74,7 @@ static void finish_run(struct team_task *task)
     if (!p->fault.code && !p->cancelled) {
         int error = objects_adopt(p->options.objects, p->folder.blob, &p->blob);
         if (error)
-            fault_set(&p->fault, error, "/scene/asset", "the importer's blob could not be stored");
+            fault_set(&p->fault, error, "", "the importer's blob could not be stored");
     }
     import_folder_remove(&p->folder);
 }

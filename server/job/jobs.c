@@ -66,7 +66,7 @@ static void begin_jobs(struct jobs *jobs)
     struct live_job *after;
     for (struct live_job *job = jobs->first; job && ready < READY_AHEAD; job = after) {
         after = job->after;
-        if (job->paused) continue;
+        if (job->paused || job->again) continue;
         if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
         /* Live jobs have places of their own: who waits for one holds nobody up. */
         const bool waits = live_job_has_unopened(job) && !job->live;
@@ -194,6 +194,20 @@ static void tell_progress(struct live_job *job)
     jobs_event(job, "progress", progress, false);
 }
 
+#define TRY_AGAIN_EVERY_MS 250
+
+static void on_again(uv_timer_t *timer)
+{
+    struct jobs *jobs = timer->data;
+    if (!jobs->stopping && !jobs_try_again(jobs)) uv_timer_stop(timer);
+}
+
+void jobs_try_again_soon(struct jobs *jobs)
+{
+    if (!jobs->stopping && !uv_is_active((uv_handle_t *)&jobs->again))
+        uv_timer_start(&jobs->again, on_again, TRY_AGAIN_EVERY_MS, TRY_AGAIN_EVERY_MS);
+}
+
 static void on_progress(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
@@ -236,7 +250,8 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     uv_timer_init(options->loop, &jobs->progress);
     uv_timer_init(options->loop, &jobs->abandoned);
     uv_timer_init(options->loop, &jobs->idle);
-    jobs->idle.data = jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
+    uv_timer_init(options->loop, &jobs->again);
+    jobs->again.data = jobs->idle.data = jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
 }
@@ -313,6 +328,7 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->progress, NULL);
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     uv_close((uv_handle_t *)&jobs->idle, NULL);
+    uv_close((uv_handle_t *)&jobs->again, NULL);
     for (size_t i = 0; i < jobs->count; i++) {
         live_view_keep(jobs->by_id[i]);
         live_job_drop(jobs->by_id[i]);

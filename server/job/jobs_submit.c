@@ -1,4 +1,5 @@
 /* Taking jobs in, trying them out, calling them off. */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,10 +59,11 @@ static void take_in(struct submission *s)
     struct live_job *job = s->job;
     char id[JOB_ID_BYTES];
     memcpy(id, job->id, sizeof id);
-    /* Without room in the table it is taken up after a restart; accepted it is. */
-    if (jobs->stopping || jobs_table_add(jobs, job) != 0) {
+    if (jobs->stopping) {
         live_job_release(job);
     } else {
+        const int error = jobs_table_add(jobs, job);
+        assert(!error); /* it has had its place */
         jobs->submitted++;
         jobs_event_state(job);
         jobs_advance_soon(jobs);
@@ -74,6 +76,7 @@ static void on_inserted(void *ctx, int error, const char *existing)
     struct submission *s = ctx;
     struct fault fault;
     s->jobs->live_coming -= s->job->live;
+    s->jobs->coming--;
     if (!error) {
         take_in(s);
         free(s);
@@ -106,6 +109,7 @@ static int insert(struct jobs *jobs, const struct job *job, const char *key,
     memcpy(row.id, s->job->id, sizeof row.id);
     memcpy(row.owner, s->job->owner, sizeof row.owner);
     jobs->live_coming += job->live;
+    jobs->coming++;
     job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);
     free(text);
     return 0;
@@ -124,7 +128,7 @@ static int submit(struct jobs *jobs, const struct asker *asker, const struct job
     struct submission *s = calloc(1, sizeof *s);
     struct live_job *live = live_job_create(jobs, id, asker->owner, job->priority, now_ms);
     if (live) live->live = job->live;
-    if (s && live) {
+    if (s && live && jobs_table_reserve(jobs) == 0) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
         if (insert(jobs, job, key, body, s) == 0) return 0;
     }

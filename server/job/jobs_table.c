@@ -43,15 +43,20 @@ static void unlink_job(struct jobs *jobs, struct live_job *job)
     job->before = job->after = NULL;
 }
 
+int jobs_table_reserve(struct jobs *jobs)
+{
+    if (jobs->count + jobs->coming < jobs->capacity) return 0;
+    const size_t capacity = jobs->capacity ? 2 * jobs->capacity : 64;
+    struct live_job **by_id = realloc(jobs->by_id, capacity * sizeof(struct live_job *));
+    if (!by_id) return ERR_MEMORY;
+    jobs->by_id = by_id;
+    jobs->capacity = capacity;
+    return 0;
+}
+
 int jobs_table_add(struct jobs *jobs, struct live_job *job)
 {
-    if (jobs->count == jobs->capacity) {
-        size_t capacity = jobs->capacity ? 2 * jobs->capacity : 64;
-        struct live_job **by_id = realloc(jobs->by_id, capacity * sizeof(struct live_job *));
-        if (!by_id) return ERR_MEMORY;
-        jobs->by_id = by_id;
-        jobs->capacity = capacity;
-    }
+    if (jobs_table_reserve(jobs) != 0) return ERR_MEMORY;
     size_t at = place_of(jobs, job->id);
     memmove(jobs->by_id + at + 1, jobs->by_id + at, (jobs->count - at) * sizeof(struct live_job *));
     jobs->by_id[at] = job;

@@ -34,12 +34,13 @@ struct jobs {
     struct jobs_options options;
     struct fleet *fleet; /* NULL before it is set and after jobs_stop */
     struct imports *imports;
-    uv_timer_t advance, progress, idle;
+    uv_timer_t advance, progress, idle, again;
     struct job_id_source ids;
     uint64_t next_frame_id;
 
     struct live_job **by_id; /* sorted; jobs that have not ended */
     size_t count, capacity;
+    size_t coming; /* being stored, which have a place in by_id beforehand */
     struct live_job *first, *last;      /* in order of service: priority, then age */
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
     uint64_t submitted;
@@ -60,6 +61,8 @@ struct jobs {
 /* jobs_table.c */
 int jobs_table_add(struct jobs *jobs,
                    struct live_job *job); /* ERR_MEMORY; the table owns it then */
+/* Makes room for one more than those that come. ERR_MEMORY. */
+int jobs_table_reserve(struct jobs *jobs);
 void jobs_table_remove(struct jobs *jobs, struct live_job *job);
 struct live_job *jobs_table_find(const struct jobs *jobs, const char *id);
 /* Gives it another priority, and its place by it. */
@@ -80,7 +83,12 @@ void jobs_complete_views(struct jobs *jobs);
 /* Looks from now on for live jobs that have rested for too long. */
 void jobs_watch_idle(struct jobs *jobs);
 
+/* live_retry.c: what is due; true while something waits. */
+bool jobs_try_again(struct jobs *jobs);
+
 /* jobs.c */
+/* Has that called from time to time. */
+void jobs_try_again_soon(struct jobs *jobs);
 /* Unless a worker joins within ABANDONED_AFTER_MS, fails the jobs whose results were refused and
  * takes back the workers that sent them. */
 void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal);

@@ -223,13 +223,24 @@ static void on_failed(void *ctx, struct frame *work, const struct fault *fault)
 {
     struct live_frame *frame;
     struct live_job *job = job_of(ctx, work, &frame);
-    live_job_fail(job, fault);
+    if (frame_was_given_up(work))
+        live_job_fail(job, fault);
+    else
+        live_job_fail_or_begin_again(job, fault);
     jobs_advance_soon(ctx);
+}
+
+static void on_unstored(void *ctx, struct frame *work, const struct fault *fault)
+{
+    struct live_frame *frame;
+    struct live_job *job = job_of(ctx, work, &frame);
+    live_job_store_again(job, frame, fault);
 }
 
 /* A commit of one frame is on its way. */
 struct recording {
     struct live_job *job;
+    unsigned run; /* of the job: another one has other frames */
     struct live_frame *frame;
 };
 
@@ -238,19 +249,19 @@ static void on_recorded(void *ctx, int error)
     struct recording *recording = ctx;
     struct live_job *job = recording->job;
     struct live_frame *frame = recording->frame;
+    const bool is_past = recording->run != job->runs;
     free(recording);
     job->holds--;
     if (job->gone) {
         live_job_release(job);
         return;
     }
-    if (job->jobs->stopping || job_state_is_final(job->state)) return;
+    if (job->jobs->stopping || job_state_is_final(job->state) || is_past) return;
     if (error) {
-        struct fault fault;
-        fault_set(&fault, error, "", "frame %d could not be recorded", number_of(job, frame));
-        live_job_fail(job, &fault);
+        live_job_record_again(job, frame);
         return;
     }
+    job->pauses = job->tries = 0;
     frame_state_go(&frame->state, FRAME_FINISHED);
     job->frames_opened--;
     job->frames_finished++;
@@ -276,20 +287,28 @@ static void note_end(struct live_job *job, const struct frame *work)
         json_array_append_new(warnings, json_string(frame_warning(work)));
 }
 
+void live_job_record_frame(struct live_job *job, struct live_frame *frame)
+{
+    struct recording *recording = malloc(sizeof *recording);
+    if (!recording) {
+        live_job_record_again(job, frame);
+        return;
+    }
+    *recording = (struct recording){.job = job, .run = job->runs, .frame = frame};
+    struct frame_row row = {.number = number_of(job, frame),
+                            .state = frame_state_name(FRAME_FINISHED),
+                            .exr = frame->exr,
+                            .png = frame->png};
+    job->holds++;
+    job_store_update_frame(job->jobs->options.store, job->id, &row, on_recorded, recording);
+}
+
 static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
                        const struct digest *png)
 {
     struct jobs *jobs = ctx;
     struct live_frame *frame;
     struct live_job *job = job_of(jobs, work, &frame);
-    struct recording *recording = malloc(sizeof *recording);
-    if (!recording) {
-        struct fault fault;
-        fault_set(&fault, ERR_MEMORY, "", "no memory to record frame %d", number_of(job, frame));
-        live_job_fail(job, &fault);
-        return;
-    }
-    *recording = (struct recording){.job = job, .frame = frame};
     frame->exr = *exr;
     frame->png = *png;
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
@@ -297,12 +316,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     live_job_log(job, "frame", "frame %d is drawn and encoded", number_of(job, frame));
     close_work(job, frame);
     if (job->frame_count > 1) live_job_keep_report(job, NULL);
-    struct frame_row row = {.number = number_of(job, frame),
-                            .state = frame_state_name(FRAME_FINISHED),
-                            .exr = *exr,
-                            .png = *png};
-    job->holds++;
-    job_store_update_frame(jobs->options.store, job->id, &row, on_recorded, recording);
+    live_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
 }
 
@@ -337,6 +351,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                    .traced = on_traced,
                    .completed = on_completed,
                    .encoded = on_encoded,
+                   .unstored = on_unstored,
                    .failed = on_failed},
     };
     memcpy(options.job, job->id, sizeof options.job);
@@ -359,7 +374,7 @@ void live_job_open_frame(struct live_job *job)
     if (error) {
         struct fault fault;
         fault_set(&fault, error, "/image", "no memory for frame %d", number_of(job, frame));
-        live_job_fail(job, &fault);
+        live_job_fail_or_begin_again(job, &fault);
         return;
     }
     /* What somebody wishes to see first is in pixels of the full picture. */

@@ -86,18 +86,20 @@ static void on_ended(void *ctx, int error)
 {
     struct live_job *job = ctx;
     struct jobs *jobs = job->jobs;
+    /* Who cancels is told that it is not durable, though it will be. */
     if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
     job->cancelled = NULL;
     if (!unhold(job)) return;
+    if (error && error != ERR_NOT_FOUND) {
+        /* What could not be recorded stays in the table: GET must not fall back to the old state. */
+        live_job_end_again(job);
+        return;
+    }
     jobs_event_state(job);
     jobs_remember_ended(jobs, job->id);
-    if (!error) {
-        /* What could not be recorded stays in the table: GET must not fall back to the old state.
-         */
-        if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
-        jobs_table_remove(jobs, job);
-        live_job_release(job);
-    }
+    if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
+    jobs_table_remove(jobs, job);
+    live_job_release(job);
     jobs_advance_soon(jobs);
 }
 
@@ -133,11 +135,16 @@ static void end(struct live_job *job, enum job_state state)
     live_job_log_state(job);
     live_job_drop(job);
     close_statistics(job);
+    live_job_record_end(job);
+}
+
+void live_job_record_end(struct live_job *job)
+{
     json_t *report = live_job_report(job);
-    char *report_text = json_dumps(report, JSON_COMPACT);
+    char *report_text = report ? json_dumps(report, JSON_COMPACT) : NULL;
     char *problem_text = job->error ? json_dumps(job->error, JSON_COMPACT) : NULL;
     job->holds++;
-    job_store_update(job->jobs->options.store, job->id, job_state_name(state), problem_text,
+    job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), problem_text,
                      report_text, on_ended, job);
     json_decref(report);
     free(report_text);
@@ -193,7 +200,7 @@ static int start_view(struct live_job *job)
     struct fault fault;
     const uint32_t before = job->view_before;
     int error = live_view_create(job, before > 0 ? before + VIEWS_UNRECORDED : 1, &fault);
-    if (error) live_job_fail(job, &fault);
+    if (error) live_job_fail_or_begin_again(job, &fault);
     return error;
 }
 
@@ -202,7 +209,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     struct live_job *job = ctx;
     job->preparation = NULL;
     if (fault) {
-        live_job_fail(job, fault);
+        live_job_fail_or_begin_again(job, fault);
         return;
     }
     job->prepared = prepared;
@@ -212,7 +219,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     if (!job->plan || fingerprint_of(&prepared->job, job->fingerprint) != 0) {
         struct fault memory;
         fault_set(&memory, ERR_MEMORY, "", "no memory for the job's plan");
-        live_job_fail(job, &memory);
+        live_job_fail_or_begin_again(job, &memory);
         return;
     }
     if (job->live && start_view(job) != 0) return;
@@ -273,7 +280,7 @@ static void on_loaded(void *ctx, int error, const struct job_row *row,
     else
         error = load(job, row, frames, frame_count, &fault);
     if (error) {
-        live_job_fail(job, &fault);
+        live_job_fail_or_begin_again(job, &fault);
         return;
     }
     job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, NULL,

@@ -10,11 +10,22 @@
 #include "server/job/state.h"
 #include "server/job/statistics.h"
 
+/* What failed for the machine's sake and is tried again (live_retry.c); of a job, the sum of some.
+ */
+enum again {
+    AGAIN_BEGIN = 1,  /* the job, from its document */
+    AGAIN_FRAMES = 2, /* what its frames say: */
+    AGAIN_STORE = 4,  /* files of a picture that is drawn */
+    AGAIN_RECORD = 8, /* that they are there */
+    AGAIN_END = 16    /* the state in which the job has ended */
+};
+
 /* One of a job's frames. */
 struct live_frame {
     enum frame_state state;
     struct digest exr, png; /* zero until stored */
     struct frame *work;     /* while rendering and encoding */
+    enum again again;       /* AGAIN_STORE, AGAIN_RECORD or 0 */
 };
 
 struct live_job {
@@ -31,6 +42,12 @@ struct live_job {
     struct live_job *before, *after; /* in order of service */
     uint32_t holds;                  /* store callbacks that will come */
     bool gone;                       /* out of the table; freed with the last hold */
+
+    unsigned again;    /* of enum again: waits for again_us */
+    uint64_t again_us; /* jobs_clock_us */
+    unsigned pauses;   /* in a row, since a frame was done */
+    unsigned tries;    /* to begin it, since a frame was done */
+    unsigned runs;     /* times that it began again: frames of before are gone */
 
     bool loading;
     struct preparation *preparation;
@@ -77,6 +94,18 @@ void live_job_begin(struct live_job *job);
 void live_job_fail(struct live_job *job, const struct fault *fault);
 void live_job_finish(struct live_job *job);
 void live_job_cancel(struct live_job *job, job_store_done done, void *ctx);
+
+/* live_retry.c: what may pass by itself is tried again, anything else fails the job. */
+void live_job_fail_or_begin_again(struct live_job *job, const struct fault *fault);
+/* The same of one step. */
+void live_job_store_again(struct live_job *job, struct live_frame *frame,
+                          const struct fault *fault);
+void live_job_record_again(struct live_job *job, struct live_frame *frame);
+void live_job_end_again(struct live_job *job);
+/* Sends to the store what is to be recorded: that a job has ended; that a frame's files are there
+ * (live_frames.c). */
+void live_job_record_end(struct live_job *job);
+void live_job_record_frame(struct live_job *job, struct live_frame *frame);
 
 /* live_log.c: a line in its log, with the time. */
 void live_job_log(struct live_job *job, const char *what, const char *format, ...)

@@ -114,6 +114,7 @@ static void on_recorded(void *ctx, int error)
         live_job_release(job);
         return;
     }
+    if (!job->view) return; /* it begins again */
     job->view->recording = false;
     if (job->view->dirty) record_newest(job);
 }
@@ -202,6 +203,8 @@ int live_view_move(struct live_job *job, const char *text, size_t size_bytes, st
     view->number++;
     view->moved_us = jobs_clock_us();
     begin(job);
+    if (!job->view)
+        return fault_set(fault, ERR_MEMORY, "", "no memory for this view: it begins again");
     if (!job_state_is_final(job->state)) record_newest(job);
     return 0;
 }

@@ -5,17 +5,19 @@
 
 #define TO(state) (1u << (state))
 
-/* One line a state: its name, and where it may go. A job may end from anywhere that is no end. */
+/* One line a state: its name, and where it may go. A job may end from anywhere that is no end, and
+ * begin again from anywhere that is none. */
 static const struct {
     const char *name;
     unsigned next;
 } jobs[JOB_STATE_COUNT] = {
     [JOB_QUEUED] = {"queued", TO(JOB_IMPORTING) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
-    [JOB_IMPORTING] = {"importing", TO(JOB_RUNNING) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
-    [JOB_RUNNING] = {"running",
-                     TO(JOB_RESTING) | TO(JOB_FINISHED) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
-    [JOB_RESTING] = {"resting",
-                     TO(JOB_RUNNING) | TO(JOB_FINISHED) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
+    [JOB_IMPORTING] = {"importing",
+                       TO(JOB_QUEUED) | TO(JOB_RUNNING) | TO(JOB_FAILED) | TO(JOB_CANCELLED)},
+    [JOB_RUNNING] = {"running", TO(JOB_QUEUED) | TO(JOB_RESTING) | TO(JOB_FINISHED) |
+                                    TO(JOB_FAILED) | TO(JOB_CANCELLED)},
+    [JOB_RESTING] = {"resting", TO(JOB_QUEUED) | TO(JOB_RUNNING) | TO(JOB_FINISHED) |
+                                    TO(JOB_FAILED) | TO(JOB_CANCELLED)},
     [JOB_FINISHED] = {"finished", 0},
     [JOB_FAILED] = {"failed", 0},
     [JOB_CANCELLED] = {"cancelled", 0},

@@ -50,7 +50,7 @@ int job_schema_error(int sqlite_code)
     case SQLITE_NOMEM:
         return ERR_MEMORY;
     case SQLITE_FULL:
-        return ERR_FULL;
+        return ERR_NO_SPACE;
     case SQLITE_CONSTRAINT:
         return ERR_EXISTS;
     case SQLITE_CORRUPT:

@@ -23,8 +23,8 @@ struct object_writer {
 static int sync_dir(const char *path)
 {
     int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return ERR_IO;
-    int error = fsync(fd) ? ERR_IO : 0;
+    if (fd < 0) return error_of_errno(errno);
+    int error = fsync(fd) ? error_of_errno(errno) : 0;
     close(fd);
     return error;
 }
@@ -39,7 +39,7 @@ static int make_dirs(const char *path)
         if (i < length && path[i] != '/') continue;
         memcpy(part, path, i);
         part[i] = 0;
-        if (mkdir(part, 0777) && errno != EEXIST) return ERR_IO;
+        if (mkdir(part, 0777) && errno != EEXIST) return error_of_errno(errno);
     }
     return 0;
 }
@@ -110,7 +110,7 @@ static int make_place(const struct objects *o, const struct digest *d, char out[
         snprintf(parent, sizeof parent, "%s/objects", o->dir);
         return sync_dir(parent);
     }
-    return errno == EEXIST ? 0 : ERR_IO;
+    return errno == EEXIST ? 0 : error_of_errno(errno);
 }
 
 /* True when a file of this size is at `path`. A shorter one is none of ours: ours are whole. */
@@ -127,12 +127,14 @@ static int place(const struct objects *o, const char *from, const struct digest 
     char dir[OBJECTS_PATH_BYTES], path[OBJECTS_PATH_BYTES];
     struct stat st;
     objects_path(o, d, path);
-    if (stat(from, &st) || make_place(o, d, dir)) return ERR_IO;
+    if (stat(from, &st)) return error_of_errno(errno);
+    int error = make_place(o, d, dir);
+    if (error) return error;
     *existed = is_there(path, st.st_size);
     if (*existed)
         unlink(from);
     else if (rename(from, path))
-        return ERR_IO;
+        return error_of_errno(errno);
     /* Also when it was there: its writer may not have come to this line yet. */
     return sync_dir(dir);
 }
@@ -146,7 +148,7 @@ static int hash_file(int fd, struct digest *out)
     while (!error) {
         ssize_t n = pread(fd, buffer, READ_BYTES, offset);
         if (n < 0 && errno == EINTR) continue;
-        if (n < 0) error = ERR_IO;
+        if (n < 0) error = error_of_errno(errno);
         if (n <= 0) break;
         error = digest_update(hash, buffer, (size_t)n);
         offset += n;
@@ -161,9 +163,9 @@ static int hash_file(int fd, struct digest *out)
 static int seal_file(const char *path, struct digest *out)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-    if (fd < 0) return errno == ENOENT ? ERR_NOT_FOUND : ERR_IO;
+    if (fd < 0) return errno == ENOENT ? ERR_NOT_FOUND : error_of_errno(errno);
     int error = hash_file(fd, out);
-    if (!error && fsync(fd)) error = ERR_IO;
+    if (!error && fsync(fd)) error = error_of_errno(errno);
     close(fd);
     return error;
 }
@@ -178,7 +180,7 @@ int objects_adopt(const struct objects *o, const char *path, struct digest *out)
 int objects_make_dir(const struct objects *o, char out[OBJECTS_PATH_BYTES])
 {
     tmp_path(o, out, "dir-XXXXXX");
-    return mkdtemp(out) ? 0 : ERR_IO;
+    return mkdtemp(out) ? 0 : error_of_errno(errno);
 }
 
 static void writer_free(struct object_writer **writer)
@@ -203,7 +205,7 @@ int object_writer_begin(const struct objects *o, struct object_writer **out)
     tmp_path(o, w->path, "object-XXXXXX");
     if (!error) {
         w->fd = mkostemp(w->path, O_CLOEXEC); /* O_EXCL, a name of its own */
-        if (w->fd < 0) error = ERR_IO;
+        if (w->fd < 0) error = error_of_errno(errno);
     }
     if (error) {
         writer_free(&w);
@@ -218,7 +220,7 @@ static int write_all(int fd, const uint8_t *data, size_t size_bytes)
     while (size_bytes > 0) {
         ssize_t n = write(fd, data, size_bytes);
         if (n < 0 && errno == EINTR) continue;
-        if (n < 0) return errno == ENOSPC || errno == EDQUOT ? ERR_FULL : ERR_IO;
+        if (n < 0) return error_of_errno(errno);
         data += n;
         size_bytes -= (size_t)n;
     }
@@ -246,7 +248,7 @@ static int writer_seal(struct object_writer *w, struct digest *out)
     if (w->error) return w->error;
     if (w->size_bytes == 0) return seal_file(w->path, out);
     digest_finish(&w->hash, out);
-    return fsync(w->fd) ? ERR_IO : 0;
+    return fsync(w->fd) ? error_of_errno(errno) : 0;
 }
 
 int object_writer_finish(struct object_writer **writer, const struct digest *expected,

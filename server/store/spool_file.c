@@ -18,11 +18,6 @@
 
 #define RECORDS_FIRST 1024u
 
-static int io_error(void)
-{
-    return errno == ENOSPC || errno == EDQUOT ? ERR_NO_SPACE : ERR_IO;
-}
-
 static void put_u32(uint8_t *out, uint32_t v)
 {
     for (int i = 0; i < 4; i++) out[i] = (uint8_t)(v >> 8 * i);
@@ -89,7 +84,7 @@ static int write_at(int fd, uint64_t offset, struct iovec *part, int count)
     while (count > 0) {
         ssize_t n = pwritev(fd, part, count, (off_t)offset);
         if (n < 0 && errno == EINTR) continue;
-        if (n < 0) return io_error();
+        if (n < 0) return error_of_errno(errno);
         offset += (uint64_t)n;
         for (; count > 0 && (size_t)n >= part->iov_len; part++, count--)
             n -= (ssize_t)part->iov_len;
@@ -178,7 +173,7 @@ int spool_file_open(const char *path, const struct digest *fingerprint, struct s
 {
     struct spool_file file = {.fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600)};
     *out = (struct spool_file){.fd = -1};
-    if (file.fd < 0) return io_error();
+    if (file.fd < 0) return error_of_errno(errno);
     int error = take_up(&file, fingerprint);
     if (error)
         spool_file_close(&file);

@@ -98,7 +98,7 @@ static void open_run(struct team_task *task)
     char path[PATH_BYTES];
     job_path(s, spool->job, path);
     if (mkdir(path, 0700) && errno != EEXIST) {
-        spool->error = errno == ENOSPC ? ERR_NO_SPACE : ERR_IO;
+        spool->error = error_of_errno(errno);
         return;
     }
     frame_path(s, spool->job, spool->frame, path);
@@ -188,8 +188,7 @@ int spools_create(uv_loop_t *loop, const char *dir, struct spools **out)
     if (!s) return ERR_MEMORY;
     int error = 0;
     if (snprintf(s->dir, sizeof s->dir, "%s/spool", dir) >= (int)sizeof s->dir) error = ERR_LIMIT;
-    if (!error && mkdir(s->dir, 0700) && errno != EEXIST)
-        error = errno == ENOSPC ? ERR_NO_SPACE : ERR_IO;
+    if (!error && mkdir(s->dir, 0700) && errno != EEXIST) error = error_of_errno(errno);
     if (!error) error = team_create(loop, "spool", 1, &s->team);
     if (error)
         free(s);

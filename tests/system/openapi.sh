@@ -427,7 +427,7 @@ serve_stop
 serve_start "$tmp/idle" --workers 0
 try 503 GET /readyz /readyz
 serve_stop
-shared='400|401|403|408|414|421|431|500|503'
+shared='400|401|403|408|414|421|431|500|503|507'
 not_seen() {
     local method path rest status missing=0
     while read -r method path rest; do

@@ -36,9 +36,9 @@ static void steps_are_those_of_the_table(void **state)
     (void)state;
     static const char *const legal[JOB_STATE_COUNT] = {
         [JOB_QUEUED] = "importing failed cancelled",
-        [JOB_IMPORTING] = "running failed cancelled",
-        [JOB_RUNNING] = "resting finished failed cancelled",
-        [JOB_RESTING] = "running finished failed cancelled",
+        [JOB_IMPORTING] = "queued running failed cancelled",
+        [JOB_RUNNING] = "queued resting finished failed cancelled",
+        [JOB_RESTING] = "queued running finished failed cancelled",
         [JOB_FINISHED] = "",
         [JOB_FAILED] = "",
         [JOB_CANCELLED] = "",

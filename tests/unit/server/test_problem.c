@@ -70,8 +70,10 @@ static void faults(void **state)
         {ERR_MISMATCH, "", PROBLEM_KEY_REUSED},
         {ERR_MISMATCH, "/scene/asset", PROBLEM_INVALID},
         {ERR_FULL, "", PROBLEM_BUSY},
-        {ERR_MEMORY, "", PROBLEM_INTERNAL},
-        {ERR_IO, "", PROBLEM_INTERNAL},
+        {ERR_MEMORY, "", PROBLEM_OUT_OF_MEMORY},
+        {ERR_IO, "", PROBLEM_STORAGE},
+        {ERR_NO_SPACE, "", PROBLEM_DISK_FULL},
+        {ERR_STATE, "", PROBLEM_INTERNAL},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct fault fault = {.code = cases[i].code};

@@ -1,0 +1,131 @@
+/* What failed for the machine's sake and not for the job's: a disk that is full or fails, memory
+ * that is not there. An accepted job is not lost by that: each step is tried again until it is
+ * done, from where it was. Pictures that are drawn wait in memory for their files; what was to be
+ * recorded is recorded later; and all else begins again as after a restart, with what the spool
+ * has. */
+#include <limits.h>
+#include <stdlib.h>
+
+#include "server/job/jobs_table.h"
+#include "server/job/live_view.h"
+
+/* Pauses double from the first to the last: an end of the trouble is noticed in time. */
+#define PAUSE_FIRST_MS 500u
+#define PAUSE_LAST_MS  4000u
+
+/* Tries of what the job itself may have brought about: of a file that the importer has no memory
+ * for; of a frame that is too large for this machine, some minutes' worth of pauses. */
+#define TRIES_OF_FILES  5u
+#define TRIES_OF_MEMORY 60u
+
+static bool is_of_the_machine(int code)
+{
+    return code == ERR_NO_SPACE || code == ERR_IO || code == ERR_MEMORY;
+}
+
+/* A fault with a place is one of the document, or of a file that it names, as the importer saw it.
+ */
+static unsigned tries_of(const struct fault *fault)
+{
+    if (fault->code == ERR_NO_SPACE) return UINT_MAX;
+    if (fault->pointer[0] != '\0') return TRIES_OF_FILES;
+    return fault->code == ERR_MEMORY ? TRIES_OF_MEMORY : UINT_MAX;
+}
+
+static void wait_for(struct live_job *job, unsigned what)
+{
+    struct jobs *jobs = job->jobs;
+    const unsigned doublings = job->pauses < 8 ? job->pauses : 8;
+    uint64_t pause_ms = (uint64_t)PAUSE_FIRST_MS << doublings;
+    if (pause_ms > PAUSE_LAST_MS) pause_ms = PAUSE_LAST_MS;
+    job->pauses++;
+    job->again |= what;
+    job->again_us = jobs_clock_us() + pause_ms * 1000;
+    jobs_try_again_soon(jobs);
+}
+
+/* As it was before its turn came, but for its log. */
+static void reset(struct live_job *job)
+{
+    live_job_drop(job);
+    live_view_destroy(job);
+    prepared_destroy(&job->prepared);
+    json_decref(job->plan);
+    free(job->frames);
+    job->plan = NULL;
+    job->frames = NULL;
+    job->frame_count = job->frames_opened = job->frames_finished = 0;
+    job->tiles_beyond = 0;
+    job->runs++;
+    job->work_started_us = job->trace_started_us = 0;
+    jobs_set_state(job->jobs, job, JOB_QUEUED);
+    job->revision++;
+}
+
+void live_job_fail_or_begin_again(struct live_job *job, const struct fault *fault)
+{
+    if (!is_of_the_machine(fault->code) || ++job->tries >= tries_of(fault)) {
+        live_job_fail(job, fault);
+        return;
+    }
+    live_job_log(job, "error", "it begins again soon: %s%s%s", fault->pointer,
+                 fault->pointer[0] ? ": " : "", fault->detail);
+    reset(job);
+    jobs_event_state(job);
+    wait_for(job, AGAIN_BEGIN);
+}
+
+void live_job_store_again(struct live_job *job, struct live_frame *frame, const struct fault *fault)
+{
+    live_job_log(job, "error", "tried again soon: %s", fault->detail);
+    frame->again = AGAIN_STORE;
+    wait_for(job, AGAIN_FRAMES);
+}
+
+void live_job_record_again(struct live_job *job, struct live_frame *frame)
+{
+    live_job_log(job, "error", "tried again soon: a frame could not be recorded");
+    frame->again = AGAIN_RECORD;
+    wait_for(job, AGAIN_FRAMES);
+}
+
+void live_job_end_again(struct live_job *job)
+{
+    wait_for(job, AGAIN_END);
+}
+
+static void try_frames(struct live_job *job)
+{
+    for (uint32_t i = 0; i < job->frame_count && !job_state_is_final(job->state); i++) {
+        struct live_frame *frame = &job->frames[i];
+        const enum again what = frame->again;
+        frame->again = 0;
+        if (what == AGAIN_STORE && frame->work) frame_store(frame->work);
+        if (what == AGAIN_RECORD) live_job_record_frame(job, frame);
+        if (!job->frames) return;
+    }
+}
+
+static void try_again(struct live_job *job)
+{
+    const unsigned what = job->again;
+    job->again = 0;
+    if (what & AGAIN_END) live_job_record_end(job);
+    if (job_state_is_final(job->state)) return;
+    if (what & AGAIN_FRAMES) try_frames(job);
+    if (what & AGAIN_BEGIN) jobs_advance_soon(job->jobs);
+}
+
+bool jobs_try_again(struct jobs *jobs)
+{
+    const uint64_t now_us = jobs_clock_us();
+    bool waits = false;
+    /* Nothing is taken out of the table meanwhile: that waits for the store. */
+    for (size_t i = 0; i < jobs->count; i++) {
+        struct live_job *job = jobs->by_id[i];
+        if (!job->again) continue;
+        if (now_us >= job->again_us) try_again(job);
+        waits |= job->again != 0;
+    }
+    return waits;
+}

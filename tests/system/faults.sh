@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Writes, fsyncs, renames and allocations that fail, a full disk, a clock that jumps: a sample of what
+# `make faults` walks over. See tests/load/faults.mjs.
+#   tests/system/faults.sh BUILD_DIR
+cd "$(dirname "$0")/../.." || exit 1
+build=${1:?usage: tests/system/faults.sh BUILD_DIR}
+if nm "$build/shearwater" | grep -q __[at]san_init; then
+    echo "ok 1 - faults of the machine below # SKIP a sanitizer's allocator cannot be preloaded before"
+    echo "1..1"
+    exit
+fi
+exec node tests/load/faults.mjs "$@"
