@@ -50,16 +50,17 @@ static int make_room(struct lens_hidden *h)
     return 0;
 }
 
-/* Is `point`, of that normal, on the cell's surface? off: from its plane, at most. */
+/* Is `point`, of that normal, on the cell's surface? off: from each other's planes, at most. */
 static bool is_same(const struct lens_hidden_cell *cell, const float point[3],
                     const float normal[3], float off)
 {
-    float cosine = 0.0f, from = 0.0f;
+    float cosine = 0.0f, from = 0.0f, own = 0.0f;
     for (int c = 0; c < 3; c++) {
         cosine += normal[c] * cell->normal[c];
         from += (point[c] - cell->point[c]) * cell->normal[c];
+        own += (point[c] - cell->point[c]) * normal[c];
     }
-    return cosine >= SURFACE_COS_FULL && fabsf(from) <= off;
+    return cosine >= SURFACE_COS_FULL && fabsf(from) <= off && fabsf(own) <= off;
 }
 
 int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *r, uint32_t i,
