@@ -20,7 +20,6 @@
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/lens.h"
 #include "server/reconstruct/lens_extra.h"
-#include "server/reconstruct/lens_lend.h"
 #include "server/reconstruct/lens_light.h"
 
 enum { SIDE = 200, TILE = 32, L = 3, N = L * L };
@@ -231,42 +230,6 @@ static void blocks_do_not_show(void **state)
     }
 }
 
-/* What lies on a floor at `z`, seen `tilt` off along it where the middle sees the edge of something
- * round, 4 away, whose tangent plane is the ray. */
-static bool lends_at(float z, float tilt, float light[3])
-{
-    struct lens_lender pixels[4];
-    struct lens_lenders lenders = {.width = 2, .pixels = pixels};
-    struct plan plan;
-    int32_t zero = 0;
-    float half = 0.5f, off = 0.01f, distance = z;
-    float point[3] = {0, 0, -z}, normal[3] = {0, cosf(tilt), sinf(tilt)};
-    const struct lens_light_row row = {.column = &zero,
-                                       .row = &zero,
-                                       .across = &half,
-                                       .down = &half,
-                                       .off = &off,
-                                       .distance = &distance,
-                                       .point = {point, point + 1, point + 2},
-                                       .normal = {normal, normal + 1, normal + 2}};
-    wall_plan(&plan, LENS_FILTER_SHEARED);
-    surface_view_init(&lenders.view, &plan);
-    for (int k = 0; k < 4; k++)
-        pixels[k] = (struct lens_lender){{0, 1, 0, 0}, {1, 2, 3, 4}, {0, 0, -4, 0}};
-    return lens_lend(&lenders, &row, 0, light);
-}
-
-/* A floor behind a ball whose top is turned like it takes no light from there. */
-static void round_edges_light_nothing_behind_them(void **state)
-{
-    float light[3] = {0};
-    (void)state;
-    assert_true(lends_at(4.0f, 0.0f, light) && light[2] == 3.0f);
-    assert_true(lends_at(4.02f, 0.1f, light) && light[2] == 3.0f);
-    assert_true(!lends_at(8.0f, 0.15f, light));
-    assert_true(!lends_at(5.0f, 0.25f, light));
-}
-
 /* Who needs a second set is told by samples as they are lit: what comes of their paths alone is the
  * same everywhere here, and only hidden points are brighter than what is around them. */
 static void second_sets_go_where_lit_samples_differ(void **state)
@@ -431,7 +394,6 @@ int main(void)
         cmocka_unit_test(samples_take_light_from_where_the_middle_sees_their_point),
         cmocka_unit_test(hidden_points_keep_their_own_light),
         cmocka_unit_test(blocks_do_not_show),
-        cmocka_unit_test(round_edges_light_nothing_behind_them),
         cmocka_unit_test(second_sets_go_where_lit_samples_differ),
         cmocka_unit_test(unlit_samples_are_not_read),
         cmocka_unit_test(hidden_focus_is_lit),
