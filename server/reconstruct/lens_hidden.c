@@ -9,10 +9,12 @@
 #define RADIUS_PX  3.5f /* at 9 samples a pixel */
 #define ROOM_FIRST 4096
 
-/* The first sample's surface; sums of all samples' light. */
+/* The first sample's surface; sums of all samples' light; what they share, once somebody has asked.
+ */
 struct lens_hidden_cell {
     float point[3], normal[3], off;
-    float light[3];
+    float light[3], shared[3];
+    bool known;
 };
 
 int lens_hidden_create(struct scratch *scratch, size_t width, size_t height, uint32_t l,
@@ -50,16 +52,17 @@ static int make_room(struct lens_hidden *h)
     return 0;
 }
 
-/* Is `point`, of that normal, on the cell's surface? off: from its plane, at most. */
+/* Is `point`, of that normal, on the cell's surface? off: from each other's planes, at most. */
 static bool is_same(const struct lens_hidden_cell *cell, const float point[3],
                     const float normal[3], float off)
 {
-    float cosine = 0.0f, from = 0.0f;
+    float cosine = 0.0f, from = 0.0f, own = 0.0f;
     for (int c = 0; c < 3; c++) {
         cosine += normal[c] * cell->normal[c];
         from += (point[c] - cell->point[c]) * cell->normal[c];
+        own += (point[c] - cell->point[c]) * normal[c];
     }
-    return cosine >= SURFACE_COS_FULL && fabsf(from) <= off;
+    return cosine >= SURFACE_COS_FULL && fabsf(from) <= off && fabsf(own) <= off;
 }
 
 int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *r, uint32_t i,
@@ -85,9 +88,9 @@ int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *r, uint3
     return 1;
 }
 
-void lens_hidden_share(const struct lens_hidden *h, size_t cell, float light[3])
+static void share(const struct lens_hidden *h, size_t cell)
 {
-    const struct lens_hidden_cell *own = h->cell + cell;
+    struct lens_hidden_cell *own = h->cell + cell;
     const int32_t x = (int32_t)(cell % h->width), y = (int32_t)(cell / h->width);
     float sum[3] = {0}, all = 0.0f;
     for (int32_t v = y - LENS_HIDDEN_REACH_PX; v <= y + LENS_HIDDEN_REACH_PX; v++)
@@ -102,5 +105,12 @@ void lens_hidden_share(const struct lens_hidden *h, size_t cell, float light[3])
             for (int c = 0; c < 3; c++) sum[c] += weight * other->light[c];
             all += weight * h->number[q];
         }
-    for (int c = 0; c < 3; c++) light[c] = sum[c] / all; /* the cell itself has some */
+    for (int c = 0; c < 3; c++) own->shared[c] = sum[c] / all; /* the cell itself has some */
+    own->known = true;
+}
+
+void lens_hidden_share(const struct lens_hidden *h, size_t cell, float light[3])
+{
+    if (!h->cell[cell].known) share(h, cell);
+    memcpy(light, h->cell[cell].shared, sizeof h->cell[cell].shared);
 }

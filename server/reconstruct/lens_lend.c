@@ -1,6 +1,7 @@
 #include "server/reconstruct/lens_lend.h"
 
 #include <immintrin.h>
+#include <math.h>
 #include <string.h>
 
 #define ALL 15
@@ -24,10 +25,11 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
         const size_t i = first + x;
         const float a = p->normal[0][i], b = p->normal[1][i], c = p->normal[2][i];
         const float *const *light = (const float *const *)l->lighting->total;
-        out[x] = (struct lens_lender){{0}, {0}};
+        out[x] = (struct lens_lender){.plane = {0}};
         if (!has_lighting(p, i)) continue;
         out[x].plane = (lens_quad){a, b, c, a * px[x] + b * py[x] + c * pz[x]};
         out[x].light = (lens_quad){light[0][i], light[1][i], light[2][i], p->depth[i]};
+        out[x].point = (lens_quad){px[x], py[x], pz[x], 0.0f};
     }
 }
 
@@ -76,23 +78,44 @@ static inline struct likeness compare(const struct lens_lender *a, const struct 
     _MM_TRANSPOSE4_PS(x, y, z, d);
     const lens_quad off = x * s->point[0][i] + y * s->point[1][i] + z * s->point[2][i] - d;
     const lens_quad cosine = x * s->normal[0][i] + y * s->normal[1][i] + z * s->normal[2][i];
+    __m128 px = a[0].point, py = a[1].point, pz = b[0].point, unused = b[1].point;
+    _MM_TRANSPOSE4_PS(px, py, pz, unused);
+    const lens_quad own = (px - s->point[0][i]) * s->normal[0][i] +
+                          (py - s->point[1][i]) * s->normal[1][i] +
+                          (pz - s->point[2][i]) * s->normal[2][i];
     const lens_quad none = {0}, allowed = none + s->off[i];
-    const __m128 same =
-        (__m128)((off <= allowed) & (-off <= allowed) & (cosine >= none + SURFACE_COS_FULL));
+    const __m128 same = (__m128)((off <= allowed) & (-off <= allowed) & (own <= allowed) &
+                                 (-own <= allowed) & (cosine >= none + SURFACE_COS_FULL));
     const __m128 other = (__m128)(cosine <= none + SURFACE_COS_NONE);
     return (struct likeness){_mm_movemask_ps(same), _mm_movemask_ps(other)};
 }
 
-static float match(const struct lens_lenders *l, const struct surface *sample, int32_t column,
-                   int32_t row, const struct lens_lender *pixel)
+/* How near a pixel's point is to the plane of the sample: 1 up to 1.5 pixels and a little of the
+ * way between them, 0 from 1.5 times that. However a surface bends, a pixel aside it is as near. */
+static float near_plane(const struct lens_lenders *l, const struct surface *sample,
+                        const struct surface *pixel)
+{
+    float off = 0.0f, square = 0.0f;
+    for (int c = 0; c < 3; c++) {
+        const float d = pixel->point[c] - sample->point[c];
+        off += d * sample->normal[c];
+        square += d * d;
+    }
+    const float allowed = SURFACE_PLANE_PX * surface_pixel_size(&l->view, sample->distance) +
+                          SURFACE_SLACK * sqrtf(square);
+    const float near = (SURFACE_FADE - fabsf(off) / allowed) / (SURFACE_FADE - 1.0f);
+    return near > 0.0f ? fminf(near, 1.0f) : 0.0f;
+}
+
+static float match(const struct lens_lenders *l, const struct surface *sample,
+                   const struct lens_lender *pixel)
 {
     const float distance = pixel->light[3];
     struct surface surface = {.distance = distance,
                               .normal = {pixel->plane[0], pixel->plane[1], pixel->plane[2]}};
     if (!(distance > 0.0f)) return 0.0f;
-    surface_points(&l->view, l->rect.x0 - 1 + column, l->rect.y0 - 1 + row, 1, &distance,
-                   &surface.point[0], &surface.point[1], &surface.point[2]);
-    return surface_match(&l->view, sample, &surface);
+    for (int c = 0; c < 3; c++) surface.point[c] = pixel->point[c];
+    return fminf(surface_match(&l->view, sample, &surface), near_plane(l, sample, &surface));
 }
 
 static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
@@ -110,7 +133,7 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_light_row 
         const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
         const struct lens_lender *pixel = l->pixels + (size_t)y * l->width + (size_t)x;
         if (like.other >> k & 1) continue;
-        const float matches = like.same >> k & 1 ? 1.0f : match(l, &sample, x, y, pixel);
+        const float matches = like.same >> k & 1 ? 1.0f : match(l, &sample, pixel);
         const float weight =
             (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) * matches;
         if (!(weight > 0.0f)) continue;

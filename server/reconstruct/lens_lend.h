@@ -12,6 +12,7 @@ typedef float lens_quad __attribute__((vector_size(16), aligned(16)));
 struct lens_lender {
     lens_quad plane; /* normal, and how far along it the surface is from the eye */
     lens_quad light; /* red, green, blue, and the distance along the ray */
+    lens_quad point; /* from the eye */
 };
 
 /* Axes are the world's. Around `rect` lie a column to the left, two to the right, and such rows,
@@ -36,6 +37,8 @@ static inline struct rect lens_lenders_around(struct rect rect)
     return (struct rect){rect.x0 - 1, rect.y0 - 1, rect.x1, rect.y1};
 }
 
-/* The lighting of pixels around sample i of the row that show its surface; false: none does. */
+/* The lighting of pixels around sample i of the row that show its surface; false: none does. Points
+ * lie near each other's planes. The pixel's alone does not tell: at the edge of something round it
+ * goes on along the ray, and what lies far behind is on it, too. */
 bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
                float light[3]);

@@ -8,8 +8,8 @@
 #include "worker/trace/lens_surface.h"
 #include "worker/trace/primary.h"
 
-/* Normals up to about 8 degrees apart; points off the pixel's tangent plane by three quarters of a
- * pixel and so much of their distance. */
+/* Normals up to about 8 degrees apart; points off each other's tangent planes by three quarters of
+ * a pixel and so much of their distance. */
 #define COSINE_LEAST 0.99f
 #define PLANE_PX     0.75f
 #define SLACK        0.015f
@@ -114,9 +114,9 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
 {
     const float d[3] = {point[0] - centre->point[0], point[1] - centre->point[1],
                         point[2] - centre->point[2]};
-    const float off = fabsf(dot(d, centre->normal));
+    const float allowed = PLANE_PX * plan_pixel_size(plan, distance) + SLACK * sqrtf(dot(d, d));
     return dot(normal, centre->normal) >= COSINE_LEAST &&
-           off <= PLANE_PX * plan_pixel_size(plan, distance) + SLACK * sqrtf(dot(d, d));
+           fabsf(dot(d, centre->normal)) <= allowed && fabsf(dot(d, normal)) <= allowed;
 }
 
 /* Whether fields light a sample that far ahead: its slope as it travels says so where it is read.

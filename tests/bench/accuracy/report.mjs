@@ -1,5 +1,6 @@
-// The report page: bounds, then each scene with its plots and pieces of its pictures. One file.
-import { writeFileSync } from "node:fs";
+// The report page: bounds, then each scene with its plots and pieces of its pictures. One file; crops
+// of the boundaries of focus are kept beside it as well, in crops/.
+import { mkdirSync, writeFileSync } from "node:fs";
 import { effectOf, effects } from "./effects.mjs";
 import { equalError, filterSeconds } from "./factors.mjs";
 import { logLog, stages } from "./plot.mjs";
@@ -52,6 +53,23 @@ function pieces(tools, scene, rows, reference, side) {
   return `<div class="row">${out.join("")}</div><div class="row">${errors.join("")}</div>`;
 }
 
+const EDGE_ZOOM = 4;
+
+// Where things in and out of focus meet: as large as a person can judge them, and kept as files.
+function boundaries(tools, scene, rows, reference, o) {
+  const { at, layer } = effectOf(scene), quoted = rows.filter((r) => r.spp === at), scale = quoted[0] ? 0.2 / quoted[0].judged.mean : 1;
+  if (!scene.boundaries || quoted.length === 0) return "";
+  mkdirSync(`${o.out}/crops`, { recursive: true });
+  const show = (crop, k, name, picture) => {
+    const png = tools.piece(picture, layer, crop.map((v) => Math.round(v * o.side / 512)), EDGE_ZOOM, scale);
+    writeFileSync(`${o.out}/crops/${scene.name}-${k + 1}-${name}.png`, png);
+    return `<figure><img src="data:image/png;base64,${png.toString("base64")}" alt="${name}"><figcaption>${name}</figcaption></figure>`;
+  };
+  return `<h3>Boundaries of focus, ${at} ${effectOf(scene).samples}</h3>` + scene.boundaries.map((crop, k) =>
+    `<div class="row">${[["reference", reference.path], ...quoted.map((r) => [r.method, r.picture])].map(([name, picture]) =>
+      show(crop, k, name, picture)).join("")}</div>`).join("\n");
+}
+
 function figuresTable(rows, effect) {
   const factors = effect.against.flatMap((name) => equalError(rows, name));
   const factor = (r, against, what) => {
@@ -67,12 +85,12 @@ function figuresTable(rows, effect) {
     ...others.map((name) => factor(r, name, "samples"))]));
 }
 
-function section(tools, { scene, rows, reference }, side) {
+function section(tools, { scene, rows, reference }, o) {
   const said = rows[0].reference, plots = plotsOf(scene, rows), effect = effectOf(scene);
   return `<h2>${scene.name}</h2><p>${effect.title}: ${scene.about}. Judged: ${effect.region}, ${rows[0].judged.pixels} pixels. Reference: ${said.spp}
 samples; its halves differ by ${number(said.halves_rmse)}${said.doubt === null ? "" : `, which leaves a standard error of ${(100 * said.doubt).toFixed(1)} % at most in the errors at ${effect.at} ${effect.samples}`}${said.good ? "" : ', <span class="missed">too much for the smallest error</span>'}.</p>
 <div class="row">${plots.samples}${plots.seconds}</div>${plots.stages}
-${pieces(tools, scene, rows, reference, side)}${figuresTable(rows, effect)}`;
+${pieces(tools, scene, rows, reference, o.side)}${boundaries(tools, scene, rows, reference, o)}${figuresTable(rows, effect)}`;
 }
 
 // results: [{scene, rows, reference}]
@@ -85,6 +103,6 @@ whole picture's light over the reference's. × is how much more of it another me
 * lies beyond what was measured. Errors are</p><ul>${shown.map((e) => `<li>${e.title}: ${e.says}.</li>`).join("")}</ul>
 ${boundsTable(bounds)}
 ${[...o.refused].map(([method, why]) => `<p>Not measured: ${method} (${why.replace(/</g, "&lt;")})</p>`).join("")}
-${results.map((r) => section(tools, r, o.side)).join("\n")}</html>\n`;
+${results.map((r) => section(tools, r, o)).join("\n")}</html>\n`;
   writeFileSync(`${o.out}/report.html`, page);
 }

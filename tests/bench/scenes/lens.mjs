@@ -39,22 +39,27 @@ export function fence() {
 const sun = (direction, level) => ({ type: "directional", direction, irradiance: [level, 0.96 * level, 0.88 * level] });
 const shared = (file, without) => (folder) => glbWithout(readFileSync(path(folder, file)), without);
 
-//   lens: as in a job document
+// Where a slat out of focus crosses a block, the ball, and a rail the floor; of the same camera.
+export const slats = [[385, 250, 72, 72], [130, 215, 72, 72], [200, 360, 72, 72]];
+
+//   lens: as in a job document; boundaries: crops of 512 lines where things in and out of focus meet
 export const lens = [
   { name: "posts", about: "posts from before the focus to far behind it", glb: posts,
     camera: { eye: [0.2, 1.5, 5.2], target: [0.4, 0.6, 0], yfov_deg: 42 }, lights: [sun([-0.45, -0.75, -0.5], 3.1)],
-    lens: { aperture_radius: 0.08, focus_distance: 5.2 }, crop: [60, 230, 128, 128] },
+    lens: { aperture_radius: 0.08, focus_distance: 5.2 }, crop: [60, 230, 128, 128],
+    boundaries: [[0, 260, 72, 72], [345, 175, 72, 72]] },
   { name: "fence_room", about: "a chequered fence out of focus before a room in focus", glb: fence,
     camera: { eye: [0.1, 1, 4.3], target: [0, 0.9, 0], yfov_deg: 44 },
     lights: [{ type: "point", position: [1.3, 3.1, 4.6], intensity: [62, 60, 54] }],
-    lens: { aperture_radius: 0.07, focus_distance: 5, blades: 6 }, crop: [150, 160, 128, 128] },
+    lens: { aperture_radius: 0.07, focus_distance: 5, blades: 6 }, crop: [150, 160, 128, 128], boundaries: slats },
   { name: "dof_bevy", about: "a circuit board close up, some balls of it glowing",
     glb: shared("dof-bevy/DepthOfFieldExample.glb", /^$/),
     camera: { eye: [0, 4.5, 8.25], target: [0, 0, 0], yfov_deg: 42 }, lights: [sun([-0.3, -0.9, -0.35], 1.5)],
     environment: () => ({ radiance: [0.3, 0.33, 0.38] }),
-    lens: { aperture_radius: 0.2, focus_distance: 8.3 }, crop: [90, 300, 128, 128] },
+    lens: { aperture_radius: 0.2, focus_distance: 8.3 }, crop: [90, 300, 128, 128], boundaries: [[345, 250, 72, 72], [50, 225, 72, 72]] },
   { name: "dof_luxcore", about: "a metal ball on clay, the lens as its file has it", sides: [1, 0.5625],
     glb: shared("glb/dof-luxcore/dof-luxcore.glb", /point_light/), lights: [sun([-0.6, -0.7, 0.25], 0.12)],
     environment: () => ({ radiance: [0.5, 0.6, 0.75] }),
-    lens: { aperture_radius: 0.05, focus_distance: 2.069957, blades: 6 }, crop: [120, 120, 128, 128] },
+    lens: { aperture_radius: 0.05, focus_distance: 2.069957, blades: 6 }, crop: [120, 120, 128, 128],
+    boundaries: [[185, 110, 72, 72], [150, 140, 72, 72]] },
 ].map((scene) => ({ ...scene, effect: "lens" }));
