@@ -83,6 +83,20 @@ enum property_result property_turned(const struct property_case *c, char says[PR
     return means_agree(c, &(struct change){.turns = 1 + (int)(c->seed % 3)}, 1, says);
 }
 
+/* Filters move light about; they neither make nor take it. The same samples without them have the
+ * same light. Of pixels at the picture's edge they know one side alone, and small pictures are all
+ * edge. */
+enum property_result property_filtered(const struct property_case *c,
+                                       char says[PROPERTY_SAYS_BYTES])
+{
+    enum { AVERAGE = 3, LEAST_PX = 8 };
+    if (c->method >= AVERAGE || c->width < LEAST_PX || c->height < LEAST_PX) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "nothing to filter");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    return means_agree(c, &(struct change){.unfiltered = true}, 1, says);
+}
+
 enum property_result property_lights_add(const struct property_case *c,
                                          char says[PROPERTY_SAYS_BYTES])
 {
