@@ -73,7 +73,7 @@ struct image *picture_render(const struct property_case *c, const struct change 
     struct fault fault = {0};
     struct job job;
     struct film *film;
-    struct image *image;
+    struct image *image = NULL;
     struct stage stage;
     char *text = stage_job(c, change);
     stage_build(c, change, &stage);

@@ -13,8 +13,9 @@ struct change {
     double gain;     /* of lights, environment and what emits; 0: 1 */
     unsigned lights; /* bits of lights that are left out */
     bool no_environment, no_emitters;
-    unsigned seed; /* in place of the case's; 0: the case's */
-    int spp;       /* the same */
+    bool unfiltered; /* the same samples, averaged */
+    unsigned seed;   /* in place of the case's; 0: the case's */
+    int spp;         /* the same */
 };
 
 /* Layers of pictures that have more than beauty, the first; occlusion besides, where the case asks

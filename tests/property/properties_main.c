@@ -11,12 +11,13 @@
 #include "tests/property/check.h"
 
 const struct property properties[] = {
-    {"finite", property_finite},     {"cut", property_cut},
-    {"scaled", property_scaled},     {"moved", property_moved},
-    {"brighter", property_brighter}, {"mirrored", property_mirrored},
-    {"turned", property_turned},     {"lights_add", property_lights_add},
-    {"open", property_open},         {"unoccluded", property_unoccluded},
-    {"glow", property_glow},         {"furnace", property_furnace},
+    {"finite", property_finite},         {"cut", property_cut},
+    {"scaled", property_scaled},         {"moved", property_moved},
+    {"brighter", property_brighter},     {"mirrored", property_mirrored},
+    {"turned", property_turned},         {"lights_add", property_lights_add},
+    {"filtered", property_filtered},     {"open", property_open},
+    {"unoccluded", property_unoccluded}, {"glow", property_glow},
+    {"furnace", property_furnace},
 };
 const int property_count = sizeof properties / sizeof properties[0];
 

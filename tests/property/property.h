@@ -26,6 +26,8 @@ enum property_result property_brighter(const struct property_case *c,
 enum property_result property_mirrored(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES]);
 enum property_result property_turned(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]);
+enum property_result property_filtered(const struct property_case *c,
+                                       char says[PROPERTY_SAYS_BYTES]);
 enum property_result property_lights_add(const struct property_case *c,
                                          char says[PROPERTY_SAYS_BYTES]);
 /* Of properties_constant.c: scenes of the case's cut, samples and filters, whose picture is known.

@@ -98,6 +98,11 @@ static json_t *scene_of(const struct property_case *c, const struct change *chan
                      "up", vector(up, 1), "yfov_deg", c->yfov_deg);
 }
 
+static const char *filter_name(const struct change *change, const char *const *names, int number)
+{
+    return change->unfiltered ? "average" : names[number];
+}
+
 char *stage_job(const struct property_case *c, const struct change *change)
 {
     json_t *job = json_pack(
@@ -105,9 +110,10 @@ char *stage_job(const struct property_case *c, const struct change *change)
         scene_of(c, change), "image", "width", c->width, "height", c->height, "lights",
         lights_of(c, change), "effects", effects_of(c, change), "sampling", "spp",
         change->spp ? change->spp : c->spp, "seed", (int)(change->seed ? change->seed : c->seed),
-        "tile_px", c->tile, "filter", "method", case_methods[c->method], "indirect",
-        case_indirects[c->indirect], "glossy", case_glossies[c->glossy], "lens",
-        case_lenses[c->lens_filter], "layers", layers_of(c));
+        "tile_px", c->tile, "filter", "method", filter_name(change, case_methods, c->method),
+        "indirect", filter_name(change, case_indirects, c->indirect), "glossy",
+        filter_name(change, case_glossies, c->glossy), "lens",
+        filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c));
     if (c->focus > 0)
         json_object_set_new(job, "lens",
                             json_pack("{s:f, s:f, s:i}", "aperture_radius",

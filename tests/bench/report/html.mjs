@@ -46,7 +46,7 @@ thead th{border-bottom:2px solid var(--ink);white-space:normal;vertical-align:bo
 .cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(15rem,1fr));gap:.9rem;margin:1rem 0;padding:0;list-style:none}
 .cards li{border:1px solid var(--line);border-radius:.5rem;padding:.8rem 1rem}.cards b{font-size:1.7rem;line-height:1.1;display:block}
 .plots{display:flex;flex-wrap:wrap;gap:1rem;margin:.6rem 0}.plots figure{margin:0;max-width:100%}svg{max-width:100%;height:auto;border:1px solid var(--line);border-radius:.3rem}
-.crops{display:grid;grid-template-columns:repeat(auto-fill,minmax(9.5rem,1fr));gap:.7rem;margin:.7rem 0}.crops figure{margin:0}
+.crops{display:grid;grid-template-columns:repeat(auto-fill,minmax(8.5rem,1fr));gap:.7rem;margin:.7rem 0}.crops figure{margin:0}
 .crops img+img{margin-top:3px}.crops img{image-rendering:pixelated;width:100%;height:auto;display:block;background:#888}figcaption{font-size:.82rem;color:#333;line-height:1.3;padding-top:.2rem}
 details{margin:.5rem 0}summary{cursor:pointer;color:#00569c}code{font-size:.9em;background:#f3f3f3;padding:0 .25em}footer{padding:2rem 1.2rem 3rem;color:var(--soft)}
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1rem;margin:.8rem 0}dt{color:var(--soft)}dd{margin:0}
