@@ -50,7 +50,9 @@ ${table(["effect", "scenes", "pictures", "side, px", "references not good enough
 const headlineTable = (figures) => table(["effect (method, samples)", "average's RMSE over its", "average's samples for equal error", "average's CPU time for equal error", "filters' share of CPU time"],
   of(figures, "headline").map((h) => [`${title(h.effect)} (${h.method}, ${effects[h.effect].at})`, span(h.rmse, "×"), `${span(h.samples, "×")}${h.extrapolated ? " *" : ""}`, span(h.seconds, "×"), h.share ? share(h.share.value) : "–"]));
 
-const rateTable = (figures) => table(["figure", "measured", "bound", ""], of(figures, "rate").map((r) => [r.figure, `${Number(r.value.toPrecision(3))} ${r.unit}`, r.bound.replace(">=", "≥").replace("<=", "≤"), verdict(r)]));
+// What README shows of the rates: of the machine's hands, not of filters beside what they stand for.
+const SHORT = ["rays", "paths", "share", "tile", "memory"];
+const rateTable = (figures, wanted = () => true) => table(["figure", "measured", "bound", ""], of(figures, "rate").filter(wanted).map((r) => [r.figure, `${Number(r.value.toPrecision(3))} ${r.unit}`, r.bound.replace(">=", "≥").replace("<=", "≤"), verdict(r)]));
 
 function costs(figures) {
   const workers = of(figures, "workers"), sizes = of(figures, "resolution"), hills = of(figures, "triangles"), parts = [];
@@ -74,7 +76,8 @@ export function excerpt(figures) {
   const [run] = of(figures, "run"), bounds = [...of(figures, "bound").filter((b) => b.judged), ...of(figures, "rate")], missed = bounds.filter((b) => !b.ok);
   const sides = [...new Set(run.effects.flatMap((e) => e.sides_px))].sort((a, b) => a - b), skips = of(figures, "skip");
   const said = [`Build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}; pictures ${sides.join(" and ")} px wide, against converged references, medians over scenes (least–largest):`, "", headlineTable(figures).trimEnd()];
-  if (of(figures, "rate").length > 0) said.push("", rateTable(figures).trimEnd());
+  const rates = rateTable(figures, (r) => SHORT.includes(r.from)).trimEnd();
+  if (rates) said.push("", rates);
   said.push("", `${bounds.length === 0 ? "No bound was judged by this run" : missed.length === 0 ? `All ${bounds.length} bounds that were judged hold` : `${missed.length} of ${bounds.length} bounds that were judged are missed`}; ` +
     `${skips.filter((s) => s.holds).length} of ${skips.length} pairs of frames show that what is not needed is skipped.`);
   return said.join("\n");
@@ -102,6 +105,7 @@ ${END}
   bounds.length > 0 ? `## Bounds of accuracy
 
 ${table(["figure", "measured", "bound", ""], bounds.map((b) => [`${title(b.effect)}: ${b.of ? `${b.of}; ` : ""}${b.figure}`, `${span(b)} ${b.unit}`, bound(b), verdict(b)]))}` : "",
+  of(figures, "rate").some((r) => !SHORT.includes(r.from)) ? `## Filters beside brute force\n\n${rateTable(figures, (r) => !SHORT.includes(r.from))}` : "",
   costs(figures) ? `## Costs\n\n${costs(figures)}` : "",
   skips.length > 0 ? `## What skipping saves
 
