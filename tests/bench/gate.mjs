@@ -66,9 +66,9 @@ export const figuresOf = (lines) => ({ ...accuracyFigures(lines.filter((l) => l.
 
 const percent = (ratio) => `${ratio >= 1 ? "+" : "−"}${(100 * Math.abs(ratio - 1)).toPrecision(3)} %`;
 
-function movement(name, then, now) {
+function movement(name, then, now, slack) {
   const { floor, noises, still } = KINDS[then.kind], ratio = now.value / then.value, moved = Math.log(ratio), noise = then.noise ?? 0;
-  const allowed = Math.max(floor, noises * noise), beyond = noise > 0 ? Math.abs(moved) / noise : Infinity;
+  const allowed = Math.max(floor, noises * noise) * (then.kind === "time" ? slack : 1), beyond = noise > 0 ? Math.abs(moved) / noise : Infinity;
   const verdict = !Number.isFinite(moved) ? "worse" : moved > Math.log1p(allowed) ? "worse" : Math.abs(moved) <= still ? "still"
     : moved < -Math.log1p(allowed) ? "better" : "moved";
   return { name, kind: then.kind, then: then.value, now: now.value, ratio, noise, beyond, allowed, verdict };
@@ -76,9 +76,9 @@ function movement(name, then, now) {
 
 // What moved beside the committed figures {figures: {name: {value, noise, kind}}}: {moved: [...], missing: names that
 // were not measured, added: names that are not committed}.
-export function compared(committed, found) {
+export function compared(committed, found, slack = 1) {
   const names = Object.keys(committed.figures);
-  return { moved: names.filter((n) => found[n]).map((n) => movement(n, committed.figures[n], found[n])),
+  return { moved: names.filter((n) => found[n]).map((n) => movement(n, committed.figures[n], found[n], slack)),
     missing: names.filter((n) => !found[n]), added: Object.keys(found).filter((n) => !committed.figures[n]) };
 }
 
@@ -91,9 +91,10 @@ export function read(path, mode) {
   return existsSync(path) ? JSON.parse(readFileSync(path, "utf8"))[mode] ?? null : null;
 }
 
-// Says what moved; true when nothing got worse than is allowed. all: whether every committed figure must be there.
-export function judge(committed, lines, all, say) {
-  const result = compared(committed, figuresOf(lines)), of = (verdict) => result.moved.filter((m) => m.verdict === verdict);
+// Says what moved; true when nothing got worse than is allowed. all: whether every committed figure must be there;
+// slack: how many times as far times may go.
+export function judge(committed, lines, all, say, slack) {
+  const result = compared(committed, figuresOf(lines), slack), of = (verdict) => result.moved.filter((m) => m.verdict === verdict);
   for (const m of [...of("worse"), ...of("better"), ...of("moved")]) say(sentence(m));
   if (all) for (const name of result.missing) say(`missing: ${name} was not measured`);
   if (all && result.added.length > 0) say(`${result.added.length} figures are not committed yet`);
