@@ -16,7 +16,7 @@ void channel_destroy(struct channel **channel);
 /* Both sides have shown that they have the key. */
 bool channel_is_up(const struct channel *c);
 
-/* Bytes that came from the peer. ERR_MEMORY. */
+/* Bytes that came from the peer. ERR_MEMORY, ERR_LIMIT. */
 int channel_feed(struct channel *c, const void *data, size_t size_bytes);
 
 /* Goes on with the handshake, then gives plain bytes. ERR_INCOMPLETE: more must come first;

@@ -72,6 +72,16 @@ static int write_all(int fd, const char *text, size_t size_bytes)
     return fsync(fd);
 }
 
+/* Whoever could read the old file can read the new one; nobody else. */
+static int keep_readers(int fd, const char *path)
+{
+    struct stat old;
+    if (stat(path, &old) != 0) return errno == ENOENT ? 0 : -1;
+    if (old.st_uid != geteuid() || old.st_gid != getegid())
+        if (fchown(fd, old.st_uid, old.st_gid) != 0) return -1;
+    return fchmod(fd, old.st_mode & 0640);
+}
+
 int secret_file_write(const char *path, const char *text, size_t size_bytes, struct fault *fault)
 {
     char beside[4096];
@@ -80,7 +90,7 @@ int secret_file_write(const char *path, const char *text, size_t size_bytes, str
         return fault_set(fault, ERR_LIMIT, "", "the file's path is too long");
     int fd = mkostemp(beside, O_CLOEXEC); /* mode 600 */
     if (fd < 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
-    int failed = write_all(fd, text, size_bytes);
+    int failed = write_all(fd, text, size_bytes) || keep_readers(fd, path);
     failed |= close(fd);
     if (!failed) failed = rename(beside, path);
     if (!failed) return 0;

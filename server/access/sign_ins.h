@@ -1,6 +1,6 @@
 #pragma once
-/* Browsers that have signed in: a random cookie stands for a token until it is signed out, has not
- * been seen for long, or the server ends. Only its hash is kept, and in memory alone. */
+/* Browsers that have signed in: a random cookie stands for a token until it is signed out, its
+ * hours are over, or the server ends. Only its hash is kept, and in memory alone. */
 #include <stdint.h>
 
 #include "proto/digest.h"

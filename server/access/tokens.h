@@ -26,7 +26,7 @@ enum role {
 #define TOKEN_TEXT_BYTES 68 /* of one that we make, with its end */
 
 struct token {
-    char name[TOKEN_NAME_BYTES]; /* for people: letters as a tenant's, and '.' */
+    char name[TOKEN_NAME_BYTES]; /* for people: as a tenant's, with capitals and '.' */
     char tenant[JOB_OWNER_BYTES];
     enum role role;
     struct digest hash;

@@ -22,8 +22,10 @@ static bool stays_here(const char *url)
     if (strncmp(url, "http://", 7) != 0) return strncmp(url, "https://", 8) == 0;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         const size_t n = strlen(names[i]);
-        const char after = strncmp(url + 7, names[i], n) == 0 ? url[7 + n] : 'x';
-        if (after == ':' || after == '/' || after == '\0') return true;
+        if (strncmp(url + 7, names[i], n) != 0) continue;
+        const char *after = url + 7 + n;
+        if (*after == ':') after += 1 + strspn(after + 1, "0123456789");
+        if (*after == '/' || *after == '\0') return true; /* and no "@HOST" */
     }
     return false;
 }

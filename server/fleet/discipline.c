@@ -5,21 +5,40 @@
 
 #include "server/fleet/fleet_work.h"
 
-void fleet_struck(void *ctx, struct session *s, enum strike kind)
+static bool has_others(const struct fleet *fleet, const struct session *s)
 {
-    struct fleet *fleet = ctx;
-    const uint64_t now_ms = uv_now(fleet->loop);
-    if (fleet->closing) return;
-    fleet->totals.strikes[kind]++;
-    if (!conduct_strike(&fleet->conduct, s->hello.name, s->local, kind, now_ms)) return;
-    fleet->totals.quarantined++;
-    session_quarantine(s, now_ms + CONDUCT_QUARANTINE_MS);
+    for (size_t i = 0; i < fleet->session_count; i++)
+        if (fleet->sessions[i] != s && session_may_work(fleet->sessions[i])) return true;
+    return false;
 }
 
-void fleet_strike(struct fleet *fleet, uint64_t worker)
+/* A slow worker, or one on a machine that sleeps, is better than none. */
+static bool is_slowness(enum strike kind)
+{
+    return kind == STRIKE_SILENT || kind == STRIKE_STALLED;
+}
+
+static bool strike(struct fleet *fleet, struct session *s, enum strike kind)
+{
+    const uint64_t now_ms = uv_now(fleet->loop);
+    if (fleet->closing) return false;
+    fleet->totals.strikes[kind]++;
+    if (is_slowness(kind) && !has_others(fleet, s)) return false;
+    if (!conduct_strike(&fleet->conduct, s->hello.name, s->local, kind, now_ms)) return false;
+    fleet->totals.quarantined++;
+    session_quarantine(s, now_ms + CONDUCT_QUARANTINE_MS);
+    return true;
+}
+
+void fleet_struck(void *ctx, struct session *s, enum strike kind)
+{
+    strike(ctx, s, kind);
+}
+
+bool fleet_strike(struct fleet *fleet, uint64_t worker)
 {
     struct session *s = fleet_find_session(fleet, worker);
-    if (s) fleet_struck(fleet, s, STRIKE_CORRUPT);
+    return s && strike(fleet, s, STRIKE_CORRUPT);
 }
 
 void fleet_forgive(struct fleet *fleet)
@@ -28,7 +47,7 @@ void fleet_forgive(struct fleet *fleet)
         struct session *s = fleet->sessions[i];
         const struct conduct_record *record =
             conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
-        if (!record || record->last != STRIKE_CORRUPT) continue;
+        if (!record) continue;
         conduct_forgive(&fleet->conduct, s->hello.name, s->local);
         session_quarantine(s, 0);
     }

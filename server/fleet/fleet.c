@@ -12,6 +12,7 @@
 #define DEFAULT_STALL_MS    10000u
 #define TICK_MAX_MS         250u
 #define TICK_MIN_MS         10u
+#define GREETING_MOST       256u /* TCP links whose HELLO is awaited */
 #define WORKER_ID_LIFE_BITS 24
 
 /* ---- sessions ---- */
@@ -88,10 +89,25 @@ static void session_closed(void *ctx, struct session *s)
     release_one(fleet);
 }
 
+/* Whoever dials may be anybody until its HELLO: of too many the one that has waited longest goes. */
+static void make_room(struct fleet *fleet)
+{
+    struct session *oldest = NULL;
+    unsigned greeting = 0;
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        struct session *s = fleet->sessions[i];
+        if (s->state != SESSION_GREETING || s->local) continue;
+        if (!oldest) oldest = s;
+        greeting++;
+    }
+    if (greeting >= GREETING_MOST) session_drop(oldest);
+}
+
 static void on_incoming(void *ctx, struct listener *l)
 {
     struct fleet *fleet = ctx;
     struct session *s = NULL;
+    make_room(fleet);
     if (reserve_session(fleet) != 0 ||
         session_create(fleet->loop, l->tcp, l->tcp && fleet->keyed ? &fleet->key : NULL,
                        fleet->next_id, &fleet->host, &fleet->totals, &s) != 0)

@@ -98,10 +98,10 @@ void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
 /* Whoever takes a worker back from a quarantine forgives it all strikes. ERR_NOT_FOUND */
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain);
 
-/* Holds a result that does not fit its plan against the worker (conduct.h), which may end up in
- * quarantine. */
-void fleet_strike(struct fleet *fleet, uint64_t worker);
-/* Takes all workers back that are in quarantine for such results. */
+/* Holds a result that does not fit its plan against the worker (conduct.h). True when it is put into
+ * quarantine for it. */
+bool fleet_strike(struct fleet *fleet, uint64_t worker);
+/* Takes all workers back that are in quarantine. */
 void fleet_forgive(struct fleet *fleet);
 
 /* What a worker calls itself; borrowed until the loop turns. NULL: it is not known (any more). */

@@ -189,11 +189,11 @@ static void open_sealed(struct session *s)
         const int e = space ? channel_read(s->channel, space, space_bytes, &got) : ERR_MEMORY;
         wake(s); /* it may have words of its own to send */
         if (e == ERR_INCOMPLETE) return;
-        if (e == ERR_IO)
+        if (e) {
+            /* The line's fault, or somebody's on it, or ours: never the worker's. */
             session_end(s, SESSION_BROKE);
-        else if (e)
-            end_corrupt(s, e);
-        if (e) return;
+            return;
+        }
         frame_inbox_filled(&s->inbox, got);
         digest_inbox(s);
     }
@@ -244,7 +244,7 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
     } else if (channel_feed(s->channel, buf->base, (size_t)size_bytes) == 0) {
         open_sealed(s);
     } else {
-        end_corrupt(s, ERR_CORRUPT);
+        session_end(s, SESSION_BROKE);
     }
     if (session_is_listening(s) && !may_read(s)) pause_reading(s);
 }

@@ -65,8 +65,9 @@ enum problem_id problem_of_document(const struct fault *fault)
     case ERR_MEMORY:
     case ERR_IO:
     case ERR_NO_SPACE:
-    case ERR_STATE:
         return problem_of_trouble(fault->code);
+    case ERR_STATE:
+        return PROBLEM_DRAINING;
     default:
         return PROBLEM_INVALID;
     }

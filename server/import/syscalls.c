@@ -1,6 +1,7 @@
 #include "server/import/syscalls.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -26,6 +27,13 @@
 #define ALLOW_NOT_EXEC(name)                                                                       \
     BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_##name, 0, 4), LOAD(args[2]),                          \
         BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, PROT_EXEC, 0, 1), REFUSE(EPERM),                      \
+        RETURN(SECCOMP_RET_ALLOW)
+
+/* So is fcntl, but for commands by which the kernel would signal somebody. */
+#define FCNTL_REFUSED(command) BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, (command), 0, 1), REFUSE(EPERM)
+#define ALLOW_FCNTL                                                                                \
+    BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_fcntl, 0, 10), LOAD(args[1]), FCNTL_REFUSED(F_SETOWN), \
+        FCNTL_REFUSED(F_SETSIG), FCNTL_REFUSED(F_SETOWN_EX), FCNTL_REFUSED(F_SETLEASE),            \
         RETURN(SECCOMP_RET_ALLOW)
 
 /* abort() signals the thread itself; `pid` is where our own number goes. */
@@ -57,7 +65,7 @@ int syscalls_confine(void)
         ALLOW(open),
         ALLOW(close),
         ALLOW(dup),
-        ALLOW(fcntl),
+        ALLOW_FCNTL,
         ALLOW(read),
         ALLOW(pread64),
         ALLOW(readv),

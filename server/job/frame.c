@@ -62,6 +62,10 @@ int frame_create(const struct frame_options *options, struct frame **out)
     f->options = *options;
     f->plan = *options->plan;
     f->options.plan = &f->plan;
+    if (options->metadata.job) { /* the job may end before its files are written */
+        snprintf(f->fingerprint, sizeof f->fingerprint, "%s", options->metadata.job);
+        f->options.metadata.job = f->fingerprint;
+    }
     f->state = FRAME_QUEUED;
     bytes_writer_init(&f->plan_bytes);
     plan_encode(&f->plan_bytes, &f->plan);

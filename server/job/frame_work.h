@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 
 #include "server/film/film.h"
+#include "server/job/fingerprint.h"
 #include "server/job/frame.h"
 #include "server/job/rounds.h"
 #include "server/job/tile_queue.h"
@@ -83,8 +84,9 @@ struct frame {
     uint32_t blocks_out; /* on the team */
     uint32_t tasks;      /* on the team, of any kind */
     bool held;
-    bool complete;       /* of a frame that is kept */
-    bool given_up;       /* by its workers */
+    bool complete; /* of a frame that is kept */
+    bool given_up; /* by its workers */
+    char fingerprint[FINGERPRINT_BYTES];
     atomic_bool dropped; /* the team skips what is queued */
 };
 

@@ -50,6 +50,14 @@ static void destroy(struct import_process *p)
     free(p);
 }
 
+/* What passes is tried again; a program that is not there, or cannot be run, is not. */
+static int error_of_spawn(int error)
+{
+    if (error == UV_ENOMEM) return ERR_MEMORY;
+    return error == UV_EAGAIN || error == UV_EMFILE || error == UV_ENFILE ? ERR_IO
+                                                                         : ERR_UNSUPPORTED;
+}
+
 static void start_child(struct import_process *p);
 
 static bool was_killed(const struct import_process *p)
@@ -239,7 +247,8 @@ static void start_child(struct import_process *p)
     init_handles(p);
     int error = spawn(p);
     if (error) {
-        fault_set(&p->fault, ERR_IO, "", "%s: %s", p->options.program, uv_strerror(error));
+        fault_set(&p->fault, error_of_spawn(error), "", "%s: %s", p->options.program,
+                  uv_strerror(error));
         p->exited = p->silent = true;
         check_over(p);
         return;

@@ -68,6 +68,7 @@ static void leave_work(struct live_job *job, struct live_frame *frame)
     statistics_add(&job->statistics, frame_statistics(frame->work));
     statistics_add(&jobs->past, frame_statistics(frame->work));
     jobs_table_close(jobs, frame);
+    frame->again = 0; /* what was to be tried again was this work's */
     if (jobs->fleet) fleet_cancel(jobs->fleet, id);
 }
 
@@ -124,8 +125,7 @@ static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
  * left then, who waits must hear of it. */
 static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t worker)
 {
-    fleet_strike(jobs->fleet, worker);
-    if (fleet_count(jobs->fleet) > 0) return;
+    if (!fleet_strike(jobs->fleet, worker) || fleet_count(jobs->fleet) > 0) return;
     const struct fault *refusal = frame_refusal(work);
     struct fault fault;
     fault_set(

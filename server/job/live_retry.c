@@ -100,7 +100,8 @@ static void try_frames(struct live_job *job)
         struct live_frame *frame = &job->frames[i];
         const enum again what = frame->again;
         frame->again = 0;
-        if (what == AGAIN_STORE && frame->work) frame_store(frame->work);
+        if (what == AGAIN_STORE && frame->work && frame_state(frame->work) == FRAME_ENCODING)
+            frame_store(frame->work);
         if (what == AGAIN_RECORD) live_job_record_frame(job, frame);
         if (!job->frames) return;
     }

@@ -16,6 +16,7 @@ enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
 struct tile_lease {
     uint64_t worker;
     uint32_t generation; /* 0: none */
+    bool alone;          /* given as a suspect: to a worker that held nothing else */
 };
 
 struct tile_entry {
@@ -135,9 +136,10 @@ void tile_queue_destroy(struct tile_queue **queue)
     *queue = NULL;
 }
 
-static uint32_t add_lease(struct tile_entry *t, uint64_t worker)
+static uint32_t add_lease(struct tile_entry *t, uint64_t worker, bool alone)
 {
-    const struct tile_lease lease = {.worker = worker, .generation = ++t->generation};
+    const struct tile_lease lease = {
+        .worker = worker, .generation = ++t->generation, .alone = alone};
     t->leases[t->leases[0].generation != 0] = lease;
     return lease.generation;
 }
@@ -161,7 +163,7 @@ bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uin
     struct tile_entry *t = &q->tiles[*tile];
     assert(t->state == TILE_WAITING);
     t->state = TILE_LEASED;
-    *generation = add_lease(t, worker);
+    *generation = add_lease(t, worker, tile_queue_is_suspect(q, *tile));
     return true;
 }
 
@@ -173,8 +175,7 @@ bool tile_queue_is_suspect(const struct tile_queue *q, uint32_t tile)
 
 bool tile_queue_gives_suspect(const struct tile_queue *q)
 {
-    return q->returned_count > 0 &&
-           tile_queue_is_suspect(q, q->returned[q->returned_count - 1]);
+    return q->returned_count > 0 && tile_queue_is_suspect(q, q->returned[q->returned_count - 1]);
 }
 
 void tile_queue_survived(struct tile_queue *q, uint64_t worker)
@@ -189,7 +190,7 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
     if (!t || t->state != TILE_LEASED || t->leases[1].generation != 0) return false;
     if (tile_queue_is_suspect(q, tile)) return false;
     if (t->leases[0].generation != of_generation || t->leases[0].worker == worker) return false;
-    *generation = add_lease(t, worker);
+    *generation = add_lease(t, worker, false);
     q->copied++;
     return true;
 }
@@ -341,14 +342,25 @@ void tile_queue_reject(struct tile_queue *q, uint32_t tile)
     put_back(q, &q->tiles[tile]);
 }
 
+static bool is_alone(const struct tile_queue *q, uint32_t tile, uint32_t generation)
+{
+    for (int i = 0; i < TILE_LEASES && tile < q->count; i++)
+        if (q->tiles[tile].leases[i].generation == generation)
+            return q->tiles[tile].leases[i].alone;
+    return false;
+}
+
 enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                    uint32_t generation, enum tile_cause cause)
 {
+    const bool alone = is_alone(q, tile, generation);
     struct tile_entry *t = end_lease(q, worker, tile, generation);
     if (!t) return TILE_GOES_ON;
     put_back(q, t);
     if (cause == TILE_INNOCENT) return TILE_GOES_ON;
-    if (cause == TILE_DIED) tile_deaths_add(&q->deaths, tile, worker);
+    /* The first makes it a suspect; from then on those count that held nothing else. */
+    if (cause == TILE_DIED && (alone || !tile_queue_is_suspect(q, tile)))
+        tile_deaths_add(&q->deaths, tile, worker);
     if (tile_deaths_of(&q->deaths, tile) >= TILE_QUEUE_DEATHS) return TILE_IS_DEADLY;
     return ++t->returns < TILE_QUEUE_RETURNS ? TILE_GOES_ON : TILE_CAME_BACK_OFTEN;
 }

@@ -33,8 +33,8 @@ static int sync_parent(const char *path)
     memcpy(parent, path, n);
     parent[n] = '\0';
     int fd = open(parent, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return ERR_IO;
-    int error = fsync(fd) ? ERR_IO : 0;
+    if (fd < 0) return error_of_errno(errno);
+    int error = fsync(fd) ? error_of_errno(errno) : 0;
     close(fd);
     return error;
 }
@@ -48,7 +48,7 @@ static int make_parents(char *path, size_t from)
         if (mkdir(path, 0700) == 0)
             error = sync_parent(path);
         else if (errno != EEXIST)
-            error = ERR_IO;
+            error = error_of_errno(errno);
         *slash = '/';
     }
     return error;
@@ -61,7 +61,7 @@ int asset_owners_add(const struct objects *o, const char *owner, const struct di
     int error = make_parents(path, strlen(o->dir));
     if (error) return error;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (fd < 0) return errno == EEXIST ? 0 : ERR_IO;
+    if (fd < 0) return errno == EEXIST ? 0 : error_of_errno(errno);
     close(fd);
     return sync_parent(path);
 }

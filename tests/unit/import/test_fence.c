@@ -158,6 +158,14 @@ static int run_own_code(void)
     return writable != MAP_FAILED || mprotect(later, 4096, PROT_READ | PROT_EXEC) == 0;
 }
 
+/* The kernel would signal whoever owns a file when it can be read. */
+static int own_signals(void)
+{
+    const struct f_owner_ex owner = {F_OWNER_PID, 1};
+    return fcntl(0, F_SETOWN, 1) == 0 || fcntl(0, F_SETOWN_EX, &owner) == 0 ||
+           fcntl(0, F_SETSIG, SIGKILL) == 0 || fcntl(0, F_GETFD) < 0;
+}
+
 static int raise_limits(void)
 {
     const struct rlimit more = {RLIM_INFINITY, RLIM_INFINITY};
@@ -197,7 +205,7 @@ static bool has_landlock(void)
 static void what_it_may_not_have_it_does_not_get(void **state)
 {
     (void)state;
-    static int (*const acts[])(void) = {run_own_code, raise_limits,  read_outside,
+    static int (*const acts[])(void) = {run_own_code, own_signals,   raise_limits, read_outside,
                                         write_root,   write_outside, read_proc};
     if (UNDER_SANITIZER || !has_landlock()) skip();
     for (size_t i = 0; i < sizeof acts / sizeof acts[0]; i++) {
