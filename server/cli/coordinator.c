@@ -111,6 +111,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
     int error = team_create(&c->loop, "team", options->team_threads, &c->team);
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
+                                .log = options->log,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
@@ -143,6 +144,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                      struct fault *fault)
 {
     struct http_options http = {.loop = &c->loop,
+                                .log = options->log,
                                 .listen = options->listen,
                                 .tokens_path = options->tokens,
                                 .certificate_path = options->certificate,

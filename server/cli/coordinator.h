@@ -5,10 +5,12 @@
 
 #include "proto/error.h"
 #include "server/cli/places.h"
+#include "server/log/log.h"
 
 struct coordinator;
 
 struct coordinator_options {
+    struct log *log;               /* must outlive the coordinator; NULL: none */
     const struct places *places;   /* must outlive the coordinator */
     const char *listen;            /* HTTP, "ADDR:PORT" */
     const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */

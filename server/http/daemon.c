@@ -280,6 +280,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     struct http *http = calloc(1, sizeof *http);
     if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     http->options = *options;
+    trace_source_init(&http->traces);
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);

@@ -46,6 +46,7 @@ struct http {
     struct access access;
     struct tls tls; /* texts NULL: none */
     struct request_count count;
+    struct trace_source traces;
 };
 
 /* MHD has something to do: it runs before the loop sleeps. */

@@ -4,6 +4,7 @@
 
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
+#include "server/log/log.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
 
@@ -11,6 +12,7 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
+    struct log *log; /* what was asked and answered is told there; NULL: nothing */
     const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
     const char *tokens_path;                 /* NULL: everybody may do everything */
     const char *certificate_path, *key_path; /* PEM; NULL: no TLS */

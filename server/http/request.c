@@ -8,6 +8,7 @@
 #include "server/http/crowd.h"
 #include "server/http/etag.h"
 #include "server/http/guard.h"
+#include "server/http/request_log.h"
 #include "server/http/static_files.h"
 
 #define UPLOADS_MOST 64u /* files that arrive at once: each holds a descriptor and a hash */
@@ -51,6 +52,7 @@ void request_done(struct request *r)
     if (r->encodes) http->encodings--;
     uint64_t duration_us = r->streams ? 0 : uv_hrtime() / 1000 - r->start_us;
     request_count_add(&http->count, r->match.id, r->status, duration_us);
+    request_log_end(r);
     r->http = NULL;
     if (!r->held) request_free(r);
 }
@@ -262,6 +264,7 @@ static bool check(struct request *r, const char *method, const char *version)
 {
     struct body_claim claim;
     r->checked = r->close = true;
+    request_log_begin(r);
     (void)method_from_name(method, &r->method);
     if (!guard_pass(r, version, &claim)) return false;
     r->close = claim.present;
@@ -275,6 +278,7 @@ static bool check(struct request *r, const char *method, const char *version)
 
 static enum MHD_Result queue(struct request *r)
 {
+    request_log_answer(r);
     if (r->http->draining || (r->close && !r->handled))
         response_header(r->response, "Connection", "close");
     if (r->streams) {
