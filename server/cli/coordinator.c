@@ -153,6 +153,8 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .openapi_path =
                                     options->places->openapi[0] ? options->places->openapi : NULL,
                                 .objects = &c->objects,
+                                .store = c->store,
+                                .spools = c->spools,
                                 .team = c->team,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,

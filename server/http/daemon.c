@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "server/http/crowd.h"
@@ -179,9 +180,20 @@ static void on_kick(void *ctx)
     http_kick(ctx);
 }
 
+/* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are whole
+ * milliseconds. */
+static void measure_delay(struct http *http)
+{
+    const uint64_t now_ns = uv_hrtime(), due_ns = http->tick_ns + TICK_MS * 1000000u;
+    if (http->tick_ns)
+        duration_histogram_add(&http->delays, now_ns > due_ns ? (now_ns - due_ns) / 1000 : 0);
+    http->tick_ns = now_ns;
+}
+
 static void on_tick(uv_timer_t *timer)
 {
     struct http *http = timer->data;
+    measure_delay(http);
     uint64_t now = uv_now(http->options.loop);
     for (struct peer *p = http->peers; p; p = p->next)
         if (p->deadline_ms && p->deadline_ms <= now) expire(p);
@@ -281,6 +293,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     http->options = *options;
     trace_source_init(&http->traces);
+    http->started_s = (uint64_t)time(NULL);
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);

@@ -34,6 +34,7 @@ struct http {
     int port;
     bool draining;
     uint64_t request_ms, upload_ms;
+    uint64_t started_s; /* since 1970 */
     uint64_t start_ns; /* tells tags of this life from another's */
     struct peer *peers;
     struct request *requests;
@@ -46,6 +47,8 @@ struct http {
     struct access access;
     struct tls tls; /* texts NULL: none */
     struct request_count count;
+    uint64_t tick_ns; /* when the last one came; 0: none yet */
+    struct duration_histogram delays; /* of ticks, after their time */
     struct trace_source traces;
 };
 

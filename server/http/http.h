@@ -19,6 +19,8 @@ struct http_options {
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
+    const struct job_store *store; /* for metrics, as are the spools */
+    const struct spools *spools;
     struct team *team; /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;

@@ -50,8 +50,9 @@ void request_done(struct request *r)
     if (r->uploads) http->uploads--;
     http->body_bytes -= r->body_bytes;
     if (r->encodes) http->encodings--;
-    uint64_t duration_us = r->streams ? 0 : uv_hrtime() / 1000 - r->start_us;
-    request_count_add(&http->count, r->match.id, r->status, duration_us);
+    request_count_add(&http->count, r->match.id, r->status);
+    if (!r->streams && r->status)
+        request_count_time(&http->count, r->match.id, uv_hrtime() / 1000 - r->start_us);
     request_log_end(r);
     r->http = NULL;
     if (!r->held) request_free(r);
