@@ -198,6 +198,7 @@ static void on_tick(uv_timer_t *timer)
     for (struct peer *p = http->peers; p; p = p->next)
         if (p->deadline_ms && p->deadline_ms <= now) expire(p);
     lingering_tick(&http->lingering);
+    readiness_tick(http);
     streams_tick(http->options.streams);
 }
 
@@ -343,6 +344,13 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)
     return error;
 }
 
+unsigned http_in_work(const struct http *http)
+{
+    unsigned count = 0;
+    for (const struct request *r = http->requests; r; r = r->next) count += r->checked;
+    return count;
+}
+
 void http_drain(struct http *http)
 {
     http->draining = true;
@@ -350,10 +358,14 @@ void http_drain(struct http *http)
     http_kick(http);
 }
 
+void http_release(struct http *http)
+{
+    if (--http->open_handles == 0) free(http);
+}
+
 static void on_closed(uv_handle_t *handle)
 {
-    struct http *http = handle->data;
-    if (--http->open_handles == 0) free(http);
+    http_release(handle->data);
 }
 
 /* MHD stops only when no connection sleeps: those that wait for an answer get one. */

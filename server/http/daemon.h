@@ -6,6 +6,7 @@
 #include "server/http/access.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
+#include "server/http/readiness.h"
 #include "server/http/request_count.h"
 #include "server/http/tls.h"
 
@@ -46,6 +47,7 @@ struct http {
     struct lingering lingering;
     struct access access;
     struct tls tls; /* texts NULL: none */
+    struct readiness readiness;
     struct request_count count;
     uint64_t tick_ns; /* when the last one came; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */
@@ -54,6 +56,9 @@ struct http {
 
 /* MHD has something to do: it runs before the loop sleeps. */
 void http_kick(struct http *http);
+
+/* One of open_handles has gone; with the last of a destroyed one it is freed. */
+void http_release(struct http *http);
 
 /* Sets the connection's deadline; 0 ms: none. */
 void peer_deadline(struct peer *peer, uint64_t ms);

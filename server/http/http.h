@@ -38,4 +38,6 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 /* Answers new requests with 503 (but /livez, /readyz and /metrics), ends streams; then destroy,
  * after which the loop must run once more. The process ignores SIGPIPE. streams must outlive it. */
 void http_drain(struct http *http);
+/* Requests whose answers have not gone out. */
+unsigned http_in_work(const struct http *http);
 void http_destroy(struct http **http);

@@ -93,6 +93,13 @@ void request_json(struct request *r, unsigned status, json_t *body)
     json_decref(body);
 }
 
+void request_ok(struct request *r)
+{
+    struct MHD_Response *response = response_of_copy("{\"status\":\"ok\"}", 15, "application/json");
+    if (response) response_header(response, "Cache-Control", "no-store");
+    request_answer(r, 200, response);
+}
+
 void request_problem(struct request *r, enum problem_id id, const char *detail, const char *pointer)
 {
     json_t *body = problem_json(id, detail, pointer);

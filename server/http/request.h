@@ -66,6 +66,7 @@ void request_done(struct request *r);
 /* Answers. The response is taken; NULL becomes an internal error. */
 void request_answer(struct request *r, unsigned status, struct MHD_Response *response);
 void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
+void request_ok(struct request *r); /* {status: "ok"}, not to be kept */
 void request_problem(struct request *r, enum problem_id id, const char *detail,
                      const char *pointer);
 /* Something of the server's own that failed: an ERR_ code. What passes by itself (a full disk) is
