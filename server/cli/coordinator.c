@@ -8,8 +8,10 @@
 
 #include "server/http/http.h"
 
-/* What is being answered when the end begins has this long to get out. */
-#define FAREWELL_MS 100
+/* Who watches learns of the end; then what is being answered when it begins has so long to get out.
+ */
+#define FAREWELL_MS      100
+#define FAREWELL_MOST_MS 10000
 
 struct coordinator {
     uv_loop_t loop;
@@ -25,6 +27,7 @@ struct coordinator {
     struct http *http;
     void (*stopping)(int signal);
     void (*reloaded)(size_t count, const struct fault *fault);
+    uint64_t ending_ms; /* of the loop's clock: since when */
     bool ending, closed;
 };
 
@@ -46,7 +49,9 @@ static void close_rooms(struct coordinator *c)
 
 static void on_farewell(uv_timer_t *timer)
 {
-    close_rooms(timer->data);
+    struct coordinator *c = timer->data;
+    const bool is_late = uv_now(&c->loop) - c->ending_ms >= FAREWELL_MOST_MS;
+    if (!c->closed && (is_late || http_in_work(c->http) == 0)) close_rooms(c);
 }
 
 static void on_signal(uv_signal_t *handle, int signal)
@@ -56,7 +61,8 @@ static void on_signal(uv_signal_t *handle, int signal)
     c->ending = true;
     if (c->stopping) c->stopping(signal);
     http_drain(c->http);
-    uv_timer_start(&c->farewell, on_farewell, FAREWELL_MS, 0);
+    c->ending_ms = uv_now(&c->loop);
+    uv_timer_start(&c->farewell, on_farewell, FAREWELL_MS, FAREWELL_MS);
 }
 
 static void on_hangup(uv_signal_t *handle, int signal)
@@ -111,6 +117,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
     int error = team_create(&c->loop, "team", options->team_threads, &c->team);
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
+                                .log = options->log,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
@@ -143,6 +150,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                      struct fault *fault)
 {
     struct http_options http = {.loop = &c->loop,
+                                .log = options->log,
                                 .listen = options->listen,
                                 .tokens_path = options->tokens,
                                 .certificate_path = options->certificate,
@@ -151,6 +159,8 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .openapi_path =
                                     options->places->openapi[0] ? options->places->openapi : NULL,
                                 .objects = &c->objects,
+                                .store = c->store,
+                                .spools = c->spools,
                                 .team = c->team,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,

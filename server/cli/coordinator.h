@@ -5,10 +5,12 @@
 
 #include "proto/error.h"
 #include "server/cli/places.h"
+#include "server/log/log.h"
 
 struct coordinator;
 
 struct coordinator_options {
+    struct log *log;               /* must outlive the coordinator; NULL: none */
     const struct places *places;   /* must outlive the coordinator */
     const char *listen;            /* HTTP, "ADDR:PORT" */
     const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
@@ -29,8 +31,8 @@ int coordinator_create(const struct coordinator_options *options, struct coordin
 int coordinator_http_port(const struct coordinator *c);
 int coordinator_worker_port(const struct coordinator *c); /* 0: none */
 
-/* Serves until SIGTERM or SIGINT, then ends in order: answers in flight go out, work stops where it
- * can go on from disk, workers leave. A second signal ends the process at once. `stopping` (may be
- * NULL) is called at the first. */
+/* Serves until SIGTERM or SIGINT, then ends in order: what is being asked is answered (for 10 s at
+ * most), work stops where it can go on from disk, workers leave. A second signal ends the process at
+ * once. `stopping` (may be NULL) is called at the first. */
 void coordinator_run(struct coordinator *c, void (*stopping)(int signal));
 void coordinator_destroy(struct coordinator **c);

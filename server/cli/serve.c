@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/prctl.h>
-#include <time.h>
 #include <unistd.h>
 #include <uv.h>
 
@@ -13,23 +12,17 @@
 #include "server/cli/coordinator.h"
 #include "server/cli/option.h"
 
-static bool quiet;
+static struct log server_log = {.fd = STDERR_FILENO};
 
-/* One line a fact: time, level, what, details as key=value. */
-static void log_line(const char *level, const char *what, const char *details)
+static void tell(enum log_level level, const char *what, const char *detail)
 {
-    char time_text[32];
-    struct tm parts;
-    time_t now = time(NULL);
-    if (quiet && !strcmp(level, "info")) return;
-    gmtime_r(&now, &parts);
-    strftime(time_text, sizeof time_text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    fprintf(stderr, "%s %s %s%s%s\n", time_text, level, what, *details ? " " : "", details);
+    const struct log_field field = {"detail", detail, 0};
+    log_write(&server_log, level, what, NULL, &field, 1);
 }
 
 static void on_stopping(int signal)
 {
-    log_line("info", "stopping", strsignal(signal));
+    tell(LOG_INFO, "stopping", strsignal(signal));
 }
 
 static void log_fault(const char *what, const struct fault *fault)
@@ -37,7 +30,7 @@ static void log_fault(const char *what, const struct fault *fault)
     char text[LIMIT_POINTER_BYTES + LIMIT_DETAIL_BYTES + 2];
     snprintf(text, sizeof text, "%s%s%s", fault->pointer, fault->pointer[0] ? ": " : "",
              fault->detail[0] ? fault->detail : error_text(fault->code));
-    log_line("error", what, text);
+    tell(LOG_ERROR, what, text);
 }
 
 static int refuse(const struct fault *fault)
@@ -48,27 +41,27 @@ static int refuse(const struct fault *fault)
 
 static void on_reloaded(size_t count, const struct fault *fault)
 {
-    char details[64];
-    snprintf(details, sizeof details, "tokens=%zu", count);
+    const struct log_field field = {"tokens", NULL, (double)count};
     if (fault)
         log_fault("tokens kept as they were", fault);
     else
-        log_line("info", "tokens read again", details);
+        log_write(&server_log, LOG_INFO, "tokens read again", NULL, &field, 1);
 }
 
 /* What `render` and other parents wait for. */
 static void announce(const struct coordinator *c, const struct coordinator_options *options)
 {
-    char details[PLACES_PATH_BYTES + 128];
     const char *listen = options->listen;
     int host = (int)(strrchr(listen, ':') - listen);
     printf("listening on %s://%.*s:%d\n", options->key ? "https" : "http", host, listen,
            coordinator_http_port(c));
     fflush(stdout);
-    snprintf(details, sizeof details, "build=%s pid=%d workers=%u worker_port=%d data=%s",
-             build_id(), (int)getpid(), options->workers, coordinator_worker_port(c),
-             options->places->data);
-    log_line("info", "serving", details);
+    const struct log_field fields[] = {{"build", build_id(), 0},
+                                       {"pid", NULL, getpid()},
+                                       {"workers", NULL, options->workers},
+                                       {"worker_port", NULL, coordinator_worker_port(c)},
+                                       {"data", options->places->data, 0}};
+    log_write(&server_log, LOG_INFO, "serving", NULL, fields, sizeof fields / sizeof fields[0]);
 }
 
 static int serve(const struct coordinator_options *options)
@@ -80,7 +73,7 @@ static int serve(const struct coordinator_options *options)
     announce(c, options);
     coordinator_run(c, on_stopping);
     coordinator_destroy(&c);
-    log_line("info", "stopped", "");
+    tell(LOG_INFO, "stopped", "");
     return 0;
 }
 
@@ -88,7 +81,8 @@ int cli_serve(int argc, char **argv)
 {
     static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web, *tokens, *cert, *key,
                       *worker_key;
-    static bool with_parent;
+    static const char *format = "text";
+    static bool with_parent, quiet;
     long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
     const struct option_line lines[] = {
         {"listen", 0, OPTION_TEXT, "ADDR:PORT",
@@ -116,6 +110,8 @@ int cli_serve(int argc, char **argv)
          "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
          &worker_key},
         {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &web},
+        {"log-format", 0, OPTION_TEXT, "FORMAT",
+         "of the log on stderr: text, or json (an object a line); default text", 0, 0, &format},
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &quiet},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
          0, &with_parent},
@@ -135,11 +131,17 @@ int cli_serve(int argc, char **argv)
         fprintf(stderr, "--tls-cert and --tls-key go together\n");
         return 2;
     }
+    if (!log_format_from_name(format, &server_log.format)) {
+        fprintf(stderr, "--log-format: \"%.64s\" is none: text and json are\n", format);
+        return 2;
+    }
+    if (quiet) server_log.least = LOG_ERROR;
     signal(SIGPIPE, SIG_IGN);
     if (with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (places_find(data, web, &places, &fault) != 0) return refuse(&fault);
     if (threads == 0 && workers > 0) threads = (cores + workers - 1) / workers;
-    const struct coordinator_options options = {.places = &places,
+    const struct coordinator_options options = {.log = &server_log,
+                                                .places = &places,
                                                 .listen = listen,
                                                 .tokens = tokens,
                                                 .certificate = cert,

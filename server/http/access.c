@@ -131,7 +131,7 @@ bool access_pass(struct request *r)
     const enum role wanted = access_role_of(r->match.id);
     bool claimed = false;
     if (!r->http->access.path) {
-        r->asker = (struct asker){.sees_all = true};
+        r->asker.sees_all = true;
         return true;
     }
     const struct token *token = identify(r, &claimed);

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "server/http/crowd.h"
@@ -179,13 +180,25 @@ static void on_kick(void *ctx)
     http_kick(ctx);
 }
 
+/* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are whole
+ * milliseconds. */
+static void measure_delay(struct http *http)
+{
+    const uint64_t now_ns = uv_hrtime(), due_ns = http->tick_ns + TICK_MS * 1000000u;
+    if (http->tick_ns)
+        duration_histogram_add(&http->delays, now_ns > due_ns ? (now_ns - due_ns) / 1000 : 0);
+    http->tick_ns = now_ns;
+}
+
 static void on_tick(uv_timer_t *timer)
 {
     struct http *http = timer->data;
+    measure_delay(http);
     uint64_t now = uv_now(http->options.loop);
     for (struct peer *p = http->peers; p; p = p->next)
         if (p->deadline_ms && p->deadline_ms <= now) expire(p);
     lingering_tick(&http->lingering);
+    readiness_tick(http);
     streams_tick(http->options.streams);
 }
 
@@ -280,6 +293,8 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     struct http *http = calloc(1, sizeof *http);
     if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     http->options = *options;
+    trace_source_init(&http->traces);
+    http->started_s = (uint64_t)time(NULL);
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
@@ -329,6 +344,13 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)
     return error;
 }
 
+unsigned http_in_work(const struct http *http)
+{
+    unsigned count = 0;
+    for (const struct request *r = http->requests; r; r = r->next) count += r->checked;
+    return count;
+}
+
 void http_drain(struct http *http)
 {
     http->draining = true;
@@ -336,10 +358,14 @@ void http_drain(struct http *http)
     http_kick(http);
 }
 
+void http_release(struct http *http)
+{
+    if (--http->open_handles == 0) free(http);
+}
+
 static void on_closed(uv_handle_t *handle)
 {
-    struct http *http = handle->data;
-    if (--http->open_handles == 0) free(http);
+    http_release(handle->data);
 }
 
 /* MHD stops only when no connection sleeps: those that wait for an answer get one. */

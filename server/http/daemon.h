@@ -6,6 +6,7 @@
 #include "server/http/access.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
+#include "server/http/readiness.h"
 #include "server/http/request_count.h"
 #include "server/http/tls.h"
 
@@ -34,6 +35,7 @@ struct http {
     int port;
     bool draining;
     uint64_t request_ms, upload_ms;
+    uint64_t started_s; /* since 1970 */
     uint64_t start_ns; /* tells tags of this life from another's */
     struct peer *peers;
     struct request *requests;
@@ -45,11 +47,18 @@ struct http {
     struct lingering lingering;
     struct access access;
     struct tls tls; /* texts NULL: none */
+    struct readiness readiness;
     struct request_count count;
+    uint64_t tick_ns; /* when the last one came; 0: none yet */
+    struct duration_histogram delays; /* of ticks, after their time */
+    struct trace_source traces;
 };
 
 /* MHD has something to do: it runs before the loop sleeps. */
 void http_kick(struct http *http);
+
+/* One of open_handles has gone; with the last of a destroyed one it is freed. */
+void http_release(struct http *http);
 
 /* Sets the connection's deadline; 0 ms: none. */
 void peer_deadline(struct peer *peer, uint64_t ms);

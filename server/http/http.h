@@ -4,6 +4,7 @@
 
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
+#include "server/log/log.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
 
@@ -11,12 +12,15 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
+    struct log *log; /* what was asked and answered is told there; NULL: nothing */
     const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
     const char *tokens_path;                 /* NULL: everybody may do everything */
     const char *certificate_path, *key_path; /* PEM; NULL: no TLS */
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
+    const struct job_store *store; /* for metrics, as are the spools */
+    const struct spools *spools;
     struct team *team; /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;
@@ -34,4 +38,6 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 /* Answers new requests with 503 (but /livez, /readyz and /metrics), ends streams; then destroy,
  * after which the loop must run once more. The process ignores SIGPIPE. streams must outlive it. */
 void http_drain(struct http *http);
+/* Requests whose answers have not gone out. */
+unsigned http_in_work(const struct http *http);
 void http_destroy(struct http **http);

@@ -21,6 +21,7 @@ static void on_submitted(void *ctx, const struct fault *fault, const char *id, b
         request_fault(r, fault);
         return;
     }
+    snprintf(r->job, sizeof r->job, "%s", id);
     snprintf(path, sizeof path, "/v1/jobs/%s", id);
     json_t *body = json_pack("{s:s, s:s, s:b}", "id", id, "url", path, "existed", (int)existed);
     struct MHD_Response *response = response_of_json(body, "application/json");

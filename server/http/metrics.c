@@ -3,36 +3,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include "proto/build.h"
+#include "server/http/metric_text.h"
+#include "server/http/metrics_host.h"
 #include "server/http/request.h"
-
-static void family(FILE *out, const char *name, const char *type, const char *help)
-{
-    fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
-}
-
-static void single(FILE *out, const char *name, const char *type, const char *help, uint64_t value)
-{
-    family(out, name, type, help);
-    fprintf(out, "%s %" PRIu64 "\n", name, value);
-}
-
-/* A family with one label; values may be scaled to base units. */
-struct sample {
-    const char *label;
-    uint64_t value;
-};
-
-static void labelled(FILE *out, const char *name, const char *label, const struct sample *samples,
-                     size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        fprintf(out, "%s{%s=\"%s\"} %" PRIu64 "\n", name, label, samples[i].label,
-                samples[i].value);
-}
 
 static void cpu(FILE *out, const char *stage, uint64_t us)
 {
@@ -42,37 +17,38 @@ static void cpu(FILE *out, const char *stage, uint64_t us)
 static void write_build(FILE *out)
 {
     const char *isa = build_isa();
-    family(out, "shearwater_build_info", "gauge", "What this build is; always 1.");
+    metric_family(out, "shearwater_build_info", "gauge", "What this build is; always 1.");
     fprintf(out, "shearwater_build_info{build=\"%s\",isa=\"%s\"} 1\n", build_id(),
             isa ? isa : "none");
 }
 
 static void write_jobs(FILE *out, const struct jobs_totals *t)
 {
-    const struct sample now[] = {{"queued", t->queued},
-                                 {"importing", t->importing},
-                                 {"running", t->running},
-                                 {"resting", t->resting}};
-    const struct sample ended[] = {
+    const struct metric_sample now[] = {{"queued", t->queued},
+                                        {"importing", t->importing},
+                                        {"running", t->running},
+                                        {"resting", t->resting}};
+    const struct metric_sample ended[] = {
         {"finished", t->finished}, {"failed", t->failed}, {"cancelled", t->cancelled}};
-    family(out, "shearwater_jobs", "gauge", "Jobs that have not ended, by state.");
-    labelled(out, "shearwater_jobs", "state", now, sizeof now / sizeof now[0]);
-    family(out, "shearwater_jobs_ended_total", "counter", "Jobs that have ended, by state.");
-    labelled(out, "shearwater_jobs_ended_total", "state", ended, 3);
-    single(out, "shearwater_jobs_submitted_total", "counter", "Jobs accepted.", t->submitted);
-    single(out, "shearwater_tiles_done_total", "counter", "Tiles whose samples landed.",
-           t->tiles_done);
-    single(out, "shearwater_tiles_reissued_total", "counter", "Tiles leased again.",
-           t->tiles_reissued);
-    single(out, "shearwater_tiles_copied_total", "counter",
-           "Tiles given to a second worker, since the first was late.", t->tiles_copied);
-    single(out, "shearwater_tiles_resumed_total", "counter",
-           "Tiles taken from disk after a restart, in place of being traced again.",
-           t->tiles_resumed);
-    single(out, "shearwater_results_dropped_total", "counter",
-           "Results that were late, duplicate or foreign.", t->results_dropped);
-    single(out, "shearwater_samples_rejected_total", "counter", "Samples that were not finite.",
-           t->samples_rejected);
+    metric_family(out, "shearwater_jobs", "gauge", "Jobs that have not ended, by state.");
+    metric_labelled(out, "shearwater_jobs", "state", now, sizeof now / sizeof now[0]);
+    metric_family(out, "shearwater_jobs_ended_total", "counter", "Jobs that have ended, by state.");
+    metric_labelled(out, "shearwater_jobs_ended_total", "state", ended, 3);
+    metric_single(out, "shearwater_jobs_submitted_total", "counter", "Jobs accepted.",
+                  t->submitted);
+    metric_single(out, "shearwater_tiles_done_total", "counter", "Tiles whose samples landed.",
+                  t->tiles_done);
+    metric_single(out, "shearwater_tiles_reissued_total", "counter", "Tiles leased again.",
+                  t->tiles_reissued);
+    metric_single(out, "shearwater_tiles_copied_total", "counter",
+                  "Tiles given to a second worker, since the first was late.", t->tiles_copied);
+    metric_single(out, "shearwater_tiles_resumed_total", "counter",
+                  "Tiles taken from disk after a restart, in place of being traced again.",
+                  t->tiles_resumed);
+    metric_single(out, "shearwater_results_dropped_total", "counter",
+                  "Results that were late, duplicate or foreign.", t->results_dropped);
+    metric_single(out, "shearwater_samples_rejected_total", "counter",
+                  "Samples that were not finite.", t->samples_rejected);
 }
 
 static void write_group(FILE *out, const struct counters *c, const char *group, const char *name,
@@ -86,11 +62,12 @@ static void write_group(FILE *out, const struct counters *c, const char *group, 
 
 static void write_work(FILE *out, const struct jobs_totals *t)
 {
-    family(out, "shearwater_rays_total", "counter", "Rays traced, by kind.");
+    metric_family(out, "shearwater_rays_total", "counter", "Rays traced, by kind.");
     write_group(out, &t->counters, "rays", "shearwater_rays_total", "kind");
-    family(out, "shearwater_skipped_total", "counter", "Work that was not needed, by reason.");
+    metric_family(out, "shearwater_skipped_total", "counter",
+                  "Work that was not needed, by reason.");
     write_group(out, &t->counters, "skipped", "shearwater_skipped_total", "reason");
-    family(out, "shearwater_cpu_seconds_total", "counter", "CPU time of jobs, by stage.");
+    metric_family(out, "shearwater_cpu_seconds_total", "counter", "CPU time of jobs, by stage.");
     cpu(out, "import", t->import_cpu_us);
     cpu(out, "build", t->counters.value[COUNTER_BUILD_CPU_US]);
     cpu(out, "trace", t->counters.value[COUNTER_TRACE_CPU_US]);
@@ -109,85 +86,81 @@ static void write_fleet(FILE *out, const struct fleet *fleet)
 {
     struct fleet_totals t;
     fleet_totals(fleet, &t);
-    const struct sample verdicts[] = {{"accepted", t.results},
-                                      {"stale", t.stale},
-                                      {"duplicate", t.duplicate},
-                                      {"foreign", t.foreign},
-                                      {"corrupt", t.corrupt}};
-    single(out, "shearwater_workers", "gauge", "Workers that may work.", fleet_count(fleet));
-    family(out, "shearwater_results_total", "counter", "Results that came, by verdict.");
-    labelled(out, "shearwater_results_total", "verdict", verdicts, 5);
-    single(out, "shearwater_leases_returned_total", "counter", "Tiles that came back unfinished.",
-           t.returned);
-    single(out, "shearwater_workers_refused_total", "counter", "Workers turned away.", t.refused);
-    struct sample strikes[STRIKE_COUNT];
+    const struct metric_sample verdicts[] = {{"accepted", t.results},
+                                             {"stale", t.stale},
+                                             {"duplicate", t.duplicate},
+                                             {"foreign", t.foreign},
+                                             {"corrupt", t.corrupt}};
+    metric_single(out, "shearwater_workers", "gauge", "Workers that may work.", fleet_count(fleet));
+    metric_family(out, "shearwater_results_total", "counter", "Results that came, by verdict.");
+    metric_labelled(out, "shearwater_results_total", "verdict", verdicts, 5);
+    metric_single(out, "shearwater_leases_returned_total", "counter",
+                  "Tiles that came back unfinished.", t.returned);
+    metric_single(out, "shearwater_workers_refused_total", "counter", "Workers turned away.",
+                  t.refused);
+    struct metric_sample strikes[STRIKE_COUNT];
     for (int i = 0; i < STRIKE_COUNT; i++)
-        strikes[i] = (struct sample){strike_name((enum strike)i), t.strikes[i]};
-    family(out, "shearwater_worker_strikes_total", "counter", "What was held against workers.");
-    labelled(out, "shearwater_worker_strikes_total", "kind", strikes, STRIKE_COUNT);
-    single(out, "shearwater_workers_quarantined_total", "counter",
-           "Workers put into quarantine, each after three strikes.", t.quarantined);
-    single(out, "shearwater_workers_respawned_total", "counter", "Local workers started again.",
-           t.respawned);
-    single(out, "shearwater_link_received_bytes_total", "counter", "Bytes from workers.",
-           t.bytes_received);
-    single(out, "shearwater_link_sent_bytes_total", "counter", "Bytes to workers.", t.bytes_sent);
-    single(out, "shearwater_worker_resident_peak_bytes", "gauge",
-           "Most memory that any worker has held.", t.peak_rss_bytes);
+        strikes[i] = (struct metric_sample){strike_name((enum strike)i), t.strikes[i]};
+    metric_family(out, "shearwater_worker_strikes_total", "counter",
+                  "What was held against workers.");
+    metric_labelled(out, "shearwater_worker_strikes_total", "kind", strikes, STRIKE_COUNT);
+    metric_single(out, "shearwater_workers_quarantined_total", "counter",
+                  "Workers put into quarantine, each after three strikes.", t.quarantined);
+    metric_single(out, "shearwater_workers_respawned_total", "counter",
+                  "Local workers started again.", t.respawned);
+    metric_single(out, "shearwater_link_received_bytes_total", "counter", "Bytes from workers.",
+                  t.bytes_received);
+    metric_single(out, "shearwater_link_sent_bytes_total", "counter", "Bytes to workers.",
+                  t.bytes_sent);
+    metric_single(out, "shearwater_worker_resident_peak_bytes", "gauge",
+                  "Most memory that any worker has held.", t.peak_rss_bytes);
+}
+
+/* "none" for requests that met no route. */
+static const char *path_of(int route)
+{
+    return route < ROUTE_COUNT ? route_of((enum route_id)route)->path : "none";
+}
+
+static const char *method_of(int route)
+{
+    return route < ROUTE_COUNT ? method_name(route_of((enum route_id)route)->method) : "none";
 }
 
 static void write_route(FILE *out, const struct http *http, int route)
 {
-    bool known = route < ROUTE_COUNT;
-    const char *path = known ? route_of((enum route_id)route)->path : "none";
-    const char *method = known ? method_name(route_of((enum route_id)route)->method) : "none";
     for (unsigned i = 0; i < STATUS_COUNT; i++)
         if (http->count.ended[route][i])
             fprintf(out,
                     "shearwater_http_requests_total{method=\"%s\",route=\"%s\",status=\"%u\"} "
                     "%" PRIu64 "\n",
-                    method, path, STATUS_FIRST + i, http->count.ended[route][i]);
+                    method_of(route), path_of(route), STATUS_FIRST + i,
+                    http->count.ended[route][i]);
 }
 
 static void write_http(FILE *out, const struct http *http)
 {
-    family(out, "shearwater_http_requests_total", "counter", "Requests, by route and status.");
+    metric_family(out, "shearwater_http_requests_total", "counter",
+                  "Requests, by route and status.");
     for (int route = 0; route <= ROUTE_COUNT; route++) write_route(out, http, route);
-    family(out, "shearwater_http_request_seconds_total", "counter",
-           "Time from request line to end of answer, without streams, by route.");
-    for (int route = 0; route < ROUTE_COUNT; route++)
-        fprintf(out, "shearwater_http_request_seconds_total{method=\"%s\",route=\"%s\"} %.6f\n",
-                method_name(route_of((enum route_id)route)->method),
-                route_of((enum route_id)route)->path,
-                (double)http->count.duration_us[route] * 1e-6);
-    single(out, "shearwater_http_connections", "gauge", "Open connections.", http->connections);
-    single(out, "shearwater_http_connections_cut_total", "counter",
-           "Connections ended for want of room, their request not whole.", http->connections_cut);
-    single(out, "shearwater_http_log_lines_total", "counter",
-           "Complaints of the HTTP library about connections.", http->log_lines);
-    single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",
-           streams_readers(http->options.streams));
-}
-
-static uint64_t resident_bytes(void)
-{
-    unsigned long total = 0, resident = 0;
-    FILE *f = fopen("/proc/self/statm", "re");
-    if (f && fscanf(f, "%lu %lu", &total, &resident) != 2) resident = 0;
-    if (f) fclose(f);
-    return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
-}
-
-static void write_process(FILE *out)
-{
-    struct rusage use;
-    getrusage(RUSAGE_SELF, &use);
-    family(out, "process_cpu_seconds_total", "counter", "CPU time of the coordinator.");
-    fprintf(out, "process_cpu_seconds_total %.6f\n",
-            (double)(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
-                (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec) * 1e-6);
-    single(out, "process_resident_memory_bytes", "gauge", "Memory that the coordinator holds.",
-           resident_bytes());
+    metric_family(out, "shearwater_http_request_duration_seconds", "histogram",
+                  "Time from request line to end of answer, without streams, by route.");
+    for (int route = 0; route <= ROUTE_COUNT; route++) {
+        char labels[128];
+        snprintf(labels, sizeof labels, "method=\"%s\",route=\"%s\"", method_of(route),
+                 path_of(route));
+        metric_histogram(out, "shearwater_http_request_duration_seconds", labels,
+                         &http->count.durations[route]);
+    }
+    metric_single(out, "shearwater_http_connections", "gauge", "Open connections.",
+                  http->connections);
+    metric_single(out, "shearwater_http_connections_cut_total", "counter",
+                  "Connections ended for want of room, their request not whole.",
+                  http->connections_cut);
+    metric_single(out, "shearwater_http_log_lines_total", "counter",
+                  "Complaints of the HTTP library about connections.", http->log_lines);
+    metric_single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",
+                  streams_readers(http->options.streams));
 }
 
 void route_metrics(struct request *r)
@@ -206,7 +179,9 @@ void route_metrics(struct request *r)
     write_work(out, &totals);
     write_fleet(out, r->http->options.fleet);
     write_http(out, r->http);
-    write_process(out);
+    metrics_store(out, r->http);
+    metrics_log(out, r->http->options.log);
+    metrics_host(out, r->http);
     if (fclose(out) != 0) {
         free(text);
         request_trouble(r, ERR_MEMORY, NULL);

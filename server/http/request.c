@@ -8,6 +8,7 @@
 #include "server/http/crowd.h"
 #include "server/http/etag.h"
 #include "server/http/guard.h"
+#include "server/http/request_log.h"
 #include "server/http/static_files.h"
 
 #define UPLOADS_MOST 64u /* files that arrive at once: each holds a descriptor and a hash */
@@ -49,8 +50,10 @@ void request_done(struct request *r)
     if (r->uploads) http->uploads--;
     http->body_bytes -= r->body_bytes;
     if (r->encodes) http->encodings--;
-    uint64_t duration_us = r->streams ? 0 : uv_hrtime() / 1000 - r->start_us;
-    request_count_add(&http->count, r->match.id, r->status, duration_us);
+    request_count_add(&http->count, r->match.id, r->status);
+    if (!r->streams && r->status)
+        request_count_time(&http->count, r->match.id, uv_hrtime() / 1000 - r->start_us);
+    request_log_end(r);
     r->http = NULL;
     if (!r->held) request_free(r);
 }
@@ -88,6 +91,13 @@ void request_json(struct request *r, unsigned status, json_t *body)
 {
     request_answer(r, status, response_of_json(body, "application/json"));
     json_decref(body);
+}
+
+void request_ok(struct request *r)
+{
+    struct MHD_Response *response = response_of_copy("{\"status\":\"ok\"}", 15, "application/json");
+    if (response) response_header(response, "Cache-Control", "no-store");
+    request_answer(r, 200, response);
 }
 
 void request_problem(struct request *r, enum problem_id id, const char *detail, const char *pointer)
@@ -262,6 +272,7 @@ static bool check(struct request *r, const char *method, const char *version)
 {
     struct body_claim claim;
     r->checked = r->close = true;
+    request_log_begin(r);
     (void)method_from_name(method, &r->method);
     if (!guard_pass(r, version, &claim)) return false;
     r->close = claim.present;
@@ -275,6 +286,7 @@ static bool check(struct request *r, const char *method, const char *version)
 
 static enum MHD_Result queue(struct request *r)
 {
+    request_log_answer(r);
     if (r->http->draining || (r->close && !r->handled))
         response_header(r->response, "Connection", "close");
     if (r->streams) {

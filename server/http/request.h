@@ -29,6 +29,7 @@ struct request {
     struct digest token; /* its hash; zero without one */
     bool has_token;
     bool by_cookie; /* and not by a header */
+    struct trace trace; /* its id, and the caller's; begun with its head */
     bool checked;   /* its head was looked at */
     bool close;     /* its body, if any, is not read: the connection cannot go on */
     bool handled;   /* its handler was called */
@@ -48,6 +49,7 @@ struct request {
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;
     uint64_t start_us;
+    char job[JOB_ID_BYTES]; /* which it submitted; else "" */
 };
 
 /* raw: the request target as it came. NULL on failed allocation. */
@@ -64,6 +66,7 @@ void request_done(struct request *r);
 /* Answers. The response is taken; NULL becomes an internal error. */
 void request_answer(struct request *r, unsigned status, struct MHD_Response *response);
 void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
+void request_ok(struct request *r); /* {status: "ok"}, not to be kept */
 void request_problem(struct request *r, enum problem_id id, const char *detail,
                      const char *pointer);
 /* Something of the server's own that failed: an ERR_ code. What passes by itself (a full disk) is

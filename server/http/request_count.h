@@ -3,6 +3,7 @@
 #include <stdint.h>
 
 #include "server/http/route.h"
+#include "server/metric/duration_histogram.h"
 
 #define STATUS_FIRST 100u
 #define STATUS_COUNT 500u
@@ -10,8 +11,9 @@
 /* The last row counts requests that met no route. */
 struct request_count {
     uint64_t ended[ROUTE_COUNT + 1][STATUS_COUNT];
-    uint64_t duration_us[ROUTE_COUNT + 1]; /* without streams */
+    struct duration_histogram durations[ROUTE_COUNT + 1]; /* of ended ones, without streams */
 };
 
-void request_count_add(struct request_count *c, enum route_id route, unsigned status,
-                       uint64_t duration_us);
+void request_count_add(struct request_count *c, enum route_id route, unsigned status);
+/* Of the same request, if its answer has an end. */
+void request_count_time(struct request_count *c, enum route_id route, uint64_t duration_us);

@@ -1,13 +1,15 @@
 #pragma once
-/* For whom something of the jobs is asked: what one may not see is not there for him. */
+/* For whom, and by which request, something of the jobs is asked: what one may not see is not there for him. */
 #include <stdbool.h>
 #include <string.h>
 
+#include "server/log/trace.h"
 #include "server/store/job_store.h"
 
 struct asker {
     char owner[JOB_OWNER_BYTES]; /* whose jobs are his, and whose his own will be; "": nobody's */
     bool sees_all;
+    struct trace trace; /* of the request; zero: none */
 };
 
 static inline bool asker_sees(const struct asker *asker, const char *owner)

@@ -12,6 +12,7 @@
 #include "server/image/exr.h"
 #include "server/job/asker.h"
 #include "server/job/steering.h"
+#include "server/log/log.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
 #include "server/store/spools.h"
@@ -25,6 +26,7 @@ struct jobs;
 
 struct jobs_options {
     uv_loop_t *loop;
+    struct log *log; /* what jobs come to is told there; NULL: nothing */
     struct job_store *store;
     const struct objects *objects;
     struct spools *spools; /* tiles of frames in work; NULL: a restart begins frames anew */

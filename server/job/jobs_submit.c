@@ -65,6 +65,7 @@ static void take_in(struct submission *s)
         const int error = jobs_table_add(jobs, job);
         assert(!error); /* it has had its place */
         jobs->submitted++;
+        live_job_log_accepted(job);
         jobs_event_state(job);
         jobs_advance_soon(jobs);
     }
@@ -127,7 +128,10 @@ static int submit(struct jobs *jobs, const struct asker *asker, const struct job
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
     struct submission *s = calloc(1, sizeof *s);
     struct live_job *live = live_job_create(jobs, id, asker->owner, job->priority, now_ms);
-    if (live) live->live = job->live;
+    if (live) {
+        live->live = job->live;
+        live->trace = asker->trace;
+    }
     if (s && live && jobs_table_reserve(jobs) == 0) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
         if (insert(jobs, job, key, body, s) == 0) return 0;

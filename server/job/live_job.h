@@ -36,6 +36,7 @@ struct live_job {
     struct tile_wish wish;
     bool live; /* its camera may be moved */
     int64_t created_ms;
+    struct trace trace; /* of the request that submitted it; zero after a restart */
     enum job_state state;
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
                           goes on growing after a restart */
@@ -112,6 +113,8 @@ void live_job_log(struct live_job *job, const char *what, const char *format, ..
     __attribute__((format(printf, 3, 4)));
 /* Between states, now and then: lines that are not in the store yet go there with the report. */
 void live_job_keep_log(struct live_job *job);
+/* Tells the server's log that it was taken in. */
+void live_job_log_accepted(const struct live_job *job);
 /* Goes on with the log of an earlier run: {report} as the store has it. */
 void live_job_take_log(struct live_job *job, const json_t *report);
 /* The state that it came to, the warnings of its plan, why it failed. */

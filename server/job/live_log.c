@@ -2,9 +2,27 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
+
+/* To the server's log, by the request that submitted the job. That a job fails is no fault of the
+ * server's. */
+static void tell(const struct live_job *job, const char *kind, const char *text)
+{
+    const bool is_bad = !strcmp(kind, "error") || !strcmp(kind, "warning");
+    const struct log_field fields[] = {
+        {"job", job->id, 0}, {"owner", job->owner, 0}, {"kind", kind, 0}, {"detail", text, 0}};
+    log_write(job->jobs->options.log, is_bad ? LOG_WARNING : LOG_INFO, "job",
+              job->trace.request[0] ? &job->trace : NULL, fields,
+              sizeof fields / sizeof fields[0]);
+}
+
+void live_job_log_accepted(const struct live_job *job)
+{
+    tell(job, "state", "accepted");
+}
 
 void live_job_log(struct live_job *job, const char *what, const char *format, ...)
 {
@@ -14,6 +32,7 @@ void live_job_log(struct live_job *job, const char *what, const char *format, ..
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     job_log_add(&job->log, jobs_time_ms(), what, "%s", text);
+    tell(job, what, text);
     job->revision++;
     job->log_due = true;
 }

@@ -22,6 +22,10 @@ struct job_store {
     bool busy, searching;             /* a batch; for a text in all jobs */
     struct job_request *first, *last; /* waiting */
     struct job_request *batch;        /* in work */
+    uint64_t commit_us;               /* of that: how long its commit took; 0: it changes nothing */
+    bool commit_failed;
+    struct duration_histogram commits;
+    uint64_t failures, waiting;
 };
 
 /* -- on the store's thread -- */
@@ -42,16 +46,13 @@ static void fail_batch(struct job_request *batch, int error)
     }
 }
 
-/* All requests in order, the changes as one commit. */
-static void run_batch(struct team_task *task)
+/* All requests in order, the changes as one commit: 0 when it is durable. */
+static int perform_batch(struct job_store *store, bool writes)
 {
-    struct job_store *store = (struct job_store *)task;
-    bool writes = false;
-    for (struct job_request *r = store->batch; r; r = r->next) writes |= job_request_is_write(r);
     int error = writes ? job_database_begin(store->db) : 0;
     if (error) {
         fail_batch(store->batch, error);
-        return;
+        return error;
     }
     for (struct job_request *r = store->batch; r; r = r->next) {
         if (job_request_is_write(r))
@@ -61,21 +62,46 @@ static void run_batch(struct team_task *task)
         /* A full disk ends the whole batch by itself; what follows would commit on its own. */
         if (writes && !job_database_in_batch(store->db)) break;
     }
-    if (!writes) return;
+    if (!writes) return 0;
     error = job_database_in_batch(store->db) ? job_database_commit(store->db) : ERR_IO;
-    if (!error) return;
+    if (!error) return 0;
     job_database_rollback(store->db);
     fail_batch(store->batch, error);
+    return error;
+}
+
+static void run_batch(struct team_task *task)
+{
+    struct job_store *store = (struct job_store *)task;
+    const uint64_t began_ns = uv_hrtime();
+    bool writes = false;
+    for (struct job_request *r = store->batch; r; r = r->next) writes |= job_request_is_write(r);
+    store->commit_failed = perform_batch(store, writes) != 0;
+    store->commit_us = writes ? (uv_hrtime() - began_ns) / 1000 + 1 : 0;
 }
 
 /* -- on the loop's thread -- */
+
+static void count_commit(struct job_store *store)
+{
+    if (store->commit_us) duration_histogram_add(&store->commits, store->commit_us);
+    store->failures += store->commit_failed;
+}
+
+void job_store_totals(const struct job_store *s, struct job_store_totals *out)
+{
+    *out = (struct job_store_totals){
+        .commits = s->commits, .failures = s->failures, .waiting = s->waiting};
+}
 
 /* Takes the oldest requests, at most a batch of them, off the queue. */
 static struct job_request *take_batch(struct job_store *store)
 {
     struct job_request *batch = store->first, *end = batch;
-    for (int i = 1; end && end->next && i < BATCH_REQUESTS; i++) end = end->next;
+    int count = 1;
+    for (; end && end->next && count < BATCH_REQUESTS; count++) end = end->next;
     if (!end) return NULL;
+    store->waiting -= (uint64_t)count;
     store->first = end->next;
     if (!store->first) store->last = NULL;
     end->next = NULL;
@@ -97,6 +123,7 @@ static void batch_done(struct team_task *task)
     struct job_request *batch = store->batch;
     store->batch = NULL;
     store->busy = false;
+    count_commit(store);
     start_batch(store); /* first, so that the disk works while the answers go out */
     while (batch) {
         struct job_request *r = batch;
@@ -114,6 +141,7 @@ static void enqueue(struct job_store *store, struct job_request *r)
     else
         store->first = r;
     store->last = r;
+    store->waiting++;
     start_batch(store);
 }
 

@@ -8,6 +8,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "server/metric/duration_histogram.h"
 
 struct job_store;
 
@@ -39,6 +40,13 @@ struct frame_row {
  * ERR_CORRUPT for a file that is no database, ERR_STATE when another process has the folder open.
  */
 int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out);
+
+struct job_store_totals {
+    struct duration_histogram commits; /* groups of changes, until they are durable or have failed */
+    uint64_t failures;                 /* of these */
+    uint64_t waiting;                  /* requests now, but for those in work */
+};
+void job_store_totals(const struct job_store *s, struct job_store_totals *out);
 
 /* Lets pending writes finish. Nulls the pointer. The loop must run once more afterwards. */
 void job_store_close(struct job_store **store);

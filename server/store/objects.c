@@ -272,3 +272,18 @@ void object_writer_abort(struct object_writer **writer)
     unlink((*writer)->path);
     writer_free(writer);
 }
+
+/* Larger than what file systems keep beside a file's name. */
+#define PROBE_BYTES 65536u
+
+int objects_probe(const struct objects *o)
+{
+    static const uint8_t nothing[PROBE_BYTES];
+    struct object_writer *w;
+    int error = object_writer_begin(o, &w);
+    if (error) return error;
+    error = object_writer_append(w, nothing, sizeof nothing);
+    if (!error && fsync(w->fd)) error = error_of_errno(errno);
+    object_writer_abort(&w);
+    return error;
+}

@@ -38,6 +38,10 @@ int object_writer_finish(struct object_writer **w, const struct digest *expected
                          struct digest *out, bool *existed);
 void object_writer_abort(struct object_writer **w);
 
+/* Can a file be kept now? Writes one, syncs it and takes it away. 0, ERR_NO_SPACE, ERR_IO, ... as
+ * the disk has it. */
+int objects_probe(const struct objects *o);
+
 /* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. */
 int objects_adopt(const struct objects *o, const char *path, struct digest *out);
 

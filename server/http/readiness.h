@@ -1,0 +1,23 @@
+#pragma once
+/* Can what is accepted be kept? The disk is asked, by a write, on a thread of its own: at most once
+ * a second, and only when somebody wants to know. A disk that does not answer is told of, too. */
+#include <stdbool.h>
+#include <uv.h>
+
+struct http;
+struct request;
+
+struct readiness {
+    uv_work_t work;
+    struct http *http;
+    struct request *waiting; /* for the answer; NULL: nobody */
+    bool busy;
+    uint64_t asked_ms; /* of the loop's clock: when last */
+    int result, error; /* of the work in hand; of what was answered last */
+};
+
+/* Answers the request, now or when the disk has. */
+void readiness_ask(struct http *http, struct request *r);
+
+/* From time to time: who has waited for too long learns that the disk does not answer. */
+void readiness_tick(struct http *http);

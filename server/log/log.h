@@ -1,0 +1,44 @@
+#pragma once
+/* The server's log: one line a fact, for people (TEXT: time level what key=value...) or for
+ * programs (JSON: one object a line). Whatever bytes a value has, a line stays one line.
+ *
+ * Nobody waits for who reads it: a line that the pipe has no room for is dropped and counted. For
+ * the loop's thread. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/log/trace.h"
+
+#define LOG_LINE_BYTES 4096 /* PIPE_BUF: written whole or not at all */
+
+enum log_format { LOG_TEXT, LOG_JSON };
+enum log_level { LOG_INFO, LOG_WARNING, LOG_ERROR };
+
+struct log {
+    int fd;
+    enum log_format format;
+    enum log_level least;          /* what is below is not written */
+    uint64_t lines[LOG_ERROR + 1]; /* written, by level */
+    uint64_t dropped;              /* there was no room for */
+};
+
+struct log_field {
+    const char *key;  /* "detail": in text without its key, and bare */
+    const char *text; /* NULL: the number */
+    double number;
+};
+
+/* "text" and "json". */
+bool log_format_from_name(const char *name, enum log_format *out);
+const char *log_level_name(enum log_level level);
+
+/* trace may be NULL; log, too: nothing is written. Fields whose text is "" are left out. What is
+ * too long is cut short. */
+void log_write(struct log *log, enum log_level level, const char *what, const struct trace *trace,
+               const struct log_field *fields, size_t count);
+
+/* The line, with its '\n'; returns its size. at_ms: since 1970. */
+size_t log_line(enum log_format format, int64_t at_ms, enum log_level level, const char *what,
+                const struct trace *trace, const struct log_field *fields, size_t count,
+                char out[LOG_LINE_BYTES]);

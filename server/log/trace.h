@@ -1,0 +1,32 @@
+#pragma once
+/* Which request something belongs to: identifiers as in W3C Trace Context (Level 1), so that lines
+ * here can be found from the caller's side and the other way round.
+ *
+ * The trace is the caller's, or a new one; the request's own id is that of its span. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#define TRACE_ID_BYTES     33 /* 32 hexadecimal digits and the end */
+#define TRACE_SPAN_BYTES   17 /* 16, and the end */
+#define TRACE_PARENT_BYTES 56 /* of a whole traceparent, and the end */
+
+/* Texts are lower-case hexadecimal, never all zero; request "": there was no request. */
+struct trace {
+    char id[TRACE_ID_BYTES];
+    char request[TRACE_SPAN_BYTES];
+    char parent[TRACE_SPAN_BYTES]; /* the caller's span; "": the trace begins here */
+    bool sampled;                  /* the caller keeps it */
+};
+
+/* Gives ids that differ; not secret. For one thread. */
+struct trace_source {
+    uint64_t state;
+};
+void trace_source_init(struct trace_source *source);
+
+/* A new request. `header`: the value of its only traceparent field, any bytes up to a NUL, or NULL.
+ * One that is not valid is as none, as the standard wants it. */
+void trace_begin(struct trace_source *source, const char *header, struct trace *out);
+
+/* The traceparent for whoever is told of this request. */
+void trace_write(const struct trace *trace, char out[TRACE_PARENT_BYTES]);
