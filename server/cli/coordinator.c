@@ -17,6 +17,7 @@ struct coordinator {
     uv_timer_t farewell;
     struct objects objects;
     struct job_store *store;
+    struct asset_usage *asset_usage;
     struct spools *spools;
     struct team *team;
     struct streams *streams;
@@ -92,6 +93,8 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
 {
     const char *data = options->places->data;
     int error = objects_open(&c->objects, data);
+    const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
+    if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
     if (!error) error = job_store_open(&c->loop, data, &c->store);
     if (!error) error = spools_create(&c->loop, data, &c->spools);
     return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
@@ -111,6 +114,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
     int error = team_create(&c->loop, "team", options->team_threads, &c->team);
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
+                                .tenant_jobs_most = options->tenant_jobs,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
@@ -151,6 +155,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .openapi_path =
                                     options->places->openapi[0] ? options->places->openapi : NULL,
                                 .objects = &c->objects,
+                                .asset_usage = c->asset_usage,
                                 .team = c->team,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
@@ -209,6 +214,7 @@ void coordinator_destroy(struct coordinator **coordinator)
     uv_run(&c->loop, UV_RUN_DEFAULT);
     jobs_destroy(&c->jobs);
     streams_destroy(&c->streams);
+    asset_usage_destroy(&c->asset_usage);
     int error = uv_loop_close(&c->loop);
     assert(error == 0);
     free(c);

@@ -5,6 +5,7 @@
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
 #include "server/store/objects.h"
+#include "server/store/asset_usage.h"
 #include "server/stream/stream.h"
 
 struct http;
@@ -17,6 +18,7 @@ struct http_options {
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
+    struct asset_usage *asset_usage; /* of tenants; NULL: no quota */
     struct team *team; /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;

@@ -219,10 +219,11 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
         job->live = is_live(row);
         job->paused = row->paused;
     }
+    struct job_counts *counts = &resumption->jobs->counts;
+    if (job && row->owner[0]) job->counted = job_counts_take(counts, row->owner, 0) == 0;
     if (!job || jobs_table_add(resumption->jobs, job) != 0) {
-        free(job);
+        if (job) live_job_release(job);
         resumption->error = ERR_MEMORY;
-        return;
     }
 }
 
@@ -284,6 +285,7 @@ void jobs_destroy(struct jobs **jobs_)
     }
     imports_destroy(&jobs->imports);
     fair_share_fini(&jobs->share);
+    job_counts_fini(&jobs->counts);
     free(jobs->by_id);
     free(jobs);
 }

@@ -1,6 +1,7 @@
 #pragma once
 /* The inside of struct jobs, shared by the files of this room: who is there, in which order they
  * are served, which frames are open. */
+#include "server/job/job_counts.h"
 #include "server/job/job_id.h"
 #include "server/job/live_job.h"
 #include "server/job/live_view.h"
@@ -17,7 +18,8 @@
 #define READY_TENANTS      8  /* of whom only the next few are looked at */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define PROGRESS_EVERY_MS  100
-#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine */
+#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine   \
+                                  */
 
 struct open_frame {
     struct live_job *job;
@@ -42,8 +44,9 @@ struct jobs {
 
     struct live_job **by_id; /* sorted; jobs that have not ended */
     size_t count, capacity;
-    size_t coming; /* being stored, which have a place in by_id beforehand */
+    size_t coming;                      /* being stored, which have a place in by_id beforehand */
     struct live_job *first, *last;      /* in order of rank: priority, then age */
+    struct job_counts counts;           /* of tenants, also of those that come */
     struct fair_share share;            /* who goes first among tenants of a priority */
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
     uint64_t submitted;

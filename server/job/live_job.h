@@ -44,6 +44,7 @@ struct live_job {
     struct fair_tenant *tenant; /* in whose turns it is served; NULL: it is live, paused, or not in
                                    the table */
     uint32_t holds;                  /* store callbacks that will come */
+    bool counted;                    /* in its tenant's quota, until it is freed */
     bool gone;                       /* out of the table; freed with the last hold */
 
     unsigned again;    /* of enum again: waits for again_us */

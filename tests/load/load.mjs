@@ -8,8 +8,9 @@ import { lines } from "../bench/plot/lines.mjs";
 import { escape } from "../bench/plot/svg.mjs";
 import { done, failed, options } from "./service.mjs";
 import * as fair from "./parts/fair.mjs";
+import * as quota from "./parts/quota.mjs";
 
-const PARTS = { fair };
+const PARTS = { fair, quota };
 
 const build = process.argv[2];
 const want = options(Object.assign({ parts: Object.keys(PARTS).join(","), report: `${build}/load/report.html` },
