@@ -57,7 +57,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results property simulate storm faults tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults tile-rate mutations fuzz asan tsan lint format \
         install uninstall clean help
 all: $(programs)
 
@@ -139,6 +139,9 @@ mutations: all $(fakes)
 kills ?= 1000
 storm: all
 	@node tests/load/storm.mjs $(B) kills=$(kills) $(if $(seed),seed=$(seed))
+## load: how the service bears load, with a report; e.g. make load parts=fair
+load: all
+	@nice -n 5 node tests/load/load.mjs $(B) $(if $(parts),parts=$(parts))
 ## faults: the k-th write, fsync, rename and allocation of a short job fails, for all k (hours)
 faults: all $(fakes)
 	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))

@@ -19,6 +19,7 @@ struct coordinator {
     uv_timer_t farewell;
     struct objects objects;
     struct job_store *store;
+    struct asset_usage *asset_usage;
     struct spools *spools;
     struct team *team;
     struct streams *streams;
@@ -98,6 +99,8 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
 {
     const char *data = options->places->data;
     int error = objects_open(&c->objects, data);
+    const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
+    if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
     if (!error) error = job_store_open(&c->loop, data, &c->store);
     if (!error) error = spools_create(&c->loop, data, &c->spools);
     return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
@@ -118,6 +121,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
                                 .log = options->log,
+                                .tenant_jobs_most = options->tenant_jobs,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
@@ -161,6 +165,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .objects = &c->objects,
                                 .store = c->store,
                                 .spools = c->spools,
+                                .asset_usage = c->asset_usage,
                                 .team = c->team,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
@@ -219,6 +224,7 @@ void coordinator_destroy(struct coordinator **coordinator)
     uv_run(&c->loop, UV_RUN_DEFAULT);
     jobs_destroy(&c->jobs);
     streams_destroy(&c->streams);
+    asset_usage_destroy(&c->asset_usage);
     int error = uv_loop_close(&c->loop);
     assert(error == 0);
     free(c);

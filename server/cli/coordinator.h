@@ -14,6 +14,8 @@ struct coordinator_options {
     const struct places *places;   /* must outlive the coordinator */
     const char *listen;            /* HTTP, "ADDR:PORT" */
     const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
+    unsigned tenant_jobs;          /* that have not ended, of each tenant; 0: no quota */
+    unsigned tenant_assets_mib;    /* of its assets; 0: no quota */
     const char *certificate, *key; /* of HTTP, PEM; NULL: no TLS */
     /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
      * well. */

@@ -83,6 +83,7 @@ int cli_serve(int argc, char **argv)
                       *worker_key;
     static const char *format = "text";
     static bool with_parent, quiet;
+    static long tenant_jobs, tenant_assets_mib;
     long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
     const struct option_line lines[] = {
         {"listen", 0, OPTION_TEXT, "ADDR:PORT",
@@ -94,6 +95,12 @@ int cli_serve(int argc, char **argv)
          "everybody "
          "on this machine everything",
          0, 0, &tokens},
+        {"tenant-jobs", 0, OPTION_NUMBER, "N",
+         "jobs of a tenant that may wait and run; default: no quota", 1, LIMIT_JOBS_WAITING,
+         &tenant_jobs},
+        {"tenant-assets", 0, OPTION_NUMBER, "MIB",
+         "MiB of assets that a tenant may bring; default: no quota", 1, 1 << 30,
+         &tenant_assets_mib},
         {"tls-cert", 0, OPTION_TEXT, "FILE.pem", "the server's certificate and its chain", 0, 0,
          &cert},
         {"tls-key", 0, OPTION_TEXT, "FILE.pem", "its private key", 0, 0, &key},
@@ -136,6 +143,10 @@ int cli_serve(int argc, char **argv)
         return 2;
     }
     if (quiet) server_log.least = LOG_ERROR;
+    if ((tenant_jobs || tenant_assets_mib) && !tokens) {
+        fprintf(stderr, "--tenant-jobs and --tenant-assets need --tokens, which tell tenants\n");
+        return 2;
+    }
     signal(SIGPIPE, SIG_IGN);
     if (with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (places_find(data, web, &places, &fault) != 0) return refuse(&fault);
@@ -144,6 +155,8 @@ int cli_serve(int argc, char **argv)
                                                 .places = &places,
                                                 .listen = listen,
                                                 .tokens = tokens,
+                                                .tenant_jobs = (unsigned)tenant_jobs,
+                                                .tenant_assets_mib = (unsigned)tenant_assets_mib,
                                                 .certificate = cert,
                                                 .key = key,
                                                 .reloaded = on_reloaded,

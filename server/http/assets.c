@@ -5,12 +5,15 @@
 #include "server/http/etag.h"
 #include "server/http/request.h"
 #include "server/store/asset_owners.h"
+#include "server/store/asset_usage.h"
 
 /* Syncing and renaming wait for the disk: the team does it while the connection sleeps. */
 struct asset_finish {
     struct team_task task;
     struct request *request;
     struct object_writer *writer; /* owned */
+    uint64_t size_bytes;
+    struct asset_usage *usage; /* NULL: no quota */
     const struct objects *objects;
     char owner[JOB_OWNER_BYTES]; /* "": nobody's */
     struct digest expected, found;
@@ -21,11 +24,18 @@ struct asset_finish {
 static void finish_run(struct team_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
-    const bool owned = f->owner[0] && asset_owners_have(f->objects, f->owner, &f->expected);
+    if (!f->owner[0]) {
+        f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
+        return;
+    }
+    /* What he has is counted already. */
+    const bool counted = f->usage && !asset_owners_have(f->objects, f->owner, &f->expected);
+    f->error = counted ? asset_usage_take(f->usage, f->owner, f->size_bytes) : 0;
+    if (f->error) return;
     f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
-    if (f->error || !f->owner[0]) return;
-    f->error = asset_owners_add(f->objects, f->owner, &f->expected);
-    f->existed = owned; /* that somebody else has it is not this one's to know */
+    f->existed = false; /* that somebody else has it is not this one's to know */
+    if (!f->error) f->error = asset_owners_add(f->objects, f->owner, &f->expected, &f->existed);
+    if (counted && (f->error || f->existed)) asset_usage_give(f->usage, f->owner, f->size_bytes);
 }
 
 static void answer_mismatch(struct request *r, const struct digest *found)
@@ -56,6 +66,9 @@ static void finish_done(struct team_task *task)
     if (request_back(r)) {
         if (f->error == ERR_MISMATCH)
             answer_mismatch(r, &f->found);
+        else if (f->error == ERR_QUOTA)
+            request_problem(r, PROBLEM_QUOTA,
+                            "the tenant's assets would have more bytes than they may", NULL);
         else if (f->error)
             request_trouble(r, f->error, "the file could not be stored");
         else
@@ -75,6 +88,8 @@ void route_asset_put(struct request *r)
     f->request = r;
     f->expected = r->match.sha256;
     f->objects = r->http->options.objects;
+    f->size_bytes = r->file_bytes;
+    f->usage = r->http->options.asset_usage;
     memcpy(f->owner, r->asker.owner, sizeof f->owner);
     f->writer = r->writer;
     r->writer = NULL;

@@ -5,6 +5,7 @@
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
 #include "server/log/log.h"
+#include "server/store/asset_usage.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
 
@@ -12,7 +13,7 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
-    struct log *log; /* what was asked and answered is told there; NULL: nothing */
+    struct log *log;    /* what was asked and answered is told there; NULL: nothing */
     const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
     const char *tokens_path;                 /* NULL: everybody may do everything */
     const char *certificate_path, *key_path; /* PEM; NULL: no TLS */
@@ -21,7 +22,8 @@ struct http_options {
     const struct objects *objects;
     const struct job_store *store; /* for metrics, as are the spools */
     const struct spools *spools;
-    struct team *team; /* hashing uploads, encoding pictures */
+    struct asset_usage *asset_usage; /* of tenants; NULL: no quota */
+    struct team *team;               /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;
     struct streams *streams;

@@ -60,6 +60,8 @@ enum problem_id problem_of_document(const struct fault *fault)
         return PROBLEM_MISSING_ASSET;
     case ERR_MISMATCH:
         return whole ? PROBLEM_KEY_REUSED : PROBLEM_INVALID;
+    case ERR_QUOTA:
+        return PROBLEM_QUOTA;
     case ERR_FULL:
         return PROBLEM_BUSY;
     case ERR_MEMORY:

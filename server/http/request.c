@@ -108,7 +108,7 @@ void request_problem(struct request *r, enum problem_id id, const char *detail, 
     if (response) {
         response_header(response, "Cache-Control", "no-store");
         if (id == PROBLEM_METHOD) response_header(response, "Allow", r->match.allow);
-        if (problem_of(id)->status >= 503) /* it passes */
+        if (problem_of(id)->status >= 503 || id == PROBLEM_QUOTA) /* it passes */
             response_header(response, "Retry-After", "5");
     }
     request_answer(r, problem_of(id)->status, response);

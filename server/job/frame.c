@@ -263,6 +263,15 @@ bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_
     return true;
 }
 
+uint64_t frame_tile_samples(const struct frame *f, const struct fleet_tile *tile)
+{
+    const uint32_t number = tile->pass.number;
+    const struct plan_pass pass =
+        number < plan_pass_count(&f->plan) ? plan_scheduled_pass(&f->plan, number) : tile->pass;
+    const uint64_t area = (uint64_t)rect_width(tile->rect) * (uint64_t)rect_height(tile->rect);
+    return area * ((number == 0 ? 1u : 0u) + pass.count + (uint64_t)pass.strata * pass.strata);
+}
+
 bool frame_waits_for_free(const struct frame *f, const struct fleet_asker *asker)
 {
     return !asker->is_free && (f->plan.capabilities & ~asker->capabilities) == 0 &&

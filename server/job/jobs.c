@@ -59,74 +59,6 @@ void jobs_remember_ended(struct jobs *jobs, const char *id)
     memcpy(slot, id, JOB_ID_BYTES);
 }
 
-/* Imports and plans the first few jobs before their turn. */
-static void begin_jobs(struct jobs *jobs)
-{
-    unsigned ready = 0;
-    struct live_job *after;
-    for (struct live_job *job = jobs->first; job && ready < READY_AHEAD; job = after) {
-        after = job->after;
-        if (job->paused || job->again) continue;
-        if (job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
-        /* Live jobs have places of their own: who waits for one holds nobody up. */
-        const bool waits = live_job_has_unopened(job) && !job->live;
-        if (job->state == JOB_QUEUED || job->state == JOB_IMPORTING || waits) ready++;
-    }
-}
-
-static const struct live_job *first_with_tiles(const struct jobs *jobs)
-{
-    for (unsigned i = 0; i < jobs->open_count; i++)
-        if (!jobs->open[i].job->paused && frame_tiles_waiting(jobs->open[i].frame->work) > 0)
-            return jobs->open[i].job;
-    return NULL;
-}
-
-static bool has_room(const struct jobs *jobs, const struct live_job *job)
-{
-    uint64_t floats = live_job_frame_floats(job);
-    if (jobs_table_working(jobs) < 2) return true;
-    for (unsigned i = 0; i < jobs->open_count; i++)
-        if (jobs_table_is_working(jobs->open[i].job))
-            floats += live_job_frame_floats(jobs->open[i].job);
-    return floats <= OPEN_FLOATS_MOST;
-}
-
-/* Its pictures stay while it is open: the first has room, whatever its size. */
-static bool has_live_room(const struct jobs *jobs, const struct live_job *job)
-{
-    uint64_t floats = live_job_frame_floats(job);
-    if (jobs->open_live == 0) return true;
-    for (unsigned i = 0; i < jobs->open_count; i++)
-        if (jobs->open[i].job->live) floats += live_job_frame_floats(jobs->open[i].job);
-    return jobs->open_live < LIVE_MOST && floats <= LIVE_FLOATS_MOST;
-}
-
-/* Live jobs have places of their own, as their frames stay. */
-static bool may_open(const struct jobs *jobs, const struct live_job *job)
-{
-    if (job->paused || !live_job_has_unopened(job)) return false;
-    if (job->live) return has_live_room(jobs, job);
-    return jobs_table_working(jobs) < OPEN_MOST;
-}
-
-/* The next frame is opened when no open one has tiles left to give, or when it goes before all that
- * have. */
-static bool open_next(struct jobs *jobs)
-{
-    struct live_job *job = jobs->first;
-    while (job && !may_open(jobs, job)) job = job->after;
-    if (!job) return false;
-    if (job->live) {
-        live_job_open_frame(job);
-        return true;
-    }
-    const struct live_job *giving = first_with_tiles(jobs);
-    if (giving ? !jobs_table_before(job, giving) : !has_room(jobs, job)) return false;
-    live_job_open_frame(job);
-    return true;
-}
-
 /* A job whose results were refused. */
 static struct live_job *first_refused(const struct jobs *jobs)
 {
@@ -159,8 +91,8 @@ static void on_advance(uv_timer_t *timer)
     struct jobs *jobs = timer->data;
     if (jobs->stopping) return;
     jobs_complete_views(jobs);
-    begin_jobs(jobs);
-    while (open_next(jobs)) {
+    jobs_begin_ahead(jobs);
+    while (jobs_open_next(jobs)) {
     }
 }
 
@@ -251,7 +183,8 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     uv_timer_init(options->loop, &jobs->abandoned);
     uv_timer_init(options->loop, &jobs->idle);
     uv_timer_init(options->loop, &jobs->again);
-    jobs->again.data = jobs->idle.data = jobs->advance.data = jobs->progress.data = jobs->abandoned.data = jobs;
+    jobs->again.data = jobs->idle.data = jobs->advance.data = jobs->progress.data =
+        jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
 }
@@ -282,13 +215,16 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     if (resumption->error) return;
     struct live_job *job =
         live_job_create(resumption->jobs, row->id, row->owner, row->priority, row->created_ms);
-    if (job) job->live = is_live(row);
-    if (!job || jobs_table_add(resumption->jobs, job) != 0) {
-        free(job);
-        resumption->error = ERR_MEMORY;
-        return;
+    if (job) {
+        job->live = is_live(row);
+        job->paused = row->paused;
     }
-    job->paused = row->paused;
+    struct job_counts *counts = &resumption->jobs->counts;
+    if (job && row->owner[0]) job->counted = job_counts_take(counts, row->owner, 0) == 0;
+    if (!job || jobs_table_add(resumption->jobs, job) != 0) {
+        if (job) live_job_release(job);
+        resumption->error = ERR_MEMORY;
+    }
 }
 
 static bool is_unfinished(void *ctx, const char *job)
@@ -348,6 +284,8 @@ void jobs_destroy(struct jobs **jobs_)
         live_job_release(jobs->by_id[i]);
     }
     imports_destroy(&jobs->imports);
+    fair_share_fini(&jobs->share);
+    job_counts_fini(&jobs->counts);
     free(jobs->by_id);
     free(jobs);
 }

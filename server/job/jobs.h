@@ -33,6 +33,7 @@ struct jobs_options {
     struct streams *streams;
     struct team *team;          /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
+    size_t tenant_jobs_most;    /* that have not ended, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a live job that rests ends */
 };
 
@@ -59,7 +60,7 @@ void jobs_destroy(struct jobs **jobs);
  * such ones (ERR_NOT_FOUND). The asker is copied.
  *
  * Submission. On success `id` names a durable job, existed tells that the key was known. On failure
- * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL.
+ * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL, ERR_QUOTA.
  * `job` is taken. The asker becomes the owner, and must have uploaded
  * what the job names. */
 typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char *id, bool existed);

@@ -30,6 +30,7 @@ static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_t
         if (frame_waits_for_free(work, asker)) return false;
         if (!frame_lease(work, asker, out)) continue;
         if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);
+        jobs_table_charge(jobs, jobs->open[i].job, frame_tile_samples(work, out));
         return true;
     }
     return false;

@@ -27,6 +27,7 @@ static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
     const struct open_frame *surplus;
     if (job->paused == paused) return;
     live_job_pause(job, paused);
+    jobs_table_paused(jobs, job);
     while ((surplus = one_too_many(jobs))) {
         surplus->job->revision++;
         live_job_drop_frame(surplus->job, surplus->frame);

@@ -46,6 +46,19 @@ static int check_new(const struct jobs *jobs, const struct asker *asker, const s
     return check_assets(jobs->options.objects, asker, job, fault);
 }
 
+/* A place in the tenant's quota. Those whom nobody can tell apart have none. */
+static int take_place(struct jobs *jobs, const struct asker *asker, struct fault *fault)
+{
+    const size_t most = jobs->options.tenant_jobs_most;
+    const int error = asker->owner[0] ? job_counts_take(&jobs->counts, asker->owner, most) : 0;
+    if (error == ERR_QUOTA)
+        fault_set(fault, error, "",
+                  "the tenant has %zu jobs that have not ended, as many as it may", most);
+    else if (error)
+        fault_set(fault, error, "", "no memory for one more job");
+    return error;
+}
+
 struct submission {
     struct jobs *jobs;
     struct live_job *job; /* made beforehand: a durable job must not fail for want of memory */
@@ -132,12 +145,18 @@ static int submit(struct jobs *jobs, const struct asker *asker, const struct job
         live->live = job->live;
         live->trace = asker->trace;
     }
+    if (live && (error = take_place(jobs, asker, fault))) {
+        free(s);
+        live_job_release(live);
+        return error;
+    }
+    if (live) live->counted = asker->owner[0] != '\0';
     if (s && live && jobs_table_reserve(jobs) == 0) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
         if (insert(jobs, job, key, body, s) == 0) return 0;
     }
     free(s);
-    free(live);
+    if (live) live_job_release(live);
     return fault_set(fault, ERR_MEMORY, "", "no memory for one more job");
 }
 

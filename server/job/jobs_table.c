@@ -18,18 +18,41 @@ static size_t place_of(const struct jobs *jobs, const char *id)
     return low;
 }
 
-bool jobs_table_before(const struct live_job *a, const struct live_job *b)
+/* As long as nobody's turn is looked at: the order of the list, which does not change by itself. */
+static bool ranks_before(const struct live_job *a, const struct live_job *b)
 {
     if (a->priority != b->priority) return a->priority > b->priority;
     if (a->live != b->live) return a->live; /* somebody waits at it */
     return strcmp(a->id, b->id) < 0;
 }
 
+bool jobs_table_before(const struct live_job *a, const struct live_job *b)
+{
+    if (a->priority == b->priority && a->tenant && b->tenant) {
+        if (fair_tenant_before(a->tenant, b->tenant)) return true;
+        if (fair_tenant_before(b->tenant, a->tenant)) return false;
+    }
+    return ranks_before(a, b);
+}
+
+/* Without memory for its tenant's account it is served by its age alone. */
+static void join_turns(struct jobs *jobs, struct live_job *job)
+{
+    if (jobs_table_is_working(job))
+        job->tenant = fair_share_join(&jobs->share, job->owner, job->priority);
+}
+
+static void leave_turns(struct jobs *jobs, struct live_job *job)
+{
+    if (job->tenant) fair_share_leave(&jobs->share, job->tenant);
+    job->tenant = NULL;
+}
+
 /* New jobs are mostly the last of their rank: looked for from the end. */
 static void link_in_order(struct jobs *jobs, struct live_job *job)
 {
     struct live_job *before = jobs->last;
-    while (before && jobs_table_before(job, before)) before = before->before;
+    while (before && ranks_before(job, before)) before = before->before;
     job->before = before;
     job->after = before ? before->after : jobs->first;
     *(before ? &before->after : &jobs->first) = job;
@@ -64,6 +87,7 @@ int jobs_table_add(struct jobs *jobs, struct live_job *job)
     jobs->in_state[job->state]++;
     jobs->live_count += job->live;
     link_in_order(jobs, job);
+    join_turns(jobs, job);
     return 0;
 }
 
@@ -75,6 +99,7 @@ void jobs_table_remove(struct jobs *jobs, struct live_job *job)
     memmove(jobs->by_id + at, jobs->by_id + at + 1,
             (--jobs->count - at) * sizeof(struct live_job *));
     unlink_job(jobs, job);
+    leave_turns(jobs, job);
 }
 
 struct live_job *jobs_table_find(const struct jobs *jobs, const char *id)
@@ -106,12 +131,45 @@ void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame 
     insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
 }
 
+static void sort_open(struct jobs *jobs)
+{
+    for (unsigned i = 1; i < jobs->open_count; i++) insert_open(jobs, i, jobs->open[i]);
+}
+
 void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority)
 {
     unlink_job(jobs, job);
+    leave_turns(jobs, job);
     job->priority = priority;
     link_in_order(jobs, job);
-    for (unsigned i = 1; i < jobs->open_count; i++) insert_open(jobs, i, jobs->open[i]);
+    join_turns(jobs, job);
+    sort_open(jobs);
+}
+
+void jobs_table_paused(struct jobs *jobs, struct live_job *job)
+{
+    leave_turns(jobs, job);
+    join_turns(jobs, job);
+    sort_open(jobs);
+}
+
+static bool has_tiles(const struct jobs *jobs, const struct fair_tenant *tenant)
+{
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (jobs->open[i].job->tenant == tenant &&
+            frame_tiles_waiting(jobs->open[i].frame->work) > 0)
+            return true;
+    return false;
+}
+
+void jobs_table_charge(struct jobs *jobs, struct live_job *job, uint64_t samples)
+{
+    if (!job->tenant) return;
+    fair_share_charge(&jobs->share, job->tenant, samples);
+    sort_open(jobs);
+    /* Somebody whose turn it is now may have a frame that is not open yet. */
+    const struct fair_tenant *next = fair_share_next(&jobs->share, job->priority);
+    if (next != job->tenant && !has_tiles(jobs, next)) jobs_advance_soon(jobs);
 }
 
 bool jobs_table_is_working(const struct live_job *job)

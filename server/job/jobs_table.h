@@ -1,6 +1,7 @@
 #pragma once
 /* The inside of struct jobs, shared by the files of this room: who is there, in which order they
  * are served, which frames are open. */
+#include "server/job/job_counts.h"
 #include "server/job/job_id.h"
 #include "server/job/live_job.h"
 #include "server/job/live_view.h"
@@ -13,9 +14,12 @@
 #define PARKED_FLOATS_MOST OPEN_FLOATS_MOST
 #define LIVE_FLOATS_MOST   (4u * OPEN_FLOATS_MOST) /* of live jobs' images: eight 4K beauties */
 #define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
+#define READY_OF_EACH      2  /* of each tenant, where several wait */
+#define READY_TENANTS      8  /* of whom only the next few are looked at */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define PROGRESS_EVERY_MS  100
-#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine */
+#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine   \
+                                  */
 
 struct open_frame {
     struct live_job *job;
@@ -40,8 +44,10 @@ struct jobs {
 
     struct live_job **by_id; /* sorted; jobs that have not ended */
     size_t count, capacity;
-    size_t coming; /* being stored, which have a place in by_id beforehand */
-    struct live_job *first, *last;      /* in order of service: priority, then age */
+    size_t coming;                      /* being stored, which have a place in by_id beforehand */
+    struct live_job *first, *last;      /* in order of rank: priority, then age */
+    struct job_counts counts;           /* of tenants, also of those that come */
+    struct fair_share share;            /* who goes first among tenants of a priority */
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
     uint64_t submitted;
 
@@ -71,11 +77,20 @@ void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority);
 unsigned jobs_table_working(const struct jobs *jobs);
 /* Its frames count as work: neither live nor paused. */
 bool jobs_table_is_working(const struct live_job *job);
-/* Whether a is served before b. */
+/* Its pause has begun or is over: it gives up its tenant's turns, or takes part in them. */
+void jobs_table_paused(struct jobs *jobs, struct live_job *job);
+/* Whether a is served before b: priority, live ones first, the turn of their tenants, then age. */
 bool jobs_table_before(const struct live_job *a, const struct live_job *b);
+/* A tile of the job is given to a worker: that many samples. */
+void jobs_table_charge(struct jobs *jobs, struct live_job *job, uint64_t samples);
 void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame);
 void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
+
+/* jobs_turn.c: imports and plans the first few jobs before their turn; opens the frame that is to
+ * be given out next, false when that must wait. */
+void jobs_begin_ahead(struct jobs *jobs);
+bool jobs_open_next(struct jobs *jobs);
 
 /* jobs_move.c */
 /* Live jobs whose level is complete go on to the next, or rest. */

@@ -29,6 +29,7 @@ struct live_job *live_job_create(struct jobs *jobs, const char *id, const char *
 
 static void destroy(struct live_job *job)
 {
+    if (job->counted) job_counts_give(&job->jobs->counts, job->owner);
     live_view_destroy(job);
     prepared_destroy(&job->prepared);
     json_decref(job->plan);

@@ -3,6 +3,7 @@
  *
  * A queued job is only its name and rank; document, plan and frames are loaded when its turn comes,
  * so that a long queue costs little. */
+#include "server/job/fair_share.h"
 #include "server/job/fingerprint.h"
 #include "server/job/frame.h"
 #include "server/job/jobs.h"
@@ -41,7 +42,10 @@ struct live_job {
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
                           goes on growing after a restart */
     struct live_job *before, *after; /* in order of service */
+    struct fair_tenant *tenant; /* in whose turns it is served; NULL: it is live, paused, or not in
+                                   the table */
     uint32_t holds;                  /* store callbacks that will come */
+    bool counted;                    /* in its tenant's quota, until it is freed */
     bool gone;                       /* out of the table; freed with the last hold */
 
     unsigned again;    /* of enum again: waits for again_us */

@@ -1,5 +1,6 @@
 #include "server/store/asset_owners.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -54,14 +55,19 @@ static int make_parents(char *path, size_t from)
     return error;
 }
 
-int asset_owners_add(const struct objects *o, const char *owner, const struct digest *d)
+int asset_owners_add(const struct objects *o, const char *owner, const struct digest *d,
+                     bool *existed)
 {
     char path[OBJECTS_PATH_BYTES];
+    *existed = false;
     if (!path_of(o, owner, d, path)) return ERR_LIMIT;
     int error = make_parents(path, strlen(o->dir));
     if (error) return error;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (fd < 0) return errno == EEXIST ? 0 : error_of_errno(errno);
+    if (fd < 0) {
+        *existed = errno == EEXIST;
+        return *existed ? 0 : error_of_errno(errno);
+    }
     close(fd);
     return sync_parent(path);
 }
@@ -70,4 +76,42 @@ bool asset_owners_have(const struct objects *o, const char *owner, const struct 
 {
     char path[OBJECTS_PATH_BYTES];
     return path_of(o, owner, d, path) && access(path, F_OK) == 0;
+}
+
+/* One of the 256 folders: names are what is left of the digests, `first` the two digits before. */
+static int sum_folder(const struct objects *o, const char *path, const char *first, uint64_t *bytes)
+{
+    const struct dirent *entry;
+    struct digest digest;
+    uint64_t size_bytes;
+    DIR *dir = opendir(path);
+    if (!dir) return ERR_IO;
+    while ((entry = readdir(dir))) {
+        char hex[DIGEST_HEX_BYTES];
+        const int n = snprintf(hex, sizeof hex, "%.2s%s", first, entry->d_name);
+        if (n == DIGEST_HEX_BYTES - 1 && digest_from_hex(hex, &digest) == 0 &&
+            objects_have(o, &digest, &size_bytes))
+            *bytes += size_bytes;
+    }
+    closedir(dir);
+    return 0;
+}
+
+int asset_owners_sum(const struct objects *o, const char *owner, uint64_t *bytes)
+{
+    char path[OBJECTS_PATH_BYTES];
+    const struct dirent *entry;
+    *bytes = 0;
+    if (!asset_owners_is_name(owner)) return ERR_LIMIT;
+    int n = snprintf(path, sizeof path, "%s/owners/%s/", o->dir, owner), error = 0;
+    if (n < 0 || (size_t)n + 3 > sizeof path) return ERR_LIMIT;
+    DIR *dir = opendir(path);
+    if (!dir) return errno == ENOENT ? 0 : ERR_IO;
+    while (!error && (entry = readdir(dir))) {
+        if (strspn(entry->d_name, "0123456789abcdef") != 2 || entry->d_name[2]) continue;
+        memcpy(path + n, entry->d_name, 3);
+        error = sum_folder(o, path, entry->d_name, bytes);
+    }
+    closedir(dir);
+    return error;
 }

@@ -32,6 +32,7 @@ static void numbers_stay(void **state)
     assert_int_equal(ERR_MISMATCH, -14);
     assert_int_equal(ERR_FULL, -24);
     assert_int_equal(ERR_NO_SPACE, -25);
+    assert_int_equal(ERR_QUOTA, -26);
 }
 
 static void names_and_sentences(void **state)

@@ -1,0 +1,19 @@
+#pragma once
+/* How many bytes of assets each tenant has brought, and how many he may: for a quota.
+ *
+ * The figures are those of asset_owners.h, summed once for each tenant when he first brings
+ * something, then kept here. Any thread; calls block, the first of a tenant for as long as it takes
+ * to go through his assets. */
+#include "server/store/objects.h"
+
+struct asset_usage;
+
+/* objects is borrowed. ERR_MEMORY. */
+int asset_usage_create(const struct objects *objects, uint64_t most_bytes,
+                       struct asset_usage **out);
+void asset_usage_destroy(struct asset_usage **usage);
+
+/* Counts one more before it is kept: ERR_QUOTA when it does not fit, ERR_MEMORY, ERR_IO. */
+int asset_usage_take(struct asset_usage *usage, const char *owner, uint64_t size_bytes);
+/* It was not kept, or was his already. */
+void asset_usage_give(struct asset_usage *usage, const char *owner, uint64_t size_bytes);

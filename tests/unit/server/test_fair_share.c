@@ -1,0 +1,141 @@
+/* Whose turn it is: shares of a long run, who comes late, who goes away, who cannot be served. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "server/job/fair_share.h"
+
+/* Serves whoever is next with tiles of his own size, `samples` in all; what each got. */
+static void serve(struct fair_share *share, struct fair_tenant *const tenants[], unsigned count,
+                  const uint64_t tile[], uint64_t samples, uint64_t got[])
+{
+    for (uint64_t given = 0; given < samples;) {
+        const struct fair_tenant *next = fair_share_next(share, 0);
+        unsigned i = 0;
+        while (i < count && tenants[i] != next) i++;
+        assert_in_range(i, 0, count - 1);
+        fair_share_charge(share, tenants[i], tile[i]);
+        got[i] += tile[i];
+        given += tile[i];
+    }
+}
+
+static void shares_are_equal_whatever_the_tiles(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *t[3] = {fair_share_join(&share, "a", 0), fair_share_join(&share, "b", 0),
+                                fair_share_join(&share, "c", 0)};
+    const uint64_t tile[3] = {1000, 64000, 7};
+    uint64_t got[3] = {0};
+    serve(&share, t, 3, tile, 30000000, got);
+    for (unsigned i = 0; i < 3; i++) assert_in_range(got[i], 10000000 - 64000, 10000000 + 64000);
+    assert_int_equal(fair_share_count(&share, 0), 3);
+    fair_share_fini(&share);
+}
+
+static void many_jobs_are_one_share(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *t[2] = {NULL, fair_share_join(&share, "b", 0)};
+    for (int i = 0; i < 100; i++) t[0] = fair_share_join(&share, "a", 0);
+    const uint64_t tile[2] = {10, 10};
+    uint64_t got[2] = {0};
+    serve(&share, t, 2, tile, 20000, got);
+    assert_int_equal(got[0], 10000);
+    assert_int_equal(got[1], 10000);
+    fair_share_fini(&share);
+}
+
+static void time_away_earns_nothing(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *t[2] = {fair_share_join(&share, "a", 0), NULL};
+    const uint64_t tile[2] = {10, 10};
+    uint64_t got[2] = {0};
+    serve(&share, t, 1, tile, 1000000, got);
+    t[1] = fair_share_join(&share, "b", 0);
+    memset(got, 0, sizeof got);
+    serve(&share, t, 2, tile, 2000, got);
+    assert_in_range(got[1], 990, 1010);
+    fair_share_fini(&share);
+}
+
+/* Leaving and coming back does not wipe out what one had beyond the others. */
+static void who_comes_back_is_remembered(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *a = fair_share_join(&share, "a", 0), *b = fair_share_join(&share, "b", 0);
+    fair_share_charge(&share, a, 500);
+    fair_share_leave(&share, a);
+    assert_ptr_equal(fair_share_join(&share, "a", 0), a);
+    assert_ptr_equal(fair_share_next(&share, 0), b);
+    assert_int_equal(fair_share_rank(&share, a), 1);
+    fair_share_charge(&share, b, 501);
+    assert_ptr_equal(fair_share_next(&share, 0), a);
+    fair_share_fini(&share);
+}
+
+static void an_empty_line_begins_anew(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *a = fair_share_join(&share, "a", 0);
+    fair_share_charge(&share, a, 1u << 20);
+    fair_share_leave(&share, a);
+    assert_null(share.first);
+    a = fair_share_join(&share, "a", 0);
+    struct fair_tenant *b = fair_share_join(&share, "b", 0);
+    assert_false(fair_tenant_before(b, a));
+    fair_share_fini(&share);
+}
+
+static void what_could_not_be_served_is_owed_within_bounds(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *a = fair_share_join(&share, "a", 0), *b = fair_share_join(&share, "b", 0);
+    fair_share_charge(&share, a, FAIR_SHARE_CREDIT / 2);
+    fair_share_charge(&share, a, 1);
+    assert_int_equal(b->served, 0);
+    for (int i = 0; i < 10; i++) fair_share_charge(&share, a, FAIR_SHARE_CREDIT);
+    assert_true(a->served - b->served <= 2 * FAIR_SHARE_CREDIT);
+    fair_share_fini(&share);
+}
+
+static void priorities_are_apart(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    struct fair_tenant *low = fair_share_join(&share, "a", 0);
+    struct fair_tenant *high = fair_share_join(&share, "a", 1);
+    assert_ptr_not_equal(low, high);
+    fair_share_charge(&share, high, 1000);
+    struct fair_tenant *other = fair_share_join(&share, "b", 0);
+    assert_int_equal(other->served, low->served);
+    assert_int_equal(fair_share_count(&share, 1), 1);
+    assert_ptr_equal(fair_share_next(&share, 1), high);
+    assert_null(fair_share_next(&share, 2));
+    fair_share_fini(&share);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(shares_are_equal_whatever_the_tiles),
+        cmocka_unit_test(many_jobs_are_one_share),
+        cmocka_unit_test(time_away_earns_nothing),
+        cmocka_unit_test(who_comes_back_is_remembered),
+        cmocka_unit_test(an_empty_line_begins_anew),
+        cmocka_unit_test(what_could_not_be_served_is_owed_within_bounds),
+        cmocka_unit_test(priorities_are_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
