@@ -12,7 +12,7 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
-    struct log *log; /* what was asked and answered is told there; NULL: nothing */
+    struct log *log;    /* what was asked and answered is told there; NULL: nothing */
     const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
     const char *tokens_path;                 /* NULL: everybody may do everything */
     const char *certificate_path, *key_path; /* PEM; NULL: no TLS */
