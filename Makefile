@@ -58,7 +58,7 @@ goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/go
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
         bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults tile-rate mutations fuzz asan tsan lint format \
-        install uninstall clean help
+        install install-units uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -169,13 +169,19 @@ format:
 
 ## install: DESTDIR= PREFIX=
 share := $(DESTDIR)$(PREFIX)/share/shearwater
-install: all
+units := $(notdir $(wildcard deploy/systemd/*.service))
+unit_dir := $(DESTDIR)$(PREFIX)/lib/systemd/system
+install-units:
+	@mkdir -p $(unit_dir)
+	for u in $(units); do sed 's|@prefix@|$(PREFIX)|g' deploy/systemd/$$u > $(unit_dir)/$$u && chmod 644 $(unit_dir)/$$u || exit 1; done
+install: all install-units
 	install -Dm755 -t $(DESTDIR)$(PREFIX)/bin $(programs)
 	cd web && find . -type f -not -name '.*' -exec install -Dm644 {} $(share)/web/{} \;
 	install -Dm644 -t $(share) proto/openapi.yaml
 	install -Dm644 -t $(DESTDIR)$(PREFIX)/share/doc/shearwater README.md LICENSE CHANGELOG.md proto/PROTOCOL.md
 uninstall:
 	rm -f $(addprefix $(DESTDIR)$(PREFIX)/bin/,$(notdir $(programs)))
+	rm -f $(addprefix $(unit_dir)/,$(units))
 	rm -rf $(share) $(DESTDIR)$(PREFIX)/share/doc/shearwater
 clean:
 	rm -rf build

@@ -34,7 +34,7 @@ int coordinator_http_port(const struct coordinator *c);
 int coordinator_worker_port(const struct coordinator *c); /* 0: none */
 
 /* Serves until SIGTERM or SIGINT, then ends in order: what is being asked is answered (for 10 s at
- * most), work stops where it can go on from disk, workers leave. A second signal ends the process at
- * once. `stopping` (may be NULL) is called at the first. */
+ * most), work stops where it can go on from disk, workers leave. A second signal ends the process
+ * at once. `stopping` (may be NULL) is called at the first. */
 void coordinator_run(struct coordinator *c, void (*stopping)(int signal));
 void coordinator_destroy(struct coordinator **c);

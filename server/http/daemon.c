@@ -180,8 +180,8 @@ static void on_kick(void *ctx)
     http_kick(ctx);
 }
 
-/* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are whole
- * milliseconds. */
+/* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are
+ * whole milliseconds. */
 static void measure_delay(struct http *http)
 {
     const uint64_t now_ns = uv_hrtime(), due_ns = http->tick_ns + TICK_MS * 1000000u;

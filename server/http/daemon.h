@@ -36,7 +36,7 @@ struct http {
     bool draining;
     uint64_t request_ms, upload_ms;
     uint64_t started_s; /* since 1970 */
-    uint64_t start_ns; /* tells tags of this life from another's */
+    uint64_t start_ns;  /* tells tags of this life from another's */
     struct peer *peers;
     struct request *requests;
     struct static_files *files;
@@ -49,7 +49,7 @@ struct http {
     struct tls tls; /* texts NULL: none */
     struct readiness readiness;
     struct request_count count;
-    uint64_t tick_ns; /* when the last one came; 0: none yet */
+    uint64_t tick_ns;                 /* when the last one came; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */
     struct trace_source traces;
 };

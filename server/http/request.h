@@ -28,23 +28,23 @@ struct request {
     struct asker asker;
     struct digest token; /* its hash; zero without one */
     bool has_token;
-    bool by_cookie; /* and not by a header */
+    bool by_cookie;     /* and not by a header */
     struct trace trace; /* its id, and the caller's; begun with its head */
-    bool checked;   /* its head was looked at */
-    bool close;     /* its body, if any, is not read: the connection cannot go on */
-    bool handled;   /* its handler was called */
-    bool held;      /* a callback will come */
-    bool suspended; /* its connection sleeps */
-    bool streams;   /* its answer has no end in sight */
-    bool uploads;   /* it is counted in http->uploads */
-    bool encodes;   /* and in http->encodings */
+    bool checked;       /* its head was looked at */
+    bool close;         /* its body, if any, is not read: the connection cannot go on */
+    bool handled;       /* its handler was called */
+    bool held;          /* a callback will come */
+    bool suspended;     /* its connection sleeps */
+    bool streams;       /* its answer has no end in sight */
+    bool uploads;       /* it is counted in http->uploads */
+    bool encodes;       /* and in http->encodings */
     /* The body. */
     char *body; /* owned; collected when the route's body is JSON */
     size_t body_bytes;
     struct object_writer *writer; /* owned; when it is a FILE */
     uint64_t file_bytes;
     uint64_t file_from_ms; /* of the loop's clock: when it began */
-    int file_error; /* of keeping it */
+    int file_error;        /* of keeping it */
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;

@@ -1,5 +1,6 @@
 #pragma once
-/* For whom, and by which request, something of the jobs is asked: what one may not see is not there for him. */
+/* For whom, and by which request, something of the jobs is asked: what one may not see is not there
+ * for him. */
 #include <stdbool.h>
 #include <string.h>
 

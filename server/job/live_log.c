@@ -15,8 +15,7 @@ static void tell(const struct live_job *job, const char *kind, const char *text)
     const struct log_field fields[] = {
         {"job", job->id, 0}, {"owner", job->owner, 0}, {"kind", kind, 0}, {"detail", text, 0}};
     log_write(job->jobs->options.log, is_bad ? LOG_WARNING : LOG_INFO, "job",
-              job->trace.request[0] ? &job->trace : NULL, fields,
-              sizeof fields / sizeof fields[0]);
+              job->trace.request[0] ? &job->trace : NULL, fields, sizeof fields / sizeof fields[0]);
 }
 
 void live_job_log_accepted(const struct live_job *job)

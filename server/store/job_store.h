@@ -42,9 +42,10 @@ struct frame_row {
 int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out);
 
 struct job_store_totals {
-    struct duration_histogram commits; /* groups of changes, until they are durable or have failed */
-    uint64_t failures;                 /* of these */
-    uint64_t waiting;                  /* requests now, but for those in work */
+    struct duration_histogram
+        commits;       /* groups of changes, until they are durable or have failed */
+    uint64_t failures; /* of these */
+    uint64_t waiting;  /* requests now, but for those in work */
 };
 void job_store_totals(const struct job_store *s, struct job_store_totals *out);
 
