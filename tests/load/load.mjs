@@ -9,8 +9,9 @@ import { escape } from "../bench/plot/svg.mjs";
 import { done, failed, options } from "./service.mjs";
 import * as fair from "./parts/fair.mjs";
 import * as quota from "./parts/quota.mjs";
+import * as queue from "./parts/queue.mjs";
 
-const PARTS = { fair, quota };
+const PARTS = { fair, quota, queue };
 
 const build = process.argv[2];
 const want = options(Object.assign({ parts: Object.keys(PARTS).join(","), report: `${build}/load/report.html` },

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The load test, small and with loose bounds: that each of its parts works and measures.
+# The load test, small and with loose bounds: that each of its parts works and measures. Quotas are whole.
 #   tests/system/load.sh BUILD_DIR
 cd "$(dirname "$0")/../.." && exec node tests/load/load.mjs "${1:?usage: tests/system/load.sh BUILD_DIR}" \
-    fair_s=6 fair_jobs=40 fair_within=0.1
+    fair_s=8 fair_jobs=60 fair_within=0.1 quota_jobs=20 queue_jobs=1000 queue_pages=100 submit_least=100 page_p99_ms=100

@@ -423,11 +423,11 @@ done
 serve_stop
 
 # What the tests above cannot bring about for each route: limits and troubles that all routes share
-# (tests/system/http.sh has them), a server without files, one that shuts down.
+# (tests/system/http.sh has them, and load.sh quotas), a server without files, one that shuts down.
 serve_start "$tmp/idle" --workers 0
 try 503 GET /readyz /readyz
 serve_stop
-shared='400|401|403|408|414|421|431|500|503|507'
+shared='400|401|403|408|414|421|429|431|500|503|507'
 not_seen() {
     local method path rest status missing=0
     while read -r method path rest; do
