@@ -178,7 +178,7 @@ static void needs_an_importer(void **state)
     unlink(b->program);
     uv_run(&b->loop, UV_RUN_DEFAULT);
     assert_int_equal(b->told, 1);
-    assert_int_equal(b->fault.code, ERR_IO);
+    assert_int_equal(b->fault.code, ERR_UNSUPPORTED);
 }
 
 static void misses_an_asset(void **state)

@@ -73,7 +73,7 @@ static void faults(void **state)
         {ERR_MEMORY, "", PROBLEM_OUT_OF_MEMORY},
         {ERR_IO, "", PROBLEM_STORAGE},
         {ERR_NO_SPACE, "", PROBLEM_DISK_FULL},
-        {ERR_STATE, "", PROBLEM_INTERNAL},
+        {ERR_STATE, "", PROBLEM_DRAINING},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct fault fault = {.code = cases[i].code};
