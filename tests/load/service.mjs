@@ -129,8 +129,15 @@ export class Service {
         return a.status === 200 ? a.body : null;
     }
     async metric(name) {
-        const a = await this.ask("GET", "/metrics"), line = String(a.body).split("\n").find((l) => l.startsWith(`${name} `));
-        return line ? Number(line.split(" ")[1]) : null;
+        return (await this.metrics(name))[0];
+    }
+    // Several of one moment; null for those that are not there.
+    async metrics(...names) {
+        const lines = String((await this.ask("GET", "/metrics")).body).split("\n");
+        return names.map((name) => {
+            const line = lines.find((l) => l.startsWith(`${name} `));
+            return line ? Number(line.split(" ")[1]) : null;
+        });
     }
 }
 

@@ -62,7 +62,8 @@ for i in "${!jobs[@]}"; do
     check "$n: finishes" await_state "$id" finished 120
     resumed=$(number "$id" .statistics.tiles.resumed)
     echo "# $n: $resumed of $all tiles taken from disk the second time"
-    check "$n: most of what had landed is not traced again" [ "$resumed" -ge $((all * 2 / 3)) ]
+    # What had not been written when it was killed is: on a busy disk that may be as much as came since.
+    check "$n: what had landed long before is not traced again" [ "$resumed" -ge $((all / 3)) ]
     check "$n: all tiles are counted once" is "$(number "$id" .statistics.tiles.done)" "$all"
     exr "$id" "$tmp/again.exr"
     check "$n: the same bytes" cmp "$tmp/$n.exr" "$tmp/again.exr"
