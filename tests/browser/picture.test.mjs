@@ -210,7 +210,7 @@ await runAll(async () => {
     page.on("request", listen);
     const before = await mean(page);
     await press(page, "g", "g", "g");
-    expect(await mean(page) > before + 3, "gamma does not brighten");
+    await until("gamma that brightens", async () => await mean(page) > before + 3);
     await press(page, "0", "t");
     const filmic = await mean(page);
     expect(Math.abs(filmic - before) > 0.5, "the filmic curve changes nothing");
@@ -219,12 +219,12 @@ await runAll(async () => {
     const marked = await mean(page);
     await save(page, "clipped");
     await press(page, "o");
-    expect(Math.abs(await mean(page) - marked) > 0.5, "nothing is marked");
+    await until("marks", async () => Math.abs(await mean(page) - marked) > 0.5);
     await press(page, "0", "d");
     await mean(page);
     await press(page, "d");
     await page.selectOption("#shown-as", "colour");
-    expect(Math.abs(await mean(page) - before) > 3, "false colours look like the picture");
+    await until("false colours", async () => Math.abs(await mean(page) - before) > 3);
     await page.selectOption("#shown-as", "picture");
     page.off("request", listen);
     expect(asked.length === 0, asked.join());
@@ -283,7 +283,7 @@ await runAll(async () => {
     await until("albedo", async () => Math.abs(await mean(page) - first) > 3);
     const wiped = await mean(page);
     await press(page, "]", "]", "]", "]", "]", "]", "]", "]", "]", "]");
-    expect(Math.abs(await mean(page) - first) < Math.abs(wiped - first), "the wipe does not move");
+    await until("the wipe, moved", async () => Math.abs(await mean(page) - first) < Math.abs(wiped - first));
     const box = await page.locator("#stage").boundingBox();
     await page.mouse.move(box.x + box.width * 0.7, box.y + 100);
     await page.mouse.down();
@@ -293,9 +293,9 @@ await runAll(async () => {
     await press(page, "r", "r");
     await save(page, "wipe");
     await press(page, "b");
-    expect(Math.abs(await mean(page) - first) > 3, "the other layer is not shown");
+    await until("the other layer", async () => Math.abs(await mean(page) - first) > 3);
     await press(page, "b");
-    expect(Math.abs(await mean(page) - first) < 0.2, "the layer does not come back");
+    await until("the layer, back", async () => Math.abs(await mean(page) - first) < 0.2);
     await press(page, "x");
     await save(page, "difference");
     await press(page, "x");
@@ -340,7 +340,7 @@ await runAll(async () => {
     await save(page, "unfiltered");
     await press(page, "u");
     expect(await page.getAttribute("#flip", "aria-pressed") === "false", "the key does not go back");
-    expect(Math.abs(await mean(page) - before) < 0.2, "the filtered picture does not come back");
+    await until("the filtered picture, back", async () => Math.abs(await mean(page) - before) < 0.2);
     await press(page, "x");
     await page.selectOption("#shown-as", "sign");
     await settle(page, 600);
