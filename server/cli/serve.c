@@ -77,51 +77,52 @@ static int serve(const struct coordinator_options *options)
     return 0;
 }
 
-int cli_serve(int argc, char **argv)
+struct serve_choices {
+    const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format;
+    bool with_parent, quiet;
+    long tenant_jobs, tenant_assets_mib, threads, workers;
+};
+
+static int parse(struct serve_choices *o, int argc, char **argv)
 {
-    static const char *listen = SERVE_LISTEN, *data, *worker_listen, *web, *tokens, *cert, *key,
-                      *worker_key;
-    static const char *format = "text";
-    static bool with_parent, quiet;
-    static long tenant_jobs, tenant_assets_mib;
-    long cores = (long)uv_available_parallelism(), threads = 0, workers = cores > 1 ? 2 : 1;
     const struct option_line lines[] = {
         {"listen", 0, OPTION_TEXT, "ADDR:PORT",
          "HTTP; beyond loopback only with tokens and TLS; port 0 takes a free one; "
          "default " SERVE_LISTEN,
-         0, 0, &listen},
+         0, 0, &o->listen},
         {"tokens", 0, OPTION_TEXT, "FILE",
          "who may do what (`shearwater token` makes one; SIGHUP reads it again); default: "
-         "everybody "
-         "on this machine everything",
-         0, 0, &tokens},
+         "everybody on this machine everything",
+         0, 0, &o->tokens},
         {"tenant-jobs", 0, OPTION_NUMBER, "N",
          "jobs of a tenant that may wait and run; default: no quota", 1, LIMIT_JOBS_WAITING,
-         &tenant_jobs},
+         &o->tenant_jobs},
         {"tenant-assets", 0, OPTION_NUMBER, "MIB",
          "MiB of assets that a tenant may bring; default: no quota", 1, 1 << 30,
-         &tenant_assets_mib},
+         &o->tenant_assets_mib},
         {"tls-cert", 0, OPTION_TEXT, "FILE.pem", "the server's certificate and its chain", 0, 0,
-         &cert},
-        {"tls-key", 0, OPTION_TEXT, "FILE.pem", "its private key", 0, 0, &key},
+         &o->cert},
+        {"tls-key", 0, OPTION_TEXT, "FILE.pem", "its private key", 0, 0, &o->key},
         {"data", 0, OPTION_TEXT, "DIR",
-         "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0, &data},
+         "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0,
+         &o->data},
         {"workers", 0, OPTION_NUMBER, "N", "local workers; default 2, or 1 on a single core", 0,
-         LIMIT_WORKERS, &workers},
+         LIMIT_WORKERS, &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",
-         "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS, &threads},
+         "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS,
+         &o->threads},
         {"worker-listen", 0, OPTION_TEXT, "ADDR:PORT",
          "TCP for further workers; beyond loopback only with a key; default none", 0, 0,
-         &worker_listen},
+         &o->worker_listen},
         {"worker-key", 0, OPTION_TEXT, "FILE",
          "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
-         &worker_key},
-        {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &web},
+         &o->worker_key},
+        {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &o->web},
         {"log-format", 0, OPTION_TEXT, "FORMAT",
-         "of the log on stderr: text, or json (an object a line); default text", 0, 0, &format},
-        {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &quiet},
+         "of the log on stderr: text, or json (an object a line); default text", 0, 0, &o->format},
+        {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &o->quiet},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
-         0, &with_parent},
+         0, &o->with_parent},
     };
     const struct option_table table = {
         .usage = "shearwater serve [options]",
@@ -130,40 +131,52 @@ int cli_serve(int argc, char **argv)
         .lines = lines,
         .line_count = sizeof lines / sizeof lines[0],
     };
-    static struct places places;
-    struct fault fault = {0};
-    int arguments, status = option_parse(&table, argc, argv, &arguments);
-    if (status != OPTION_GO_ON) return status;
-    if (!cert != !key) {
+    int arguments;
+    return option_parse(&table, argc, argv, &arguments);
+}
+
+/* What no single option shows. False: said on standard error. */
+static bool go_together(const struct serve_choices *o)
+{
+    if (!o->cert != !o->key)
         fprintf(stderr, "--tls-cert and --tls-key go together\n");
-        return 2;
-    }
-    if (!log_format_from_name(format, &server_log.format)) {
-        fprintf(stderr, "--log-format: \"%.64s\" is none: text and json are\n", format);
-        return 2;
-    }
-    if (quiet) server_log.least = LOG_ERROR;
-    if ((tenant_jobs || tenant_assets_mib) && !tokens) {
+    else if (!log_format_from_name(o->format, &server_log.format))
+        fprintf(stderr, "--log-format: \"%.64s\" is none: text and json are\n", o->format);
+    else if ((o->tenant_jobs || o->tenant_assets_mib) && !o->tokens)
         fprintf(stderr, "--tenant-jobs and --tenant-assets need --tokens, which tell tenants\n");
-        return 2;
-    }
+    else
+        return true;
+    return false;
+}
+
+int cli_serve(int argc, char **argv)
+{
+    static struct places places;
+    const long cores = (long)uv_available_parallelism();
+    struct serve_choices o = {
+        .listen = SERVE_LISTEN, .format = "text", .workers = cores > 1 ? 2 : 1};
+    struct fault fault = {0};
+    int status = parse(&o, argc, argv);
+    if (status != OPTION_GO_ON) return status;
+    if (!go_together(&o)) return 2;
+    if (o.quiet) server_log.least = LOG_ERROR;
     signal(SIGPIPE, SIG_IGN);
-    if (with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (places_find(data, web, &places, &fault) != 0) return refuse(&fault);
-    if (threads == 0 && workers > 0) threads = (cores + workers - 1) / workers;
+    if (o.with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (places_find(o.data, o.web, &places, &fault) != 0) return refuse(&fault);
+    if (o.threads == 0 && o.workers > 0) o.threads = (cores + o.workers - 1) / o.workers;
     const struct coordinator_options options = {.log = &server_log,
                                                 .places = &places,
-                                                .listen = listen,
-                                                .tokens = tokens,
-                                                .tenant_jobs = (unsigned)tenant_jobs,
-                                                .tenant_assets_mib = (unsigned)tenant_assets_mib,
-                                                .certificate = cert,
-                                                .key = key,
+                                                .listen = o.listen,
+                                                .tokens = o.tokens,
+                                                .tenant_jobs = (unsigned)o.tenant_jobs,
+                                                .tenant_assets_mib = (unsigned)o.tenant_assets_mib,
+                                                .certificate = o.cert,
+                                                .key = o.key,
                                                 .reloaded = on_reloaded,
-                                                .worker_listen = worker_listen,
-                                                .worker_key = worker_key,
-                                                .workers = (unsigned)workers,
-                                                .worker_threads = (unsigned)threads,
+                                                .worker_listen = o.worker_listen,
+                                                .worker_key = o.worker_key,
+                                                .workers = (unsigned)o.workers,
+                                                .worker_threads = (unsigned)o.threads,
                                                 .team_threads = (unsigned)cores};
     status = serve(&options);
     places_leave(&places);

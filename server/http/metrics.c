@@ -43,7 +43,7 @@ static void write_jobs(FILE *out, const struct jobs_totals *t)
     metric_single(out, "shearwater_tiles_copied_total", "counter",
                   "Tiles given to a second worker, since the first was late.", t->tiles_copied);
     metric_single(out, "shearwater_tiles_resumed_total", "counter",
-                  "Tiles taken from disk after a restart, in place of being traced again.",
+                  "Tiles taken from disk after a restart or a pause, in place of being traced again.",
                   t->tiles_resumed);
     metric_single(out, "shearwater_results_dropped_total", "counter",
                   "Results that were late, duplicate or foreign.", t->results_dropped);
