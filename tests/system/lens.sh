@@ -26,8 +26,9 @@ figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beaut
 alike() { figure "$1" "$2" --box 8 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.985 and . < 1.015] | all)'; }
 
 # A pinhole pays nothing: neither samples nor bytes.
-check "a closed lens" render closed closed
-check "... no lens" render pinhole pinhole
+# (One worker: a busy machine makes a second one trace copies of late tiles, and they count.)
+check "a closed lens" render closed closed --workers 1
+check "... no lens" render pinhole pinhole --workers 1
 check "... the same bytes" cmp "$tmp/closed.exr" "$tmp/pinhole.exr"
 check "... and the same work" bash -c "
     diff <(jq -S '.rays, .skipped, .bytes_received' '$tmp/closed.stats') <(jq -S '.rays, .skipped, .bytes_received' '$tmp/pinhole.stats')"
