@@ -45,20 +45,22 @@ beside_one_that_hangs() {
 }
 check "a worker that hangs with tiles holds nobody up" beside_one_that_hangs
 
-# One runs a tenth of the time.
+# One runs a tenth of the time. Whether its last tile is late depends on who else uses the machine: a
+# few frames may pass before one of its tiles is copied.
 beside_a_slow_one() {
-    local id
+    local id frame status=1
     worker slow; worker first; worker second
     (while kill -STOP $slow; do sleep 0.45; kill -CONT $slow; sleep 0.05; done) 2>/dev/null &
     local brake=$!
     track $brake
-    id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
-    await_state "$id" finished 60 && same_bytes "$id"
-    local status=$?
+    for frame in 1 2 3 4 5; do
+        id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) &&
+            await_state "$id" finished 60 && same_bytes "$id" || break
+        echo "# frame $frame: $(copied "$id") copies"
+        [ "$(copied "$id")" -eq 0 ] || { status=0; break; }
+    done
     kill $brake; wait $brake
     kill -CONT $slow
-    echo "# copies: $(copied "$id")"
-    [ "$(copied "$id")" -gt 0 ] || status=1
     kill $slow $first $second; wait $slow $first $second
     return $status
 }
