@@ -13,7 +13,7 @@ done
 check "an unknown word is refused" bash -c "! '$build/tests/load/simulate_farm' walk=5"
 
 jq -n --arg scene "$PWD/tests/scenes/cornell-box/cornell-box.glb" \
-    '{scene: {file: $scene}, image: {width: 256, height: 256}, sampling: {spp: 64, seed: 3},
+    '{scene: {file: $scene}, image: {width: 256, height: 256}, sampling: {spp: 24, seed: 3},
       filter: {method: "none"}, effects: {indirect_bounces: 4}}' >"$tmp/job.json"
 check "the undisturbed frame" "$build/shearwater" render "$tmp/job.json" --quiet --workers 1 -o "$tmp/alone.exr"
 
