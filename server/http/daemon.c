@@ -150,6 +150,13 @@ static void connection_changed(void *ctx, struct MHD_Connection *connection, voi
 
 static void run(struct http *http);
 
+static void on_pace(uv_timer_t *timer)
+{
+    struct http *http = timer->data;
+    (void)streams_pace(http->options.streams);
+    run(http);
+}
+
 static void on_run(uv_timer_t *timer)
 {
     run(timer->data);
@@ -168,6 +175,8 @@ static void run(struct http *http)
     MHD_run(http->mhd);
     if (MHD_get_timeout(http->mhd, &wait_ms) == MHD_YES)
         uv_timer_start(&http->run, on_run, wait_ms, 0);
+    if (streams_wait(http->options.streams) && !uv_is_active((uv_handle_t *)&http->pace))
+        uv_timer_start(&http->pace, on_pace, PACE_EVERY_MS, 0);
 }
 
 void http_kick(struct http *http)
@@ -178,6 +187,14 @@ void http_kick(struct http *http)
 static void on_kick(void *ctx)
 {
     http_kick(ctx);
+}
+
+static void on_cut(void *ctx, enum reader_kind kind, const char *job)
+{
+    const struct http *http = ctx;
+    const struct log_field fields[] = {{"job", job, 0},
+                                       {"stream", kind == READER_PIXELS ? "pixels" : "events", 0}};
+    log_write(http->options.log, LOG_INFO, "a reader that took nothing was cut", NULL, fields, 2);
 }
 
 /* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are
@@ -257,8 +274,9 @@ static int start_handles(struct http *http)
     if (!info || uv_poll_init(loop, &http->poll, info->epoll_fd) != 0) return ERR_IO;
     uv_timer_init(loop, &http->run);
     uv_timer_init(loop, &http->tick);
-    http->poll.data = http->run.data = http->tick.data = http;
-    http->open_handles = 3;
+    uv_timer_init(loop, &http->pace);
+    http->poll.data = http->run.data = http->tick.data = http->pace.data = http;
+    http->open_handles = 4;
     uv_poll_start(&http->poll, UV_READABLE, on_poll);
     uv_timer_start(&http->tick, on_tick, TICK_MS, TICK_MS);
     return 0;
@@ -315,6 +333,9 @@ int http_create(const struct http_options *options, struct http **out, struct fa
         goto fail;
     }
     streams_set_kick(options->streams, on_kick, http);
+    streams_set_told_cut(options->streams, on_cut);
+    streams_limit(options->streams, options->feed_bytes_per_s,
+                  ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS));
     *out = http;
     return 0;
 fail:
@@ -382,6 +403,7 @@ void http_destroy(struct http **http)
     if (!h) return;
     h->draining = true;
     streams_set_kick(h->options.streams, NULL, NULL);
+    streams_set_told_cut(h->options.streams, NULL);
     streams_end_all(h->options.streams);
     release_requests(h);
     MHD_run(h->mhd);
@@ -394,5 +416,6 @@ void http_destroy(struct http **http)
     uv_close((uv_handle_t *)&h->poll, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);
     uv_close((uv_handle_t *)&h->tick, on_closed);
+    uv_close((uv_handle_t *)&h->pace, on_closed);
     *http = NULL;
 }
