@@ -11,8 +11,9 @@ import * as fair from "./parts/fair.mjs";
 import * as quota from "./parts/quota.mjs";
 import * as queue from "./parts/queue.mjs";
 import * as viewers from "./parts/viewers.mjs";
+import * as weights from "./parts/weights.mjs";
 
-const PARTS = { fair, quota, queue, viewers };
+const PARTS = { fair, weights, quota, queue, viewers };
 
 const build = process.argv[2];
 const want = options(Object.assign({ parts: Object.keys(PARTS).join(","), report: `${build}/load/report.html` },
