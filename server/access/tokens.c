@@ -116,12 +116,52 @@ static int read_list(struct json_cursor *at, const json_t *list, struct tokens *
     return error;
 }
 
-/* The document's one member. */
+static int read_weight(struct json_cursor *at, const char *tenant, const json_t *value,
+                       struct tokens *tokens)
+{
+    const json_t *weight = json_object_get(value, "weight");
+    const json_int_t number = json_integer_value(weight);
+    bool known = false;
+    if (json_object_size(value) != 1 || !json_is_integer(weight) || number < 1 ||
+        number > TENANT_WEIGHT_MOST)
+        return json_cursor_refuse(at, ERR_RANGE, "expected {\"weight\": 1 to %d}",
+                                  TENANT_WEIGHT_MOST);
+    for (size_t i = 0; i < tokens->count; i++)
+        if (strcmp(tokens->list[i].tenant, tenant) == 0) {
+            tokens->list[i].weight = (uint32_t)number;
+            known = true;
+        }
+    return known ? 0 : json_cursor_refuse(at, ERR_NOT_FOUND, "no token is of this tenant");
+}
+
+static int read_tenants(struct json_cursor *at, json_t *tenants, struct tokens *tokens)
+{
+    const char *name;
+    json_t *value;
+    int error = 0;
+    for (size_t i = 0; i < tokens->count; i++) tokens->list[i].weight = 1;
+    if (!tenants) return 0;
+    const size_t outside = json_cursor_enter(at, "tenants");
+    if (!json_is_object(tenants))
+        return json_cursor_refuse(at, ERR_TYPE, "expected an object of tenants");
+    json_object_foreach (tenants, name, value) {
+        const size_t here = json_cursor_enter(at, name);
+        error = read_weight(at, name, value, tokens);
+        if (error) return error;
+        json_cursor_leave(at, here);
+    }
+    json_cursor_leave(at, outside);
+    return 0;
+}
+
+/* The document's list of tokens. */
 static int list_of(struct json_cursor *at, const json_t *root, json_t **list)
 {
     *list = json_object_get(root, "tokens");
-    if (!json_is_object(root) || json_object_size(root) != 1 || !json_is_array(*list))
-        return json_cursor_refuse(at, ERR_TYPE, "expected {\"tokens\": [...]} and nothing else");
+    const size_t members = json_object_get(root, "tenants") ? 2 : 1;
+    if (!json_is_object(root) || json_object_size(root) != members || !json_is_array(*list))
+        return json_cursor_refuse(
+            at, ERR_TYPE, "expected {\"tokens\": [...], \"tenants\": {...}} and nothing else");
     if (json_array_size(*list) > LIMIT_TOKENS)
         return json_cursor_refuse(at, ERR_LIMIT, "at most %d tokens are taken", LIMIT_TOKENS);
     return 0;
@@ -137,8 +177,10 @@ static int read_document(const json_t *root, struct tokens **out, struct fault *
     struct tokens *tokens =
         calloc(1, sizeof *tokens + (json_array_size(list) + 1) * sizeof(struct token));
     if (!tokens) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
-    json_cursor_enter(&at, "tokens");
+    const size_t outside = json_cursor_enter(&at, "tokens");
     error = read_list(&at, list, tokens);
+    json_cursor_leave(&at, outside);
+    if (!error) error = read_tenants(&at, json_object_get(root, "tenants"), tokens);
     if (error)
         free(tokens);
     else

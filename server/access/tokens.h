@@ -2,11 +2,14 @@
 /* Who may do what: bearer tokens and their roles, from a file that holds their SHA-256 alone.
  *
  *   {"tokens": [{"name": "ana-laptop", "tenant": "studio", "role": "submitter",
- *                "sha256": "64 hexadecimal digits"}]}
+ *                "sha256": "64 hexadecimal digits"}],
+ *    "tenants": {"studio": {"weight": 2}}}
  *
  * A token is "sw_" and 64 random hexadecimal digits, or any other text of 20 to 256 of the letters
  * that RFC 6750 allows in one; since it is not guessable, its plain hash needs no salt. Tokens of
- * one tenant see the same jobs. */
+ * one tenant see the same jobs. Of tenants that have work at the same priority one of weight 2 gets
+ * twice the share of one of weight 1, which all have that "tenants" (which may be missing) does not
+ * name. */
 #include <stddef.h>
 
 #include "proto/digest.h"
@@ -22,6 +25,8 @@ enum role {
     ROLE_COUNT
 };
 
+#define TENANT_WEIGHT_MOST 100
+
 #define TOKEN_NAME_BYTES 65
 #define TOKEN_TEXT_BYTES 68 /* of one that we make, with its end */
 
@@ -29,6 +34,7 @@ struct token {
     char name[TOKEN_NAME_BYTES]; /* for people: as a tenant's, with capitals and '.' */
     char tenant[JOB_OWNER_BYTES];
     enum role role;
+    uint32_t weight; /* of its tenant: 1 to TENANT_WEIGHT_MOST */
     struct digest hash;
 };
 

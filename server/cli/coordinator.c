@@ -169,7 +169,8 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .team = c->team,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
-                                .streams = c->streams};
+                                .streams = c->streams,
+                                .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000)};
     int error = http_create(&http, &c->http, fault);
     c->reloaded = options->reloaded;
     if (!error && options->tokens) uv_signal_start(&c->hangup, on_hangup, SIGHUP);

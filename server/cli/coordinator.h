@@ -16,6 +16,7 @@ struct coordinator_options {
     const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
     unsigned tenant_jobs;          /* that have not ended, of each tenant; 0: no quota */
     unsigned tenant_assets_mib;    /* of its assets; 0: no quota */
+    unsigned feed_mb_per_s;        /* of all pixel feeds while pictures are in work; 0: no limit */
     const char *certificate, *key; /* of HTTP, PEM; NULL: no TLS */
     /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
      * well. */

@@ -80,7 +80,7 @@ static int serve(const struct coordinator_options *options)
 struct serve_choices {
     const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format;
     bool with_parent, quiet;
-    long tenant_jobs, tenant_assets_mib, threads, workers;
+    long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s;
 };
 
 static int parse(struct serve_choices *o, int argc, char **argv)
@@ -117,6 +117,10 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"worker-key", 0, OPTION_TEXT, "FILE",
          "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
          &o->worker_key},
+        {"feed-rate", 0, OPTION_NUMBER, "MB",
+         "MB a second that more than 8 who watch pictures are sent together while some are in "
+         "work; 0: no limit; default 24",
+         0, 1000000, &o->feed_mb_per_s},
         {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &o->web},
         {"log-format", 0, OPTION_TEXT, "FORMAT",
          "of the log on stderr: text, or json (an object a line); default text", 0, 0, &o->format},
@@ -153,8 +157,10 @@ int cli_serve(int argc, char **argv)
 {
     static struct places places;
     const long cores = (long)uv_available_parallelism();
-    struct serve_choices o = {
-        .listen = SERVE_LISTEN, .format = "text", .workers = cores > 1 ? 2 : 1};
+    struct serve_choices o = {.listen = SERVE_LISTEN,
+                              .format = "text",
+                              .workers = cores > 1 ? 2 : 1,
+                              .feed_mb_per_s = 24};
     struct fault fault = {0};
     int status = parse(&o, argc, argv);
     if (status != OPTION_GO_ON) return status;
@@ -170,6 +176,7 @@ int cli_serve(int argc, char **argv)
                                                 .tokens = o.tokens,
                                                 .tenant_jobs = (unsigned)o.tenant_jobs,
                                                 .tenant_assets_mib = (unsigned)o.tenant_assets_mib,
+                                                .feed_mb_per_s = (unsigned)o.feed_mb_per_s,
                                                 .certificate = o.cert,
                                                 .key = o.key,
                                                 .reloaded = on_reloaded,

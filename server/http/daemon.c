@@ -12,6 +12,7 @@
 #include "server/http/listen.h"
 #include "server/http/request.h"
 #include "server/http/static_files.h"
+#include "server/job/fair_share.h"
 
 #define TICK_MS                 250u
 #define CONNECTION_MEMORY_BYTES 24576u
@@ -150,6 +151,13 @@ static void connection_changed(void *ctx, struct MHD_Connection *connection, voi
 
 static void run(struct http *http);
 
+static void on_pace(uv_timer_t *timer)
+{
+    struct http *http = timer->data;
+    (void)streams_pace(http->options.streams);
+    run(http);
+}
+
 static void on_run(uv_timer_t *timer)
 {
     run(timer->data);
@@ -168,6 +176,8 @@ static void run(struct http *http)
     MHD_run(http->mhd);
     if (MHD_get_timeout(http->mhd, &wait_ms) == MHD_YES)
         uv_timer_start(&http->run, on_run, wait_ms, 0);
+    if (streams_wait(http->options.streams) && !uv_is_active((uv_handle_t *)&http->pace))
+        uv_timer_start(&http->pace, on_pace, PACE_EVERY_MS, 0);
 }
 
 void http_kick(struct http *http)
@@ -178,6 +188,14 @@ void http_kick(struct http *http)
 static void on_kick(void *ctx)
 {
     http_kick(ctx);
+}
+
+static void on_cut(void *ctx, enum reader_kind kind, const char *job)
+{
+    const struct http *http = ctx;
+    const struct log_field fields[] = {{"job", job, 0},
+                                       {"stream", kind == READER_PIXELS ? "pixels" : "events", 0}};
+    log_write(http->options.log, LOG_INFO, "a reader that took nothing was cut", NULL, fields, 2);
 }
 
 /* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are
@@ -257,10 +275,28 @@ static int start_handles(struct http *http)
     if (!info || uv_poll_init(loop, &http->poll, info->epoll_fd) != 0) return ERR_IO;
     uv_timer_init(loop, &http->run);
     uv_timer_init(loop, &http->tick);
-    http->poll.data = http->run.data = http->tick.data = http;
-    http->open_handles = 3;
+    uv_timer_init(loop, &http->pace);
+    http->poll.data = http->run.data = http->tick.data = http->pace.data = http;
+    http->open_handles = 4;
     uv_poll_start(&http->poll, UV_READABLE, on_poll);
     uv_timer_start(&http->tick, on_tick, TICK_MS, TICK_MS);
+    return 0;
+}
+
+/* How tenants share the workers. Without memory they stay as they were. */
+static int tell_weights(struct http *http)
+{
+    const struct tokens *tokens = http->access.tokens;
+    struct fair_weights *weights =
+        tokens ? calloc(1, sizeof *weights + tokens->count * sizeof weights->list[0]) : NULL;
+    if (!tokens || !weights) return tokens ? ERR_MEMORY : 0;
+    for (size_t i = 0; i < tokens->count; i++) {
+        if (tokens->list[i].weight == 1) continue;
+        struct fair_weight *w = &weights->list[weights->count++];
+        memcpy(w->owner, tokens->list[i].tenant, sizeof w->owner);
+        w->weight = tokens->list[i].weight;
+    }
+    jobs_set_weights(http->options.jobs, weights);
     return 0;
 }
 
@@ -314,7 +350,11 @@ int http_create(const struct http_options *options, struct http **out, struct fa
         fault_set(fault, error, "", "the HTTP server could not join the loop");
         goto fail;
     }
+    (void)tell_weights(http);
     streams_set_kick(options->streams, on_kick, http);
+    streams_set_told_cut(options->streams, on_cut);
+    streams_limit(options->streams, options->feed_bytes_per_s,
+                  ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS));
     *out = http;
     return 0;
 fail:
@@ -340,6 +380,7 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)
 {
     int error = access_reload(&http->access, fault);
     if (!error) cut_unwelcome(http);
+    if (!error) error = tell_weights(http);
     *count = http->access.tokens ? http->access.tokens->count : 0;
     return error;
 }
@@ -382,6 +423,7 @@ void http_destroy(struct http **http)
     if (!h) return;
     h->draining = true;
     streams_set_kick(h->options.streams, NULL, NULL);
+    streams_set_told_cut(h->options.streams, NULL);
     streams_end_all(h->options.streams);
     release_requests(h);
     MHD_run(h->mhd);
@@ -394,5 +436,6 @@ void http_destroy(struct http **http)
     uv_close((uv_handle_t *)&h->poll, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);
     uv_close((uv_handle_t *)&h->tick, on_closed);
+    uv_close((uv_handle_t *)&h->pace, on_closed);
     *http = NULL;
 }

@@ -31,6 +31,7 @@ struct http {
     uv_poll_t poll;  /* MHD's epoll descriptor */
     uv_timer_t run;  /* when MHD wants to run again, or has been kicked */
     uv_timer_t tick; /* deadlines, heartbeats */
+    uv_timer_t pace; /* turns of feeds, while some wait for one */
     int open_handles;
     int port;
     bool draining;

@@ -27,6 +27,7 @@ struct http_options {
     struct jobs *jobs;
     struct fleet *fleet;
     struct streams *streams;
+    int64_t feed_bytes_per_s; /* of all pixel feeds while pictures are in work; 0: no limit */
 };
 
 /* *fault says why an address was refused. */

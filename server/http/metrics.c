@@ -42,9 +42,10 @@ static void write_jobs(FILE *out, const struct jobs_totals *t)
                   t->tiles_reissued);
     metric_single(out, "shearwater_tiles_copied_total", "counter",
                   "Tiles given to a second worker, since the first was late.", t->tiles_copied);
-    metric_single(out, "shearwater_tiles_resumed_total", "counter",
-                  "Tiles taken from disk after a restart or a pause, in place of being traced again.",
-                  t->tiles_resumed);
+    metric_single(
+        out, "shearwater_tiles_resumed_total", "counter",
+        "Tiles taken from disk after a restart or a pause, in place of being traced again.",
+        t->tiles_resumed);
     metric_single(out, "shearwater_results_dropped_total", "counter",
                   "Results that were late, duplicate or foreign.", t->results_dropped);
     metric_single(out, "shearwater_samples_rejected_total", "counter",
@@ -159,8 +160,26 @@ static void write_http(FILE *out, const struct http *http)
                   http->connections_cut);
     metric_single(out, "shearwater_http_log_lines_total", "counter",
                   "Complaints of the HTTP library about connections.", http->log_lines);
+}
+
+static void write_streams(FILE *out, const struct streams *streams)
+{
+    struct streams_totals t;
+    streams_totals(streams, &t);
+    const struct metric_sample cut[] = {{"events", t.cut_events}, {"pixels", t.cut_pixels}};
     metric_single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",
-                  streams_readers(http->options.streams));
+                  t.readers);
+    metric_family(out, "shearwater_stream_readers_cut_total", "counter",
+                  "Readers that took nothing, or fell too far behind: cut, to begin anew.");
+    metric_labelled(out, "shearwater_stream_readers_cut_total", "stream", cut, 2);
+    metric_single(out, "shearwater_feed_bytes_total", "counter", "Bytes of pixel feeds.",
+                  t.pixel_bytes);
+    metric_single(out, "shearwater_feed_blocks_made_total", "counter",
+                  "Blocks converted for feeds of pictures in work.", t.blocks_made);
+    metric_single(out, "shearwater_feed_blocks_sent_total", "counter",
+                  "Blocks that such feeds began to send; one may go to many.", t.blocks_sent);
+    metric_single(out, "shearwater_feed_waits_total", "counter",
+                  "Turns of feeds that waited for --feed-rate.", t.waits);
 }
 
 void route_metrics(struct request *r)
@@ -179,6 +198,7 @@ void route_metrics(struct request *r)
     write_work(out, &totals);
     write_fleet(out, r->http->options.fleet);
     write_http(out, r->http);
+    write_streams(out, r->http->options.streams);
     metrics_store(out, r->http);
     metrics_log(out, r->http->options.log);
     metrics_host(out, r->http);

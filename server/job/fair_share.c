@@ -60,6 +60,24 @@ static void forget_settled(struct fair_share *share, int32_t priority)
     }
 }
 
+static uint32_t weight_of(const struct fair_share *share, const char *owner)
+{
+    for (size_t i = 0; share->weights && i < share->weights->count; i++)
+        if (strcmp(share->weights->list[i].owner, owner) == 0)
+            return share->weights->list[i].weight;
+    return 1;
+}
+
+void fair_share_weigh(struct fair_share *share, struct fair_weights *weights)
+{
+    free(share->weights);
+    share->weights = weights;
+    for (struct fair_tenant *t = share->first; t; t = t->next) {
+        t->weight = weight_of(share, t->owner);
+        t->rest = 0;
+    }
+}
+
 static struct fair_tenant *add(struct fair_share *share, const char *owner, int32_t priority)
 {
     struct fair_tenant *t = calloc(1, sizeof *t);
@@ -67,6 +85,7 @@ static struct fair_tenant *add(struct fair_share *share, const char *owner, int3
     assert(strlen(owner) < sizeof t->owner);
     memcpy(t->owner, owner, strlen(owner) + 1);
     t->priority = priority;
+    t->weight = weight_of(share, owner);
     t->next = share->first;
     share->first = t;
     return t;
@@ -94,7 +113,9 @@ void fair_share_leave(struct fair_share *share, struct fair_tenant *tenant)
 void fair_share_charge(struct fair_share *share, struct fair_tenant *tenant, uint64_t samples)
 {
     const uint64_t start = tenant->served;
-    tenant->served += samples;
+    samples += tenant->rest;
+    tenant->served += samples / tenant->weight;
+    tenant->rest = (uint32_t)(samples % tenant->weight);
     if (start <= FAIR_SHARE_CREDIT) return;
     for (struct fair_tenant *t = share->first; t; t = t->next)
         if (is_in_line(t, tenant->priority) && t->served < start - FAIR_SHARE_CREDIT)
@@ -113,4 +134,6 @@ void fair_share_fini(struct fair_share *share)
         share->first = t->next;
         free(t);
     }
+    free(share->weights);
+    share->weights = NULL;
 }

@@ -1,6 +1,7 @@
 #pragma once
 /* Whose turn it is among tenants of one priority: start-time fair queueing (Goyal, Vin, Cheng 1996)
- * over samples, all tenants with the same weight.
+ * over samples. A tenant of weight 2 gets twice the samples of one of weight 1 while both have
+ * work.
  *
  * A tenant with work stands in a line, one for each priority; who has been served least goes first.
  * One who comes, or comes back after a time without work, starts where the least served of those
@@ -14,7 +15,7 @@
 
 #include "server/store/job_store.h"
 
-/* Samples: some minutes of one machine. */
+/* Samples of weight 1: some minutes of one machine. */
 #define FAIR_SHARE_CREDIT ((uint64_t)1 << 30)
 
 /* One tenant in the line of one priority. */
@@ -23,13 +24,28 @@ struct fair_tenant {
     char owner[JOB_OWNER_BYTES];
     int32_t priority;
     size_t jobs;        /* that have work; 0: away, but remembered, as others are behind */
-    uint64_t served;    /* samples; counted from the beginning of the line */
+    uint32_t weight;    /* at least 1 */
+    uint32_t rest;      /* samples that `served` does not show yet, below the weight */
+    uint64_t served;    /* samples over weight; counted from the beginning of the line */
     size_t seen, ahead; /* scratch of who goes through the jobs */
 };
 
-struct fair_share {
-    struct fair_tenant *first; /* owned, in no order */
+struct fair_weights {
+    size_t count;
+    struct fair_weight {
+        char owner[JOB_OWNER_BYTES];
+        uint32_t weight; /* at least 1 */
+    } list[];
 };
+
+struct fair_share {
+    struct fair_tenant *first;    /* owned, in no order */
+    struct fair_weights *weights; /* owned; who is not there has 1; NULL: everybody */
+};
+
+/* From now on tenants have these weights, which are taken; what they were given before stays as it
+ * was counted. */
+void fair_share_weigh(struct fair_share *share, struct fair_weights *weights);
 
 /* One more job of the owner has work; NULL when memory is exhausted. It stays where it is until as
  * many leave. */

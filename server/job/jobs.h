@@ -56,6 +56,10 @@ void jobs_stop(struct jobs *jobs);
 /* Frees the rest, after all that. */
 void jobs_destroy(struct jobs **jobs);
 
+/* How tenants of one priority share what there is (fair_share.h); weights are taken, NULL: alike. */
+struct fair_weights;
+void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
+
 /* Whoever asks below sees the jobs that asker.h lets him; of all others he learns that there are no
  * such ones (ERR_NOT_FOUND). The asker is copied.
  *

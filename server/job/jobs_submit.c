@@ -108,6 +108,36 @@ static void on_inserted(void *ctx, int error, const char *existing)
     free(s);
 }
 
+/* Who would be refused a new job may ask for one that it has. */
+struct refusal {
+    jobs_submitted done;
+    void *ctx;
+    struct fault fault;
+};
+
+static void on_key_looked_up(void *ctx, int error, const char *existing)
+{
+    struct refusal *r = ctx;
+    if (error == ERR_MISMATCH)
+        fault_set(&r->fault, error, "", "this Idempotency-Key came with another body before");
+    if (error == ERR_EXISTS)
+        r->done(r->ctx, NULL, existing, true);
+    else
+        r->done(r->ctx, &r->fault, NULL, false);
+    free(r);
+}
+
+/* False when there is no memory to look: then it is refused. */
+static bool look_up_key(struct jobs *jobs, const struct asker *asker, const char *key,
+                        const struct digest *body, const struct refusal *refusal)
+{
+    struct refusal *r = malloc(sizeof *r);
+    if (!r) return false;
+    *r = *refusal;
+    job_store_find_key(jobs->options.store, asker->owner, key, body, on_key_looked_up, r);
+    return true;
+}
+
 static int insert(struct jobs *jobs, const struct job *job, const char *key,
                   const struct digest *body, struct submission *s)
 {
@@ -164,10 +194,14 @@ void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
                  const char *idempotency_key, const struct digest *body, jobs_submitted done,
                  void *ctx)
 {
-    struct fault fault;
-    int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &fault);
+    struct refusal refused = {.done = done, .ctx = ctx};
+    int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &refused.fault);
+    const bool for_want_of_room = error == ERR_QUOTA || error == ERR_FULL;
     job_fini(job);
-    if (error) done(ctx, &fault, NULL, false);
+    if (for_want_of_room && idempotency_key &&
+        look_up_key(jobs, asker, idempotency_key, body, &refused))
+        return;
+    if (error) done(ctx, &refused.fault, NULL, false);
 }
 
 static void unlink_dry_run(struct dry_run *run)

@@ -129,3 +129,8 @@ bool jobs_open_next(struct jobs *jobs)
     live_job_open_frame(job);
     return true;
 }
+
+void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights)
+{
+    fair_share_weigh(&jobs->share, weights);
+}

@@ -199,10 +199,10 @@ static int64_t now_ms(void)
 /* Keys of different owners are different keys. No key has a blank in it, and no owner's name. */
 typedef char scoped_key[JOB_OWNER_BYTES + LIMIT_IDEMPOTENCY_KEY_BYTES + 2];
 
-static const char *scope_key(const struct job_row *row, const char *key, scoped_key out)
+static const char *scope_key(const char *owner, const char *key, scoped_key out)
 {
-    if (!key || !row->owner[0]) return key;
-    snprintf(out, sizeof(scoped_key), "%s %s", row->owner, key);
+    if (!key || !owner[0]) return key;
+    snprintf(out, sizeof(scoped_key), "%s %s", owner, key);
     return out;
 }
 
@@ -252,12 +252,20 @@ static int insert_key(struct job_database *db, const char *key, const struct dig
     return finish(db, s);
 }
 
+int job_database_find_key(struct job_database *db, const char *owner, const char *key,
+                          const struct digest *body, char existing[JOB_ID_BYTES])
+{
+    scoped_key scoped;
+    existing[0] = 0;
+    return check_key(db, scope_key(owner, key, scoped), body, existing);
+}
+
 int job_database_insert(struct job_database *db, const struct job_row *row, const char *key,
                         const struct digest *body, char existing[JOB_ID_BYTES])
 {
     scoped_key scoped;
     existing[0] = 0;
-    key = scope_key(row, key, scoped);
+    key = scope_key(row->owner, key, scoped);
     int error = key ? check_key(db, key, body, existing) : 0;
     if (error) return error;
     error = insert_row(db, row);

@@ -20,6 +20,8 @@ void job_database_unmark(struct job_database *db, bool keep);
 /* ERR_EXISTS with `existing`, ERR_MISMATCH: see job_store_insert. */
 int job_database_insert(struct job_database *db, const struct job_row *row, const char *key,
                         const struct digest *body, char existing[JOB_ID_BYTES]);
+int job_database_find_key(struct job_database *db, const char *owner, const char *key,
+                          const struct digest *body, char existing[JOB_ID_BYTES]);
 /* ERR_NOT_FOUND when there is no such job, here and below. */
 int job_database_update(struct job_database *db, const char *id, const char *state,
                         const char *error, const char *report);

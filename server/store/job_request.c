@@ -66,6 +66,8 @@ int job_request_perform(struct job_request *r, struct job_database *db)
     switch (r->kind) {
     case REQUEST_INSERT:
         return perform_insert(db, r);
+    case REQUEST_FIND_KEY:
+        return job_database_find_key(db, r->owner, r->key, &r->body, r->existing);
     case REQUEST_UPDATE:
         return job_database_update(db, r->id, r->state, r->fault, r->report);
     case REQUEST_STEER:
@@ -125,6 +127,7 @@ void job_request_answer(const struct job_request *r)
 {
     switch (r->kind) {
     case REQUEST_INSERT:
+    case REQUEST_FIND_KEY:
         if (r->call.inserted)
             r->call.inserted(r->ctx, r->error, r->error == ERR_EXISTS ? r->existing : NULL);
         break;

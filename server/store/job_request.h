@@ -4,6 +4,7 @@
 
 enum request_kind {
     REQUEST_INSERT,
+    REQUEST_FIND_KEY,
     REQUEST_UPDATE,
     REQUEST_STEER,
     REQUEST_UPDATE_FRAME,

@@ -181,6 +181,22 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     submit(s, r, error);
 }
 
+void job_store_find_key(struct job_store *s, const char *owner, const char *idempotency_key,
+                        const struct digest *body, job_store_inserted done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_FIND_KEY, "", ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY, NULL);
+        return;
+    }
+    int error = 0;
+    r->key = job_request_copy(idempotency_key, &error);
+    memcpy(r->owner, owner, strlen(owner) + 1);
+    r->body = *body;
+    r->call.inserted = done;
+    submit(s, r, error);
+}
+
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *fault,
                       const char *report, job_store_done done, void *ctx)
 {

@@ -62,6 +62,11 @@ typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
 
+/* The same for who would be refused a new job: ERR_EXISTS with `existing`, ERR_MISMATCH, 0 for a key
+ * that is not known. */
+void job_store_find_key(struct job_store *s, const char *owner, const char *idempotency_key,
+                        const struct digest *body, job_store_inserted done, void *ctx);
+
 /* Sets state, error, report (each if not NULL). ERR_NOT_FOUND when there is no such job, here and
  * below. done may be NULL. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,

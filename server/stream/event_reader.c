@@ -25,14 +25,14 @@ static ssize_t copy_small(char *out, size_t max_bytes, const char *text, size_t 
     return (ssize_t)size_bytes;
 }
 
-static ssize_t send_text(struct event_reader *r, char *out, size_t max_bytes)
+static size_t send_text(struct event_reader *r, char *out, size_t max_bytes)
 {
     size_t left = r->text->size_bytes - r->sent_bytes;
     size_t n = left < max_bytes ? left : max_bytes;
     memcpy(out, r->text->bytes + r->sent_bytes, n);
     r->sent_bytes += n;
     if (n == left) event_text_unref(&r->text);
-    return (ssize_t)n;
+    return n;
 }
 
 /* Takes the next event that is worth sending; false when there is none. */
@@ -53,6 +53,28 @@ static bool is_over(const struct event_reader *r)
            (stream->final && !event_ring_pending(&stream->ring, r->cursor));
 }
 
+static bool fell_behind(const struct event_reader *r)
+{
+    const struct stream *stream = r->base.stream;
+    return stream && !r->base.ending && !event_ring_has_after(&stream->ring, r->cursor);
+}
+
+static ssize_t end_reader(struct event_reader *r)
+{
+    if (fell_behind(r)) r->base.streams->cut[READER_EVENTS]++;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+/* As many of the events that are due as there is room for; none once events are lost to it. */
+static size_t send_events(struct event_reader *r, char *out, size_t max_bytes)
+{
+    size_t n = 0;
+    while (n < max_bytes && (r->text || (!is_over(r) && take_event(r))))
+        n += send_text(r, out + n, max_bytes - n);
+    if (n > 0) reader_moved(&r->base);
+    return n;
+}
+
 static ssize_t read_events(void *ctx, uint64_t position, char *out, size_t max_bytes)
 {
     struct event_reader *r = ctx;
@@ -61,9 +83,9 @@ static ssize_t read_events(void *ctx, uint64_t position, char *out, size_t max_b
         r->greeted = true;
         return copy_small(out, max_bytes, preface, sizeof preface - 1);
     }
-    if (r->text) return send_text(r, out, max_bytes);
-    if (is_over(r)) return MHD_CONTENT_READER_END_OF_STREAM;
-    if (take_event(r)) return send_text(r, out, max_bytes);
+    const size_t n = send_events(r, out, max_bytes);
+    if (n > 0) return (ssize_t)n;
+    if (is_over(r)) return end_reader(r);
     if (r->base.beat) {
         r->base.beat = false;
         return copy_small(out, max_bytes, heartbeat, sizeof heartbeat - 1);
@@ -84,7 +106,7 @@ struct MHD_Response *stream_events_response(struct streams *s, const char *job,
                                             uint64_t last_event_id, json_t *snapshot, bool ended)
 {
     struct stream *stream = ended ? NULL : streams_obtain(s, job);
-    struct event_reader *r = calloc(1, sizeof *r);
+    struct event_reader *r = calloc(1, sizeof *r); /* kind: READER_EVENTS */
     struct MHD_Response *response = NULL;
     bool replay =
         stream && last_event_id != 0 && event_ring_has_after(&stream->ring, last_event_id);
@@ -100,6 +122,7 @@ struct MHD_Response *stream_events_response(struct streams *s, const char *job,
                                                  free_reader);
     if (!response) goto fail;
     reader_join(&r->base, s, stream, stream ? &stream->event_readers : &s->detached, connection);
+    reader_bound_socket(&r->base);
     json_decref(snapshot);
     return response;
 fail:

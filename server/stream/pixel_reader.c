@@ -1,4 +1,4 @@
-/* A reader of the pixel feed as an MHD response: at most one message of bytes in hand. */
+/* A reader of the pixel feed as an MHD response: a header and at most one block in hand. */
 #include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,38 +7,60 @@
 
 struct pixel_reader {
     struct reader base;
-    char layer[32];
-    enum pixels_format format;
+    struct pixel_sheet *sheet; /* of its layer and format; its stream's, or `own` */
+    struct pixel_sheet *own;   /* of an image without a stream */
     struct pixel_blocks dirty;
     struct image *still; /* owned; an image without a stream */
     uint64_t generation; /* of the image that the reader was told about; 0: none */
     uint64_t has;        /* it has every change up to this revision */
     uint64_t sweep;      /* the revision when its walk over the blocks began anew */
     uint64_t told;       /* that it has, by the last message */
-    size_t message_bytes, sent_bytes;
-    uint8_t message[PIXELS_MESSAGE_BYTES];
+    uint8_t header[2 * PIXELS_HEADER_BYTES]; /* of its own: a block's, or messages without one */
+    size_t header_bytes, sent_bytes;
+    struct pixel_block *block; /* being sent, behind the header; NULL: none */
 };
+
+static struct pixel_reader *reader_of(struct reader *reader)
+{
+    return (struct pixel_reader *)reader; /* base is its first member */
+}
 
 void pixel_reader_mark(struct reader *reader, struct rect changed)
 {
-    struct pixel_reader *r = (struct pixel_reader *)reader; /* base is its first member */
+    struct pixel_reader *r = reader_of(reader);
     if (r->generation == reader->stream->generation) pixel_blocks_mark(&r->dirty, changed);
 }
 
-static void put_size(struct pixel_reader *r, const struct image *image, uint64_t revision)
+/* ---- messages ---- */
+
+static void put_size(struct pixel_reader *r, int32_t width_px, int32_t height_px, uint64_t revision)
 {
-    pixels_write_size(r->message, image->width_px, image->height_px, revision);
-    r->message_bytes = PIXELS_HEADER_BYTES;
+    pixels_write_size(r->header, width_px, height_px, revision);
+    r->header_bytes = PIXELS_HEADER_BYTES;
     r->told = revision;
 }
 
 /* Which view it is of goes before an image's size. */
 static void put_view(struct pixel_reader *r, const struct stream_view *view)
 {
-    memmove(r->message + PIXELS_HEADER_BYTES, r->message, PIXELS_HEADER_BYTES);
-    pixels_write_view(r->message, view->number, view->width_px, view->height_px, r->told);
-    r->message_bytes += PIXELS_HEADER_BYTES;
+    memmove(r->header + PIXELS_HEADER_BYTES, r->header, PIXELS_HEADER_BYTES);
+    pixels_write_view(r->header, view->number, view->width_px, view->height_px, r->told);
+    r->header_bytes += PIXELS_HEADER_BYTES;
 }
+
+/* Takes the block, NULL when there is none: then the feed ends. */
+static bool put_block(struct pixel_reader *r, struct pixel_block *block)
+{
+    if (!block) return false;
+    r->block = block;
+    memcpy(r->header, block->bytes, PIXELS_HEADER_BYTES);
+    pixels_set_revision(r->header, r->has);
+    r->header_bytes = PIXELS_HEADER_BYTES;
+    r->told = r->has;
+    return true;
+}
+
+/* ---- which comes next ---- */
 
 /* A new image: its size goes first, then every block that has changed since the revision that the
  * reader has. Every change of a new image comes after those of the one before. */
@@ -53,7 +75,7 @@ static bool announce(struct pixel_reader *r)
     pixel_blocks_join(&r->dirty, &stream->changes, r->has);
     r->generation = stream->generation;
     r->sweep = stream->revision;
-    put_size(r, stream->image, r->has);
+    put_size(r, stream->image->width_px, stream->image->height_px, r->has);
     if (stream->view.number > 0) put_view(r, &stream->view);
     return true;
 }
@@ -78,11 +100,54 @@ static bool take_block(struct pixel_reader *r, struct rect *block)
 /* A reader has nothing of a still picture for sure until it has the last block. */
 static bool next_of_still(struct pixel_reader *r)
 {
-    struct rect block;
-    if (r->base.ending || !pixel_blocks_take(&r->dirty, &block)) return false;
+    struct rect rect;
+    if (r->base.ending || !pixel_blocks_take(&r->dirty, &rect)) return false;
     r->has = r->dirty.count == 0 ? PIXELS_STILL_REVISION : 0;
-    r->message_bytes = pixels_write_block(r->message, r->still, r->layer, r->format, block, r->has);
-    return r->message_bytes > 0;
+    return put_block(r, pixel_block_create(r->still, r->sheet->layer, r->sheet->format, rect));
+}
+
+/* What is left of a turn goes back when there is nothing to send. */
+static void give_back_turn(struct pixel_reader *r)
+{
+    if (r->base.turn_bytes > 0) pace_return(&r->base.streams->pace, r->base.turn_bytes);
+    r->base.turn_bytes = 0;
+}
+
+/* Is it its turn? If not it is in line for one. */
+static bool has_turn(struct pixel_reader *r)
+{
+    struct pace *pace = &r->base.streams->pace;
+    if (r->base.turn_bytes > 0 || !pace_is_on(pace)) return true;
+    return !r->base.waits && pace_ask(pace, &r->base, streams_clock_us());
+}
+
+static bool next_block(struct pixel_reader *r, struct rect rect)
+{
+    struct stream *stream = r->base.stream;
+    struct streams *streams = stream->streams;
+    const uint64_t made = r->sheet->made;
+    struct pixel_block *block = pixel_sheet_block(r->sheet, stream->image, &stream->changes, rect);
+    streams->blocks_made += r->sheet->made - made;
+    if (!put_block(r, block)) return false;
+    if (pace_is_on(&streams->pace)) r->base.turn_bytes -= (int64_t)block->size_bytes;
+    streams->blocks_sent++;
+    return true;
+}
+
+/* Prepares the next message of a picture; nothing when there is nothing to say now. */
+static bool next_of_picture(struct pixel_reader *r)
+{
+    const struct stream *stream = r->base.stream;
+    struct rect rect;
+    if (r->dirty.count > 0 && !has_turn(r)) return true;
+    if (take_block(r, &rect)) return next_block(r, rect);
+    give_back_turn(r);
+    if (r->base.beat || r->told != r->has) {
+        put_size(r, stream->changes.width_px, stream->changes.height_px, r->has);
+        r->base.beat = false;
+        return true;
+    }
+    return !stream->final;
 }
 
 /* Prepares the next message. False when the feed ends; no bytes when there is nothing to say now.
@@ -90,57 +155,112 @@ static bool next_of_still(struct pixel_reader *r)
 static bool next_message(struct pixel_reader *r)
 {
     const struct stream *stream = r->base.stream;
-    struct rect block;
-    r->message_bytes = r->sent_bytes = 0;
+    pixel_block_unref(&r->block);
+    r->header_bytes = r->sent_bytes = 0;
     if (r->still) return next_of_still(r);
     if (!stream || r->base.ending) return false;
     if (stream->image && r->generation != stream->generation) return announce(r);
-    if (stream->image && take_block(r, &block)) {
-        r->message_bytes =
-            pixels_write_block(r->message, stream->image, r->layer, r->format, block, r->has);
-        r->told = r->has;
-        return r->message_bytes > 0;
-    }
-    if (stream->image && (r->base.beat || r->told != r->has)) {
-        put_size(r, stream->image, r->has);
-        r->base.beat = false;
-        return true;
-    }
+    if (stream->image || (stream->kept && r->generation == stream->generation))
+        return next_of_picture(r);
     return !stream->final;
+}
+
+static size_t message_bytes(const struct pixel_reader *r)
+{
+    return r->header_bytes + (r->block ? r->block->size_bytes - PIXELS_HEADER_BYTES : 0);
+}
+
+/* The next bytes of the message: of the header, or of the block behind it. */
+static size_t copy_out(struct pixel_reader *r, char *out, size_t max_bytes)
+{
+    size_t done = 0;
+    if (r->sent_bytes < r->header_bytes) {
+        done = r->header_bytes - r->sent_bytes;
+        if (done > max_bytes) done = max_bytes;
+        memcpy(out, r->header + r->sent_bytes, done);
+    }
+    const size_t left = message_bytes(r) - r->sent_bytes - done;
+    const size_t more = left < max_bytes - done ? left : max_bytes - done;
+    if (more > 0) memcpy(out + done, r->block->bytes + r->sent_bytes + done, more);
+    r->sent_bytes += done + more;
+    return done + more;
 }
 
 static ssize_t read_pixels(void *ctx, uint64_t position, char *out, size_t max_bytes)
 {
     struct pixel_reader *r = ctx;
     (void)position;
-    if (r->sent_bytes == r->message_bytes && !next_message(r))
+    if (r->sent_bytes == message_bytes(r) && !next_message(r))
         return MHD_CONTENT_READER_END_OF_STREAM;
-    size_t left = r->message_bytes - r->sent_bytes;
-    if (left == 0) return reader_sleep(&r->base);
-    size_t n = left < max_bytes ? left : max_bytes;
-    memcpy(out, r->message + r->sent_bytes, n);
-    r->sent_bytes += n;
+    if (r->sent_bytes == message_bytes(r)) return reader_sleep(&r->base);
+    const size_t n = copy_out(r, out, max_bytes);
+    reader_moved(&r->base);
+    if (r->base.streams) r->base.streams->pixel_bytes += n;
     return (ssize_t)n;
+}
+
+/* ---- what outlasts the image ---- */
+
+/* All that readers of the sheet lack. */
+static int find_wanted(const struct stream *stream, const struct pixel_sheet *sheet,
+                       struct pixel_blocks *wanted)
+{
+    int error = pixel_blocks_init(wanted, stream->changes.width_px, stream->changes.height_px);
+    for (struct reader *reader = stream->pixel_readers; !error && reader; reader = reader->next) {
+        const struct pixel_reader *r = reader_of(reader);
+        if (r->sheet == sheet && r->generation == stream->generation)
+            pixel_blocks_add(wanted, &r->dirty);
+    }
+    return error;
+}
+
+void pixel_readers_keep(struct stream *stream)
+{
+    size_t room = LIMIT_KEPT_PIXELS_BYTES;
+    for (struct pixel_sheet *sheet = stream->sheets; sheet; sheet = sheet->next) {
+        struct pixel_blocks wanted;
+        int error = find_wanted(stream, sheet, &wanted);
+        if (!error)
+            error = pixel_sheet_keep(sheet, stream->image, &stream->changes, &wanted, &room);
+        /* Without them its readers end, and ask for the picture's file. */
+        if (error) pixel_sheet_clear(sheet);
+        pixel_blocks_fini(&wanted);
+    }
+    stream->kept = true;
+}
+
+/* ---- its life ---- */
+
+void pixel_readers_orphan(struct stream *stream)
+{
+    for (struct reader *reader = stream->pixel_readers; reader; reader = reader->next)
+        pixel_sheet_leave(&stream->sheets, &reader_of(reader)->sheet);
 }
 
 static void free_reader(void *ctx)
 {
     struct pixel_reader *r = ctx;
+    struct stream *stream = r->base.stream;
+    if (r->base.streams) give_back_turn(r);
+    pixel_block_unref(&r->block);
+    pixel_sheet_leave(stream ? &stream->sheets : &r->own, &r->sheet);
     reader_leave(&r->base);
     pixel_blocks_fini(&r->dirty);
     image_destroy(&r->still);
     free(r);
 }
 
-static struct pixel_reader *reader_create(const struct pixels_wish *wish)
+static struct pixel_reader *reader_create(struct pixel_sheet **sheets,
+                                          const struct pixels_wish *wish)
 {
-    size_t bytes = strlen(wish->layer) + 1;
-    struct pixel_reader *r = bytes <= sizeof r->layer ? calloc(1, sizeof *r) : NULL;
+    struct pixel_reader *r = calloc(1, sizeof *r);
     if (!r) return NULL;
-    memcpy(r->layer, wish->layer, bytes);
-    r->format = wish->format;
+    r->base.kind = READER_PIXELS;
     r->has = wish->after;
-    return r;
+    r->sheet = pixel_sheet_join(sheets ? sheets : &r->own, wish->layer, wish->format);
+    if (r->sheet) return r;
+    free(r);
+    return NULL;
 }
 
 static struct MHD_Response *response_of(struct pixel_reader *r)
@@ -154,9 +274,10 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
                                             const struct pixels_wish *wish)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(wish) : NULL;
+    struct pixel_reader *r = stream ? reader_create(&stream->sheets, wish) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
+        if (r) pixel_sheet_leave(&stream->sheets, &r->sheet);
         free(r);
         return NULL;
     }
@@ -167,18 +288,21 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
 struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connection *connection,
                                            struct image *image, const struct pixels_wish *wish)
 {
-    struct pixel_reader *r = reader_create(wish);
+    struct pixel_reader *r = reader_create(NULL, wish);
     struct MHD_Response *response = NULL;
     if (r && pixel_blocks_init(&r->dirty, image->width_px, image->height_px) == 0)
         response = response_of(r);
     if (!response) {
-        if (r) pixel_blocks_fini(&r->dirty);
+        if (r) {
+            pixel_blocks_fini(&r->dirty);
+            pixel_sheet_leave(&r->own, &r->sheet);
+        }
         free(r);
         image_destroy(&image);
         return NULL;
     }
     r->still = image;
-    put_size(r, image, 0);
+    put_size(r, image->width_px, image->height_px, 0);
     pixel_blocks_mark(&r->dirty, (struct rect){0, 0, image->width_px, image->height_px});
     reader_join(&r->base, s, NULL, &s->detached, connection);
     return response;

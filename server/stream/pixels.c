@@ -51,6 +51,19 @@ void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed)
         for (int32_t x = r.x0; x < r.x1; x++) set(b, (uint32_t)(y * b->columns + x));
 }
 
+bool pixel_blocks_has(const struct pixel_blocks *b, uint32_t index)
+{
+    return (b->bits[index / 64] >> (index % 64) & 1) != 0;
+}
+
+void pixel_blocks_add(struct pixel_blocks *b, const struct pixel_blocks *more)
+{
+    const uint32_t total = (uint32_t)b->columns * (uint32_t)b->rows;
+    if (!b->bits || !more->bits || b->columns != more->columns || b->rows != more->rows) return;
+    for (uint32_t i = 0; i < total; i++)
+        if (pixel_blocks_has(more, i)) set(b, i);
+}
+
 int pixel_changes_init(struct pixel_changes *c, int32_t width_px, int32_t height_px)
 {
     *c = (struct pixel_changes){.width_px = width_px, .height_px = height_px};
@@ -73,6 +86,14 @@ void pixel_changes_mark(struct pixel_changes *c, struct rect changed, uint64_t r
     if (!c->revision) return;
     for (int32_t y = r.y0; y < r.y1; y++)
         for (int32_t x = r.x0; x < r.x1; x++) c->revision[y * columns + x] = revision;
+}
+
+uint32_t pixel_changes_block(const struct pixel_changes *c, int32_t x, int32_t y, uint32_t *count)
+{
+    const int32_t columns = (c->width_px + PIXELS_BLOCK_PX - 1) / PIXELS_BLOCK_PX;
+    const int32_t rows = (c->height_px + PIXELS_BLOCK_PX - 1) / PIXELS_BLOCK_PX;
+    *count = (uint32_t)(columns * rows);
+    return (uint32_t)(y / PIXELS_BLOCK_PX * columns + x / PIXELS_BLOCK_PX);
 }
 
 void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_changes *from, uint64_t after)
@@ -122,6 +143,11 @@ static void write_header(uint8_t *out, enum pixels_format format, uint32_t x, ui
     out = put(out, w, 4);
     out = put(out, h, 4);
     put(out, revision, 8);
+}
+
+void pixels_set_revision(uint8_t header[PIXELS_HEADER_BYTES], uint64_t revision)
+{
+    put(header + PIXELS_HEADER_BYTES - 8, revision, 8);
 }
 
 void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,

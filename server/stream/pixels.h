@@ -40,6 +40,10 @@ struct pixel_blocks {
 int pixel_blocks_init(struct pixel_blocks *b, int32_t width_px, int32_t height_px);
 void pixel_blocks_fini(struct pixel_blocks *b);
 
+/* Sets every block that is set in the other, which is of the same image. */
+void pixel_blocks_add(struct pixel_blocks *b, const struct pixel_blocks *more);
+bool pixel_blocks_has(const struct pixel_blocks *b, uint32_t index);
+
 /* Sets every block that the rectangle touches; what lies outside the image is ignored. */
 void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed);
 
@@ -47,6 +51,9 @@ void pixel_blocks_mark(struct pixel_blocks *b, struct rect changed);
 int pixel_changes_init(struct pixel_changes *c, int32_t width_px, int32_t height_px);
 void pixel_changes_fini(struct pixel_changes *c);
 void pixel_changes_mark(struct pixel_changes *c, struct rect changed, uint64_t revision);
+
+/* The number of the block that begins at x, y, and how many the image has. */
+uint32_t pixel_changes_block(const struct pixel_changes *c, int32_t x, int32_t y, uint32_t *count);
 
 /* Sets every block that changed after that revision; both are of the same image. */
 void pixel_blocks_join(struct pixel_blocks *b, const struct pixel_changes *from, uint64_t after);
@@ -57,6 +64,9 @@ bool pixel_blocks_take(struct pixel_blocks *b, struct rect *block);
 /* The message that tells the image's size, PIXELS_HEADER_BYTES long. */
 void pixels_write_size(uint8_t out[PIXELS_HEADER_BYTES], int32_t width_px, int32_t height_px,
                        uint64_t revision);
+
+/* Sets the revision in a message's header. */
+void pixels_set_revision(uint8_t header[PIXELS_HEADER_BYTES], uint64_t revision);
 
 /* The message that a view begins: x and y are the size of its full picture, h its number, w 0. */
 void pixels_write_view(uint8_t out[PIXELS_HEADER_BYTES], uint32_t number, int32_t width_px,

@@ -6,6 +6,8 @@
 
 #include "server/stream/streams.h"
 
+#define EVENT_SOCKET_BYTES 32768
+
 static void link_into(struct reader *r, struct reader **list)
 {
     r->next = *list;
@@ -20,19 +22,54 @@ void reader_join(struct reader *r, struct streams *streams, struct stream *strea
     r->streams = streams;
     r->stream = stream;
     r->connection = connection;
+    reader_moved(r);
     link_into(r, list);
     streams->readers++;
+    streams->event_readers += r->kind == READER_EVENTS;
+    streams->pace.readers += r->kind == READER_PIXELS;
 }
 
 void reader_leave(struct reader *r)
 {
     struct stream *stream = r->stream;
     if (!r->streams) return; /* they went first, and took the lists with them */
+    pace_leave(&r->streams->pace, r);
     *r->link = r->next;
     if (r->next) r->next->link = r->link;
     r->streams->readers--;
+    r->streams->event_readers -= r->kind == READER_EVENTS;
+    r->streams->pace.readers -= r->kind == READER_PIXELS;
     r->stream = NULL;
     if (stream) stream_settle(stream);
+}
+
+void reader_moved(struct reader *r)
+{
+    if (r->streams) r->moved_ms = r->streams->now_ms;
+}
+
+bool reader_is_stuck(const struct reader *r, uint64_t now_ms, uint64_t after_ms)
+{
+    return !r->suspended && !r->cut && now_ms - r->moved_ms >= after_ms;
+}
+
+void reader_cut(struct reader *r)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(r->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    r->cut = r->ending = true;
+    r->streams->cut[r->kind]++;
+    if (r->streams->told_cut)
+        r->streams->told_cut(r->streams->kick_ctx, r->kind, r->stream ? r->stream->job : "");
+    if (info) (void)shutdown(info->connect_fd, SHUT_RDWR);
+}
+
+void reader_bound_socket(const struct reader *r)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(r->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    const int bytes = EVENT_SOCKET_BYTES;
+    if (info) (void)setsockopt(info->connect_fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
 }
 
 ssize_t reader_sleep(struct reader *r)
@@ -46,6 +83,7 @@ void reader_wake(struct reader *r)
 {
     if (!r->suspended) return;
     r->suspended = false;
+    reader_moved(r);
     MHD_resume_connection(r->connection);
 }
 

@@ -12,20 +12,42 @@ struct MHD_Response;
 struct stream;
 struct streams;
 
+enum reader_kind { READER_EVENTS, READER_PIXELS };
+#define READER_KINDS 2
+
 struct reader {
+    enum reader_kind kind;
     struct streams *streams; /* NULL: they are gone */
     struct stream *stream;   /* NULL: it has none, or it is gone; the reader ends */
     struct reader *next, **link;
     struct MHD_Connection *connection;
     bool suspended;
-    bool ending; /* nothing more is to be sent */
-    bool beat;   /* a heartbeat is due */
+    bool ending;       /* nothing more is to be sent */
+    bool beat;         /* a heartbeat is due */
+    bool cut;          /* it was: it did not read */
+    uint64_t moved_ms; /* when it last took something, or was woken to */
+    /* In the line for a turn (pace.h). */
+    bool waits;
+    struct reader *wait_next, **wait_link;
+    int64_t turn_bytes; /* that it may send still */
 };
 
 /* Joins a list of a stream, or streams->detached when stream is NULL. */
 void reader_join(struct reader *r, struct streams *streams, struct stream *stream,
                  struct reader **list, struct MHD_Connection *connection);
 void reader_leave(struct reader *r);
+
+/* It took bytes: what a callback does that gives some. */
+void reader_moved(struct reader *r);
+
+/* Is it awake, and has taken nothing for so long? Then its socket is full. */
+bool reader_is_stuck(const struct reader *r, uint64_t now_ms, uint64_t after_ms);
+/* Ends its connection, and counts it; who dials again is given a snapshot. */
+void reader_cut(struct reader *r);
+
+/* Few bytes wait in the kernel for a reader of events, so that it is seen early that it is stuck.
+ */
+void reader_bound_socket(const struct reader *r);
 
 /* Puts the connection to sleep: what a callback returns when it has nothing to send. */
 ssize_t reader_sleep(struct reader *r);
@@ -39,3 +61,8 @@ bool reader_is_gone(const struct reader *r);
 
 /* pixel_reader.c: a part of the image that the reader was told about has changed. */
 void pixel_reader_mark(struct reader *reader, struct rect changed);
+
+/* The image goes: what its readers lack of it is made and kept for them. */
+void pixel_readers_keep(struct stream *stream);
+/* The stream goes: they let go of its sheets. */
+void pixel_readers_orphan(struct stream *stream);

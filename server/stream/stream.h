@@ -9,7 +9,9 @@
 #include <stdint.h>
 
 #include "server/image/image.h"
+#include "server/stream/pace.h"
 #include "server/stream/pixels.h"
+#include "server/stream/reader.h"
 
 struct streams;
 struct MHD_Response;
@@ -85,4 +87,25 @@ struct MHD_Response *stream_still_response(struct streams *streams,
                                            struct MHD_Connection *connection, struct image *image,
                                            const struct pixels_wish *wish);
 
-unsigned streams_readers(const struct streams *streams);
+/* All feeds of pixels together are sent at most so many bytes a second while pictures are in work
+ * (pace.h; 0: no limit); a reader whose socket has taken nothing for stuck_ms is cut. Without this
+ * call there is neither limit. */
+void streams_limit(struct streams *streams, int64_t feed_bytes_per_s, uint64_t stuck_ms);
+
+/* Readers of pixels wait for their turn: then streams_pace is called every PACE_EVERY_MS, and MHD
+ * runs behind it. True when some wait still. */
+bool streams_wait(const struct streams *streams);
+bool streams_pace(struct streams *streams);
+
+/* Called with streams_set_kick's ctx when a reader is cut. */
+void streams_set_told_cut(struct streams *streams,
+                          void (*told)(void *ctx, enum reader_kind kind, const char *job));
+
+struct streams_totals {
+    unsigned readers;
+    uint64_t cut_events, cut_pixels;   /* readers that did not read, or fell too far behind */
+    uint64_t pixel_bytes;              /* of feeds */
+    uint64_t blocks_made, blocks_sent; /* of pictures in work: those made once serve many */
+    uint64_t waits;                    /* turns of feeds that had to wait */
+};
+void streams_totals(const struct streams *streams, struct streams_totals *out);

@@ -7,6 +7,8 @@
 #define BEAT_MS     15000u
 #define PEEK_MS     2000u
 #define PROGRESS_MS 100u /* readers are woken for progress at most this often */
+/* ... and all together so often a second: to wake one costs some ten microseconds. */
+#define PROGRESS_WAKES_PER_S 3000u
 
 static uint64_t now_ms(void)
 {
@@ -28,9 +30,26 @@ int streams_create(struct streams **out)
     struct streams *s = calloc(1, sizeof *s);
     if (!s) return ERR_MEMORY;
     s->epoch = (uint32_t)wall_ms();
-    s->beat_ms = s->peek_ms = now_ms();
+    s->now_ms = s->beat_ms = s->peek_ms = now_ms();
+    s->stuck_ms = UINT64_MAX;
     *out = s;
     return 0;
+}
+
+uint64_t streams_clock_us(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+void streams_limit(struct streams *s, int64_t feed_bytes_per_s, uint64_t stuck_ms)
+{
+    const struct pace was = s->pace;
+    pace_init(&s->pace, feed_bytes_per_s, streams_clock_us());
+    s->pace.pictures = was.pictures;
+    s->pace.readers = was.readers;
+    s->stuck_ms = stuck_ms;
 }
 
 static struct stream **bucket_of(struct streams *s, const char *job)
@@ -86,6 +105,8 @@ static void stream_destroy(struct stream *stream)
     struct stream **at = bucket_of(s, stream->job);
     while (*at != stream) at = &(*at)->next;
     *at = stream->next;
+    s->pace.pictures -= stream->image != NULL;
+    pixel_readers_orphan(stream);
     detach_all(s, &stream->event_readers);
     detach_all(s, &stream->pixel_readers);
     event_ring_fini(&stream->ring);
@@ -113,6 +134,22 @@ void streams_destroy(struct streams **streams)
     }
     free(s);
     *streams = NULL;
+}
+
+void streams_set_told_cut(struct streams *s,
+                          void (*told)(void *ctx, enum reader_kind kind, const char *job))
+{
+    s->told_cut = told;
+}
+
+bool streams_pace(struct streams *s)
+{
+    return s->pace.first && pace_deal(&s->pace, streams_clock_us());
+}
+
+bool streams_wait(const struct streams *s)
+{
+    return s->pace.first != NULL;
 }
 
 void streams_set_kick(struct streams *s, void (*kick)(void *ctx), void *ctx)
@@ -145,12 +182,15 @@ void streams_end_all(struct streams *s)
     streams_kick(s);
 }
 
-/* Progress wakes readers ten times a second at most; what waits is told by the tick. */
+/* Progress and tiles wake readers ten times a second at most, and more seldom the more readers
+ * there are; what waits is told by the tick. */
 static bool may_wake(struct stream *stream, const char *name)
 {
-    if (strcmp(name, "progress") != 0) return true;
-    uint64_t now = now_ms();
-    stream->progress_waits = now - stream->progress_ms < PROGRESS_MS;
+    if (strcmp(name, "progress") != 0 && strcmp(name, "tile") != 0) return true;
+    const uint64_t now = now_ms();
+    const uint64_t apart_ms = stream->streams->event_readers * 1000u / PROGRESS_WAKES_PER_S;
+    stream->progress_waits =
+        now - stream->progress_ms < (apart_ms > PROGRESS_MS ? apart_ms : PROGRESS_MS);
     if (!stream->progress_waits) stream->progress_ms = now;
     return !stream->progress_waits;
 }
@@ -174,13 +214,30 @@ static void mark_all(struct stream *stream)
     pixel_changes_mark(&stream->changes, all, stream->revision);
 }
 
+/* What readers lack of an image that goes is kept for them, but for views: nothing of one may come
+ * when the next has begun. */
+static void let_go_of_image(struct stream *stream, bool follows)
+{
+    if (!follows && !stream->image) return;
+    if (!follows && stream->view.number == 0 && stream->pixel_readers) {
+        pixel_readers_keep(stream);
+        return;
+    }
+    for (struct pixel_sheet *sheet = stream->sheets; sheet; sheet = sheet->next)
+        pixel_sheet_clear(sheet);
+    pixel_changes_fini(&stream->changes);
+    stream->kept = false;
+}
+
 static struct stream *set_image(struct streams *s, const char *job, const struct image *image)
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
     if (!stream) return NULL;
-    pixel_changes_fini(&stream->changes);
+    let_go_of_image(stream, image != NULL);
     if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
+    s->pace.pictures += image != NULL;
+    s->pace.pictures -= stream->image != NULL;
     stream->image = image;
     stream->view = (struct stream_view){0};
     stream->revision++;
@@ -189,7 +246,7 @@ static struct stream *set_image(struct streams *s, const char *job, const struct
 
 static void tell_image(struct stream *stream)
 {
-    stream->generation++;
+    stream->generation += !stream->kept; /* readers go on with the same */
     readers_wake(stream->pixel_readers);
     streams_kick(stream->streams);
 }
@@ -219,8 +276,10 @@ void stream_pixels(struct streams *s, const char *job, struct rect changed)
     if (!stream || !stream->image) return;
     stream->revision++;
     pixel_changes_mark(&stream->changes, changed, stream->revision);
-    for (struct reader *r = stream->pixel_readers; r; r = r->next) pixel_reader_mark(r, changed);
-    readers_wake(stream->pixel_readers);
+    for (struct reader *r = stream->pixel_readers; r; r = r->next) {
+        pixel_reader_mark(r, changed);
+        if (!r->waits) reader_wake(r);
+    }
     streams_kick(s);
 }
 
@@ -231,9 +290,10 @@ void stream_forget(struct streams *s, const char *job)
     streams_kick(s);
 }
 
-static void tick_readers(struct reader *list, bool beat, bool peek)
+static void tick_readers(struct streams *s, struct reader *list, bool beat, bool peek)
 {
     for (struct reader *r = list; r; r = r->next) {
+        if (reader_is_stuck(r, s->now_ms, s->stuck_ms)) reader_cut(r);
         if (!r->suspended) continue;
         r->ending |= peek && reader_is_gone(r);
         r->beat |= beat;
@@ -243,29 +303,36 @@ static void tick_readers(struct reader *list, bool beat, bool peek)
 
 void streams_tick(struct streams *s)
 {
-    uint64_t now = now_ms();
-    bool beat = now - s->beat_ms >= BEAT_MS, peek = now - s->peek_ms >= PEEK_MS;
+    const uint64_t now = s->now_ms = now_ms();
+    const bool beat = now - s->beat_ms >= BEAT_MS, peek = now - s->peek_ms >= PEEK_MS;
     if (beat) s->beat_ms = now;
     if (peek) s->peek_ms = now;
     for (uint32_t i = 0; s->readers > 0 && i < STREAM_BUCKETS; i++)
         for (struct stream *stream = s->bucket[i]; stream; stream = stream->next) {
-            tick_readers(stream->event_readers, beat, peek);
-            tick_readers(stream->pixel_readers, beat, peek);
+            tick_readers(s, stream->event_readers, beat, peek);
+            tick_readers(s, stream->pixel_readers, beat, peek);
             if (stream->progress_waits) {
                 stream->progress_waits = false;
                 stream->progress_ms = now;
                 readers_wake(stream->event_readers);
             }
         }
+    tick_readers(s, s->detached, false, false);
     if (s->readers > 0) streams_kick(s);
+}
+
+void streams_totals(const struct streams *s, struct streams_totals *out)
+{
+    *out = (struct streams_totals){.readers = s->readers,
+                                   .cut_events = s->cut[READER_EVENTS],
+                                   .cut_pixels = s->cut[READER_PIXELS],
+                                   .pixel_bytes = s->pixel_bytes,
+                                   .blocks_made = s->blocks_made,
+                                   .blocks_sent = s->blocks_sent,
+                                   .waits = s->pace.waits};
 }
 
 uint64_t streams_event_id(const struct streams *s, const char *text)
 {
     return event_id_read(s->epoch, text);
-}
-
-unsigned streams_readers(const struct streams *s)
-{
-    return s->readers;
 }

@@ -5,6 +5,8 @@
  * reader, or when it is forgotten. Readers that outlive their stream end. */
 #include "proto/limits.h"
 #include "server/stream/events.h"
+#include "server/stream/pace.h"
+#include "server/stream/pixel_sheet.h"
 #include "server/stream/pixels.h"
 #include "server/stream/reader.h"
 #include "server/stream/stream.h"
@@ -19,6 +21,8 @@ struct stream {
     struct event_ring ring;
     struct reader *event_readers, *pixel_readers;
     const struct image *image;    /* borrowed from the job's side */
+    struct pixel_sheet *sheets;   /* its blocks as they go out; of them the readers hold one each */
+    bool kept;                    /* the image is gone: readers are sent what sheets have of it */
     struct pixel_changes changes; /* of the image's blocks: for readers that join */
     struct stream_view view;      /* that the image shows; number 0: none */
     uint64_t generation;          /* of the image: grows with stream_image */
@@ -33,6 +37,14 @@ struct streams {
     struct reader *detached; /* readers whose stream is gone */
     void (*kick)(void *ctx);
     void *kick_ctx;
+    void (*told_cut)(void *ctx, enum reader_kind kind, const char *job); /* of the same ctx */
+    struct pace pace;
+    uint64_t now_ms;   /* as of the last tick */
+    uint64_t stuck_ms; /* until a reader that takes nothing is cut */
+    uint64_t cut[READER_KINDS];
+    uint64_t pixel_bytes; /* given to readers */
+    uint64_t blocks_made, blocks_sent;
+    unsigned event_readers;
     uint64_t beat_ms, peek_ms; /* when these were last done */
     uint32_t epoch;
     unsigned readers;
@@ -46,3 +58,4 @@ struct stream *streams_obtain(struct streams *streams, const char *job);
 /* Frees the stream if nobody needs it any more. */
 void stream_settle(struct stream *stream);
 void streams_kick(struct streams *streams);
+uint64_t streams_clock_us(void);

@@ -10,8 +10,10 @@ import { done, failed, options } from "./service.mjs";
 import * as fair from "./parts/fair.mjs";
 import * as quota from "./parts/quota.mjs";
 import * as queue from "./parts/queue.mjs";
+import * as viewers from "./parts/viewers.mjs";
+import * as weights from "./parts/weights.mjs";
 
-const PARTS = { fair, quota, queue };
+const PARTS = { fair, weights, quota, queue, viewers };
 
 const build = process.argv[2];
 const want = options(Object.assign({ parts: Object.keys(PARTS).join(","), report: `${build}/load/report.html` },

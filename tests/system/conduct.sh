@@ -51,10 +51,12 @@ damaged() { # SCRIPT TIMES
     tail -n 1 "$tmp/$1.log"
     [ "$(tail -n 1 "$tmp/$1.log" | jq '.answers')" = "$2" ] || return 1
     [ "$(tail -n 1 "$tmp/$1.log" | jq '.accepted')" = 0 ] || return 1
+    get "/v1/jobs/$id" | jq -c '{state, problem, progress}'
     [ "$(get "/v1/jobs/$id" | jq .progress.tiles_done)" = 0 ] || return 1
     worker real
     await_state "$id" finished 60 && same_bytes "$id" job
     status=$?
+    [ $status = 0 ] || tail -n 5 "$tmp/real.log"
     kill "$real"; wait "$real"
     return $status
 }

@@ -1,6 +1,6 @@
-// Two tenants of equal weight: one has queued all of its jobs before the other comes; from then on each
-// gets half of the tiles, whatever their jobs' ages. Tiles are counted as the coordinator shows them.
-import { check, note, sha256, sleep } from "../service.mjs";
+// Two tenants: one has queued all of its jobs before the other comes; from then on each gets its share of the
+// tiles by weight, whatever their jobs' ages. Tiles are counted as the coordinator shows them.
+import { check, note, readFileSync, sha256, sleep, writeFileSync } from "../service.mjs";
 import { Tenant, begin, make_tokens, scene_bytes, spread } from "./clients.mjs";
 
 export const defaults = { fair_s: 60, fair_jobs: 150, fair_within: 0.05, workers: 4 };
@@ -13,8 +13,10 @@ const document_of = (asset, seed) => ({
 const tiles_of = async (tenant) => (await tenant.jobs()).reduce((sum, job) => sum + job.progress.tiles_done, 0);
 const is_busy = async (tenant) => (await tenant.jobs()).some((job) => job.state === "queued");
 
-export const run = async (build, want) => {
-    const { file, token } = make_tokens(build, ["early", "late"]);
+// The late tenant's weight is given by the file of tokens; the early one has 1.
+export const run = async (build, want, weight = 1) => {
+    const { file, token } = make_tokens(build, ["early", "late"]), due = weight / (1 + weight);
+    if (weight > 1) writeFileSync(file, JSON.stringify({ ...JSON.parse(readFileSync(file)), tenants: { late: { weight } } }));
     const service = await begin(build, "fair", { workers: want.workers, threads: 1, args: ["--tokens", file] });
     const early = new Tenant(service, token.early), late = new Tenant(service, token.late);
     const scene = scene_bytes(), asset = sha256(scene);
@@ -40,7 +42,7 @@ export const run = async (build, want) => {
     const share = gained[1] / (gained[0] + gained[1]), took_s = (performance.now() - begun) / 1000;
     note(`${gained[0]} tiles of the early tenant, ${gained[1]} of the late one in ${took_s.toFixed(0)} s`);
     check("both had work all the time", busy, `one of them ran out after ${took_s.toFixed(0)} s: give fair_jobs=`);
-    check(`the late tenant gets half of the tiles within ${100 * want.fair_within} %: ${(100 * share).toFixed(1)} %`, Math.abs(share - 0.5) <= want.fair_within);
+    check(`the late tenant, of weight ${weight}, gets ${(100 * due).toFixed(0)} % of the tiles within ${100 * want.fair_within} %: ${(100 * share).toFixed(1)} %`, Math.abs(share - due) <= want.fair_within);
     await service.kill();
     return {
         figures: { early_tiles: gained[0], late_tiles: gained[1], late_share: share, seconds: took_s },

@@ -12,12 +12,19 @@ const is_refusal = (a) => a.status === 429 && Number(a.headers["retry-after"]) >
 const why = (a) => `${a.status} ${JSON.stringify(a.headers)} ${a.body}`;
 
 const try_jobs = async (a, b, asset, most) => {
-    let last, accepted = 0;
+    const keyed = JSON.parse((await a.post(document_of(asset, 0), { "Idempotency-Key": "the-first" })).body).id;
+    let last, accepted = 1;
     const answers = await Promise.all(Array.from({ length: 2 * most }, (_, i) => a.post(document_of(asset, i))));
     for (const answer of answers) if (answer.status === 202) { accepted++; last = JSON.parse(answer.body).id; }
     check(`of ${2 * most} at once ${most} are accepted`, accepted === most, `${accepted}`);
     const refused = answers.filter((x) => x.status !== 202);
-    check("... and all others get 429 with Retry-After", refused.length === most && refused.every(is_refusal), refused[0] && why(refused[0]));
+    check("... and all others get 429 with Retry-After", refused.length === most + 1 && refused.every(is_refusal), refused[0] && why(refused[0]));
+    // A key that is known names its job, quota or not; a new one has no room, nor has the same with another body.
+    const again = await a.post(document_of(asset, 0), { "Idempotency-Key": "the-first" });
+    check("... but a repeated key is answered with its job", again.status === 202 && JSON.parse(again.body).id === keyed && JSON.parse(again.body).existed, why(again));
+    const other = await a.post(document_of(asset, 99), { "Idempotency-Key": "the-first" });
+    check("... and refused with another body", other.status === 409, why(other));
+    check("... a new key is refused", is_refusal(await a.post(document_of(asset, 0), { "Idempotency-Key": "another" })));
     check("another tenant goes on", (await b.post(document_of(asset, 0))).status === 202);
     return last;
 };

@@ -7,6 +7,9 @@
 
 #include <cmocka.h>
 
+#include <stdlib.h>
+#include <string.h>
+
 #include "server/job/fair_share.h"
 
 /* Serves whoever is next with tiles of his own size, `samples` in all; what each got. */
@@ -126,6 +129,43 @@ static void priorities_are_apart(void **state)
     fair_share_fini(&share);
 }
 
+static uint64_t served_of(struct fair_tenant *t[2], struct fair_share *share, int turns)
+{
+    uint64_t of_first = 0;
+    for (int i = 0; i < turns; i++) {
+        struct fair_tenant *next = fair_tenant_before(t[0], t[1]) ? t[0] : t[1];
+        fair_share_charge(share, next, 1001); /* no multiple of the weight */
+        of_first += next == t[0];
+    }
+    return of_first;
+}
+
+static struct fair_weights *weights_of(const char *owner, uint32_t weight)
+{
+    struct fair_weights *w = calloc(1, sizeof *w + sizeof w->list[0]);
+    assert_non_null(w);
+    w->count = 1;
+    strcpy(w->list[0].owner, owner);
+    w->list[0].weight = weight;
+    return w;
+}
+
+static void weights_are_shares_of_a_long_run(void **state)
+{
+    (void)state;
+    struct fair_share share = {0};
+    fair_share_weigh(&share, weights_of("a", 2));
+    struct fair_tenant *t[2] = {fair_share_join(&share, "a", 0), fair_share_join(&share, "b", 0)};
+    assert_in_range(served_of(t, &share, 3000), 1999, 2001);
+    assert_in_range(t[0]->served, t[1]->served - 1001, t[1]->served + 1001); /* no sample is lost */
+    /* The file is read again: from now on otherwise. */
+    fair_share_weigh(&share, weights_of("b", 3));
+    assert_in_range(served_of(t, &share, 4000), 998, 1002);
+    fair_share_weigh(&share, NULL);
+    assert_in_range(served_of(t, &share, 4000), 1998, 2002);
+    fair_share_fini(&share);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -135,6 +175,7 @@ int main(void)
         cmocka_unit_test(who_comes_back_is_remembered),
         cmocka_unit_test(an_empty_line_begins_anew),
         cmocka_unit_test(what_could_not_be_served_is_owed_within_bounds),
+        cmocka_unit_test(weights_are_shares_of_a_long_run),
         cmocka_unit_test(priorities_are_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,44 @@
+#pragma once
+/* How many bytes of pixels all feeds together are sent a second while pictures are in work.
+ *
+ * Watching must not slow what is watched. Who wants to send takes a turn of PACE_TURN_BYTES; when
+ * the budget is spent, readers wait in line, and get their turns in the order in which they came.
+ * Each is sent what is newest when its turn comes, so many watchers see fewer states on the way and
+ * all of them the last. What is not used adds up to the budget of one second: a few readers never
+ * wait. When no picture is in work there is nothing to slow, and no limit; nor for a handful of
+ * readers. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PACE_TURN_BYTES   INT64_C(65536)
+#define PACE_EVERY_MS     25u /* turns are dealt so often */
+#define PACE_FREE_READERS 8u  /* so few are not limited */
+
+struct reader;
+
+struct pace {
+    int64_t bytes_per_s; /* 0: no limit */
+    int64_t credit_bytes;
+    uint64_t at_us;               /* when credit was last given */
+    unsigned pictures;            /* in work */
+    unsigned readers;             /* of pixels */
+    struct reader *first, **last; /* who waits, by wait_next */
+    uint64_t turns, waits;        /* taken; of them those that had to wait */
+};
+
+/* Begins with the budget of a second. */
+void pace_init(struct pace *pace, int64_t bytes_per_s, uint64_t now_us);
+
+bool pace_is_on(const struct pace *pace);
+
+/* One turn, at once or never now: then the reader is in line, and waits. */
+bool pace_ask(struct pace *pace, struct reader *reader, uint64_t now_us);
+
+/* Gives turns to those who wait, and wakes them; true when others still do. */
+bool pace_deal(struct pace *pace, uint64_t now_us);
+
+/* Bytes of a turn that found no use. */
+void pace_return(struct pace *pace, int64_t bytes);
+
+/* Takes the reader out of the line, if it is in it. */
+void pace_leave(struct pace *pace, struct reader *reader);

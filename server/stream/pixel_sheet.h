@@ -1,0 +1,58 @@
+#pragma once
+/* Blocks of a layer as they go out, made once for all readers of the same layer and format.
+ *
+ * Two hundred who watch one picture are sent the same bytes: a block is converted when the first of
+ * them asks for it after a change, and kept until it changes again. With one reader alone nothing
+ * is kept. Only the header's revision differs: each reader sends its own. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/stream/pixels.h"
+
+#define PIXEL_SHEET_LAYER_BYTES 32
+
+/* A whole message, its revision 0; shared by the sheet and those who are sending it. */
+struct pixel_block {
+    unsigned refs;
+    size_t size_bytes;
+    uint64_t changed; /* revision at which its pixels had changed last */
+    uint8_t bytes[];
+};
+
+struct pixel_sheet {
+    struct pixel_sheet *next;
+    char layer[PIXEL_SHEET_LAYER_BYTES];
+    enum pixels_format format;
+    unsigned readers;
+    uint64_t made;              /* blocks, over its life */
+    uint32_t count;             /* of blocks; 0: none yet of the image */
+    struct pixel_block **block; /* owned; NULL each: not made */
+};
+
+/* NULL on failed allocation or an image without that layer. One reference. */
+struct pixel_block *pixel_block_create(const struct image *image, const char *layer,
+                                       enum pixels_format format, struct rect rect);
+void pixel_block_unref(struct pixel_block **block);
+
+/* Finds or makes the sheet in the list, and counts one more reader; NULL on failed allocation or
+ * for a name that is too long. */
+struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, const char *layer,
+                                     enum pixels_format format);
+/* The last reader's leaving frees the sheet. */
+void pixel_sheet_leave(struct pixel_sheet **list, struct pixel_sheet **sheet);
+
+/* Forgets all blocks: the image is another one. */
+void pixel_sheet_clear(struct pixel_sheet *sheet);
+
+/* The block at `rect` of the image, with a reference for the caller; image NULL: only what was
+ * kept. NULL on failed allocation, for an image without the layer, or when it was not kept. */
+struct pixel_block *pixel_sheet_block(struct pixel_sheet *sheet, const struct image *image,
+                                      const struct pixel_changes *changes, struct rect rect);
+
+/* Makes the blocks that are set in `wanted` (taken from it), so that they outlast the image, and
+ * forgets all others. ERR_LIMIT when *room bytes are not enough for them, of which it takes what it
+ * used; ERR_MEMORY. */
+int pixel_sheet_keep(struct pixel_sheet *sheet, const struct image *image,
+                     const struct pixel_changes *changes, struct pixel_blocks *wanted,
+                     size_t *room);

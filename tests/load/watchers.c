@@ -1,0 +1,479 @@
+/* Many clients that follow one job, in one process that costs as little as can be: viewers of its
+ * events, feeds of its pixels, and of each some that are stuck, which never read.
+ *
+ *   watchers port=N job=ID [viewers=N] [feeds=N] [stuck=N] [poke_ms=N]
+ *
+ * Prints "ready" when all have their answers' heads. Every poke_ms it gives the job another
+ * priority and takes the time until each viewer is told. When the job's streams have ended all who
+ * read it prints one JSON line of what came: delays in ms, and whether each feed has the whole
+ * picture in its last state, which is compared with the feed of the ended job. Those that are stuck
+ * stay until standard input ends. */
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#define CLIENTS_MOST 4096
+#define BLOCKS_MOST  4096
+#define EVENTS_MOST  65536
+#define POKES_MOST   1024
+#define DELAYS_MOST  (1u << 22)
+#define BUFFER_BYTES (256u << 10)
+#define LINE_BYTES   8192u
+#define HEADER_BYTES 32u
+#define BLOCK_PX     64
+#define HASHED_EVERY 16 /* feeds whose pixels are compared */
+#define TOO_LONG_MS  600000.0
+#define STUCK_BYTES  4096 /* of a stuck reader's receive buffer */
+
+enum kind { VIEWER, FEED, STUCK };
+enum body { IN_HEAD, IN_SIZE, IN_DATA, IN_END, IN_NOTHING };
+
+struct client {
+    enum kind kind;
+    int fd; /* -1: over */
+    enum body body;
+    uint64_t chunk_left;
+    uint64_t bytes; /* of the body */
+    bool begun, hashed;
+    char line[LINE_BYTES]; /* of head, chunk size or event */
+    size_t line_bytes;
+    /* a viewer */
+    uint64_t event;
+    unsigned events;
+    bool saw_end;
+    /* a feed */
+    uint8_t header[HEADER_BYTES];
+    size_t header_bytes;
+    uint64_t block_left, revision;
+    unsigned at, blocks, distinct;
+    bool whole; /* the last message said: all there is has been sent */
+    uint32_t width_px, height_px;
+    uint64_t *hash; /* by block; owned */
+    uint8_t *seen;  /* by block; owned */
+};
+
+struct delays {
+    float *ms;
+    size_t count;
+};
+
+static struct {
+    int port, epoll;
+    const char *job;
+    struct client *client;
+    int clients, begun, open;
+    uint64_t first_id[EVENTS_MOST];
+    double first_ms[EVENTS_MOST]; /* when an event came to anybody */
+    double poke_ms[POKES_MOST];
+    int pokes, poke_fd;
+    struct delays spread, poked;
+    char buffer[BUFFER_BYTES];
+} all;
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "watchers: %s: %s\n", what, strerror(errno));
+    exit(1);
+}
+
+static double now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+static void *must(void *memory)
+{
+    if (!memory) fail("memory");
+    return memory;
+}
+
+static void note_delay(struct delays *d, double ms)
+{
+    if (!d->ms) d->ms = must(malloc(DELAYS_MOST * sizeof *d->ms));
+    if (d->count < DELAYS_MOST) d->ms[d->count++] = (float)ms;
+}
+
+/* ---- viewers ---- */
+
+static void on_id(struct client *c, const char *text)
+{
+    const char *dash = strchr(text, '-');
+    if (!dash) return;
+    c->event = strtoull(dash + 1, NULL, 10);
+}
+
+/* The first whom an event comes to has it as soon as it can be had; snapshots are of one alone. */
+static void on_data(struct client *c, const char *text)
+{
+    const double now = now_ms();
+    const size_t slot = c->event % EVENTS_MOST;
+    const char *poke = strstr(text, "\"priority\":");
+    c->events++;
+    if (c->events == 1) return;
+    if (all.first_id[slot] == c->event) {
+        note_delay(&all.spread, now - all.first_ms[slot]);
+    } else if (all.first_id[slot] < c->event) {
+        all.first_id[slot] = c->event;
+        all.first_ms[slot] = now;
+    }
+    if (strstr(text, "\"state\":\"finished\"")) c->saw_end = true;
+    const long number = poke ? strtol(poke + strlen("\"priority\":"), NULL, 10) : 0;
+    if (number > 0 && number <= all.pokes && strstr(text, "\"paused\""))
+        note_delay(&all.poked, now - all.poke_ms[number - 1]);
+}
+
+static void on_line(struct client *c)
+{
+    c->line[c->line_bytes] = '\0';
+    if (strncmp(c->line, "id: ", 4) == 0) on_id(c, c->line + 4);
+    if (strncmp(c->line, "data: ", 6) == 0) on_data(c, c->line + 6);
+    c->line_bytes = 0;
+}
+
+static void take_events(struct client *c, const char *data, size_t bytes)
+{
+    for (size_t i = 0; i < bytes; i++) {
+        if (data[i] == '\n')
+            on_line(c);
+        else if (c->line_bytes + 1 < LINE_BYTES)
+            c->line[c->line_bytes++] = data[i];
+    }
+}
+
+/* ---- feeds ---- */
+
+static uint64_t little(const uint8_t *p, int bytes)
+{
+    uint64_t v = 0;
+    for (int i = bytes; i-- > 0;) v = v << 8 | p[i];
+    return v;
+}
+
+static void on_size(struct client *c, uint32_t width_px, uint32_t height_px)
+{
+    c->whole = c->blocks > 0;
+    if (c->width_px == width_px && c->height_px == height_px) return;
+    c->width_px = width_px;
+    c->height_px = height_px;
+    c->distinct = 0;
+    memset(c->seen, 0, BLOCKS_MOST);
+}
+
+static void on_header(struct client *c)
+{
+    const uint8_t *h = c->header;
+    const uint32_t format = (uint32_t)little(h + 6, 2), x = (uint32_t)little(h + 8, 4);
+    const uint32_t y = (uint32_t)little(h + 12, 4), w = (uint32_t)little(h + 16, 4);
+    const uint32_t rows = (uint32_t)little(h + 20, 4);
+    c->header_bytes = 0;
+    if (memcmp(h, "SWPX", 4) != 0 || format != 1) fail("a feed has lost its place");
+    c->revision = little(h + 24, 8);
+    if (w == 0) {
+        if (rows == 0) on_size(c, x, y);
+        return;
+    }
+    c->whole = false;
+    c->at = y / BLOCK_PX * ((c->width_px + BLOCK_PX - 1) / BLOCK_PX) + x / BLOCK_PX;
+    if (c->at >= BLOCKS_MOST) fail("a picture too large for this program");
+    c->blocks++;
+    c->distinct += !c->seen[c->at];
+    c->seen[c->at] = 1;
+    c->hash[c->at] = UINT64_C(14695981039346656037);
+    c->block_left = (uint64_t)w * rows * 6;
+}
+
+static void take_pixels(struct client *c, const char *data, size_t bytes)
+{
+    while (bytes > 0) {
+        size_t n;
+        if (c->block_left > 0) {
+            n = bytes < c->block_left ? bytes : (size_t)c->block_left;
+            for (size_t i = 0; c->hashed && i < n; i++)
+                c->hash[c->at] = (c->hash[c->at] ^ (uint8_t)data[i]) * UINT64_C(1099511628211);
+            c->block_left -= n;
+        } else {
+            n = HEADER_BYTES - c->header_bytes < bytes ? HEADER_BYTES - c->header_bytes : bytes;
+            memcpy(c->header + c->header_bytes, data, n);
+            c->header_bytes += n;
+            if (c->header_bytes == HEADER_BYTES) on_header(c);
+        }
+        data += n;
+        bytes -= n;
+    }
+}
+
+/* ---- HTTP ---- */
+
+static void end_client(struct client *c)
+{
+    if (c->fd < 0) return;
+    close(c->fd);
+    c->fd = -1;
+    c->body = IN_NOTHING;
+    if (c->kind != STUCK) all.open--;
+}
+
+static void on_head(struct client *c)
+{
+    c->line[c->line_bytes] = '\0';
+    if (strncmp(c->line, "HTTP/1.1 200", 12) != 0) {
+        fprintf(stderr, "watchers: %.200s\n", c->line);
+        exit(1);
+    }
+    c->begun = true;
+    all.begun++;
+    c->line_bytes = 0;
+    c->body = strcasestr(c->line, "chunked") ? IN_SIZE : IN_DATA;
+    c->chunk_left = c->body == IN_DATA ? UINT64_MAX : 0;
+}
+
+/* One letter of a head, or of the lines around a chunk. */
+static void take_letter(struct client *c, char letter)
+{
+    if (c->body == IN_HEAD) {
+        if (c->line_bytes + 1 < LINE_BYTES) c->line[c->line_bytes++] = letter;
+        if (c->line_bytes >= 4 && memcmp(c->line + c->line_bytes - 4, "\r\n\r\n", 4) == 0)
+            on_head(c);
+        return;
+    }
+    if (c->body == IN_END) {
+        if (letter == '\n') c->body = IN_SIZE;
+    } else if (letter == '\n') {
+        c->body = c->chunk_left > 0 ? IN_DATA : IN_NOTHING;
+    } else if (letter != '\r') {
+        const char digit[2] = {letter, 0};
+        c->chunk_left = c->chunk_left << 4 | (unsigned)strtoul(digit, NULL, 16);
+    }
+}
+
+static void take(struct client *c, const char *data, size_t bytes)
+{
+    while (bytes > 0 && c->body != IN_NOTHING) {
+        size_t n = 1;
+        if (c->body == IN_DATA) {
+            n = bytes < c->chunk_left ? bytes : (size_t)c->chunk_left;
+            c->chunk_left -= n;
+            c->bytes += n;
+            if (c->kind == VIEWER) take_events(c, data, n);
+            if (c->kind == FEED) take_pixels(c, data, n);
+            if (c->chunk_left == 0) c->body = IN_END;
+        } else {
+            take_letter(c, *data);
+        }
+        data += n;
+        bytes -= n;
+    }
+    if (c->body == IN_NOTHING) end_client(c);
+}
+
+static int dial(int receive_bytes)
+{
+    struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons((uint16_t)all.port)};
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd < 0) fail("socket");
+    if (receive_bytes > 0)
+        setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
+    if (connect(fd, (struct sockaddr *)&to, sizeof to) != 0) fail("connect");
+    return fd;
+}
+
+static void say(int fd, const char *text)
+{
+    if (send(fd, text, strlen(text), MSG_NOSIGNAL) != (ssize_t)strlen(text)) fail("send");
+}
+
+static void start_client(struct client *c, enum kind kind, bool feed)
+{
+    char text[256];
+    c->kind = kind;
+    c->fd = dial(kind == STUCK ? STUCK_BYTES : 0);
+    if (kind == FEED) {
+        c->hash = must(calloc(BLOCKS_MOST, sizeof *c->hash));
+        c->seen = must(calloc(BLOCKS_MOST, 1));
+    }
+    snprintf(text, sizeof text, "GET /v1/jobs/%s/%s HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n",
+             all.job, feed ? "pixels" : "events", all.port);
+    say(c->fd, text);
+    if (kind == STUCK) return; /* it never reads: not even the answer's head */
+    all.open++;
+    if (fcntl(c->fd, F_SETFL, O_NONBLOCK) != 0) fail("fcntl");
+    struct epoll_event e = {.events = EPOLLIN, .data.ptr = c};
+    if (epoll_ctl(all.epoll, EPOLL_CTL_ADD, c->fd, &e) != 0) fail("epoll");
+}
+
+static void on_readable(struct client *c)
+{
+    const ssize_t n = recv(c->fd, all.buffer, sizeof all.buffer, 0);
+    if (n > 0)
+        take(c, all.buffer, (size_t)n);
+    else if (n == 0 || (errno != EAGAIN && errno != EINTR))
+        end_client(c);
+}
+
+static void look(int wait_ms)
+{
+    struct epoll_event events[512];
+    const int n = epoll_wait(all.epoll, events, 512, wait_ms);
+    for (int i = 0; i < n; i++) on_readable(events[i].data.ptr);
+}
+
+/* The job's priority tells nothing to a job that runs alone, but all who watch it. */
+static void poke(void)
+{
+    char body[64], text[320];
+    if (all.pokes >= POKES_MOST) return;
+    while (recv(all.poke_fd, text, sizeof text, MSG_DONTWAIT) > 0) {
+    }
+    all.poke_ms[all.pokes++] = now_ms();
+    const int bytes = snprintf(body, sizeof body, "{\"priority\": %d}", all.pokes);
+    snprintf(
+        text, sizeof text,
+        "PATCH /v1/jobs/%s HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nContent-Type: application/json\r\n"
+        "Content-Length: %d\r\n\r\n%s",
+        all.job, all.port, bytes, body);
+    say(all.poke_fd, text);
+}
+
+/* ---- what came ---- */
+
+static int by_size(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static double quantile(struct delays *d, double q)
+{
+    if (d->count == 0) return -1;
+    qsort(d->ms, d->count, sizeof *d->ms, by_size);
+    return d->ms[(size_t)(q * (double)(d->count - 1))];
+}
+
+static unsigned blocks_of(const struct client *c)
+{
+    return ((c->width_px + BLOCK_PX - 1) / BLOCK_PX) * ((c->height_px + BLOCK_PX - 1) / BLOCK_PX);
+}
+
+/* The picture as who comes after the end is given it. */
+static struct client *last_picture(void)
+{
+    struct client *c = &all.client[all.clients];
+    start_client(c, FEED, true);
+    c->hashed = true;
+    for (const double end = now_ms() + 20000; c->fd >= 0 && now_ms() < end;) look(100);
+    return c;
+}
+
+static void report(void)
+{
+    uint64_t bytes = 0;
+    unsigned viewers = 0, ended = 0, feeds = 0, whole = 0, same = 0, hashed = 0, least = UINT32_MAX;
+    uint64_t blocks = 0;
+    const struct client *last = last_picture();
+    for (int i = 0; i < all.clients; i++) {
+        const struct client *c = &all.client[i];
+        if (c->kind == VIEWER) {
+            viewers++;
+            ended += c->saw_end;
+            least = c->events < least ? c->events : least;
+        } else if (c->kind == FEED) {
+            feeds++;
+            bytes += c->bytes;
+            blocks += c->blocks;
+            whole += c->whole && c->distinct == blocks_of(c);
+            hashed += c->hashed;
+            same += c->hashed && c->distinct == last->distinct &&
+                    memcmp(c->hash, last->hash, BLOCKS_MOST * sizeof *c->hash) == 0;
+        }
+    }
+    struct rusage used;
+    getrusage(RUSAGE_SELF, &used);
+    printf("{\"viewers\": %u, \"told_of_the_end\": %u, \"events_least\": %u, ", viewers, ended,
+           viewers ? least : 0);
+    printf("\"spread_p50_ms\": %.1f, \"spread_p99_ms\": %.1f, \"spread_most_ms\": %.1f, ",
+           quantile(&all.spread, 0.5), quantile(&all.spread, 0.99), quantile(&all.spread, 1));
+    printf("\"pokes\": %d, \"poked\": %zu, \"poke_p50_ms\": %.1f, \"poke_p99_ms\": %.1f, ",
+           all.pokes, all.poked.count, quantile(&all.poked, 0.5), quantile(&all.poked, 0.99));
+    printf("\"feeds\": %u, \"feeds_whole\": %u, \"compared\": %u, \"same\": %u, ", feeds, whole,
+           hashed, same);
+    printf("\"pictures\": %.2f, \"feed_mb\": %.1f, \"cpu_s\": %.2f}\n",
+           feeds ? (double)blocks / feeds / (last->distinct ? last->distinct : 1) : 0,
+           1e-6 * (double)bytes,
+           (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+               1e-6 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec));
+}
+
+static int number_of(int argc, char **argv, const char *name, int usual)
+{
+    const size_t bytes = strlen(name);
+    for (int i = 1; i < argc; i++)
+        if (strncmp(argv[i], name, bytes) == 0 && argv[i][bytes] == '=')
+            return atoi(argv[i] + bytes + 1);
+    return usual;
+}
+
+static void start_all(int viewers, int feeds, int stuck)
+{
+    const int count = viewers + feeds + 2 * stuck;
+    if (count >= CLIENTS_MOST) fail("too many clients");
+    all.client = must(calloc((size_t)count + 1, sizeof *all.client));
+    for (int i = 0; i < count; i++) {
+        struct client *c = &all.client[all.clients++];
+        if (i < 2 * stuck)
+            start_client(c, STUCK, i % 2 == 0);
+        else if (i < 2 * stuck + viewers)
+            start_client(c, VIEWER, false);
+        else
+            start_client(c, FEED, true);
+        c->hashed = c->kind == FEED && (count - i) % HASHED_EVERY == 1;
+        if (i % 64 == 63) look(0);
+    }
+    while (all.begun < viewers + feeds) look(100);
+}
+
+int main(int argc, char **argv)
+{
+    const int poke_every_ms = number_of(argc, argv, "poke_ms", 0);
+    for (int i = 1; i < argc; i++)
+        if (strncmp(argv[i], "job=", 4) == 0) all.job = argv[i] + 4;
+    all.port = number_of(argc, argv, "port", 0);
+    all.epoll = epoll_create1(EPOLL_CLOEXEC);
+    if (!all.job || all.port == 0) {
+        fprintf(stderr,
+                "usage: watchers port=N job=ID [viewers=N] [feeds=N] [stuck=N] [poke_ms=N]\n");
+        return 2;
+    }
+    start_all(number_of(argc, argv, "viewers", 0), number_of(argc, argv, "feeds", 0),
+              number_of(argc, argv, "stuck", 0));
+    all.poke_fd = dial(0);
+    printf("ready\n");
+    fflush(stdout);
+    const double end = now_ms() + TOO_LONG_MS;
+    for (double next = now_ms() + poke_every_ms; all.open > 0 && now_ms() < end;) {
+        look(100);
+        if (poke_every_ms > 0 && now_ms() >= next) {
+            poke();
+            next += poke_every_ms;
+        }
+    }
+    report();
+    fflush(stdout);
+    while (read(STDIN_FILENO, all.buffer, sizeof all.buffer) > 0) {
+    }
+    return 0;
+}
