@@ -95,6 +95,7 @@ check "killed on the shelf: it is still paused" shows "$id" '.paused and .progre
 steer "$id" --resume
 finishes_as "killed on the shelf" "$id" 0
 check "killed on the shelf: tiles were read from disk" shows "$id" ".statistics.tiles.resumed >= $((tiles[0] / 4))"
+check "killed on the shelf: the metric has no rays of before" [ "$(metric_rays)" -lt "$(($(rays "$id") * 9 / 10))" ]
 
 id=$(submit "${jobs[0]}, \"priority\": 30")
 eventually 60 shows "$id" ".progress.tiles_done >= $((tiles[0] / 2))"
