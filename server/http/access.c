@@ -24,16 +24,27 @@ enum role access_role_of(enum route_id route)
 
 /* ---- the table ---- */
 
+/* Seconds; from the environment, so that tests need not wait for the real ones. */
+static uint64_t sign_in_hold_s(void)
+{
+    const char *text = getenv("SHEARWATER_SIGN_IN_S");
+    const uint64_t asked = text ? strtoull(text, NULL, 10) : 0;
+    return asked >= 1 && asked < SIGN_IN_S ? asked : SIGN_IN_S;
+}
+
 int access_open(struct access *a, const char *tokens_path, bool secure, struct fault *fault)
 {
     *a = (struct access){.path = tokens_path, .secure = secure};
     if (!tokens_path) return 0;
     int error = tokens_read(tokens_path, &a->tokens, fault);
     if (error) return error;
-    a->sign_ins = calloc(1, sizeof *a->sign_ins);
-    if (a->sign_ins) return 0;
-    access_close(a);
-    return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    a->sign_ins = malloc(sizeof *a->sign_ins);
+    if (!a->sign_ins) {
+        access_close(a);
+        return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
+    }
+    sign_ins_init(a->sign_ins, sign_in_hold_s());
+    return 0;
 }
 
 void access_close(struct access *a)
@@ -48,6 +59,12 @@ void access_name_cookie(struct access *a, int port)
     snprintf(a->cookie, sizeof a->cookie, "shearwater-%d", port);
 }
 
+static bool is_known(void *ctx, const struct digest *token)
+{
+    const struct access *a = ctx;
+    return tokens_find_hash(a->tokens, token) != NULL;
+}
+
 int access_reload(struct access *a, struct fault *fault)
 {
     struct tokens *fresh = NULL;
@@ -56,6 +73,7 @@ int access_reload(struct access *a, struct fault *fault)
     if (error) return error;
     free(a->tokens);
     a->tokens = fresh;
+    sign_ins_sweep(a->sign_ins, is_known, a);
     return 0;
 }
 
@@ -86,7 +104,8 @@ static const struct token *identify(struct request *r, bool *claimed)
     const char *field = request_header(r, "Authorization"), *cookie = cookie_of(r);
     *claimed = field || cookie;
     if (field) return of_header(a, field);
-    const struct digest *hash = cookie ? sign_ins_find(a->sign_ins, cookie, now_s(r)) : NULL;
+    const struct digest *hash =
+        cookie ? sign_ins_find(a->sign_ins, cookie, now_s(r), &r->sign_in) : NULL;
     r->by_cookie = hash != NULL;
     return hash ? tokens_find_hash(a->tokens, hash) : NULL;
 }
@@ -153,10 +172,16 @@ const struct token *access_token_of(const struct request *r)
     return r->has_token ? tokens_find_hash(r->http->access.tokens, &r->token) : NULL;
 }
 
+bool access_sign_in_holds(const struct request *r)
+{
+    return !r->by_cookie || sign_ins_holds(r->http->access.sign_ins, &r->sign_in, now_s(r));
+}
+
 bool access_still_holds(const struct request *r)
 {
     const enum role wanted = access_role_of(r->match.id);
     if (!r->has_token || wanted == ROLE_NONE) return true;
+    if (!access_sign_in_holds(r)) return false;
     const struct token *token = access_token_of(r);
     return token && token->role >= wanted && strcmp(token->tenant, r->asker.owner) == 0 &&
            (token->role == ROLE_ADMIN) == r->asker.sees_all;
@@ -174,10 +199,13 @@ static void write_cookie(const struct access *a, const char *value, long most_s,
 int access_sign_in(struct request *r, char *set_cookie, size_t capacity)
 {
     struct access *a = &r->http->access;
+    const char *before = cookie_of(r);
     char cookie[SIGN_IN_TEXT_BYTES];
     int error = sign_ins_add(a->sign_ins, &r->token, now_s(r), cookie);
-    if (!error) write_cookie(a, cookie, SIGN_IN_S, set_cookie, capacity);
-    return error;
+    if (error) return error;
+    if (before) sign_ins_remove(a->sign_ins, before); /* the browser forgets it */
+    write_cookie(a, cookie, (long)a->sign_ins->hold_s, set_cookie, capacity);
+    return 0;
 }
 
 void access_sign_out(struct request *r, char *set_cookie, size_t capacity)

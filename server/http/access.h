@@ -41,6 +41,9 @@ bool access_pass(struct request *r);
 
 /* Is what was allowed when the request came allowed now? */
 bool access_still_holds(const struct request *r);
+/* The part of it that changes by itself: does the sign-in hold that it came by, if it came by one?
+ */
+bool access_sign_in_holds(const struct request *r);
 
 /* The request's token, or NULL: without tokens, and on routes for everybody. */
 const struct token *access_token_of(const struct request *r);

@@ -208,6 +208,14 @@ static void measure_delay(struct http *http)
     http->tick_ns = now_ns;
 }
 
+/* Streams would go on for as long as their readers like, also of who has signed out. All else that
+ * has begun is let end: the answer to signing out among it. */
+static void cut_signed_out(struct http *http)
+{
+    for (struct request *r = http->requests; r; r = r->next)
+        if (r->streams && !access_sign_in_holds(r)) (void)shutdown(r->peer->fd, SHUT_RDWR);
+}
+
 static void on_tick(uv_timer_t *timer)
 {
     struct http *http = timer->data;
@@ -215,6 +223,7 @@ static void on_tick(uv_timer_t *timer)
     uint64_t now = uv_now(http->options.loop);
     for (struct peer *p = http->peers; p; p = p->next)
         if (p->deadline_ms && p->deadline_ms <= now) expire(p);
+    cut_signed_out(http);
     lingering_tick(&http->lingering);
     readiness_tick(http);
     streams_tick(http->options.streams);
@@ -369,7 +378,6 @@ int http_port(const struct http *http)
     return http->port;
 }
 
-/* Streams would go on for as long as their readers like. */
 static void cut_unwelcome(struct http *http)
 {
     for (struct request *r = http->requests; r; r = r->next)

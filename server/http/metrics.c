@@ -63,7 +63,7 @@ static void write_group(FILE *out, const struct counters *c, const char *group, 
 
 static void write_work(FILE *out, const struct jobs_totals *t)
 {
-    metric_family(out, "shearwater_rays_total", "counter", "Rays traced, by kind.");
+    metric_family(out, "shearwater_rays_total", "counter", "Rays traced since the start, by kind.");
     write_group(out, &t->counters, "rays", "shearwater_rays_total", "kind");
     metric_family(out, "shearwater_skipped_total", "counter",
                   "Work that was not needed, by reason.");

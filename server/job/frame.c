@@ -167,6 +167,16 @@ struct rect frame_tile_rect(const struct frame *f, uint32_t index)
     return tile_grid_rect(&f->grid, index);
 }
 
+uint32_t frame_tile_count(const struct frame *f)
+{
+    return tile_grid_count(&f->grid);
+}
+
+uint32_t frame_tile_passes(const struct frame *f, uint32_t index)
+{
+    return tile_queue_pass(f->tiles, index);
+}
+
 uint32_t frame_tiles_planned(const struct frame *f)
 {
     return tile_grid_count(&f->grid) * plan_pass_count(&f->plan);

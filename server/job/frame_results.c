@@ -292,8 +292,10 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
         tile_queue_land(f->tiles, tile);
     }
     const uint32_t area = (uint32_t)rect_area(tile_grid_rect(&f->grid, tile));
-    counters_add(&f->statistics.counters, counters);
-    f->statistics.tiles_done++;
+    if (counters) {
+        counters_add(&f->statistics.counters, counters);
+        f->statistics.tiles_done++;
+    }
     f->samples_landed +=
         frame_has_rounds(f) ? frame_pass_work(&f->plan, pass, area) : frame_pass_samples(pass);
     if (frame_has_rounds(f)) frame_rounds_note(f);

@@ -92,6 +92,12 @@ static void read_run(struct team_task *task)
     free(payload);
 }
 
+/* It was counted when it landed first, in this run of the coordinator. */
+static bool is_counted(const struct frame *f, const struct read_task *t)
+{
+    return f->options.counted && t->pass.number < f->options.counted[t->tile];
+}
+
 /* False when the frame has failed, and may be gone. */
 static bool read_over(struct frame *f, struct read_task *t)
 {
@@ -101,8 +107,10 @@ static bool read_over(struct frame *f, struct read_task *t)
         tile_queue_give_up(f->tiles, t->tile);
         return true;
     }
-    if (frame_land(f, t->tile, &t->pass, &t->samples, &t->counters) != 0) return false;
+    const struct counters *fresh = is_counted(f, t) ? NULL : &t->counters;
+    if (frame_land(f, t->tile, &t->pass, &t->samples, fresh) != 0) return false;
     f->statistics.tiles_resumed++;
+    if (fresh) counters_add(&f->statistics.counters_resumed, fresh);
     return true;
 }
 

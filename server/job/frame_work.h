@@ -109,8 +109,8 @@ bool frame_is_behind(const struct frame *f);
 
 /* -- frame_results.c -- */
 
-/* Lands a received tile's pass, and counts it; blocks that are ready go to the team. On failure the
- * frame has failed, and may be gone. */
+/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks that
+ * are ready go to the team. On failure the frame has failed, and may be gone. */
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters);
 

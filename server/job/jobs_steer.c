@@ -31,7 +31,7 @@ static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
     jobs_table_paused(jobs, job);
     while ((surplus = one_too_many(jobs))) {
         surplus->job->revision++;
-        live_job_drop_frame(surplus->job, surplus->frame);
+        live_job_shelve_frame(surplus->job, surplus->frame);
     }
 }
 

@@ -60,25 +60,46 @@ static struct live_frame *first_in_work(const struct live_job *job)
     return NULL;
 }
 
-/* Takes a frame out of work: its numbers go to the job. */
-static void leave_work(struct live_job *job, struct live_frame *frame)
+/* A shelved frame's numbers go to the job's. */
+static void unshelve(struct live_job *job, struct live_frame *frame)
+{
+    if (!frame->shelved) return;
+    statistics_add(&job->statistics, &frame->shelved->statistics);
+    free(frame->shelved);
+    frame->shelved = NULL;
+}
+
+/* Takes a frame out of work. */
+static void leave_table(struct live_job *job, struct live_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     uint64_t id = frame_id(frame->work);
-    statistics_add(&job->statistics, frame_statistics(frame->work));
     statistics_add(&jobs->past, frame_statistics(frame->work));
     jobs_table_close(jobs, frame);
     frame->again = 0; /* what was to be tried again was this work's */
     if (jobs->fleet) fleet_cancel(jobs->fleet, id);
 }
 
-/* And its memory goes back. */
-static void close_work(struct live_job *job, struct live_frame *frame)
+/* For good: its numbers go to the job. */
+static void leave_work(struct live_job *job, struct live_frame *frame)
 {
-    leave_work(job, frame);
+    statistics_add(&job->statistics, frame_statistics(frame->work));
+    unshelve(job, frame);
+    leave_table(job, frame);
+}
+
+/* Its memory goes back. */
+static void drop_work(struct live_job *job, struct live_frame *frame)
+{
     if (job->view) live_view_hide(job);
     if (job->shown == frame) show(job, job->jobs->stopping ? NULL : first_in_work(job));
     frame_drop(&frame->work);
+}
+
+static void close_work(struct live_job *job, struct live_frame *frame)
+{
+    leave_work(job, frame);
+    drop_work(job, frame);
 }
 
 struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
@@ -91,17 +112,45 @@ struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
     return work;
 }
 
-void live_job_drop_frame(struct live_job *job, struct live_frame *frame)
+static void queue_again(struct live_job *job, struct live_frame *frame)
 {
-    close_work(job, frame);
     frame_state_go(&frame->state, FRAME_QUEUED);
     job->frames_opened--;
+}
+
+void live_job_shelve_frame(struct live_job *job, struct live_frame *frame)
+{
+    struct shelved_frame *shelved = shelved_frame_create(frame->work, frame->shelved);
+    if (!shelved) { /* counts as a frame of its own */
+        close_work(job, frame);
+    } else {
+        frame->shelved = shelved;
+        leave_table(job, frame);
+        drop_work(job, frame);
+    }
+    queue_again(job, frame);
+}
+
+void live_job_unshelve_frames(struct live_job *job)
+{
+    for (uint32_t i = 0; i < job->frame_count; i++) unshelve(job, &job->frames[i]);
+}
+
+void live_job_free_frames(struct live_job *job)
+{
+    for (uint32_t i = 0; i < job->frame_count; i++) free(job->frames[i].shelved);
+    free(job->frames);
+    job->frames = NULL;
+    job->frame_count = job->frames_opened = job->frames_finished = 0;
 }
 
 void live_job_drop_frames(struct live_job *job)
 {
     struct live_frame *frame;
-    while ((frame = first_in_work(job))) live_job_drop_frame(job, frame);
+    while ((frame = first_in_work(job))) {
+        close_work(job, frame);
+        queue_again(job, frame);
+    }
 }
 
 void live_job_wish(struct live_job *job, const struct tile_wish *wish)
@@ -344,6 +393,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
         .objects = jobs->options.objects,
         .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
         .kept = job->view != NULL,
+        .counted = frame->shelved ? frame->shelved->passes : NULL,
         .events = {.ctx = jobs,
                    .judged = on_judged,
                    .drawn = on_drawn,

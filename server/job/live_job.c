@@ -36,7 +36,7 @@ static void destroy(struct live_job *job)
     json_decref(job->log);
     json_decref(job->error);
     json_decref(job->last_progress);
-    free(job->frames);
+    live_job_free_frames(job);
     free(job);
 }
 
@@ -107,6 +107,7 @@ static void on_ended(void *ctx, int error)
 /* Stops the clocks, so that the report has the whole job. */
 static void close_statistics(struct live_job *job)
 {
+    live_job_unshelve_frames(job);
     live_job_statistics(job, &job->statistics);
     job->work_started_us = 0;
 }

@@ -8,6 +8,7 @@
 #include "server/job/frame.h"
 #include "server/job/jobs.h"
 #include "server/job/preparation.h"
+#include "server/job/shelved_frame.h"
 #include "server/job/state.h"
 #include "server/job/statistics.h"
 
@@ -27,6 +28,7 @@ struct live_frame {
     struct digest exr, png; /* zero until stored */
     struct frame *work;     /* while rendering and encoding */
     enum again again;       /* AGAIN_STORE, AGAIN_RECORD or 0 */
+    struct shelved_frame *shelved; /* owned; NULL: it is not */
 };
 
 struct live_job {
@@ -66,7 +68,8 @@ struct live_job {
     uint32_t view_before;     /* number of the last view of an earlier run; 0: none */
     struct live_frame *shown; /* whose image the pixel feed shows */
 
-    struct statistics statistics; /* of frames that are no longer in work, and of earlier runs */
+    struct statistics statistics; /* of frames that are no longer in work, but for shelved ones, and
+                                     of earlier runs */
     uint64_t work_started_us;     /* clock; 0: not in work */
     uint64_t work_started_cpu_us; /* of the loop's thread */
     uint64_t trace_started_us;
@@ -138,8 +141,12 @@ void live_job_wish(struct live_job *job, const struct tile_wish *wish);
 bool live_job_has_unopened(const struct live_job *job);
 void live_job_open_frame(struct live_job *job);
 void live_job_drop_frames(struct live_job *job);
-/* One that is in work: it waits to be opened again, and begins anew. */
-void live_job_drop_frame(struct live_job *job, struct live_frame *frame);
+/* One that is in work: it waits to be opened again, and takes up what its spool has. */
+void live_job_shelve_frame(struct live_job *job, struct live_frame *frame);
+/* Counts shelved frames for good: what they have is not taken up any more. */
+void live_job_unshelve_frames(struct live_job *job);
+/* None is in work. */
+void live_job_free_frames(struct live_job *job);
 /* Takes a frame out of work and hands it over: it waits to be opened again. */
 struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame);
 /* Floats of an image and of samples that wait for their next pass: what opening a frame costs. */

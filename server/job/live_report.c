@@ -93,6 +93,8 @@ void live_job_statistics(const struct live_job *job, struct statistics *out)
     for (unsigned i = 0; i < job->jobs->open_count; i++)
         if (job->jobs->open[i].job == job)
             statistics_add(out, frame_statistics(job->jobs->open[i].frame->work));
+    for (uint32_t i = 0; i < job->frame_count; i++)
+        if (job->frames[i].shelved) statistics_add(out, &job->frames[i].shelved->statistics);
     live_job_add_work(job, out);
 }
 

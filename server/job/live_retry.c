@@ -51,10 +51,8 @@ static void reset(struct live_job *job)
     live_view_destroy(job);
     prepared_destroy(&job->prepared);
     json_decref(job->plan);
-    free(job->frames);
+    live_job_free_frames(job);
     job->plan = NULL;
-    job->frames = NULL;
-    job->frame_count = job->frames_opened = job->frames_finished = 0;
     job->tiles_beyond = 0;
     job->runs++;
     job->work_started_us = job->trace_started_us = 0;

@@ -13,6 +13,7 @@ static uint64_t most(uint64_t a, uint64_t b)
 void statistics_add(struct statistics *sum, const struct statistics *more)
 {
     counters_add(&sum->counters, &more->counters);
+    counters_add(&sum->counters_resumed, &more->counters_resumed);
     sum->import_cpu_us += more->import_cpu_us;
     sum->decode_cpu_us += more->decode_cpu_us;
     sum->reconstruct_cpu_us += more->reconstruct_cpu_us;
@@ -58,6 +59,32 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->target_threshold = most(sum->target_threshold, more->target_threshold);
     sum->server_peak_rss_bytes = most(sum->server_peak_rss_bytes, more->server_peak_rss_bytes);
     sum->worker_peak_rss_bytes = most(sum->worker_peak_rss_bytes, more->worker_peak_rss_bytes);
+}
+
+void statistics_forget_picture(struct statistics *s)
+{
+    *s = (struct statistics){.counters = s->counters,
+                             .counters_resumed = s->counters_resumed,
+                             .import_cpu_us = s->import_cpu_us,
+                             .decode_cpu_us = s->decode_cpu_us,
+                             .reconstruct_cpu_us = s->reconstruct_cpu_us,
+                             .shadow_cpu_us = s->shadow_cpu_us,
+                             .indirect_cpu_us = s->indirect_cpu_us,
+                             .glossy_cpu_us = s->glossy_cpu_us,
+                             .lens_cpu_us = s->lens_cpu_us,
+                             .lens_light_cpu_us = s->lens_light_cpu_us,
+                             .encode_cpu_us = s->encode_cpu_us,
+                             .coordinate_cpu_us = s->coordinate_cpu_us,
+                             .wall_us = s->wall_us,
+                             .bytes_received = s->bytes_received,
+                             .tiles_done = s->tiles_done,
+                             .tiles_reissued = s->tiles_reissued,
+                             .tiles_copied = s->tiles_copied,
+                             .tiles_resumed = s->tiles_resumed,
+                             .results_dropped = s->results_dropped,
+                             .results_corrupt = s->results_corrupt,
+                             .server_peak_rss_bytes = s->server_peak_rss_bytes,
+                             .worker_peak_rss_bytes = s->worker_peak_rss_bytes};
 }
 
 /* Where each number lies in the JSON: one table for both ways. */

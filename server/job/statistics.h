@@ -7,6 +7,7 @@
 
 struct statistics {
     struct counters counters; /* summed over accepted results */
+    struct counters counters_resumed; /* of these, of an earlier run of the coordinator */
     uint64_t import_cpu_us;
     uint64_t decode_cpu_us;              /* unpacking and checking samples */
     uint64_t reconstruct_cpu_us;         /* without those below */
@@ -20,7 +21,7 @@ struct statistics {
     uint64_t wall_us;                    /* from import to the last file */
     uint64_t bytes_received;             /* samples as they came over the wire */
     uint64_t tiles_done, tiles_reissued, tiles_copied; /* each pass of a tile counts */
-    uint64_t tiles_resumed;              /* of those done: taken from disk after a restart */
+    uint64_t tiles_resumed;              /* of those done: read from disk */
     uint64_t results_dropped;            /* duplicate, stale, foreign */
     uint64_t results_corrupt;
     uint64_t sub_samples_unmatched, pixels_background;
@@ -44,6 +45,10 @@ struct statistics {
         adaptive_second_rays; /* bounce rays asked for, of adaptive rates */
     uint64_t server_peak_rss_bytes, worker_peak_rss_bytes;
 };
+
+/* Leaves only what work cost: what was found of the picture is found again when it is drawn again.
+ */
+void statistics_forget_picture(struct statistics *s);
 
 /* Sums; peaks are maxima. */
 void statistics_add(struct statistics *sum, const struct statistics *more);

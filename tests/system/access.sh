@@ -102,7 +102,7 @@ status() { curl -sS --noproxy '*' --max-time 10 -o "$tmp/body" -w '%{http_code}'
 said() { local i; for i in $(seq 100); do [ "$(grep -c "$1" "$tmp/data/stderr")" -ge "$2" ] && return 0; sleep 0.05; done; return 1; }
 # A job that stays: the stream of an ended one ends by itself.
 long=$(curl -sS --noproxy '*' -H "Authorization: Bearer ${token[a_submitter]}" -H 'Content-Type: application/json' "$url/v1/jobs" -d \
-    "{\"scene\": {\"asset\": \"$(sha256sum <"$scene/cornell-box.glb" | cut -c1-64)\"}, \"image\": {\"width\": 1536, \"height\": 1536}, \"sampling\": {\"spp\": 4096}, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
+    "{\"scene\": {\"asset\": \"$(sha256sum <"$scene/cornell-box.glb" | cut -c1-64)\"}, \"image\": {\"width\": 1536, \"height\": 1536}, \"sampling\": {\"spp\": 4096}, \"priority\": 50, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
 curl -sN --noproxy '*' -H "Authorization: Bearer ${token[a_viewer]}" "$url/v1/jobs/$long/events" >"$tmp/stream" &
 withdrawn=$!
 track $withdrawn
@@ -112,6 +112,35 @@ track $kept
 streams_on() { [ -s "$tmp/stream" ] && [ -s "$tmp/kept" ]; }
 for _ in $(seq 100); do streams_on && break; sleep 0.05; done
 check "two streams go on" streams_on
+# Streams that a browser's sign-in let in: they end with it, and no other does.
+sign_in() { # sign_in TOKEN-NAME: prints the cookie
+    curl -sS --noproxy '*' -o /dev/null -D - -X POST -H "Authorization: Bearer ${token[$1]}" "${@:2}" "$url/v1/session" |
+        tr -d '\r' | sed -n 's/^Set-Cookie: \([^;]*\);.*/\1/Ip'
+}
+sign_out() { curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -X DELETE -H "Cookie: $1" -H "Origin: $url" "$url/v1/session"; }
+follow() { # follow COOKIE FEED FILE: sets $follower
+    curl -sN --noproxy '*' -H "Cookie: $1" "$url/v1/jobs/$long/$2" >"$3" &
+    follower=$!
+    track $follower
+    local i; for i in $(seq 100); do [ -s "$3" ] && return 0; sleep 0.05; done
+}
+gone() { local i; for i in $(seq 40); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; } # within 2 s
+first=$(sign_in a_viewer) second=$(sign_in a_viewer) third=$(sign_in a_submitter)
+follow "$first" events "$tmp/events1"; events1=$follower
+follow "$first" pixels "$tmp/pixels1"; pixels1=$follower
+follow "$second" events "$tmp/events2"; events2=$follower
+follow "$third" pixels "$tmp/pixels3"; pixels3=$follower
+by_cookie_on() { [ -s "$tmp/events1" ] && [ -s "$tmp/pixels1" ] && [ -s "$tmp/events2" ] && [ -s "$tmp/pixels3" ]; }
+check "four streams of browsers go on" by_cookie_on
+check "signing out is answered" test "$(sign_out "$first")" = 204
+check "... and ends the events that the sign-in let in" gone $events1
+check "... and the pixels" gone $pixels1
+fourth=$(sign_in a_submitter -H "Cookie: $third")
+check "signing in anew ends what the sign-in of before let in" gone $pixels3
+for _ in $(seq 64); do last=$(sign_in a_submitter); done
+check "many sign-ins of one token push out its own oldest" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $fourth" "$url/v1/jobs")" = 401
+check "... and nobody else" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $second" "$url/v1/jobs")" = 200
+check "... whose stream goes on" kill -0 $events2
 cp -p "$tokens" "$tmp/before.json"
 printf '{"tokens": 7}' >"$tokens"
 kill -HUP $server_pid
@@ -128,8 +157,8 @@ kill -HUP $server_pid
 check "a good file is read again" said 'tokens read again tokens=4' 1
 check "a token that is gone is refused" test "$(status a_viewer /v1/jobs)" = 401
 check "others go on" test "$(status a_submitter /v1/jobs)" = 200
-gone() { local i; for i in $(seq 100); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; }
 check "a stream of the withdrawn token is cut" gone $withdrawn
+check "... and that of a browser which had signed in with it" gone $events2
 check "... and no other" kill -0 $kept
 jq '(.tokens[] | select(.name == "a_submitter")).role = "viewer"' "$tokens" >"$tmp/less.json"
 cat "$tmp/less.json" >"$tokens"
@@ -146,6 +175,18 @@ serve_start "$tmp/data" --workers 0 --tokens "$tokens"
 check "... and are there for it" test "$(status fresh "/v1/jobs/$long")" = 200
 check "... and for no other" test "$(status b_viewer "/v1/jobs/$long")" = 404
 check "no token was ever written down" no_token_in -r "$tmp/data"
+serve_stop
+
+# A sign-in whose hours are over.
+SHEARWATER_SIGN_IN_S=3 serve_start "$tmp/data" --workers 0 --tokens "$tokens"
+short=$(sign_in fresh)
+follow "$short" events "$tmp/short"
+check "a browser follows" kill -0 $follower
+sleep 1.5
+check "... as long as it is signed in" kill -0 $follower
+over() { local i; for i in $(seq 80); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; }
+check "... and no longer" over $follower
+check "... since the cookie is nobody's then" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $short" "$url/v1/jobs")" = 401
 serve_stop
 
 # Without tokens a restart serves all of it, as before there were any.

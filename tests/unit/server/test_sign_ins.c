@@ -19,13 +19,14 @@ static struct sign_ins all;
 static int clear(void **state)
 {
     (void)state;
-    memset(&all, 0, sizeof all);
+    sign_ins_init(&all, SIGN_IN_S);
     return 0;
 }
 
 static const struct digest *find(const char *cookie, uint64_t now_s)
 {
-    return sign_ins_find(&all, cookie, now_s);
+    struct sign_in_ref ref;
+    return sign_ins_find(&all, cookie, now_s, &ref);
 }
 
 static void a_cookie_stands_for_its_token(void **state)
@@ -50,17 +51,99 @@ static void it_ends(void **state)
     assert_null(find(a, 100 + SIGN_IN_S));
 }
 
-static void the_oldest_goes(void **state)
+static struct digest token_of(unsigned number)
 {
-    char a[SIGN_IN_TEXT_BYTES], last[SIGN_IN_TEXT_BYTES];
+    return (struct digest){{(uint8_t)number, (uint8_t)(number >> 8), 7}};
+}
+
+static void add(unsigned token, char cookie[SIGN_IN_TEXT_BYTES])
+{
+    const struct digest hash = token_of(token);
+    assert_int_equal(sign_ins_add(&all, &hash, 1, cookie), 0);
+}
+
+static void a_token_pushes_out_its_own_oldest(void **state)
+{
+    char other[SIGN_IN_TEXT_BYTES], own[SIGN_INS_OF_TOKEN + 1][SIGN_IN_TEXT_BYTES];
+    (void)state;
+    add(1, other);
+    for (int i = 0; i <= SIGN_INS_OF_TOKEN; i++) add(2, own[i]);
+    assert_null(find(own[0], 2));
+    for (int i = 1; i <= SIGN_INS_OF_TOKEN; i++) assert_non_null(find(own[i], 2));
+    for (int i = 0; i < 2 * SIGN_INS_MOST; i++) add(2, own[0]);
+    assert_non_null(find(own[0], 2));
+    assert_non_null(find(other, 2));
+}
+
+/* All places but the last are taken, by tokens of one sign-in and of three. */
+static void whoever_has_most_makes_room(void **state)
+{
+    char lone[SIGN_IN_TEXT_BYTES], many[2][3][SIGN_IN_TEXT_BYTES], last[SIGN_IN_TEXT_BYTES];
+    (void)state;
+    add(1, lone);
+    for (unsigned i = 0; i < 6; i++) add(2 + i % 2, many[i % 2][i / 2]);
+    for (unsigned i = 8; i <= SIGN_INS_MOST; i++) add(1000 + i, last);
+    add(5, last); /* the oldest of the two that have three goes */
+    assert_null(find(many[0][0], 2));
+    assert_non_null(find(many[1][0], 2));
+    add(6, last); /* now the other one has most */
+    assert_null(find(many[1][0], 2));
+    add(7, last); /* both have two */
+    assert_null(find(many[0][1], 2));
+    assert_non_null(find(many[0][2], 2));
+    assert_non_null(find(many[1][1], 2));
+    assert_non_null(find(lone, 2));
+    assert_non_null(find(last, 2));
+}
+
+static void places_of_the_past_are_free(void **state)
+{
+    char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
+    const struct digest late = token_of(1);
+    (void)state;
+    for (unsigned i = 0; i < SIGN_INS_MOST; i++) add(10 + i, a);
+    assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, b), 0);
+    assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, a), 0);
+    assert_non_null(find(b, 1 + SIGN_IN_S));
+    unsigned taken = 0;
+    for (unsigned i = 0; i < SIGN_INS_MOST; i++) taken += all.list[i].number != 0;
+    assert_int_equal(taken, 2);
+}
+
+/* What was let in by a sign-in asks whether it holds: a place that is another's is not it. */
+static void a_reference_ends_with_its_sign_in(void **state)
+{
+    char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
+    struct sign_in_ref ref, none = {0};
+    (void)state;
+    add(1, a);
+    assert_non_null(sign_ins_find(&all, a, 1, &ref));
+    assert_true(sign_ins_holds(&all, &ref, SIGN_IN_S));
+    assert_false(sign_ins_holds(&all, &ref, 1 + SIGN_IN_S));
+    assert_false(sign_ins_holds(&all, &none, 1));
+    sign_ins_remove(&all, a);
+    assert_false(sign_ins_holds(&all, &ref, 1));
+    assert_null(sign_ins_find(&all, a, 1, &none));
+    assert_int_equal(none.number, 0);
+    for (unsigned i = 0; i < SIGN_INS_MOST; i++) add(10 + i, b);
+    assert_false(sign_ins_holds(&all, &ref, 1));
+}
+
+static bool is_second(void *ctx, const struct digest *token)
+{
+    (void)ctx;
+    return digest_equal(token, &second);
+}
+
+static void those_of_tokens_that_are_gone_go(void **state)
+{
+    char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
     (void)state;
     assert_int_equal(sign_ins_add(&all, &first, 1, a), 0);
-    for (uint64_t i = 1; i < SIGN_INS_MOST; i++)
-        assert_int_equal(sign_ins_add(&all, &second, 1 + i, last), 0);
-    assert_non_null(find(a, 2000));
-    assert_int_equal(sign_ins_add(&all, &second, 2000, last), 0);
-    assert_null(find(a, 2000));
-    assert_non_null(find(last, 2000));
+    assert_int_equal(sign_ins_add(&all, &second, 1, b), 0);
+    sign_ins_sweep(&all, is_second, NULL);
+    assert_null(find(a, 2));
+    assert_non_null(find(b, 2));
 }
 
 static void other_texts_stand_for_nothing(void **state)
@@ -114,7 +197,11 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(a_cookie_stands_for_its_token),
         TEST(it_ends),
-        TEST(the_oldest_goes),
+        TEST(a_token_pushes_out_its_own_oldest),
+        TEST(whoever_has_most_makes_room),
+        TEST(places_of_the_past_are_free),
+        TEST(a_reference_ends_with_its_sign_in),
+        TEST(those_of_tokens_that_are_gone_go),
         TEST(other_texts_stand_for_nothing),
         TEST(tokens_are_found_whole),
         TEST(texts_that_may_be_tokens),
