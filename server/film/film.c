@@ -44,6 +44,7 @@ struct film {
     int32_t columns, rows; /* of blocks */
     uint32_t tile_count, block_count, pass_count;
     uint32_t blocks_done;
+    int32_t rows_done;                /* of blocks, from the top */
     bool keeps;                       /* tiles may be asked for more */
     bool more;                        /* they were */
     struct film_tile *tiles;          /* owned */
@@ -323,6 +324,7 @@ void film_begin_round(struct film *film, const uint32_t *more_passes)
 {
     assert(film->keeps && film_complete(film));
     film->more = true;
+    film->rows_done = 0;
     for (uint32_t i = 0; i < film->tile_count; i++) film->tiles[i].goal += more_passes[i];
     for (uint32_t i = 0; i < film->block_count; i++) {
         struct film_block *b = &film->blocks[i];
@@ -409,6 +411,13 @@ static void release(struct film *film, uint32_t tile)
     samples_destroy(&t->samples);
 }
 
+static bool is_row_done(const struct film *film, int32_t row)
+{
+    for (int32_t column = 0; column < film->columns; column++)
+        if (film->blocks[block_at(film, column, row)].state != BLOCK_DONE) return false;
+    return true;
+}
+
 bool film_block_done(struct film *film, uint32_t block)
 {
     struct film_block *b = &film->blocks[block];
@@ -418,8 +427,15 @@ bool film_block_done(struct film *film, uint32_t block)
     each_tile(film, block, end_reading);
     if (!last) return false;
     film->blocks_done++;
+    while (film->rows_done < film->rows && is_row_done(film, film->rows_done)) film->rows_done++;
     if (!film->keeps) each_tile(film, block, release);
     return true;
+}
+
+int32_t film_rows_done(const struct film *film)
+{
+    const int32_t rows = film->rows_done * film->block_px, height = film->grid.height_px;
+    return rows < height ? rows : height;
 }
 
 void film_release(struct film *film)

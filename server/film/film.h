@@ -62,6 +62,8 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out);
 /* The block is reconstructed: what waited for its tiles is added, which may make blocks ready, and
  * tiles that no block needs any more are freed. True when that was its last time, in this round. */
 bool film_block_done(struct film *film, uint32_t block);
+/* Rows of pixels from the top all of whose blocks are done; of a plan with rounds, in this one. */
+int32_t film_rows_done(const struct film *film);
 bool film_complete(const struct film *film); /* the last time of all, in this round */
 
 uint64_t film_bytes(const struct film *film);   /* held in tiles now */

@@ -14,6 +14,21 @@ struct exr_metadata {
 int exr_write(const char *path, const struct image *image, const struct exr_metadata *metadata,
               struct fault *fault);
 
+/* The same file, to the byte, from the top while the image forms: rows that are written may change
+ * no more, others may. Image and metadata are borrowed until finish or abort. One thread at a time.
+ */
+struct exr_rows;
+int exr_rows_begin(const char *path, const struct image *image, const struct exr_metadata *metadata,
+                   struct exr_rows **out, struct fault *fault);
+/* Rows below `end`, as far as they fill whole chunks of the file. On an error only abort is left.
+ */
+int exr_rows_write(struct exr_rows *rows, int32_t end, struct fault *fault);
+/* All that is left, and the file's name. Frees and nulls, also on an error: then no file is there.
+ */
+int exr_rows_finish(struct exr_rows **rows, struct fault *fault);
+/* NULL: nothing to do. */
+void exr_rows_abort(struct exr_rows **rows);
+
 /* Reads a flat scan-line or tiled file of half, float or uint channels, any compression of the core
  * library (PIZ too), the data window as the image. Owned by the caller. ERR_NOT_FOUND, ERR_IO,
  * ERR_CORRUPT, ERR_LIMIT, and ERR_UNSUPPORTED for several parts, deep or subsampled channels. */

@@ -11,7 +11,7 @@
 #include "server/image/exr_zip.h"
 
 /* A file in the making. */
-struct writer {
+struct exr_rows {
     const struct image *image;
     const struct exr_metadata *metadata;
     struct exr_file file;
@@ -20,7 +20,9 @@ struct writer {
     bool encoding;    /* encoder is initialised */
     uint16_t *halves; /* owned; rows of one chunk, channel after channel; NULL for floats */
     int32_t chunk_rows;
+    int32_t next;    /* the first row that is not written */
     char path[4352]; /* where it is written before it gets its name */
+    char *name;      /* owned; its name, afterwards */
 };
 
 /* Depth, ids and counts need more than eleven bits. */
@@ -29,12 +31,12 @@ static bool stays_float(const char *channel)
     return !strcmp(channel, "depth.Z") || !strcmp(channel, "id.I") || !strcmp(channel, "samples.N");
 }
 
-static bool is_half(const struct writer *w, const char *channel)
+static bool is_half(const struct exr_rows *w, const char *channel)
 {
     return w->metadata->half && !stays_float(channel);
 }
 
-static exr_result_t add_channels(struct writer *w)
+static exr_result_t add_channels(struct exr_rows *w)
 {
     exr_result_t r = EXR_ERR_SUCCESS;
     for (uint32_t c = 0; !r && c < w->image->channel_count; c++) {
@@ -49,7 +51,7 @@ static exr_result_t add_channels(struct writer *w)
     return r;
 }
 
-static exr_result_t add_metadata(struct writer *w)
+static exr_result_t add_metadata(struct exr_rows *w)
 {
     const struct exr_metadata *m = w->metadata;
     exr_context_t context = w->context;
@@ -63,7 +65,7 @@ static exr_result_t add_metadata(struct writer *w)
     return r;
 }
 
-static exr_result_t write_header(struct writer *w)
+static exr_result_t write_header(struct exr_rows *w)
 {
     int part;
     exr_result_t r = exr_add_part(w->context, NULL, EXR_STORAGE_SCANLINE, &part);
@@ -78,12 +80,12 @@ static exr_result_t write_header(struct writer *w)
 }
 
 /* The library sorts channels: bind each by its name. */
-static const struct plane *bound_plane(const struct writer *w, const char *name)
+static const struct plane *bound_plane(const struct exr_rows *w, const char *name)
 {
     return image_plane(w->image, name);
 }
 
-static void bind_halves(struct writer *w, exr_coding_channel_info_t *channel,
+static void bind_halves(struct exr_rows *w, exr_coding_channel_info_t *channel,
                         const struct plane *plane, int32_t y, uint16_t *halves)
 {
     int32_t width = w->image->width_px;
@@ -94,7 +96,7 @@ static void bind_halves(struct writer *w, exr_coding_channel_info_t *channel,
     channel->user_line_stride = width * 2;
 }
 
-static exr_result_t bind(struct writer *w, int32_t y)
+static exr_result_t bind(struct exr_rows *w, int32_t y)
 {
     size_t chunk_pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
     for (int16_t c = 0; c < w->encoder.channel_count; c++) {
@@ -115,7 +117,7 @@ static exr_result_t bind(struct writer *w, int32_t y)
     return EXR_ERR_SUCCESS;
 }
 
-static exr_result_t write_chunk(struct writer *w, int32_t y)
+static exr_result_t write_chunk(struct exr_rows *w, int32_t y)
 {
     exr_chunk_info_t chunk;
     exr_result_t r = exr_write_scanline_chunk_info(w->context, 0, y, &chunk);
@@ -135,22 +137,9 @@ static exr_result_t write_chunk(struct writer *w, int32_t y)
     return r ? r : exr_encoding_run(w->context, 0, &w->encoder);
 }
 
-/* All rows from the top: the chunks of a scan-line file must come in order, each once. */
-static exr_result_t write_chunks(struct writer *w)
-{
-    if (w->metadata->half) {
-        size_t pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
-        w->halves = malloc(pixels * w->image->channel_count * sizeof *w->halves);
-        if (!w->halves) return EXR_ERR_OUT_OF_MEMORY;
-    }
-    exr_result_t r = EXR_ERR_SUCCESS;
-    for (int32_t y = 0; !r && y < w->image->height_px; y += w->chunk_rows) r = write_chunk(w, y);
-    return r;
-}
-
-/* Writes the file under its temporary name. exr_finish writes the table of chunks, and says nothing
- * when chunks are missing: all that came before must have succeeded. */
-static exr_result_t write_file(struct writer *w)
+/* Opens the library's context on the file under its temporary name, and writes all that comes
+ * before the first chunk. */
+static exr_result_t begin_file(struct exr_rows *w)
 {
     exr_context_initializer_t init;
     w->file.is_written = true;
@@ -159,42 +148,106 @@ static exr_result_t write_file(struct writer *w)
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (r) return r;
     r = write_header(w);
-    if (!r) r = write_chunks(w);
-    if (w->encoding) exr_encoding_destroy(w->context, &w->encoder);
-    exr_result_t finished = exr_finish(&w->context);
-    return r ? r : finished;
+    if (r || !w->metadata->half) return r;
+    const size_t pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
+    w->halves = malloc(pixels * w->image->channel_count * sizeof *w->halves);
+    return w->halves ? EXR_ERR_SUCCESS : EXR_ERR_OUT_OF_MEMORY;
 }
 
 /* A name beside the target that no other thread of the system has. */
-static int open_beside(struct writer *w, const char *path, struct fault *fault)
+static int open_beside(struct exr_rows *w, struct fault *fault)
 {
-    int length = snprintf(w->path, sizeof w->path, "%s.tmp-%d", path, (int)gettid());
+    int length = snprintf(w->path, sizeof w->path, "%s.tmp-%d", w->name, (int)gettid());
     if (length >= (int)sizeof w->path)
         return fault_set(fault, ERR_LIMIT, "path", "the path is too long");
     w->file.fd = open(w->path, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (w->file.fd < 0) return fault_set(fault, error_of_errno(errno), path, "%s", strerror(errno));
-    return 0;
+    if (w->file.fd >= 0) return 0;
+    const int error = fault_set(fault, error_of_errno(errno), w->name, "%s", strerror(errno));
+    w->path[0] = '\0';
+    return error;
+}
+
+int exr_rows_begin(const char *path, const struct image *image, const struct exr_metadata *metadata,
+                   struct exr_rows **out, struct fault *fault)
+{
+    struct exr_rows *w = calloc(1, sizeof *w);
+    *out = NULL;
+    if (!w) return fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
+    w->image = image;
+    w->metadata = metadata;
+    w->file.fd = -1;
+    w->name = strdup(path);
+    int error = w->name ? 0 : fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
+    if (!error) error = open_beside(w, fault);
+    if (!error) error = exr_file_fault(&w->file, begin_file(w), path, fault);
+    if (error)
+        exr_rows_abort(&w);
+    else
+        *out = w;
+    return error;
+}
+
+/* The chunks of a scan-line file must come in order, each once. */
+int exr_rows_write(struct exr_rows *w, int32_t end, struct fault *fault)
+{
+    exr_result_t r = EXR_ERR_SUCCESS;
+    const int32_t height = w->image->height_px;
+    while (!r && w->next < height && (end >= height || w->next + w->chunk_rows <= end)) {
+        r = write_chunk(w, w->next);
+        w->next += w->chunk_rows;
+    }
+    return exr_file_fault(&w->file, r, w->name, fault);
+}
+
+/* Lets go of all but the file and its names. exr_finish writes the table of chunks, and says
+ * nothing when chunks are missing: all that came before must have succeeded. */
+static exr_result_t end_file(struct exr_rows *w)
+{
+    if (w->encoding) exr_encoding_destroy(w->context, &w->encoder);
+    w->encoding = false;
+    return w->context ? exr_finish(&w->context) : EXR_ERR_SUCCESS;
+}
+
+static int seal(struct exr_rows *w, struct fault *fault)
+{
+    int error = exr_file_fault(&w->file, end_file(w), w->name, fault);
+    const int fd = w->file.fd;
+    w->file.fd = -1;
+    if (close(fd) && !error)
+        error =
+            fault_set(fault, error_of_errno(errno), w->name, "closing failed: %s", strerror(errno));
+    if (!error && rename(w->path, w->name))
+        error = fault_set(fault, error_of_errno(errno), w->name, "renaming failed: %s",
+                          strerror(errno));
+    if (!error) w->path[0] = '\0';
+    return error;
+}
+
+int exr_rows_finish(struct exr_rows **rows, struct fault *fault)
+{
+    int error = exr_rows_write(*rows, (*rows)->image->height_px, fault);
+    if (!error) error = seal(*rows, fault);
+    exr_rows_abort(rows);
+    return error;
+}
+
+void exr_rows_abort(struct exr_rows **rows)
+{
+    struct exr_rows *w = *rows;
+    *rows = NULL;
+    if (!w) return;
+    end_file(w);
+    if (w->file.fd >= 0) close(w->file.fd);
+    if (w->path[0]) unlink(w->path);
+    free(w->halves);
+    free(w->name);
+    free(w);
 }
 
 int exr_write(const char *path, const struct image *image, const struct exr_metadata *metadata,
               struct fault *fault)
 {
-    struct writer *w = calloc(1, sizeof *w);
-    if (!w) return fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
-    w->image = image;
-    w->metadata = metadata;
-    int error = open_beside(w, path, fault);
-    if (error) goto done;
-    error = exr_file_fault(&w->file, write_file(w), path, fault);
-    if (close(w->file.fd) && !error)
-        error =
-            fault_set(fault, error_of_errno(errno), path, "closing failed: %s", strerror(errno));
-    if (!error && rename(w->path, path))
-        error =
-            fault_set(fault, error_of_errno(errno), path, "renaming failed: %s", strerror(errno));
-    if (error) unlink(w->path);
-done:
-    free(w->halves);
-    free(w);
-    return error;
+    struct exr_rows *rows;
+    const int error = exr_rows_begin(path, image, metadata, &rows, fault);
+    return error ? error : exr_rows_finish(&rows, fault);
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <png.h>
 #include <setjmp.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,6 +30,19 @@ struct shader {
 struct output {
     uint8_t *data; /* owned */
     size_t size_bytes, capacity_bytes;
+};
+
+struct png_rows {
+    const struct plane *rgb[3];
+    char layer[LIMIT_NAME_BYTES];
+    float exposure;
+    struct shader shader;
+    struct output output;
+    png_structp png;
+    png_infop info;
+    uint8_t *row;  /* owned */
+    int32_t next;  /* the first row that is not written */
+    bool is_begun; /* the header is written */
 };
 
 static void write_bytes(png_structp png, png_bytep data, size_t size_bytes)
@@ -75,11 +89,16 @@ static float plane_max(const struct plane *plane)
     return max;
 }
 
+/* Numbers that are shares of 1 already. */
+static bool is_share(const char *layer)
+{
+    return !strcmp(layer, "visibility");
+}
+
 static void shader_init(struct shader *s, const char *layer, const struct plane *rgb[3],
                         float exposure)
 {
     bool scalar = rgb[0] == rgb[1];
-    bool share = !strcmp(layer, "visibility"); /* a share of 1 already */
     s->scale = 1.0f;
     if (!strcmp(layer, "normal")) {
         s->shade = SHADE_NORMAL;
@@ -87,7 +106,7 @@ static void shader_init(struct shader *s, const char *layer, const struct plane 
         float max = plane_max(rgb[0]);
         s->shade = SHADE_SCALED;
         /* A tiny maximum has no finite inverse. */
-        s->scale = share ? 1.0f : max > 1e-30f ? 1.0f / max : 0.0f;
+        s->scale = is_share(layer) ? 1.0f : max > 1e-30f ? 1.0f / max : 0.0f;
     } else {
         s->shade = SHADE_RADIANCE;
         s->scale = exp2f(fminf(fmaxf(exposure, -EXPOSURE_MAX), EXPOSURE_MAX));
@@ -130,46 +149,90 @@ static void write_header(png_structp png, png_infop info, int32_t width_px, int3
     png_write_info(png, info);
 }
 
-/* Everything between setjmp and a possible longjmp: no local of the caller changes here. */
-static int write_picture(png_structp png, png_infop info, const struct shader *shader,
-                         const struct plane *rgb[3], uint8_t *row)
+/* A picture that is scaled by its largest value has no rows before all are there. */
+static bool can_begin(const struct png_rows *p, int32_t end)
 {
-    if (setjmp(png_jmpbuf(png))) return ERR_MEMORY; /* writing to memory fails in no other way */
-    write_header(png, info, rgb[0]->width_px, rgb[0]->height_px);
-    for (int32_t y = 0; y < rgb[0]->height_px; y++) {
-        shade_row(shader, rgb, y, row);
-        png_write_row(png, row);
+    return end >= p->rgb[0]->height_px || p->rgb[0] != p->rgb[1] || is_share(p->layer);
+}
+
+/* Everything between setjmp and a possible longjmp: no local of the caller changes here. */
+static int write_rows(struct png_rows *p, int32_t end)
+{
+    if (setjmp(png_jmpbuf(p->png))) return ERR_MEMORY; /* writing to memory fails in no other way */
+    if (!p->is_begun) {
+        shader_init(&p->shader, p->layer, p->rgb, p->exposure);
+        write_header(p->png, p->info, p->rgb[0]->width_px, p->rgb[0]->height_px);
+        p->is_begun = true;
     }
-    png_write_end(png, NULL);
+    for (; p->next < end; p->next++) {
+        shade_row(&p->shader, p->rgb, p->next, p->row);
+        png_write_row(p->png, p->row);
+    }
+    if (end == p->rgb[0]->height_px) png_write_end(p->png, NULL);
     return 0;
+}
+
+int png_rows_begin(const struct image *image, const char *layer, float exposure,
+                   struct png_rows **out)
+{
+    struct png_rows *p = calloc(1, sizeof *p);
+    *out = NULL;
+    if (!p) return ERR_MEMORY;
+    int error = image_layer_planes(image, layer, p->rgb) ? 0 : ERR_NOT_FOUND;
+    snprintf(p->layer, sizeof p->layer, "%s", layer);
+    p->exposure = exposure;
+    p->row = malloc((size_t)image->width_px * 3);
+    p->png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, on_error, on_warning);
+    p->info = p->png ? png_create_info_struct(p->png) : NULL;
+    if (!error && (!p->row || !p->info)) error = ERR_MEMORY;
+    if (error) {
+        png_rows_abort(&p);
+        return error;
+    }
+    png_set_write_fn(p->png, &p->output, write_bytes, flush_bytes);
+    *out = p;
+    return 0;
+}
+
+int png_rows_write(struct png_rows *p, int32_t end)
+{
+    const int32_t height = p->rgb[0]->height_px;
+    if (end > height) end = height;
+    return end <= p->next || !can_begin(p, end) ? 0 : write_rows(p, end);
+}
+
+int png_rows_finish(struct png_rows **rows, uint8_t **out, size_t *size_bytes)
+{
+    struct png_rows *p = *rows;
+    const int error = png_rows_write(p, p->rgb[0]->height_px);
+    *out = NULL;
+    *size_bytes = 0;
+    if (!error) {
+        *out = p->output.data;
+        *size_bytes = p->output.size_bytes;
+        p->output.data = NULL;
+    }
+    png_rows_abort(rows);
+    return error;
+}
+
+void png_rows_abort(struct png_rows **rows)
+{
+    struct png_rows *p = *rows;
+    *rows = NULL;
+    if (!p) return;
+    png_destroy_write_struct(&p->png, &p->info);
+    free(p->output.data);
+    free(p->row);
+    free(p);
 }
 
 int png_encode(const struct image *image, const char *layer, float exposure, uint8_t **out,
                size_t *size_bytes)
 {
-    const struct plane *rgb[3];
-    struct output output = {0};
+    struct png_rows *rows;
     *out = NULL;
     *size_bytes = 0;
-    if (!image_layer_planes(image, layer, rgb)) return ERR_NOT_FOUND;
-    int error = ERR_MEMORY;
-    struct shader *shader = malloc(sizeof *shader);
-    uint8_t *row = malloc((size_t)image->width_px * 3);
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, on_error, on_warning);
-    png_infop info = png ? png_create_info_struct(png) : NULL;
-    if (shader && row && info) {
-        png_set_write_fn(png, &output, write_bytes, flush_bytes);
-        shader_init(shader, layer, rgb, exposure);
-        error = write_picture(png, info, shader, rgb, row);
-    }
-    png_destroy_write_struct(&png, &info);
-    free(row);
-    free(shader);
-    if (error) {
-        free(output.data);
-        return error;
-    }
-    *out = output.data;
-    *size_bytes = output.size_bytes;
-    return 0;
+    const int error = png_rows_begin(image, layer, exposure, &rows);
+    return error ? error : png_rows_finish(&rows, out, size_bytes);
 }

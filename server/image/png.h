@@ -8,3 +8,16 @@
  * is not there. */
 int png_encode(const struct image *image, const char *layer, float exposure, uint8_t **out,
                size_t *size_bytes);
+
+/* The same bytes from the top while the image forms: rows that are written may change no more. The
+ * image is borrowed until finish or abort. One thread at a time. ERR_NOT_FOUND, ERR_MEMORY. */
+struct png_rows;
+int png_rows_begin(const struct image *image, const char *layer, float exposure,
+                   struct png_rows **out);
+/* Rows below `end`; of a picture that is scaled to its largest value none before the last. On an
+ * error only abort is left. */
+int png_rows_write(struct png_rows *rows, int32_t end);
+/* All that is left. Frees and nulls, also on an error; the bytes are the caller's. */
+int png_rows_finish(struct png_rows **rows, uint8_t **out, size_t *size_bytes);
+/* NULL: nothing to do. */
+void png_rows_abort(struct png_rows **rows);

@@ -24,6 +24,7 @@
 
 static void destroy(struct frame *f)
 {
+    frame_files_drop(f);
     frame_spool_destroy(f);
     frame_rounds_destroy(f);
     tile_queue_destroy(&f->tiles);
@@ -85,6 +86,8 @@ int frame_create(const struct frame_options *options, struct frame **out)
         destroy(f);
         return error;
     }
+    frame_files_init(f);
+    f->begun_us = f->arrived_us = frame_clock_us();
     frame_state_go(&f->state, FRAME_RENDERING);
     *out = f;
     return 0;

@@ -1,32 +1,7 @@
-/* A finished image becomes files: EXR and PNG, stored by their digests. */
-#include <stdio.h>
-#include <stdlib.h>
-
+/* An image becomes files: EXR and PNG, from the top as rows become final, stored by their digests.
+ */
 #include "proto/job.h"
-#include "server/image/png.h"
 #include "server/job/frame_work.h"
-
-struct encode_task {
-    struct team_task task;
-    struct frame *frame;
-    struct digest exr, png;
-    struct fault fault;
-    int error;
-};
-
-static int store_exr(struct encode_task *t)
-{
-    const struct frame *f = t->frame;
-    char dir[OBJECTS_PATH_BYTES], path[OBJECTS_PATH_BYTES + 16];
-    int error = objects_make_dir(f->options.objects, dir);
-    if (error) return fault_set(&t->fault, error, "", "no folder to write the picture in");
-    snprintf(path, sizeof path, "%s/image.exr", dir);
-    error = exr_write(path, f->image, &f->options.metadata, &t->fault);
-    if (!error && (error = objects_adopt(f->options.objects, path, &t->exr)) != 0)
-        fault_set(&t->fault, error, "", "the EXR file could not be stored");
-    objects_remove_dir(dir);
-    return error;
-}
 
 /* The layer that people look at: beauty, or the first that was asked for. */
 static const char *shown_layer(const struct frame *f)
@@ -35,58 +10,117 @@ static const char *shown_layer(const struct frame *f)
     return layer_name((enum layer)(layers & (~layers + 1u)));
 }
 
-static int store_png(struct encode_task *t)
+void frame_files_init(struct frame *f)
 {
-    const struct frame *f = t->frame;
-    struct object_writer *writer = NULL;
-    uint8_t *bytes = NULL;
-    size_t size_bytes = 0;
-    bool existed;
-    int error = png_encode(f->image, shown_layer(f), 0, &bytes, &size_bytes);
-    if (!error) error = object_writer_begin(f->options.objects, &writer);
-    if (!error) error = object_writer_append(writer, bytes, size_bytes);
-    if (!error) error = object_writer_finish(&writer, NULL, &t->png, &existed);
-    if (error) fault_set(&t->fault, error, "", "the PNG file could not be stored");
-    if (writer) object_writer_abort(&writer);
-    free(bytes);
-    return error;
+    for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
+        struct frame_file *file = &f->files.of[k];
+        file->frame = f;
+        file->picture = (struct picture_file){.kind = (enum picture_file_kind)k,
+                                              .image = f->image,
+                                              .metadata = &f->options.metadata,
+                                              .layer = shown_layer(f),
+                                              .objects = f->options.objects};
+    }
 }
 
-static void encode_run(struct team_task *task)
+void frame_files_drop(struct frame *f)
 {
-    struct encode_task *t = (struct encode_task *)task;
-    if (atomic_load(&t->frame->dropped)) return;
-    t->error = store_exr(t);
-    if (!t->error) t->error = store_png(t);
+    for (int k = 0; k < PICTURE_FILE_COUNT; k++) picture_file_drop(&f->files.of[k].picture);
+}
+
+static void file_run(struct team_task *task)
+{
+    struct frame_file *file = (struct frame_file *)task;
+    if (atomic_load(&file->frame->dropped)) return;
+    file->fault = (struct fault){0};
+    file->error = file->is_last ? picture_file_finish(&file->picture, &file->digest, &file->fault)
+                                : picture_file_write(&file->picture, file->end, &file->fault);
 }
 
 /* A picture that is drawn is not given up for a disk that is full today. */
-static void unstored(struct frame *f, struct encode_task *t)
+static void unstored(struct frame *f, const struct frame_file *file)
 {
-    const bool passes = t->error == ERR_NO_SPACE || t->error == ERR_IO || t->error == ERR_MEMORY;
+    const int error = file->error;
+    const bool passes = error == ERR_NO_SPACE || error == ERR_IO || error == ERR_MEMORY;
     struct fault fault;
     if (!passes || !f->options.events.unstored) {
-        frame_fail(f, t->error, t->fault.pointer, t->fault.detail);
+        frame_fail(f, error, file->fault.pointer, file->fault.detail);
         return;
     }
-    fault_set(&fault, t->error, "", "frame %d: %s", f->options.number, t->fault.detail);
+    fault_set(&fault, error, "", "frame %d: %s", f->options.number, file->fault.detail);
     f->options.events.unstored(f->options.events.ctx, f, &fault);
 }
 
-static void encode_done(struct team_task *task)
+/* When a frame is kept, its files wait for whoever wants them, not for tiles. */
+static void count_wall(struct frame *f)
 {
-    struct encode_task *t = (struct encode_task *)task;
-    struct frame *f = t->frame;
-    if (frame_task_over(f)) {
-        f->statistics.encode_cpu_us += t->task.cpu_us;
-        if (t->error) {
-            unstored(f, t);
-        } else {
-            frame_state_go(&f->state, FRAME_FINISHED);
-            f->options.events.encoded(f->options.events.ctx, f, &t->exr, &t->png);
-        }
+    const uint64_t now_us = frame_clock_us();
+    if (f->options.kept) return;
+    f->statistics.frames_wall_us += now_us - f->begun_us;
+    f->statistics.drawn_late_us += f->drawn_us - f->arrived_us;
+    f->statistics.stored_late_us += now_us - f->arrived_us;
+}
+
+/* Both are stored, or the first one that is not; while one is out, neither. */
+static void conclude(struct frame *f)
+{
+    const struct frame_file *failed = NULL;
+    for (int k = PICTURE_FILE_COUNT - 1; k >= 0; k--) {
+        const struct frame_file *file = &f->files.of[k];
+        if (file->is_out) return;
+        if (file->error) failed = file;
     }
-    free(t);
+    f->files.closing = false;
+    if (failed) {
+        unstored(f, failed);
+        return;
+    }
+    count_wall(f);
+    frame_state_go(&f->state, FRAME_FINISHED);
+    f->options.events.encoded(f->options.events.ctx, f, &f->files.of[PICTURE_FILE_EXR].digest,
+                              &f->files.of[PICTURE_FILE_PNG].digest);
+}
+
+/* What failed before the end is tried again there, from the top. */
+static void file_over(struct frame *f, struct frame_file *file)
+{
+    f->statistics.encode_cpu_us += file->task.cpu_us;
+    file->is_stored = file->is_last && !file->error;
+    if (file->error && !file->is_last) file->waits = true;
+    if (f->files.closing && file->is_last)
+        conclude(f);
+    else
+        frame_files_feed(f);
+}
+
+static void file_done(struct team_task *task)
+{
+    struct frame_file *file = (struct frame_file *)task;
+    file->is_out = false;
+    if (frame_task_over(file->frame)) file_over(file->frame, file);
+}
+
+static void submit(struct frame *f, struct frame_file *file, int32_t end)
+{
+    file->end = end;
+    file->is_last = f->files.closing;
+    file->error = 0;
+    file->is_out = true;
+    file->task = (struct team_task){.run = file_run, .done = file_done};
+    frame_task_submit(f, &file->task);
+}
+
+void frame_files_feed(struct frame *f)
+{
+    const bool closing = f->files.closing;
+    const int32_t end = closing ? f->plan.height_px : film_rows_done(f->film);
+    if (!closing && (f->options.kept || frame_has_rounds(f))) return;
+    for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
+        struct frame_file *file = &f->files.of[k];
+        if (file->is_out || file->is_stored) continue;
+        if (closing ? !file->is_last || file->error : !file->waits && end > file->end)
+            submit(f, file, end);
+    }
 }
 
 bool frame_is_complete(const struct frame *f)
@@ -96,6 +130,7 @@ bool frame_is_complete(const struct frame *f)
 
 void frame_encode(struct frame *f)
 {
+    f->drawn_us = frame_clock_us();
     if (!f->options.kept) {
         frame_store(f);
         return;
@@ -107,14 +142,6 @@ void frame_encode(struct frame *f)
 void frame_store(struct frame *f)
 {
     if (f->state != FRAME_ENCODING) frame_state_go(&f->state, FRAME_ENCODING);
-    struct encode_task *t = calloc(1, sizeof *t);
-    if (!t) {
-        struct encode_task none = {.error = ERR_MEMORY};
-        fault_set(&none.fault, ERR_MEMORY, "", "no memory to encode the picture");
-        unstored(f, &none);
-        return;
-    }
-    t->task = (struct team_task){.run = encode_run, .done = encode_done};
-    t->frame = f;
-    frame_task_submit(f, &t->task);
+    f->files.closing = true;
+    frame_files_feed(f);
 }

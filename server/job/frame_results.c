@@ -180,8 +180,10 @@ static void block_over(struct frame *f, const struct block_task *t)
     if (t->sides) frame_rate_keep(f, t->block, t->sides, t->measured);
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
-    if (film_block_done(f->film, t->block) && !frame_has_rounds(f))
+    if (film_block_done(f->film, t->block) && !frame_has_rounds(f)) {
         frame_count_pixels(&f->statistics, &t->statistics);
+        frame_files_feed(f);
+    }
     const int error = submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
@@ -348,6 +350,7 @@ uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_res
         tile_queue_reject(f->tiles, result->index);
         return VERDICT_STALE;
     }
+    f->arrived_us = frame_clock_us();
     t->task = (struct team_task){.run = decode_run, .done = decode_done};
     t->frame = f;
     t->worker = worker;

@@ -107,6 +107,7 @@ static bool read_over(struct frame *f, struct read_task *t)
         tile_queue_give_up(f->tiles, t->tile);
         return true;
     }
+    f->arrived_us = frame_clock_us();
     const struct counters *fresh = is_counted(f, t) ? NULL : &t->counters;
     if (frame_land(f, t->tile, &t->pass, &t->samples, fresh) != 0) return false;
     f->statistics.tiles_resumed++;

@@ -4,10 +4,12 @@
  * (passes after the schedule: when), with frame_target.c and frame_rate.c (which), frame_files.c
  * (image to files). */
 #include <stdatomic.h>
+#include <uv.h>
 
 #include "server/film/film.h"
 #include "server/job/fingerprint.h"
 #include "server/job/frame.h"
+#include "server/job/picture_file.h"
 #include "server/job/rounds.h"
 #include "server/job/tile_queue.h"
 #include "server/reconstruct/block.h"
@@ -61,6 +63,25 @@ struct frame_spool {
     unsigned reading; /* tasks */
 };
 
+/* What a frame leaves behind; one task of each at a time. */
+struct frame_file {
+    struct team_task task;
+    struct frame *frame;
+    struct picture_file picture;
+    int32_t end;  /* rows that were given to it */
+    bool is_out;  /* on the team; then nobody touches what is here, but `frame` */
+    bool is_last; /* its last task: it was given all rows */
+    bool is_stored;
+    bool waits; /* for the end: it failed before */
+    struct digest digest;
+    struct fault fault;
+    int error;
+};
+struct frame_files {
+    struct frame_file of[PICTURE_FILE_COUNT];
+    bool closing; /* the image is whole; nobody has heard yet of its files */
+};
+
 struct frame {
     struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
@@ -75,7 +96,9 @@ struct frame {
     struct frame_rate rate;     /* all NULL without */
     struct frame_spool spool;
     struct scratch *scratch; /* of the team's work on blocks */
-    struct image *image;     /* written and read on the loop's thread, until it is encoded */
+    struct image *image; /* on the loop's thread, but rows that are final: the team reads them */
+    struct frame_files files;
+    uint64_t begun_us, arrived_us, drawn_us; /* when; `arrived`: its last result so far */
     enum frame_state state;
     struct statistics statistics;
     uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
@@ -186,6 +209,19 @@ void frame_count_pixels(struct statistics *sum, const struct block_statistics *b
 /* Tells the owner; the frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
 
-/* Writes EXR and PNG on the team, then `encoded` or `failed`. Of a frame that is kept: `completed`.
- */
+/* -- frame_files.c -- */
+
+void frame_files_init(struct frame *f);
+void frame_files_drop(struct frame *f);
+/* Gives rows that have become final to the team, to be encoded. */
+void frame_files_feed(struct frame *f);
+
+/* Of a loop's time that goes on evenly. */
+static inline uint64_t frame_clock_us(void)
+{
+    return uv_hrtime() / 1000;
+}
+
+/* The image is whole: what is left of EXR and PNG is written on the team, then `encoded` or
+ * `failed`. Of a frame that is kept: `completed`. */
 void frame_encode(struct frame *f);

@@ -25,6 +25,9 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->encode_cpu_us += more->encode_cpu_us;
     sum->coordinate_cpu_us += more->coordinate_cpu_us;
     sum->wall_us += more->wall_us;
+    sum->frames_wall_us += more->frames_wall_us;
+    sum->drawn_late_us += more->drawn_late_us;
+    sum->stored_late_us += more->stored_late_us;
     sum->bytes_received += more->bytes_received;
     sum->tiles_done += more->tiles_done;
     sum->tiles_reissued += more->tiles_reissued;
@@ -112,6 +115,9 @@ static const struct line lines[] = {
     {"cpu_s", "encode", FIELD(encode_cpu_us), true},
     {"cpu_s", "coordinate", FIELD(coordinate_cpu_us), true},
     {NULL, "wall_s", FIELD(wall_us), true},
+    {"frames", "wall_s", FIELD(frames_wall_us), true},
+    {"frames", "drawn_late_s", FIELD(drawn_late_us), true},
+    {"frames", "stored_late_s", FIELD(stored_late_us), true},
     {"tiles", "done", FIELD(tiles_done), false},
     {"tiles", "reissued", FIELD(tiles_reissued), false},
     {"tiles", "copied", FIELD(tiles_copied), false},

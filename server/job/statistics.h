@@ -9,20 +9,23 @@ struct statistics {
     struct counters counters; /* summed over accepted results */
     struct counters counters_resumed; /* of these, of an earlier run of the coordinator */
     uint64_t import_cpu_us;
-    uint64_t decode_cpu_us;              /* unpacking and checking samples */
-    uint64_t reconstruct_cpu_us;         /* without those below */
-    uint64_t shadow_cpu_us;              /* filtering shadows */
-    uint64_t indirect_cpu_us;            /* filtering indirect light and occlusion */
-    uint64_t glossy_cpu_us;              /* filtering glossy lobes */
-    uint64_t lens_cpu_us;                /* filtering lens samples */
-    uint64_t lens_light_cpu_us;          /* lighting them by light fields */
-    uint64_t encode_cpu_us;              /* EXR and PNG */
-    uint64_t coordinate_cpu_us;          /* the loop's thread while the job was in work: all else */
-    uint64_t wall_us;                    /* from import to the last file */
-    uint64_t bytes_received;             /* samples as they came over the wire */
+    uint64_t decode_cpu_us;      /* unpacking and checking samples */
+    uint64_t reconstruct_cpu_us; /* without those below */
+    uint64_t shadow_cpu_us;      /* filtering shadows */
+    uint64_t indirect_cpu_us;    /* filtering indirect light and occlusion */
+    uint64_t glossy_cpu_us;      /* filtering glossy lobes */
+    uint64_t lens_cpu_us;        /* filtering lens samples */
+    uint64_t lens_light_cpu_us;  /* lighting them by light fields */
+    uint64_t encode_cpu_us;      /* EXR and PNG */
+    uint64_t coordinate_cpu_us;  /* the loop's thread while the job was in work: all else */
+    uint64_t wall_us;            /* from import to the last file */
+    /* Wall time of frames: from when tiles can be given out until the files are stored; and from
+     * the arrival of the last tile until all is drawn, and stored. */
+    uint64_t frames_wall_us, drawn_late_us, stored_late_us;
+    uint64_t bytes_received;                           /* samples as they came over the wire */
     uint64_t tiles_done, tiles_reissued, tiles_copied; /* each pass of a tile counts */
-    uint64_t tiles_resumed;              /* of those done: read from disk */
-    uint64_t results_dropped;            /* duplicate, stale, foreign */
+    uint64_t tiles_resumed;   /* of those done: read from disk */
+    uint64_t results_dropped; /* duplicate, stale, foreign */
     uint64_t results_corrupt;
     uint64_t sub_samples_unmatched, pixels_background;
     /* By light, of shadow_statistics: what a filter did with pixels and blocks. */
@@ -54,12 +57,13 @@ void statistics_forget_picture(struct statistics *s);
 void statistics_add(struct statistics *sum, const struct statistics *more);
 
 /* {cpu_s {import, build, trace, pack, decode, reconstruct, shadow, indirect, glossy, lens,
- * lens_light, encode, coordinate, total}, wall_s, rays {...}, skipped {...}, tiles {done,
- * reissued, copied, resumed}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered, pixels_alone,
- * pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped, blocks_skipped}, glossy
- * {the same}, lens {the same, samples_lit, samples_own, second_paths}, target {rounds, paths,
- * bounces, error, threshold}, adaptive {first_rays, second_rays}, bytes_received, peak_rss_bytes
- * {server, worker}}. New reference; NULL on failed allocation. */
+ * lens_light, encode, coordinate, total}, wall_s, frames {wall_s, drawn_late_s, stored_late_s},
+ * rays {...}, skipped {...}, tiles {done,
+ * reissued, copied, resumed}, results {dropped, corrupt}, pixels {...}, shadow {pixels_filtered,
+ * pixels_alone, pixels_unlit, blocks_skipped}, indirect {pixels_filtered, pixels_skipped,
+ * blocks_skipped}, glossy {the same}, lens {the same, samples_lit, samples_own, second_paths},
+ * target {rounds, paths, bounces, error, threshold}, adaptive {first_rays, second_rays},
+ * bytes_received, peak_rss_bytes {server, worker}}. New reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
 /* The other way, as far as the members are there: a job goes on counting after a restart. */

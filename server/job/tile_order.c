@@ -4,51 +4,42 @@
 
 #include "proto/error.h"
 
-/* Distance along the Hilbert curve of the cell (x, y) in a square of `side` cells, a power of two.
- */
-static uint64_t hilbert(uint32_t side, uint32_t x, uint32_t y)
-{
-    uint64_t d = 0;
-    for (uint32_t s = side / 2; s > 0; s /= 2) {
-        uint32_t right = (x & s) != 0, down = (y & s) != 0;
-        d += (uint64_t)s * s * ((3 * right) ^ down);
-        if (down) continue;
-        if (right) {
-            x = side - 1 - x;
-            y = side - 1 - y;
-        }
-        uint32_t swap = x;
-        x = y;
-        y = swap;
-    }
-    return d;
-}
-
 struct place {
-    uint64_t distance; /* of the cell */
+    int32_t row, column; /* of the cell */
+    int32_t inwards;     /* pixels to the nearer of the cell's upper and left borders */
     uint32_t tile;
 };
+
+static int sign(int64_t difference)
+{
+    return (difference > 0) - (difference < 0);
+}
 
 static int compare_places(const void *a, const void *b)
 {
     const struct place *p = a, *q = b;
-    if (p->distance != q->distance) return p->distance < q->distance ? -1 : 1;
-    return (p->tile > q->tile) - (p->tile < q->tile);
+    if (p->row != q->row) return sign((int64_t)p->row - q->row);
+    if (p->column != q->column) return sign((int64_t)p->column - q->column);
+    if (p->inwards != q->inwards) return sign((int64_t)p->inwards - q->inwards);
+    return sign((int64_t)p->tile - q->tile);
 }
 
-int tile_order_along_curve(const struct tile_grid *grid, int32_t cell_px, uint32_t *order)
+static struct place place_of(const struct tile_grid *grid, int32_t cell_px, uint32_t tile)
+{
+    const struct rect r = tile_grid_rect(grid, tile);
+    const int32_t right = r.x0 % cell_px, down = r.y0 % cell_px;
+    return (struct place){.row = r.y0 / cell_px,
+                          .column = r.x0 / cell_px,
+                          .inwards = right < down ? right : down,
+                          .tile = tile};
+}
+
+int tile_order_by_rows(const struct tile_grid *grid, int32_t cell_px, uint32_t *order)
 {
     const uint32_t count = tile_grid_count(grid);
     struct place *places = calloc(count, sizeof *places);
     if (!places) return ERR_MEMORY;
-    int32_t longest = grid->width_px > grid->height_px ? grid->width_px : grid->height_px;
-    uint32_t side = 1;
-    while ((int64_t)side * cell_px < longest) side *= 2;
-    for (uint32_t i = 0; i < count; i++) {
-        struct rect r = tile_grid_rect(grid, i);
-        places[i].tile = i;
-        places[i].distance = hilbert(side, (uint32_t)(r.x0 / cell_px), (uint32_t)(r.y0 / cell_px));
-    }
+    for (uint32_t i = 0; i < count; i++) places[i] = place_of(grid, cell_px, i);
     qsort(places, count, sizeof *places, compare_places);
     for (uint32_t i = 0; i < count; i++) order[i] = places[i].tile;
     free(places);

@@ -1,8 +1,10 @@
 #pragma once
-/* The order in which a frame's tiles are given: along a Hilbert curve over cells of the
- * reconstruction's block size, so that blocks complete early and few unfinished ones are held at a
- * time (Hilbert 1891; the turning form is Warren, Hacker's Delight, 16-2); and what somebody who
- * looks wishes to see before that. */
+/* The order in which a frame's tiles are given: cells of the reconstruction's block size, row by
+ * row from the top, and each from the borders to cells that were before to the corner that is
+ * farthest from them. So rows of the picture end from the top, and are encoded while others are
+ * traced; the blocks of unfinished rows hold a band of tiles as wide as the picture and no more (a
+ * space-filling curve holds half as many again); and what is given last, nothing but the last block
+ * waits for. And what somebody who looks wishes to see before that. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -15,8 +17,8 @@ struct tile_wish {
     int32_t near_x, near_y;
 };
 
-/* The tiles in the curve's order. order[count of tiles]. ERR_MEMORY. */
-int tile_order_along_curve(const struct tile_grid *grid, int32_t cell_px, uint32_t *order);
+/* The tiles in that order. order[count of tiles]. ERR_MEMORY. */
+int tile_order_by_rows(const struct tile_grid *grid, int32_t cell_px, uint32_t *order);
 
 /* How far back the wish puts a tile: less goes first. Distances are those of whole cells, so that
  * blocks complete one after the other under a point that moves. Squared, in pixels. */

@@ -24,7 +24,7 @@ struct tile_entry {
     uint64_t faulted_by[TILE_QUEUE_FAULTS];
     uint32_t generation; /* of the last lease; 0: never leased */
     uint32_t settled;    /* the generation under which the last pass landed; 0: none has */
-    uint32_t rank;       /* place along the curve */
+    uint32_t rank;       /* place in the order of rows */
     uint16_t passes;     /* that it has in all */
     uint16_t pass;       /* that it is waiting for or at */
     uint16_t returns;    /* of this pass, as all below */
@@ -110,7 +110,7 @@ int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t pa
     q->tiles = calloc(q->count, sizeof *q->tiles);
     /* The stack of those that came back is empty still: room for the order. */
     if (!q->untouched.keys || !q->begun.keys || !q->returned || !q->tiles ||
-        tile_order_along_curve(grid, cell_px, q->returned) != 0) {
+        tile_order_by_rows(grid, cell_px, q->returned) != 0) {
         tile_queue_destroy(&q);
         return ERR_MEMORY;
     }

@@ -37,7 +37,7 @@
 
 struct tile_queue;
 
-/* Tiles are taken cell by cell, cell_px a side, in windows of `window` tiles along the curve (at
+/* Tiles are taken cell by cell, cell_px a side, in windows of `window` tiles in their order (at
  * least 1); each has `passes` passes, 1 .. LIMIT_PASSES. ERR_MEMORY. */
 int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
                       uint32_t window, struct tile_queue **out);

@@ -12,12 +12,14 @@
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
  * 0.85 times as much as those of 128; of memory, 1.6 times as much for 256. Those are for pictures
- * that are still cut into BLOCKS_ENOUGH, and for filters of the lens, whose halo is as wide as half
- * a block of those. */
+ * that are still cut into BLOCKS_ENOUGH; for filters of the lens, whose halo is as wide as half a
+ * block of those, for pictures that are still cut into BLOCKS_ENOUGH_WIDE: of fewer, each would
+ * wait for nearly all of the picture's tiles, and be filtered after the last. */
 #define SIDE_PX                64
 #define SIDE_FILTERED_PX       128
 #define SIDE_FILTERED_LARGE_PX 256
 #define BLOCKS_ENOUGH          64
+#define BLOCKS_ENOUGH_WIDE     8
 
 /* Of bounce rays of pixel centres, which a light field beside paths consists of. */
 #define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | PLANE_BIT(OPEN))
@@ -68,8 +70,9 @@ int32_t block_side_px(const struct plan *plan)
 {
     const int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
     const bool wide = plan->lens_filter != LENS_FILTER_NONE;
-    const bool many = (int64_t)plan->width_px * plan->height_px >= BLOCKS_ENOUGH * large;
-    int32_t side = wide || many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
+    const int64_t enough = wide ? BLOCKS_ENOUGH_WIDE : BLOCKS_ENOUGH;
+    const bool many = (int64_t)plan->width_px * plan->height_px >= enough * large;
+    int32_t side = many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
     if (!is_filtered(plan)) return SIDE_PX;
     while (side > SIDE_PX && bytes_of(plan, side) > LIMIT_PATCH_BYTES) side /= 2;
     return side;

@@ -15,6 +15,7 @@ import { Lines } from "./lines.mjs";
 import { loadOf, machineOf } from "./machine.mjs";
 import { accuracy } from "./parts/accuracy.mjs";
 import { resolution, triangles, workers } from "./parts/farms.mjs";
+import { links, overlap } from "./parts/overlap.mjs";
 import { RATES, rate } from "./parts/rates.mjs";
 import { summary } from "./parts/runs.mjs";
 import { skips } from "./parts/skips.mjs";
@@ -23,16 +24,16 @@ import { writeResults } from "./results.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
 const cores = availableParallelism(), upTo = (n) => Array.from({ length: n }, (_, i) => i + 1);
-const OWN = { accuracy, workers, resolution, triangles, skips };
+const OWN = { accuracy, workers, resolution, triangles, overlap, links, skips };
 const FULL = { mode: "full", parts: [...Object.keys(OWN), ...RATES], scenes: scenes.map((s) => s.name), accuracy: [], repeat: 5, workersHeight: 720, workers: upTo(cores),
-  heights: [360, 540, 720, 1080, 1440, 2160], kinds: ["fields", "paths", "lens"], hillSteps: [16, 50, 158, 500, 1000], hillSide: 512, skipSide: 512, runs: 3 };
+  heights: [360, 540, 720, 1080, 1440, 2160], kinds: ["fields", "paths", "lens"], hillSteps: [16, 50, 158, 500, 1000], hillSide: 512, skipSide: 512, overlapSizes: [[512, 512], [1280, 720]], runs: 3 };
 // Three minutes on two cores, from nothing but the build.
-const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN), scenes: ["contacts", "curved", "box", "posts", "all_box"],
-  accuracy: ["smoke", "side=80", "spp=4,9,16,36"], repeat: 3, workersHeight: 240, heights: [90, 180, 360], kinds: ["fields", "paths"], hillSteps: [16, 64, 256], hillSide: 160, skipSide: 192 };
+const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN).filter((name) => name !== "links"), scenes: ["contacts", "curved", "box", "posts", "all_box"],
+  accuracy: ["smoke", "side=80", "spp=4,9,16,36"], repeat: 3, workersHeight: 240, heights: [90, 180, 360], kinds: ["fields", "paths"], hillSteps: [16, 64, 256], hillSide: 160, skipSide: 192, overlapSizes: [[512, 512]] };
 // A test of the bench itself, beside whatever else the machine does: hundredths of a second, so that times may
 // go three times as far.
 const SMOKE_SLACK = 3;
-const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96 };
+const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96, overlapSizes: [[192, 192]] };
 const ACTIONS = ["report", "accept", "results"];
 const PASSED_ON = ["effect", "method", "spp", "mu", "side", "reference", "repeat", "seed"];
 const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "out", "figures", "runs"];

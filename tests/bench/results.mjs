@@ -25,10 +25,11 @@ export function figuresOf(lines) {
     ...headlines(rows).map((h) => ({ is: "headline", effect: h.effect.name, method: h.method, rmse: rounded(h.rmse), samples: rounded(h.samples), seconds: rounded(h.seconds), share: rounded(h.share), extrapolated: h.extrapolated })),
     ...effectBounds(rows, scenes).filter((b) => b.bound !== null).map((b) => ({ is: "bound", effect: b.effect, figure: b.figure, of: b.of, ...rounded(b), relation: b.relation, bound: three(b.bound), unit: b.unit, judged: b.judged, ok: b.ok })),
     ...ofPart(lines, "figure").map((l) => ({ is: "rate", from: l.from, figure: l.figure, value: l.value, bound: l.bound, unit: l.unit, ok: l.ok })),
-    ...scaling(lines).map((l) => ({ is: "workers", workers: l.workers, height: l.height_px, wall_s: three(l.wall_s), speedup: three(l.speedup), after_last_tile: three(l.wall.after_last_tile / l.wall.total) })),
+    ...scaling(lines).map((l) => ({ is: "workers", workers: l.workers, height: l.height_px, wall_s: three(l.wall_s), speedup: three(l.speedup), after_last_tile: three(l.wall.after_last_tile / l.wall.frame) })),
     ...ofPart(lines, "resolution").map((l) => ({ is: "resolution", kind: l.kind, about: l.about, width: l.width, height: l.height, cpu_s: three(l.cpu_s.total), us_a_pixel: three(l.cpu_s.total / l.megapixels),
-      bytes_a_pixel: three(pixelBytes(l)), after_last_tile: three(l.wall.after_last_tile / l.wall.total), server_mb: three(l.peak_rss_bytes.server / 1e6), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
+      bytes_a_pixel: three(pixelBytes(l)), after_last_tile: three(l.wall.after_last_tile / l.wall.frame), server_mb: three(l.peak_rss_bytes.server / 1e6), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
     ...ofPart(lines, "triangles").map((l) => ({ is: "triangles", triangles: l.triangles, side_px: l.side_px, import_s: three(l.cpu_s.import), build_s: three(l.cpu_s.build), trace_s: three(l.cpu_s.trace), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
+    ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
 }
 
@@ -60,6 +61,8 @@ function costs(figures) {
   if (sizes.length > 0) parts.push(`Against resolution, the Cornell box at 9 samples (${[...new Set(sizes.map((s) => `${s.kind}: ${s.about}`))].join("; ")}):\n\n${table(["picture", "CPU s", "CPU µs a pixel", "bytes a pixel", "after the last tile", "coordinator, MB", "worker, MB"],
     sizes.map((s) => [`${s.kind}, ${s.width}×${s.height}`, s.cpu_s, s.us_a_pixel, s.bytes_a_pixel, share(s.after_last_tile), s.server_mb, s.worker_mb]))}`);
   if (hills.length > 0) parts.push(`Against triangles, ${hills[0].side_px}×${hills[0].side_px} pixels (CPU seconds; import once a scene, BVH once a worker):\n\n${table(["triangles", "import", "BVH, all workers", "trace", "worker, MB"], hills.map((h) => [h.triangles, h.import_s, h.build_s, h.trace_s, h.worker_mb]))}`);
+  const links = of(figures, "link");
+  if (links.length > 0) parts.push(`Links of local workers, ${links[0].width}×${links[0].height} (CPU time over that of a Unix socket's frames; loop: the coordinator's, which reads and writes links):\n\n${table(["picture", "link", "MB", "CPU", "loop"], links.map((l) => [l.kind, l.link, three(l.bytes / 1e6), `${l.cpu}×`, `${l.loop}×`]))}`);
   return parts.join("\n");
 }
 

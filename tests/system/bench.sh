@@ -26,7 +26,7 @@ check "a line is there once" lines '[.[] | [.part, .key]] | length == (unique | 
 check "pictures of every method and count" lines '[.[] | select(.part == "accuracy")] | length == 29 and all(.[]; .judged.finite and .judged.rmse > 0
     and .cpu_s.trace > 0 and .peak_rss_bytes.worker > 0 and .bytes_received > 0 and (.picture | length > 0))'
 check "workers, resolutions, triangles: wall time by stage" lines '[.[] | select(.part == "workers" or .part == "resolution" or .part == "triangles")] | length >= 7 and
-    all(.[]; .wall as $w | $w.tiles > 0 and $w.total >= ([$w.import, $w.tiles, $w.after_last_tile, $w.files] | max) and .link.received_bytes >= .bytes_received)'
+    all(.[]; .wall as $w | $w.tiles > 0 and $w.total >= ([$w.import, $w.frame, $w.record] | max) and $w.frame > $w.after_last_tile and $w.after_last_tile >= $w.drawn_late and $w.drawn_late > 0 and .link.received_bytes >= .bytes_received)'
 check "six kinds of skips, all held" lines '[.[] | select(.part == "skips")] | ([.[].skip] | unique) == ["block", "effect", "light", "pixel", "plane", "ray"] and all(.[]; .holds and .wrong == [])'
 check "skips save rays, bytes or filtering" lines 'all(.[] | select(.part == "skips"); .spare.rays < .need.rays or .spare.bytes < .need.bytes or .spare.cpu_s < .need.cpu_s)'
 

@@ -27,7 +27,8 @@ check "the EXR has the layers that were asked for" bash -c "
 check "statistics hold what a script needs" jq -e '
     .cpu_s.import >= 0 and .cpu_s.trace > 0 and .cpu_s.reconstruct > 0 and .cpu_s.total > 0 and
     .cpu_s.shadow > 0 and .shadow.pixels_filtered > 0 and
-    .wall_s > 0 and .rays.primary == 203*151 and .rays.shadow > 0 and .rays.indirect > 0 and
+    .wall_s > 0 and .frames.wall_s > .frames.stored_late_s and
+    .frames.stored_late_s >= .frames.drawn_late_s and .frames.drawn_late_s > 0 and .rays.primary == 203*151 and .rays.shadow > 0 and .rays.indirect > 0 and
     (.skipped | type) == "object" and .bytes_received > 0 and
     .peak_rss_bytes.server > 0 and .peak_rss_bytes.worker > 0' "$tmp/stats.json"
 for workers in 2 4; do

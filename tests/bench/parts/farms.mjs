@@ -9,7 +9,7 @@ import { light } from "../scenes/light.mjs";
 import { hills } from "../scenes/mesh.mjs";
 import { repeated } from "./runs.mjs";
 
-const BOX = resolve("tests/scenes/cornell-box/cornell-box.glb"), SMALL = { width: 64, height: 64 };
+export const BOX = resolve("tests/scenes/cornell-box/cornell-box.glb"), SMALL = { width: 64, height: 64 };
 const size = (height) => ({ width: Math.round(height * 16 / 9), height });
 
 // What is rendered: light fields of shadows and of one bounce with their filters, paths alone, and all of
@@ -21,7 +21,7 @@ const KINDS = {
 
 const jobOf = (kind, image) => ({ scene: { file: BOX }, image, sampling: { spp: 9, seed: 1 }, effects: { indirect_bounces: 1 }, layers: ["beauty"], ...KINDS[kind].job });
 
-async function withFarm(o, options, run) {
+export async function withFarm(o, options, run) {
   const farm = await Farm.start(o.build, options);
   try {
     return await run(farm);

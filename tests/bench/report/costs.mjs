@@ -1,6 +1,7 @@
 // The report's sections of costs: how they grow, and what skipping saves.
 import { writeFileSync } from "node:fs";
 import { ofPart, pixelBytes, scaling } from "../judged.mjs";
+import { median } from "../parts/runs.mjs";
 import { percent, savings, seconds, stages } from "../plot/bars.mjs";
 import { lines } from "../plot/lines.mjs";
 import { bytes, count, details, escape, number, plots, table, times, verdict } from "./html.mjs";
@@ -9,8 +10,8 @@ const kept = (o, name, svg) => {
   if (svg) writeFileSync(`${o.out}/report/plots/${name}.svg`, svg);
   return svg;
 };
-const wallCells = ({ wall }) => [seconds(wall.tiles), seconds(wall.after_last_tile), seconds(wall.files), seconds(wall.total)];
-const WALL = ["wall: first to last tile", "after the last tile", "files", "all"];
+const wallCells = ({ wall }) => [seconds(wall.tiles), seconds(wall.drawn_late), seconds(wall.after_last_tile), seconds(wall.total)];
+const WALL = ["wall: to the last tile", "from there: drawn", "files stored", "all"];
 
 function farms(o, all) {
   const found = scaling(all), first = found[0];
@@ -19,7 +20,7 @@ function farms(o, all) {
     series: [{ name: "measured", points: found.map((l) => [l.workers, l.wall_s]) }, { name: "ideal", points: found.map((l) => [l.workers, first.wall_s * first.workers / l.workers]) }] });
   return `<h3>Workers</h3><p>${escape(first.about)}, ${first.height_px} lines, on ${o.cores} cores; the coordinator, which filters and encodes, takes its share of them. Medians of ${first.runs} frames.</p>
 ${plots(kept(o, "workers", plot))}${table("Wall time by number of workers", ["workers", "speed-up", ...WALL, "after the last tile, of all", "CPU s"],
-    found.map((l) => [l.workers, times(l.speedup), ...wallCells(l), percent(l.wall.after_last_tile / l.wall.total), number(l.cpu_s.total)]))}`;
+    found.map((l) => [l.workers, times(l.speedup), ...wallCells(l), percent(l.wall.after_last_tile / l.wall.frame), number(l.cpu_s.total)]))}`;
 }
 
 function resolutions(o, all) {
@@ -34,7 +35,7 @@ function resolutions(o, all) {
     kept(o, "resolution-memory", lines({ title: "Peak memory of the coordinator", yLabel: "MB", yLog: false, series: series((l) => l.peak_rss_bytes.server / 1e6), ...common })),
     kept(o, "resolution-stages", stages(`CPU time by stage, ${Math.max(...found.map((l) => l.height))} lines`, largest.map((l) => ({ name: `${l.kind}, ${l.height}`, cpu_s: l.cpu_s })))))}
 ${table("Cost by resolution", ["kind", "picture", "CPU s", "CPU µs a pixel", ...WALL, "after the last tile, of all", "bytes a pixel", "peak memory: coordinator", "worker"],
-    found.map((l) => [l.kind, `${l.width}×${l.height}`, number(l.cpu_s.total), number(l.cpu_s.total / l.megapixels), ...wallCells(l), percent(l.wall.after_last_tile / l.wall.total),
+    found.map((l) => [l.kind, `${l.width}×${l.height}`, number(l.cpu_s.total), number(l.cpu_s.total / l.megapixels), ...wallCells(l), percent(l.wall.after_last_tile / l.wall.frame),
       number(pixelBytes(l)), bytes(l.peak_rss_bytes.server), bytes(l.peak_rss_bytes.worker)]))}`;
 }
 
@@ -49,8 +50,26 @@ ${table("Cost by triangles", ["triangles", "import CPU", "BVH CPU, all workers",
     found.map((l) => [l.triangles.toLocaleString("en"), seconds(l.cpu_s.import), seconds(l.cpu_s.build), seconds(l.cpu_s.trace), seconds(l.wall.total), bytes(l.peak_rss_bytes.worker), bytes(l.peak_rss_bytes.server)]))}`;
 }
 
+function late(all) {
+  const found = ofPart(all, "overlap");
+  if (found.length === 0) return "";
+  return `<h3>After the last tile</h3><p>Decoding, filtering and encoding overlap with tracing: what is left of a frame's wall time when its last tile has come. Medians of ${found[0].runs} frames; the least of them in the last column.</p>
+${table("After the last tile", ["kind", "picture", ...WALL, "after the last tile, of the frame", "least"],
+    found.map((l) => [`${escape(l.kind)}: ${escape(l.about)}`, `${l.width}×${l.height}`, ...wallCells(l), percent(median(l.late)), percent(Math.min(...l.late))]))}`;
+}
+
+const LINK_NAMES = { unix: "Unix socket", tcp: "TCP, in the clear", sealed: "TCP, TLS 1.3 under a key" };
+
+function wires(all) {
+  const found = ofPart(all, "links");
+  if (found.length === 0) return "";
+  return `<h3>Links</h3><p>The same frames, ${found[0].width}×${found[0].height}, by workers on this machine over three kinds of links, in turn. CPU times are the least of ${found[0].runs} frames; the coordinator's loop reads and writes the links.</p>
+${table("Cost of links", ["kind", "link", "bytes", "CPU s", "of it the coordinator's loop", "CPU over Unix", "loop over Unix", "wall over Unix"],
+    found.map((l) => [escape(l.kind), LINK_NAMES[l.link_kind], bytes(l.link.received_bytes + l.link.sent_bytes), number(l.cpu_least_s.total), number(l.cpu_least_s.coordinate), times(l.over_unix.cpu), times(l.over_unix.coordinate), times(l.over_unix.wall)]))}`;
+}
+
 export function costSection(o, all) {
-  const html = [farms(o, all), resolutions(o, all), hills(o, all)].join("\n");
+  const html = [farms(o, all), resolutions(o, all), hills(o, all), late(all), wires(all)].join("\n");
   return html.trim() ? { id: "costs", title: "What frames cost as they grow", html } : null;
 }
 

@@ -198,6 +198,60 @@ static void equal_images_are_equal_files(void **state)
     image_destroy(&image);
 }
 
+/* Rows that are not final yet hold anything; the file is the same as one that is written at once.
+ */
+static void rows_from_the_top_are_the_same_file(void **state)
+{
+    (void)state;
+    static const int32_t steps[][4] = {
+        {90, 90, 90, 90}, {7, 16, 17, 64}, {0, 33, 33, 89}, {1, 2, 3, 90}};
+    struct exr_metadata m = metadata;
+    for (size_t i = 0; i < 2 * sizeof steps / sizeof steps[0]; i++) {
+        struct image *image = make_image(0xfff, 70, 90), *forming = make_image(0xfff, 70, 90);
+        struct exr_rows *rows;
+        struct fault fault = {0};
+        size_t a_bytes, b_bytes;
+        m.half = i % 2 == 1;
+        write_file(path_of("a.exr"), image, &m);
+        assert_int_equal(exr_rows_begin(path_of("b.exr"), forming, &m, &rows, &fault), 0);
+        for (int k = 0; k < 4; k++) {
+            const int32_t end = steps[i / 2][k];
+            for (uint32_t c = 0; c < image->channel_count; c++)
+                for (int32_t y = 0; y < end; y++)
+                    memcpy(plane_row(&forming->channels[c].plane, y),
+                           plane_row(&image->channels[c].plane, y), 70 * sizeof(float));
+            assert_int_equal(exr_rows_write(rows, end, &fault), 0);
+        }
+        memcpy(forming->data, image->data, (size_t)70 * 90 * image->channel_count * sizeof(float));
+        assert_int_equal(exr_rows_finish(&rows, &fault), 0);
+        assert_null(rows);
+        char *a = slurp(path_of("a.exr"), &a_bytes), *b = slurp(path_of("b.exr"), &b_bytes);
+        assert_int_equal(a_bytes, b_bytes);
+        assert_memory_equal(a, b, a_bytes);
+        free(a);
+        free(b);
+        image_destroy(&forming);
+        image_destroy(&image);
+    }
+}
+
+static void given_up_rows_leave_nothing(void **state)
+{
+    (void)state;
+    struct image *image = make_image(1, 70, 90);
+    struct exr_rows *rows;
+    struct fault fault = {0};
+    char command[96];
+    assert_int_equal(exr_rows_begin(path_of("a.exr"), image, &metadata, &rows, &fault), 0);
+    assert_int_equal(exr_rows_write(rows, 40, &fault), 0);
+    exr_rows_abort(&rows);
+    assert_null(rows);
+    exr_rows_abort(&rows);
+    snprintf(command, sizeof command, "test -z \"$(ls -A '%s')\"", dir);
+    assert_int_equal(system(command), 0);
+    image_destroy(&image);
+}
+
 static void metadata_is_in_the_header(void **state)
 {
     (void)state;
@@ -439,12 +493,20 @@ static void it_is_quick(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(floats_come_back_bit_by_bit),      TEST(strange_floats_come_back),
-        TEST(halves_are_rounded_and_clamped),   TEST(equal_images_are_equal_files),
-        TEST(metadata_is_in_the_header),        TEST(a_file_is_replaced_or_left_alone),
-        TEST(files_of_other_programs_are_read), TEST(a_reference_picture_is_read),
-        TEST(damaged_files_are_errors),         TEST(what_is_not_read_is_refused),
-        TEST(dwa_is_refused_with_advice),       TEST(it_is_quick),
+        TEST(floats_come_back_bit_by_bit),
+        TEST(strange_floats_come_back),
+        TEST(halves_are_rounded_and_clamped),
+        TEST(equal_images_are_equal_files),
+        TEST(rows_from_the_top_are_the_same_file),
+        TEST(given_up_rows_leave_nothing),
+        TEST(metadata_is_in_the_header),
+        TEST(a_file_is_replaced_or_left_alone),
+        TEST(files_of_other_programs_are_read),
+        TEST(a_reference_picture_is_read),
+        TEST(damaged_files_are_errors),
+        TEST(what_is_not_read_is_refused),
+        TEST(dwa_is_refused_with_advice),
+        TEST(it_is_quick),
     };
     return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
 }

@@ -63,6 +63,17 @@ static void assert_patch(const struct plan *plan, const struct patch *patch)
     }
 }
 
+/* Rows from the top of which no pixel is outside of blocks that were seen. */
+static int32_t rows_seen(const struct film *film, const uint8_t *seen, int32_t height)
+{
+    int32_t rows = height;
+    for (uint32_t i = 0; i < film_block_count(film); i++) {
+        const int32_t top = film_block_rect(film, i).y0;
+        if (!seen[i] && top < rows) rows = top;
+    }
+    return rows;
+}
+
 static void run_film(int32_t width, int32_t height, int32_t tile_px, int32_t block_px,
                      int32_t halo_px)
 {
@@ -77,6 +88,7 @@ static void run_film(int32_t width, int32_t height, int32_t tile_px, int32_t blo
     shuffle(order, tiles);
     uint32_t done = 0, block;
     uint8_t *seen = calloc(film_block_count(film), 1);
+    assert_int_equal(film_rows_done(film), 0);
     for (uint32_t i = 0; i < tiles; i++) {
         land(film, &plan, order[i]);
         while (film_next_ready(film, &block)) {
@@ -87,6 +99,7 @@ static void run_film(int32_t width, int32_t height, int32_t tile_px, int32_t blo
             patch_destroy(&patch);
             assert_false(film_complete(film));
             film_block_done(film, block);
+            assert_int_equal(film_rows_done(film), rows_seen(film, seen, height));
             done++;
         }
     }

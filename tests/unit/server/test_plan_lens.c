@@ -176,12 +176,12 @@ static void blocks_fit_a_threads_memory(void **state)
 {
     static const struct {
         uint32_t lens_spp;
-        int32_t side_px;
-    } sides[] = {{9, 256}, {49, 256}, {64, 128}, {144, 64}};
+        int32_t width_px, side_px; /* few large blocks would all wait for the last tile */
+    } sides[] = {{9, 512, 128}, {9, 800, 256}, {49, 800, 256}, {64, 800, 128}, {144, 800, 64}};
     struct stage *s = *state;
-    s->job.width_px = s->job.height_px = 512;
     for (size_t k = 0; k < sizeof sides / sizeof sides[0]; k++) {
         s->job.lens_spp = sides[k].lens_spp;
+        s->job.width_px = s->job.height_px = sides[k].width_px;
         must_make(s);
         assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
         assert_int_equal(block_side_px(&s->plan), sides[k].side_px);

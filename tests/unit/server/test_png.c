@@ -138,6 +138,37 @@ static void equal_pictures_are_equal_bytes(void **state)
     image_destroy(&image);
 }
 
+/* Also of a layer that is scaled by its largest value, which is in the last row. */
+static void rows_from_the_top_are_the_same_bytes(void **state)
+{
+    (void)state;
+    static const char *const depth[] = {"depth.Z"};
+    for (int scaled = 0; scaled < 2; scaled++) {
+        struct image *image = make_image(scaled ? depth : beauty, scaled ? 1 : 4, 30, 20);
+        struct image *forming = make_image(scaled ? depth : beauty, scaled ? 1 : 4, 30, 20);
+        const char *layer = scaled ? "depth" : "beauty";
+        struct png_rows *rows;
+        uint8_t *a, *b;
+        size_t a_bytes, b_bytes;
+        assert_int_equal(png_encode(image, layer, 0.5f, &a, &a_bytes), 0);
+        memset(forming->data, 0, sizeof(float) * 30 * 20 * image->channel_count);
+        assert_int_equal(png_rows_begin(forming, layer, 0.5f, &rows), 0);
+        for (int32_t end = 0; end <= 20; end += 4) {
+            for (uint32_t c = 0; c < image->channel_count; c++)
+                memcpy(forming->channels[c].plane.data, image->channels[c].plane.data,
+                       sizeof(float) * 30 * (size_t)end);
+            assert_int_equal(png_rows_write(rows, end), 0);
+        }
+        assert_int_equal(png_rows_finish(&rows, &b, &b_bytes), 0);
+        assert_int_equal(a_bytes, b_bytes);
+        assert_memory_equal(a, b, a_bytes);
+        free(a);
+        free(b);
+        image_destroy(&forming);
+        image_destroy(&image);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -145,6 +176,7 @@ int main(void)
         cmocka_unit_test(normals_and_scalars_are_shown_linearly),
         cmocka_unit_test(a_layer_that_is_not_there_is_refused),
         cmocka_unit_test(equal_pictures_are_equal_bytes),
+        cmocka_unit_test(rows_from_the_top_are_the_same_bytes),
     };
     return cmocka_run_group_tests_name("png", tests, NULL, NULL);
 }

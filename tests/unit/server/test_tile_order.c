@@ -164,6 +164,37 @@ static void a_moving_point_begins_few(void **state)
     tile_queue_destroy(&b.q);
 }
 
+/* Is the tile what a cell before this one may wait for, whose blocks read `halo` pixels around? */
+static bool is_borderer(struct rect tile, int32_t cell_px, int32_t halo)
+{
+    return tile.x0 % cell_px < halo || tile.y0 % cell_px < halo;
+}
+
+/* What the last tiles of a cell are, no cell before it reads; and rows of cells end one by one. */
+static void nothing_waits_for_the_corner_that_is_last(void **state)
+{
+    (void)state;
+    static const int32_t sizes[][4] = {
+        {512, 512, 64, 256}, {1280, 720, 64, 256}, {500, 300, 16, 128}, {640, 90, 32, 128}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        const int32_t cell = sizes[i][3], halo = cell / 2;
+        struct bench b = make(sizes[i][0], sizes[i][1], sizes[i][2], cell, 1, UINT32_MAX);
+        const uint32_t count = tile_queue_count(b.q);
+        int32_t last_cell = -1;
+        bool inside = false;
+        for (uint32_t k = 0; k < count; k++) {
+            const struct rect r = tile_grid_rect(&b.grid, lease(&b));
+            const int32_t at = r.y0 / cell * 1000 + r.x0 / cell;
+            assert_true(at >= last_cell);
+            if (at > last_cell) inside = false;
+            last_cell = at;
+            if (!is_borderer(r, cell, halo)) inside = true;
+            assert_false(inside && is_borderer(r, cell, halo));
+        }
+        tile_queue_destroy(&b.q);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -174,6 +205,7 @@ int main(void)
         cmocka_unit_test(what_came_back_still_goes_first),
         cmocka_unit_test(a_region_is_brought_to_its_end),
         cmocka_unit_test(a_moving_point_begins_few),
+        cmocka_unit_test(nothing_waits_for_the_corner_that_is_last),
     };
     return cmocka_run_group_tests_name("tile_order", tests, NULL, NULL);
 }

@@ -1,0 +1,33 @@
+#pragma once
+/* One of the two files of a picture, written from the top while the picture forms: rows that are
+ * final are encoded while others are still traced, so that little is left to do after the last. It
+ * becomes an object under its digest in the end. Blocking; for the team; one call at a time. */
+#include "server/image/exr.h"
+#include "server/store/objects.h"
+
+struct exr_rows;
+struct png_rows;
+
+enum picture_file_kind { PICTURE_FILE_EXR, PICTURE_FILE_PNG, PICTURE_FILE_COUNT };
+
+struct picture_file {
+    enum picture_file_kind kind;
+    const struct image *image;           /* borrowed, as all below */
+    const struct exr_metadata *metadata; /* EXR */
+    const char *layer;                   /* PNG: that people look at */
+    const struct objects *objects;
+    struct exr_rows *exr; /* owned; begun and not finished; in `dir` */
+    struct png_rows *png; /* owned; the same */
+    char dir[OBJECTS_PATH_BYTES];
+};
+
+/* Writes rows below `end`, as far as they fill what is encoded at once. They may change no more. On
+ * an error nothing is left of the file: it can be begun again, with all rows. */
+int picture_file_write(struct picture_file *file, int32_t end, struct fault *fault);
+
+/* Writes what is left and stores it; from the start, if nothing was written. The same on an error.
+ */
+int picture_file_finish(struct picture_file *file, struct digest *out, struct fault *fault);
+
+/* Lets go of what is begun; nothing is fine. */
+void picture_file_drop(struct picture_file *file);
