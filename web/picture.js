@@ -8,7 +8,7 @@ import { magnitudes, signs, STEPS } from "./color_map.js";
 import { BEHIND, CURVES, fragment, VERTEX } from "./shader.js";
 
 const SAMPLERS = ["first", "other", "ramps", "firstAlpha", "otherAlpha"];
-const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "canvasHeight", "zoom", "origin",
+const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "firstTexels", "otherTexels", "canvasHeight", "zoom", "origin",
                   "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 const SLOW_MS = 8; // for all of the canvas: no GPU
@@ -22,6 +22,7 @@ export class Picture {
     this.canvas = canvas;
     this.look = look;
     this.textures = new Map(); // by LayerImage
+    this.coarse = new Map(); // by LayerImage, those that are coarse, by width
     this.fresh = new Map(); // by LayerImage: blocks that are other than when it was drawn last
     this.drawings = this.uploads = 0;
     this.costMs = 0; // of drawing all of a full canvas, until the browser has it
@@ -33,6 +34,7 @@ export class Picture {
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
       this.textures.clear();
+      this.coarse.clear();
       this.programs.clear();
       this.last = null;
       this.build();
@@ -90,6 +92,7 @@ export class Picture {
   // The layer's texture, with what has changed since it was drawn last.
   texture(image) {
     if (!image?.numbers) return this.blank;
+    if (image.coarseShown) return this.coarseTexture(image);
     const { gl } = this;
     let entry = this.textures.get(image);
     if (entry && (entry.width !== image.width || entry.height !== image.height || entry.float !== image.isFloat())) {
@@ -114,8 +117,26 @@ export class Picture {
     return entry.texture;
   }
 
+  // A coarse picture goes to the GPU as it is: stretched it would be sixteen times the bytes, and the
+  // first pixels of a move wait for them.
+  coarseTexture(image) {
+    const { gl } = this, { width, height, numbers } = image.coarseShown, float = image.isFloat();
+    const known = this.coarse.get(image) ?? new Map(), key = `${width} ${height} ${float}`, isNew = !known.has(key);
+    if (isNew) known.set(key, this.makeTexture(float ? gl.RGB32F : gl.RGB16F, width, height));
+    this.coarse.set(image, known);
+    if (isNew || image.changed.size > 0) {
+      gl.activeTexture(gl.TEXTURE0);
+      gl.bindTexture(gl.TEXTURE_2D, known.get(key));
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGB, float ? gl.FLOAT : gl.HALF_FLOAT, numbers);
+      this.uploads += image.changed.size;
+      this.fresh.set(image, [...image.changed]);
+      image.changed.clear();
+    }
+    return known.get(key);
+  }
+
   // Its alpha's, once the layer's own is up to date; a single 1 when it has none.
-  alphaTexture(image) { return (image?.numbers && this.textures.get(image)?.alpha) || this.opaque; }
+  alphaTexture(image) { return (image?.numbers && image.alpha && this.textures.get(image)?.alpha) || this.opaque; }
 
   upload(image, entry) {
     const { gl } = this;
@@ -141,6 +162,8 @@ export class Picture {
 
   // Frees the GPU's copy of a layer.
   forget(image) {
+    for (const texture of this.coarse.get(image)?.values() ?? []) this.gl.deleteTexture(texture);
+    this.coarse.delete(image);
     const entry = this.textures.get(image);
     if (!entry) return;
     this.gl.deleteTexture(entry.texture);
@@ -210,7 +233,7 @@ export class Picture {
       alpha: Boolean(first?.alpha || other?.alpha) };
     const zoom = viewport.zoom * share, line = compare.line(canvas.width, canvas.height);
     const shown = ["curve", "behind", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"].map((name) => display[name]);
-    const sizes = [first, other].map((image) => image && [image.width, image.height, Boolean(image.numbers)]);
+    const sizes = [first, other].map((image) => image && [image.width, image.height, Boolean(image.numbers), image.detail]);
     const now = JSON.stringify([kind, zoom, viewport.x, viewport.y, line, shown, sizes]);
     const parts = this.parts(now, [first, other], { zoom, x: viewport.x, y: viewport.y }, share);
     if (parts.length > 0) {
@@ -227,9 +250,12 @@ export class Picture {
 
   setUniforms(at, { first, other, viewport, display }, zoom, line) {
     const { gl, canvas } = this, size = (image) => image ? [image.width, image.height] : [0, 0];
+    const texels = (image) => image?.coarseShown ? [image.coarseShown.width / image.width, image.coarseShown.height / image.height] : [1, 1];
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.uniform2i(at.firstSize, ...size(first));
     gl.uniform2i(at.otherSize, ...size(other));
+    gl.uniform2f(at.firstTexels, ...texels(first));
+    gl.uniform2f(at.otherTexels, ...texels(other));
     gl.uniform1f(at.canvasHeight, canvas.height);
     gl.uniform1f(at.zoom, zoom);
     gl.uniform2f(at.origin, viewport.x, viewport.y);
