@@ -20,8 +20,8 @@ export class Gestures {
 
   place(event) {
     const box = this.canvas.getBoundingClientRect();
-    return { x: (event.clientX - box.left) * this.canvas.width / box.width,
-             y: (event.clientY - box.top) * this.canvas.height / box.height };
+    const { width, height } = this.viewport.canvas; // the element's own may be smaller for a while
+    return { x: (event.clientX - box.left) * width / box.width, y: (event.clientY - box.top) * height / box.height };
   }
 
   // Wheels zoom; touchpads' two fingers pan sideways and with shift.

@@ -3,6 +3,8 @@ import { eventsUrl, getJob, imageUrl } from "./api.js";
 import { ENDED, percent as percentOf, seconds } from "./progress_text.js";
 import { Steering } from "./steering.js";
 
+const SOON_MS = 100;
+
 export class JobView {
   constructor(picture, elements, onConnection) {
     this.picture = picture;
@@ -16,7 +18,7 @@ export class JobView {
     this.close();
     this.id = id;
     this.announced = -1;
-    this.state = this.stateRevision = undefined;
+    this.state = this.revision = undefined;
     this.ended = this.paused = false;
     this.at.section.hidden = false;
     this.at.title.textContent = `Job ${id}`;
@@ -34,6 +36,8 @@ export class JobView {
     this.picture.open(null);
     this.at.live.close();
     this.events?.close();
+    clearTimeout(this.reloading);
+    this.reloading = 0;
     this.id = null;
     this.at.section.hidden = true;
   }
@@ -48,6 +52,18 @@ export class JobView {
     }
   }
 
+  // As a live job's camera is moved there is news with each of its pictures, and no time to ask.
+  reloadSoon() {
+    if (this.reloading) return;
+    const { id } = this;
+    this.reloading = setTimeout(() => {
+      this.reloading = 0;
+      if (this.id !== id) return;
+      if (this.at.live.isMoving) this.reloadSoon();
+      else this.reload();
+    }, SOON_MS);
+  }
+
   listen() {
     const events = this.events = new EventSource(eventsUrl(this.id));
     const on = (name, act) => events.addEventListener(name, (event) => { if (event.data) act(JSON.parse(event.data)); });
@@ -57,21 +73,23 @@ export class JobView {
       if (this.ended) events.close();
       else this.onConnection("connecting");
     };
-    on("snapshot", (job) => this.show(job));
-    on("progress", (progress) => { this.showProgress(progress); if (this.at.live.progress(progress)) this.reload(); });
+    on("snapshot", (job) => { this.revision = undefined; this.show(job); }); // maybe of another life of the server's
+    on("progress", (progress) => { this.showProgress(progress); if (this.at.live.progress(progress)) this.reloadSoon(); });
     on("state", (change) => {
       this.state = change.state;
-      this.stateRevision = change.revision;
+      this.revision = change.revision;
       if (!this.at.live.changed(change)) this.reload();
-      else this.showProgress(change.progress);
+      else { this.showProgress(change.progress); this.reloadSoon(); }
     });
-    on("frame", () => this.reload());
+    on("frame", () => this.reloadSoon());
   }
 
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
-    // An answer may be older than an event that came before it.
-    if (ENDED.has(job.state) || !(job.revision < this.stateRevision)) this.state = job.state;
+    // An answer may be older than an event, or another answer, that came before it.
+    if (job.revision < this.revision && !ENDED.has(job.state)) return;
+    this.revision = job.revision;
+    this.state = job.state;
     this.paused = job.paused;
     this.steering.show(job);
     this.frame = job.document?.frames?.first ?? 1;

@@ -15,8 +15,12 @@ const MOST_LOOKED_AT = 300000;
 export const sparseStep = ({ x0, y0, x1, y1 }) => Math.max(1, Math.ceil(Math.sqrt((x1 - x0) * (y1 - y0) / MOST_LOOKED_AT)));
 
 export class LayerImage {
-  // `view`: of a live job the number of the camera's view that is in sight; 0 for none.
-  constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); this.view = 0; }
+  // `view`: of a live job the number of the camera's view that is in sight; 0 for none. `coarseShown`:
+  // the coarse picture that fills all of this one; null for none. `detail`: pixels along each axis that
+  // one of what is in sight stands for.
+  constructor() { this.width = this.height = 0; this.version = 0; this.changed = new Set(); this.view = 0; this.coarseShown = null; }
+
+  get detail() { return this.coarseShown ? this.width / this.coarseShown.width : 1; }
 
   // A picture of that size in which nothing is there yet; keeps the one that is there when the size
   // is the same.
@@ -27,7 +31,7 @@ export class LayerImage {
     this.columns = Math.ceil(width / BLOCK_PX);
     this.rows = Math.ceil(height / BLOCK_PX);
     this.seen = new Uint8Array(this.columns * this.rows);
-    this.numbers = this.alpha = null;
+    this.numbers = this.alpha = this.coarseShown = null;
     this.touch();
     return true;
   }
@@ -70,6 +74,7 @@ export class LayerImage {
     this.coarse.stretch(this.numbers, this.width, this.height);
     this.alpha = null;
     this.view = this.next.number;
+    this.coarseShown = this.coarse;
     this.seen.fill(1);
     this.touch();
   }
@@ -96,6 +101,7 @@ export class LayerImage {
     }
     if (this.next && this.view !== this.next.number) this.clearView();
     if (x + w > this.width || y + h > this.height) return;
+    if (this.coarseShown) { this.coarseShown = null; this.touch(); }
     const kind = numbers.constructor;
     if (this.numbers?.constructor !== kind) {
       this.numbers = new kind(this.width * this.height * 3);

@@ -13,7 +13,8 @@ export class LiveCamera {
   close() {
     this.id = this.camera = this.lens = this.waiting = null;
     this.problem = "";
-    this.number = this.seen = 0; // the newest view that the server has told of; that was drawn
+    this.number = this.seen = this.before = 0; // the newest view that the server has told of; that was drawn; that was left last
+    this.busy = false;
     this.firstPixels = []; // ms from the last moves to their first pixels
     this.token = {};
   }
@@ -30,11 +31,13 @@ export class LiveCamera {
     this.onChange();
   }
 
+  // A move is under way that will end what is seen of that view.
+  awaits(view) { return Boolean(this.busy) && view <= this.before; }
+
   get settled() { return !this.busy && !this.waiting; }
 
-  // A change {camera, lens}, of which one may be absent.
-  move({ camera, lens }) {
-    const at = performance.now();
+  // A change {camera, lens}, of which one may be absent; `at`: when somebody made it, in performance's ms.
+  move({ camera, lens }, at = performance.now()) {
     if (camera) this.camera = camera;
     if (lens !== undefined) this.lens = lens;
     this.waiting = { at: this.waiting?.at ?? at, camera: camera ? rounded(camera) : this.waiting?.camera, lens: lens === undefined ? this.waiting?.lens : lens };
@@ -46,6 +49,7 @@ export class LiveCamera {
     if (this.busy || !this.waiting) return;
     const { token } = this, { at, ...change } = this.waiting;
     this.busy = true;
+    this.before = this.number;
     this.waiting = null;
     try {
       const answer = await moveCamera(this.id, change);
@@ -79,7 +83,7 @@ export class LiveCamera {
     });
   }
 
-  // Pixels of a view are on the screen.
+  // Pixels of a view have been given to the browser to show.
   drawn(number) {
     if (number <= this.seen) return;
     this.seen = number;

@@ -14,11 +14,12 @@ export class LiveView {
   constructor(elements, picture) {
     this.at = elements;
     this.picture = picture;
-    this.live = new LiveCamera(() => this.showState());
+    this.live = new LiveCamera(() => { this.showState(); if (this.live.settled) picture.redraw(); });
     this.mode = this.focusing = false;
     picture.toggleCamera = () => { if (!elements.bar.hidden) this.setMode(!this.mode); else picture.say("This job is not live."); };
     picture.cameraDrag = (kind, x, y, event) => this.drag(kind, x, y, event);
     picture.cameraWheel = (event) => this.wheel(event);
+    picture.awaitsView = (view) => this.live.awaits(view);
     picture.onViewShown = (number) => this.live.drawn(number);
     picture.shortcuts.before = (event) => this.mode && this.key(event);
     elements.mode.addEventListener("click", () => this.setMode(!this.mode));
@@ -28,6 +29,9 @@ export class LiveView {
     for (const input of [elements.aperture, elements.distance]) input.addEventListener("change", () => this.setLens());
     picture.at.canvas.addEventListener("contextmenu", (event) => { if (this.mode) event.preventDefault(); });
   }
+
+  // Somebody waits for the first pixels of a move, or has just seen them.
+  get isMoving() { return this.picture.hurrying !== 0; }
 
   close() {
     this.live.close();
@@ -140,7 +144,14 @@ export class LiveView {
     live.camera = { ...before, target: before.eye.map((v, i) => v + job.plan.camera.forward[i] * depth) };
   }
 
-  go(camera) { if (this.live.camera) { this.tell("running"); this.live.move({ camera }); } }
+  // `event`: what somebody did; the time from there is measured.
+  go(camera, event) { if (this.live.camera) this.change({ camera }, event.timeStamp); }
+
+  change(change, at) {
+    this.picture.hurry();
+    this.live.move(change, at);
+    this.tell("running");
+  }
 
   drag(kind, x, y, event) {
     const { live, picture } = this, { camera } = live;
@@ -157,9 +168,9 @@ export class LiveView {
       this.held = null;
     } else if (this.held.how !== "focus") {
       this.held = { ...this.held, x, y };
-      if (this.held.how === "orbit") this.go(orbit(camera, -dx / tall * A_DRAG, dy / tall * A_DRAG));
-      else if (this.held.how === "pan") this.go(pan(camera, -dx / tall, dy / tall));
-      else this.go(dolly(camera, 2 ** (dy / tall * 2)));
+      if (this.held.how === "orbit") this.go(orbit(camera, -dx / tall * A_DRAG, dy / tall * A_DRAG), event);
+      else if (this.held.how === "pan") this.go(pan(camera, -dx / tall, dy / tall), event);
+      else this.go(dolly(camera, 2 ** (dy / tall * 2)), event);
     }
     return true;
   }
@@ -167,7 +178,7 @@ export class LiveView {
   // With Ctrl or Alt the wheel brings the camera nearer; without it zooms the picture, as ever.
   wheel(event) {
     if (!this.mode || !this.live.camera || !(event.ctrlKey || event.altKey)) return false;
-    this.go(dolly(this.live.camera, 2 ** (Math.max(-200, Math.min(200, event.deltaY)) / 400)));
+    this.go(dolly(this.live.camera, 2 ** (Math.max(-200, Math.min(200, event.deltaY)) / 400)), event);
     return true;
   }
 
@@ -178,9 +189,9 @@ export class LiveView {
     if (!camera) return false;
     if (arrows[event.key]) {
       const [right, over] = arrows[event.key];
-      this.go(shift ? pan(camera, right * STEP, over * STEP) : orbit(camera, right * TURN, over * TURN));
-    } else if (event.key === "+" || event.key === "=") this.go(dolly(camera, NEARER));
-    else if (event.key === "-") this.go(dolly(camera, 1 / NEARER));
+      this.go(shift ? pan(camera, right * STEP, over * STEP) : orbit(camera, right * TURN, over * TURN), event);
+    } else if (event.key === "+" || event.key === "=") this.go(dolly(camera, NEARER), event);
+    else if (event.key === "-") this.go(dolly(camera, 1 / NEARER), event);
     else if (event.key.toLowerCase() === "f") this.pickFocusAtPoint();
     else if (event.key.toLowerCase() === "j") this.copy();
     else return false;
@@ -211,10 +222,9 @@ export class LiveView {
   setLens() {
     const { at, live } = this, radius = Number(at.aperture.value), distance = Number(at.distance.value);
     if (!live.camera) return;
-    if (!(radius > 0)) { if (live.lens) { this.tell("running"); live.move({ lens: null }); } return; }
+    if (!(radius > 0)) { if (live.lens) this.change({ lens: null }); return; }
     if (!(distance > 0)) { at.problem.textContent = "Give the distance at which the lens is sharp, or pick it."; return; }
-    this.tell("running");
-    live.move({ lens: { blades: live.lens?.blades ?? 0, blade_rotation_deg: live.lens?.blade_rotation_deg ?? 0, aperture_radius: radius, focus_distance: distance } });
+    this.change({ lens: { blades: live.lens?.blades ?? 0, blade_rotation_deg: live.lens?.blade_rotation_deg ?? 0, aperture_radius: radius, focus_distance: distance } });
   }
 
   // The camera as the server has it: what a job document takes as scene.camera.

@@ -2,6 +2,7 @@
 import { getJob } from "./api.js";
 import { Compare, differenceOf } from "./compare.js";
 import { Display } from "./display.js";
+import { setText } from "./elements.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
 import { Judgement } from "./judgement.js";
@@ -20,6 +21,7 @@ import { Viewport } from "./viewport.js";
 const SCALARS = new Set(["depth", "samples", "filter_width", "visibility", "slope_min", "slope_max", "occlusion", "id"]);
 const NOT_PICTURES = new Set([...SCALARS, "normal", "error"]); // nothing that is looked at as it is
 const MEASURE_MS = 250; // figures, histogram and ranges follow at most this often
+const HURRY_MS = 300; // after the last move of a camera
 const ID = /^[0-9a-z]{26}$/;
 
 export class PictureView {
@@ -28,10 +30,13 @@ export class PictureView {
     this.onFeedState = onFeedState;
     this.layers = [];
     this.source = this.other = null;
+    this.hurrying = 0; // the timer of its end
     // Of whoever steers the job: drags that it takes, areas that it shows, the pixel pointed at.
     this.takesDrag = () => false;
     this.areas = () => [];
     this.onPointed = () => {};
+    // Of whoever moves the camera: whether there is to be another view than that which is in sight.
+    this.awaitsView = () => false;
     const redraw = () => this.redraw();
     this.viewport = new Viewport(redraw);
     this.compare = new Compare(() => { this.showCompare(); redraw(); });
@@ -47,13 +52,14 @@ export class PictureView {
       this.picture = new Picture(elements.canvas, () => this.look());
       this.picture.onError = (error) => this.note(error.message);
       this.picture.onDrawn = () => this.drawn();
+      this.picture.onShown = () => this.onViewShown?.(this.viewDrawn);
     } catch (error) {
       this.note(error.message);
     }
     this.gestures = new Gestures(elements.canvas, this.viewport, {
       onDrag: (kind, x, y, event) => this.cameraDrag?.(kind, x, y, event) ||
         (event.button === 0 || kind !== "down") && (this.takesDrag(kind, x, y) ||
-          this.compare.drag(kind, x, y, elements.canvas.width, elements.canvas.height, this.ratio)),
+          this.compare.drag(kind, x, y, this.viewport.canvas.width, this.viewport.canvas.height, this.ratio)),
       onWheel: (event) => this.cameraWheel?.(event) === true,
       onPoint: (x, y) => this.probe.set(x === null ? null : this.viewport.toPicture(x, y)),
       onClick: (x, y) => { this.probe.set(this.viewport.toPicture(x, y)); this.probe.pin(); },
@@ -89,7 +95,8 @@ export class PictureView {
     this.ratio = devicePixelRatio || 1;
     const width = Math.round(contentRect.width * this.ratio), height = Math.round(contentRect.height * this.ratio);
     if (width === 0 || height === 0) return;
-    for (const canvas of [this.at.canvas, this.at.overlay]) { canvas.width = width; canvas.height = height; }
+    Object.assign(this.at.overlay, { width, height }); // the picture sees to its own
+    this.overlay.clear = true;
     this.viewport.setCanvas(width, height);
   }
 
@@ -162,7 +169,7 @@ export class PictureView {
     source.follow(({ image }) => {
       if (source === this.source) this.viewport.setPicture(image.width, image.height);
       this.measureSoon();
-      this.redraw();
+      if (source !== this.source || !this.awaitsView(image.view)) this.redraw();
     }, (state, error) => {
       this.onFeedState(state, error);
       if (state === "refused") this.noteRefused(source, error);
@@ -275,7 +282,13 @@ export class PictureView {
 
   look() {
     const map = this.likeness.look(this.compare, this.viewport);
-    return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare };
+    return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare, hurried: this.hurrying !== 0 };
+  }
+
+  // The camera is being moved: the next picture's first pixels go before all else for a moment.
+  hurry() {
+    clearTimeout(this.hurrying);
+    this.hurrying = setTimeout(() => { this.hurrying = 0; this.measureSoon(); this.redraw(); }, HURRY_MS);
   }
 
   redraw() { this.picture?.draw(); }
@@ -289,17 +302,17 @@ export class PictureView {
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
     this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
-    this.onViewShown?.(source.image.view);
+    this.viewDrawn = source.image.view;
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
-    at.zoomText.textContent = `${Number((viewport.zoom * 100).toPrecision(3))} %`;
-    const { zoom, x, y } = viewport;
-    at.canvas.dataset.view = [zoom, x, y, viewport.picture.width, viewport.picture.height].join(" ");
+    setText(at.zoomText, `${Number((viewport.zoom * 100).toPrecision(3))} %`);
+    const { zoom, x, y } = viewport, view = [zoom, x, y, viewport.picture.width, viewport.picture.height].join(" ");
+    if (at.canvas.dataset.view !== view) at.canvas.dataset.view = view;
     if (zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y) this.measureSoon();
   }
 
   // Which side of the wipe is which; which of two is shown.
   names() {
-    const { source, other, compare, ratio } = this, { width, height } = this.at.canvas;
+    const { source, other, compare, ratio } = this, { width, height } = this.viewport.canvas;
     if (!other || compare.mode === "off") return [];
     const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
     const y = 16 * ratio;
@@ -313,13 +326,13 @@ export class PictureView {
   }
 
   measureSoon() {
-    if (this.measuring || !this.source) return;
+    if (this.measuring || this.hurrying || !this.source) return;
     this.measuring = setTimeout(() => { this.measuring = 0; this.measure(); }, MEASURE_MS);
   }
 
   measure() {
     const { source, other, viewport, display, at } = this;
-    if (!source) return;
+    if (!source || this.hurrying) return; // its end measures
     const { zoom, x, y } = viewport, moved = zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y;
     this.measured = { zoom, x, y };
     const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;

@@ -1,5 +1,6 @@
 // The values of single pixels: the one under the mouse (or the keyboard's own), and pinned ones that
 // stay in a list and follow the render.
+import { setText } from "./elements.js";
 import { short } from "./value_overlay.js";
 
 const PINS = 8;
@@ -87,11 +88,9 @@ export class Probe {
   show(first, other, scalar) {
     const { point } = this;
     const inside = point && point.x >= 0 && point.y >= 0 && point.x < first.width && point.y < first.height;
-    this.readout.textContent = inside ? this.describe(point, first, other, scalar) : "Point at the picture, or press Shift and an arrow.";
+    setText(this.readout, inside ? this.describe(point, first, other, scalar) : "Point at the picture, or press Shift and an arrow.");
     this.pins.forEach((pin, i) => {
-      const text = `${i + 1}. ${this.describe(pin, first, other, scalar)}`;
-      const span = this.list.children[i].firstElementChild;
-      if (span.textContent !== text) span.textContent = text;
+      setText(this.list.children[i].firstElementChild, `${i + 1}. ${this.describe(pin, first, other, scalar)}`);
     });
   }
 }

@@ -23,6 +23,7 @@ precision highp float;
 precision highp int;
 uniform sampler2D first, other, ramps, firstAlpha, otherAlpha; // without alpha one texel of 1
 uniform ivec2 firstSize, otherSize;
+uniform vec2 firstTexels, otherTexels; // of the texture a pixel of the picture: below 1 of a coarse one
 uniform float canvasHeight, zoom;   // zoom: pixels of the canvas a pixel of the picture
 uniform vec2 origin;                // the picture's point in the canvas's upper left corner
 uniform int curve, behind;
@@ -36,19 +37,22 @@ const vec3 SURROUND = vec3(0.043, 0.051, 0.059);
 
 bool isFinite(vec3 v) { return !any(isnan(v)) && !any(isinf(v)); }
 
+vec3 one(sampler2D layer, vec2 at, vec2 texels) {
+  return texelFetch(layer, clamp(ivec2(floor((floor(at) + 0.5) * texels)), ivec2(0), textureSize(layer, 0) - 1), 0).rgb;
+}
+
 // The mean of the picture over one pixel of the canvas. A value that is not finite wins: zoomed out,
 // it must not vanish.
-vec3 fetch(sampler2D layer, vec2 at) {
+vec3 fetch(sampler2D layer, vec2 at, vec2 texels) {
 #if MEAN == 0
-  return texelFetch(layer, clamp(ivec2(floor(at)), ivec2(0), textureSize(layer, 0) - 1), 0).rgb;
+  return one(layer, at, texels);
 #else
   int taps = clamp(int(ceil(1.0 / zoom - 0.01)), 1, 6);
   vec3 sum = vec3(0.0);
   for (int j = 0; j < taps; j++)
     for (int i = 0; i < taps; i++) {
       vec2 offset = ((vec2(i, j) + 0.5) / float(taps) - 0.5) / zoom;
-      ivec2 texel = clamp(ivec2(floor(at + (taps > 1 ? offset : vec2(0.0)))), ivec2(0), textureSize(layer, 0) - 1);
-      vec3 v = texelFetch(layer, texel, 0).rgb;
+      vec3 v = one(layer, at + (taps > 1 ? offset : vec2(0.0)), texels);
       if (!isFinite(v)) return v;
       sum += v;
     }
@@ -59,7 +63,7 @@ vec3 fetch(sampler2D layer, vec2 at) {
 // The same of how much of a pixel a surface covers.
 float fetchAlpha(sampler2D alpha, vec2 at, ivec2 size) {
   if (textureSize(alpha, 0) != size) return 1.0;
-  return clamp(fetch(alpha, at).r, 0.0, 1.0);
+  return clamp(fetch(alpha, at, vec2(1.0)).r, 0.0, 1.0);
 }
 
 bool inside(ivec2 size, vec2 at) { return all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(size))); }
@@ -121,7 +125,7 @@ vec3 shown(vec3 v, float alpha, vec2 screen) {
 vec3 at(vec2 screen, vec2 p) {
 #if COMPARE == 3
   if (!inside(firstSize, p) || !inside(otherSize, p)) return SURROUND;
-  vec3 v = fetch(first, p) - fetch(other, p);
+  vec3 v = fetch(first, p, firstTexels) - fetch(other, p, otherTexels);
   if (!isFinite(v)) return vec3(1.0, 0.0, 1.0);
 #if SHOWN_AS == 0
   v = abs(v);
@@ -135,8 +139,8 @@ vec3 at(vec2 screen, vec2 p) {
 #endif
   if (!inside(isOther ? otherSize : firstSize, p)) return SURROUND;
   vec3 v;
-  if (isOther) v = fetch(other, p);
-  else v = fetch(first, p);
+  if (isOther) v = fetch(other, p, otherTexels);
+  else v = fetch(first, p, firstTexels);
   float alpha = 1.0;
 #if ALPHA == 1
   alpha = isOther ? fetchAlpha(otherAlpha, p, otherSize) : fetchAlpha(firstAlpha, p, firstSize);

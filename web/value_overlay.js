@@ -12,15 +12,18 @@ export function short(v, digits = DIGITS) {
 }
 
 export class ValueOverlay {
-  constructor(canvas) { this.canvas = canvas; this.context = canvas.getContext("2d"); this.written = 0; }
+  constructor(canvas) { this.canvas = canvas; this.context = canvas.getContext("2d"); this.written = 0; this.clear = true; }
 
   // `areas`: [{x, y, width, height, name}] of the picture; `names`: [{x, y, text}] on the canvas; `marks`: [{x, y, name}] of the picture's pixels; `image`: the one whose values are written;
   // `scalar`: its three values are one.
   draw({ image, viewport, areas, names, marks, scalar, ratio }) {
-    const { context, canvas } = this, { zoom } = viewport;
+    const { context, canvas } = this, { zoom } = viewport, values = Boolean(image) && zoom >= LEGIBLE * ratio;
+    const empty = !values && areas.length + names.length + marks.length === 0;
+    if (empty && this.clear) return; // a canvas that is touched is drawn by the browser anew
+    this.clear = empty;
     context.clearRect(0, 0, canvas.width, canvas.height);
     this.written = 0;
-    if (image && zoom >= LEGIBLE * ratio) this.writeValues(image, viewport, scalar, ratio);
+    if (values) this.writeValues(image, viewport, scalar, ratio);
     context.font = `${12 * ratio}px system-ui, sans-serif`;
     context.textAlign = "center";
     for (const { x, y, text } of names) this.write(text, x, y, ratio);
