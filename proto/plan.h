@@ -136,8 +136,10 @@ enum lens_filter {
 enum lens_light {
     LENS_LIGHT_OWN = 0,      /* none: every sample is lit by its own path */
     LENS_LIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
-    LENS_LIGHT_DIFFUSE = 2   /* all that diffuse lobes send on, where all surfaces are pure Lambert
+    LENS_LIGHT_DIFFUSE = 2,  /* all that diffuse lobes send on, where all surfaces are pure Lambert
                                 and lights are of the list */
+    LENS_LIGHT_SKY = 3       /* INDIRECT, and what they send on of the environment itself, but for
+                                what of it is so bright that its shadows are sharp */
 };
 
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */

@@ -136,7 +136,7 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
     const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
     const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
     const bool bounces = plan->planes & PLANES_BOUNCE_LIGHT;
-    if (plan->lens_light > LENS_LIGHT_DIFFUSE)
+    if (plan->lens_light > LENS_LIGHT_SKY)
         return plan_place_refuse(at, ERR_RANGE, "lens_light", "is no light of lens samples",
                                  (double)plan->lens_light);
     if (surface != (plan->lens_light == LENS_LIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
@@ -145,9 +145,12 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
                                          : "lacks the surfaces of lens samples",
                                  (double)plan->planes);
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
-    if ((plan->planes & field) != field || (!bounces && plan->lens_light == LENS_LIGHT_INDIRECT))
+    if ((plan->planes & field) != field || (!bounces && plan->lens_light != LENS_LIGHT_DIFFUSE))
         return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
                                  (double)plan->planes);
+    if (plan->lens_light == LENS_LIGHT_SKY && plan->environment.kind == ENVIRONMENT_NONE)
+        return plan_place_refuse(at, ERR_RANGE, "lens_light", "asks for light of no environment",
+                                 (double)plan->lens_light);
     return 0;
 }
 

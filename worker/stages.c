@@ -23,6 +23,11 @@ static bool has_emissive(const struct material_table *materials)
     return false;
 }
 
+static bool shines_beside(const struct render_scene *scene, const struct plan *plan)
+{
+    return has_rectangles(plan) || has_emissive(scene->materials);
+}
+
 /* Whether all that shines is listed: no environment, and no mesh that no light stands for. */
 static bool is_listed(const struct render_scene *scene, const struct plan *plan)
 {
@@ -63,8 +68,8 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     out->paths = *parts;
     out->paths.demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
     out->paths.blended = has_blended(scene->materials);
-    out->paths.shines = plan->environment.kind != ENVIRONMENT_NONE || has_rectangles(plan) ||
-                        has_emissive(scene->materials);
+    out->paths.shines = out->paths.shines_beside =
+        plan->environment.kind != ENVIRONMENT_NONE || shines_beside(scene, plan);
     out->paths.leaves_diffuse = plan->paths.without_diffuse_indirect != 0;
     out->paths.leaves_glossy = plan->paths.without_glossy_indirect != 0;
     out->field = out->paths;
@@ -80,6 +85,10 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
     out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
-    out->through_lens.leaves_diffuse = plan->lens_light == LENS_LIGHT_INDIRECT;
+    out->through_lens.leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
+    out->through_lens.leaves_diffuse =
+        plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
+    if (out->through_lens.leaves_sky)
+        out->through_lens.shines_beside = shines_beside(scene, plan) || parts->sky->hard;
     if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
 }

@@ -82,6 +82,13 @@ uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene
                            : "indirect light is");
         return LENS_LIGHT_DIFFUSE;
     }
+    if (!covers && indirect && plan->environment.kind != ENVIRONMENT_NONE) {
+        snprintf(why, n,
+                 "indirect light and the sky's are filtered first; other direct comes "
+                 "along paths: %s",
+                 but);
+        return LENS_LIGHT_SKY;
+    }
     if (!covers && indirect) {
         snprintf(why, n, "indirect light is filtered first; direct comes along paths: %s", but);
         return LENS_LIGHT_INDIRECT;
@@ -99,6 +106,7 @@ const char *plan_lens_light_name(uint32_t light)
         [LENS_LIGHT_OWN] = "own",
         [LENS_LIGHT_INDIRECT] = "indirect",
         [LENS_LIGHT_DIFFUSE] = "diffuse",
+        [LENS_LIGHT_SKY] = "sky",
     };
     return names[light];
 }

@@ -99,6 +99,49 @@ quieter() {
 }
 check "... have more than 2.5 times the error" quieter
 
+# A sky before the open side of the box, and one with a sun in it, through the lens: fields bring what
+# of it is soft, paths the sun's light.
+node --input-type=module -e '
+import { writeFileSync } from "node:fs";
+const width = 64, height = 32;
+for (const [path, sun] of [[process.argv[1], false], [process.argv[2], true]]) {
+    const texels = Buffer.alloc(4 * width * height);
+    for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) {
+        const bright = sun && y === 10 && x === 48;
+        texels.set(bright ? [255, 240, 200, 135] : [60 + 4 * y, 120, 220 - 3 * y, 129], 4 * (y * width + x));
+    }
+    writeFileSync(path, Buffer.concat([Buffer.from(`#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y ${height} +X ${width}\n`), texels]));
+}' "$tmp/soft.hdr" "$tmp/sun.hdr"
+lit_like_paths() { # REFERENCE NAME PERCENT
+    figure $1 $2 | tee /dev/stderr | jq -e --argjson p $3 '.finite and ([.ratio[] | values | (. - 1 | fabs) < $p / 100] | all)'
+}
+falling_sky() { # NAME
+    local last=1e9 now
+    for spp in 4 9 16 36; do
+        now=$(figure $1-paths $1-n$spp | jq .rmse); echo "$spp: $now"
+        awk "BEGIN {exit !($now < $last)}" || return 1
+        last=$now
+    done
+}
+for sky in soft sun; do for surface in lambert glossy; do
+    name=$sky-$surface
+    jq --arg sky "$tmp/$sky.hdr" --arg scene "$tmp/$surface.glb" '.environment = {file: $sky} | .lights = [] | .scene.file = $scene
+        | .effects.indirect_bounces = 2 | .lens = {aperture_radius: 0.05, focus_distance: 3.1}' "$tmp/all.json" >"$tmp/$name.json"
+    jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$name.json" >"$tmp/$name-none.json"
+    check "$sky sky, $surface surfaces: paths" render $name-none $name-paths --spp 2048
+    for spp in 4 9 16 36; do check "... $spp samples that fields light" render $name $name-n$spp --spp $spp; done
+    check "... most of them" counts $name-n9 '.lens.samples_lit > 8 * .lens.samples_own'
+    check "... the error falls with every step" falling_sky $name
+    # Of few samples of the sun's images in glossy surfaces the mean itself is noise of some percent.
+    if [ $sky-$surface = sun-glossy ]; then steps=36 percent=1; else steps="9 36" percent=0.5; fi
+    for spp in $steps; do check "... $spp samples: the light is that of paths within $percent %" lit_like_paths $name-paths $name-n$spp $percent; done
+done; done
+check "no sample that fields light looks for a soft sky" counts soft-lambert-n9 '.rays.shadow < .lens.samples_lit / 100'
+check "... but for a sun" counts sun-lambert-n9 '.rays.shadow > .lens.samples_lit / 50'
+check "one worker" render sun-glossy a --workers 1 --worker-threads 1 --tile 32
+check "three workers, other tiles" render sun-glossy b --workers 3 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+
 # Second sets of paths through the lens, beside samples that fields light.
 jq '.sampling.lens_extra = 9' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/extra.json"
 for spp in 9 36; do

@@ -15,6 +15,7 @@ struct environment {
     uint32_t width, height;
     float *weights;           /* one a texel: luminance, as lookups inside it have it in the mean */
     float density;            /* per solid angle, of weight 1; 0: a black map */
+    float mean, most;         /* luminance */
     double *edges;            /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
     struct alias_cell *cells; /* one a texel */
 };
@@ -72,6 +73,23 @@ static double integrate(const struct environment *e)
     return total;
 }
 
+/* Lookups are means of texels. */
+static void find_most(struct environment *e)
+{
+    const size_t count = (size_t)e->width * e->height;
+    for (size_t i = 0; i < count; i++) e->most = fmaxf(e->most, luminance(e->texels + 3 * i));
+}
+
+float environment_mean(const struct environment *e)
+{
+    return e->mean;
+}
+
+float environment_most(const struct environment *e)
+{
+    return e->most;
+}
+
 /* What a texel sends, in units of 2 pi / width: an alias_weight. */
 static double weigh_texel(const void *environment, uint32_t i)
 {
@@ -96,7 +114,9 @@ int environment_create(const struct environment_blob *blob, struct environment *
     }
     for (uint32_t y = 0; y <= e->height; y++) e->edges[y] = environment_edge(y, e->height);
     fill_weights(e);
+    find_most(e);
     const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
+    e->mean = (float)(total * unit / 12.5663706143591730);
     if (total * unit < TOTAL_MIN) return 0;
     e->density = (float)(1.0 / (total * unit));
     alias_build(weigh_texel, e, e->width * e->height, total, e->cells);

@@ -18,6 +18,10 @@ void environment_destroy(struct environment **environment);
 
 uint64_t environment_bytes(const struct environment *e); /* held beside the blob */
 
+/* Luminance of lookups: their mean over the sphere, and what none is above. */
+float environment_mean(const struct environment *e);
+float environment_most(const struct environment *e);
+
 /* Radiance from a unit direction. */
 void environment_lookup(const struct environment *e, const float direction[3], float radiance[3]);
 

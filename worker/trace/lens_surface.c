@@ -21,7 +21,7 @@ static void find_light(const struct path_context *c, const struct path_harvest *
                        float out[3])
 {
     const struct path_rgb *direct = &h->diffuse_direct, *indirect = &h->diffuse_indirect;
-    const bool all = c->plan->lens_light == LENS_LIGHT_DIFFUSE;
+    const bool all = c->plan->lens_light != LENS_LIGHT_INDIRECT;
     const float light[3] = {indirect->r[slot] + (all ? direct->r[slot] : 0.0f),
                             indirect->g[slot] + (all ? direct->g[slot] : 0.0f),
                             indirect->b[slot] + (all ? direct->b[slot] : 0.0f)};
@@ -42,6 +42,13 @@ void lens_surface_take_out(const struct path_context *c, size_t slot, struct pat
         const bool finite = left->r[slot] + left->g[slot] + left->b[slot] < INFINITY;
         if (finite) left->r[slot] = left->g[slot] = left->b[slot] = 0.0f;
         return;
+    }
+    if (c->plan->lens_light == LENS_LIGHT_SKY) {
+        struct path_rgb *direct = &h->direct;
+        const struct path_rgb *soft = &h->diffuse_direct;
+        direct->r[slot] = fmaxf(direct->r[slot] - albedo->r[slot] * soft->r[slot], 0.0f);
+        direct->g[slot] = fmaxf(direct->g[slot] - albedo->g[slot] * soft->g[slot], 0.0f);
+        direct->b[slot] = fmaxf(direct->b[slot] - albedo->b[slot] * soft->b[slot], 0.0f);
     }
     left->r[slot] = fmaxf(left->r[slot] - albedo->r[slot] * brought->r[slot], 0.0f);
     left->g[slot] = fmaxf(left->g[slot] - albedo->g[slot] * brought->g[slot], 0.0f);

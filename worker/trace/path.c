@@ -28,7 +28,7 @@ void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint
     to->r[slot] += value[0];
     to->g[slot] += value[1];
     to->b[slot] += value[2];
-    if (!c->demodulate) return;
+    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
     to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
     to->r[slot] += value[0] * h->share.r[slot];
     to->g[slot] += value[1] * h->share.g[slot];

@@ -31,10 +31,12 @@ struct path_context {
     const struct sky *sky;
     const struct plan *plan;
     struct counters *counters;
-    bool demodulate; /* the plan wants the diffuse planes */
-    bool blended;    /* some surface is there by chance: rays need keys */
-    bool shines;     /* something can be met that does: surfaces, rectangles, the sky */
-    bool lens;       /* camera paths are those of the lens's light field */
+    bool demodulate;    /* the plan wants the diffuse planes */
+    bool blended;       /* some surface is there by chance: rays need keys */
+    bool shines;        /* something can be met that does: surfaces, rectangles, the sky */
+    bool shines_beside; /* something that fields do not bring can be met by what a first surface
+                           that they light has scattered */
+    bool lens;          /* camera paths are those of the lens's light field */
     struct lens_centres *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
@@ -44,7 +46,9 @@ struct path_context {
     bool listed;          /* lights of the plan are all that shines */
     bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
                              field brings the rest */
-    bool leaves_glossy;   /* nor does its glossy lobe, with leaves_diffuse: another field */
+    bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
+                        surface */
+    bool leaves_glossy;         /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
     struct path_record *record; /* of the only path on its way; NULL: nobody looks */

@@ -15,8 +15,9 @@ struct choice {
     uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
     _Alignas(LANES_ALIGN) float probability[LANES];
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
-    uint64_t plan_lights; /* bits: chosen by some lane */
-    bool others;          /* emitters or environment are */
+    _Alignas(LANES_ALIGN) float soft[LANES]; /* share that is the soft sky's */
+    uint64_t plan_lights;                    /* bits: chosen by some lane */
+    bool others;                             /* emitters or environment are */
 };
 
 static float probability_of(const struct light_table *t, uint32_t chosen)
@@ -45,6 +46,7 @@ static void choose(const struct path_context *c, const struct path_packet *p,
     kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
     for (int i = 0; i < LANES; i++) {
         out->chosen[i] = UINT32_MAX;
+        out->soft[i] = 0.0f;
         out->probability[i] = 1.0f;
         if (!v->active.on[i]) continue;
         uint32_t chosen = light_table_choose(c->lights, which[i]);
@@ -124,7 +126,7 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
 }
 
 static void sample_sky(const struct path_context *c, const struct path_vertex *v,
-                       const struct choice *choice, int i, struct path_light *out)
+                       struct choice *choice, int i, struct path_light *out)
 {
     struct light_packet *p = &out->packet;
     struct RTCRay16 *r = &p->rays.ray;
@@ -136,7 +138,7 @@ static void sample_sky(const struct path_context *c, const struct path_vertex *v
     }
     if (!aim(v, i, direction, 1.0f, p)) return;
     p->irradiance[i] /= p->density[i];
-    sky_radiance(c->sky, direction, radiance);
+    choice->soft[i] = sky_radiance_soft(c->sky, direction, radiance);
     r->dir_x[i] = direction[0];
     r->dir_y[i] = direction[1];
     r->dir_z[i] = direction[2];
@@ -147,7 +149,7 @@ static void sample_sky(const struct path_context *c, const struct path_vertex *v
 }
 
 static void sample_others(const struct path_context *c, const struct path_vertex *v,
-                          const struct choice *choice, struct path_light *out)
+                          struct choice *choice, struct path_light *out)
 {
     struct light_packet *p = &out->packet;
     for (int i = 0; i < LANES; i++) {
@@ -198,6 +200,7 @@ static void sample_only_light(const struct path_context *c, const struct path_pa
                                       &out->packet);
     for (int i = 0; i < LANES; i++) {
         choice->probability[i] = 1.0f;
+        choice->soft[i] = 0.0f;
         out->color.x[i] = color[0];
         out->color.y[i] = color[1];
         out->color.z[i] = color[2];
@@ -274,6 +277,26 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
         if (l->packet.traced.on[i] && !v->lambert.on[i]) reflect_general(v, choice, l, i, out);
 }
 
+/* Of what the camera path's first surface sends on of the sky: where fields light it, without the
+ * soft share of the diffuse lobe's; else that share alone is the diffuse part. */
+static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
+                       const struct choice *choice, const struct path_harvest *h,
+                       struct reflected *f)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    struct lanes3 *d = &f->diffuse, *all = &f->all;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const float own = h->own[p->slot[i]] > 0.0f ? 1.0f : 0.0f, soft = choice->soft[i];
+        const float left = soft * (1.0f - own);
+        all->x[i] = fmaxf(all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
+        all->y[i] = fmaxf(all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
+        all->z[i] = fmaxf(all->z[i] - left * (d->z[i] * a->z[i]), 0.0f);
+        d->x[i] *= soft * own;
+        d->y[i] *= soft * own;
+        d->z[i] *= soft * own;
+    }
+}
+
 /* The only path's sample, for its record. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
                                     const struct choice *choice, const struct light_packet *l,
@@ -326,6 +349,7 @@ void path_light(const struct path_context *c, const struct path_packet *p,
     for (int i = 0; i < LANES; i++) /* nobody else will find it */
         packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
     reflect(c, v, &choice, light, &reflected);
+    if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &choice, h, &reflected);
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
     if (c->record) record(c, v, &choice, packet, &reflected);

@@ -29,6 +29,25 @@ static void add(const struct path_context *c, const struct path_packet *p, uint3
     h->emission.b[slot] += value[2];
 }
 
+/* What the camera path's first surface sends on of the sky, where fields light it without the soft
+ * share of what its diffuse lobe does; else that share is noted, albedo taken out. */
+static void leave_soft(const struct path_packet *p, uint32_t i, float soft, float weight,
+                       float radiance[3], struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    const uint32_t slot = p->slot[i];
+    if (h->own[slot] > 0.0f) {
+        const float found = soft * weight;
+        h->diffuse_direct.r[slot] += radiance[0] * found * t->x[i] * h->share.r[slot];
+        h->diffuse_direct.g[slot] += radiance[1] * found * t->y[i] * h->share.g[slot];
+        h->diffuse_direct.b[slot] += radiance[2] * found * t->z[i] * h->share.b[slot];
+        return;
+    }
+    radiance[0] *= 1.0f - soft * (1.0f - h->kept.r[slot]);
+    radiance[1] *= 1.0f - soft * (1.0f - h->kept.g[slot]);
+    radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
+}
+
 static void meet_sky(const struct path_context *c, const struct path_packet *p,
                      const struct path_vertex *v, struct path_harvest *h)
 {
@@ -36,10 +55,11 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
     for (uint32_t i = 0; i < p->count; i++) {
         if (v->surface.hit.on[i]) continue;
         float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]}, radiance[3], weight = 1.0f;
-        sky_radiance(c->sky, direction, radiance);
+        const float soft = sky_radiance_soft(c->sky, direction, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
             weight =
                 weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, direction));
+        if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }
@@ -108,6 +128,24 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
     }
 }
 
+/* Of the sky that the light field's first rays meet what fields are to bring. */
+static void meet_soft_sky(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_harvest *h)
+{
+    const struct RTCRay16 *r = &p->rays.ray;
+    const struct lanes3 *t = &p->throughput;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
+        const uint32_t slot = p->slot[i];
+        float radiance[3];
+        if (v->surface.hit.on[i]) continue;
+        const float soft = sky_radiance_soft(c->sky, direction, radiance);
+        h->indirect.r[slot] += soft * radiance[0] * t->x[i];
+        h->indirect.g[slot] += soft * radiance[1] * t->y[i];
+        h->indirect.b[slot] += soft * radiance[2] * t->z[i];
+    }
+}
+
 /* What the light field's first rays meet is direct light, which the plan's lights or its paths
  * (those of the lens, too) bring; but for surfaces that no light stands for where there are no
  * paths. */
@@ -115,7 +153,9 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
-    if (c->plan->paths.spp > 0 || c->plan->lens_light == LENS_LIGHT_INDIRECT) return;
+    const uint32_t lens = c->plan->lens_light;
+    if (lens == LENS_LIGHT_SKY) meet_soft_sky(c, p, v, h);
+    if (c->plan->paths.spp > 0 || lens == LENS_LIGHT_INDIRECT || lens == LENS_LIGHT_SKY) return;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!s->hit.on[i] || s->light.on[i]) continue;

@@ -145,7 +145,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
 static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
                         const struct path_harvest *h)
 {
-    if (!c->leaves_diffuse || v->depth > 0 || c->shines || h->own[slot] > 0.0f) return false;
+    if (!c->leaves_diffuse || v->depth > 0 || c->shines_beside || h->own[slot] > 0.0f) return false;
     return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 /* The environment as a plan places it: turned, scaled, or the same from everywhere. Directions are
  * the world's. */
+#include <stdbool.h>
+
 #include "proto/plan.h"
 #include "worker/scene/environment.h"
 
@@ -9,6 +11,8 @@ struct sky {
     const struct environment *map;
     float radiance[3];  /* or the map's factor */
     float cosine, sine; /* of the map's rotation */
+    float soft_most;    /* luminance of the map's lookups above which light is not soft */
+    bool hard;          /* some lookup is above */
 };
 
 /* `map` is the plan's, NULL when it has none; borrowed. */
@@ -16,6 +20,12 @@ void sky_init(struct sky *sky, const struct plan_environment *plan, const struct
 
 /* Radiance from a unit direction. */
 void sky_radiance(const struct sky *sky, const float direction[3], float radiance[3]);
+
+/* The same; returns which share of it is soft: up to so many times the map's mean that what fills
+ * a small solid angle w brings no more than SKY_SOFT_TIMES w/4pi of all light, however bright it
+ * is. Shadows of the rest may be as sharp as those of a sun. */
+#define SKY_SOFT_TIMES 12.0f
+float sky_radiance_soft(const struct sky *sky, const float direction[3], float radiance[3]);
 
 /* Of a map: a direction by three uniform numbers, its density per solid angle (0: none). */
 void sky_sample(const struct sky *sky, float choice, const float u[2], float direction[3],

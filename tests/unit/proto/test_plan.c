@@ -200,7 +200,12 @@ static void light_of_lens_samples_is_checked(void **state)
 {
     const uint64_t surface = PLANES_LENS_SURFACE;
     (void)state;
-    EXPECT(plan.lens_light = LENS_LIGHT_DIFFUSE + 1, ERR_RANGE, "lens_light");
+    EXPECT(plan.lens_light = LENS_LIGHT_SKY + 1, ERR_RANGE, "lens_light");
+    EXPECT((plan.lens_light = LENS_LIGHT_SKY, plan.environment.kind = ENVIRONMENT_CONSTANT), ERR_OK,
+           "");
+    EXPECT((plan.lens_light = LENS_LIGHT_SKY,
+            plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE}),
+           ERR_RANGE, "lens_light");
     EXPECT(plan.lens_light = LENS_LIGHT_INDIRECT, ERR_OK, "");
     EXPECT(plan.lens_light = LENS_LIGHT_OWN, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");

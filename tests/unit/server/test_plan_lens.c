@@ -54,16 +54,20 @@ static void fields_light_samples_where_they_have_what_to_filter(void **state)
 {
     struct stage *s = *state;
     const uint64_t own = PLANES_LENS & ~PLANES_LENS_SURFACE;
-    for (int k = 0; k < 16; k++) {
-        const bool area = k & 1, bounces = k & 2, lambert = k & 4, filtered = k & 8;
+    for (int k = 0; k < 32; k++) {
+        const bool area = k & 1, bounces = k & 2, filtered = k & 8, sky = k & 16;
+        const bool lambert = (k & 4) && !sky; /* and lights of the list alone */
+        s->job.environment = (struct job_environment){
+            .kind = sky ? ENVIRONMENT_CONSTANT : ENVIRONMENT_NONE, .radiance = {1, 1, 1}};
         set_lamp(&s->lights[0]);
         if (!area) s->lights[0] = (struct scene_light){.type = LIGHT_POINT, .color = {1, 1, 1}};
         s->job.indirect_bounces = bounces ? 2 : 0;
-        s->material.metallic = lambert ? 0.0f : 0.5f;
+        s->material.metallic = k & 4 ? 0.0f : 0.5f;
         s->job.lens = filtered ? LENS_AUTO : LENS_AVERAGE;
         must_make(s);
         const uint32_t light = !filtered                      ? LENS_LIGHT_OWN
                                : lambert && (area || bounces) ? LENS_LIGHT_DIFFUSE
+                               : sky && bounces               ? LENS_LIGHT_SKY
                                : !lambert && bounces          ? LENS_LIGHT_INDIRECT
                                                               : LENS_LIGHT_OWN;
         const bool fields = light != LENS_LIGHT_OWN, all = light == LENS_LIGHT_DIFFUSE;

@@ -60,8 +60,11 @@ static void expect_parts(uint32_t light)
 {
     struct scene_fixture *f = fixture_new(), *g = fixture_new();
     struct plan own = board_plan(f, LENS_LIGHT_OWN), lit = board_plan(g, light);
+    if (light == LENS_LIGHT_SKY)
+        own.environment = lit.environment = (struct plan_environment){
+            .kind = ENVIRONMENT_CONSTANT, .radiance = {1, 2, 4}, .power = 1};
     struct traced a = trace_all(f, &own), b = trace_all(g, &lit);
-    uint32_t whole = 0, left_out = 0;
+    uint32_t whole = 0, left_out = 0, less = 0;
     for (uint32_t k = 0; k < N; k++)
         for (size_t i = 0; i < SIDE * SIDE; i++) {
             float left[3], brought[3], all = 0.0f, sum = 0.0f;
@@ -77,10 +80,12 @@ static void expect_parts(uint32_t light)
             }
             whole += !is_black(brought);
             assert_true(sum <= 1.01f * all);
+            less += is_black(brought) && sum < 0.9f * all;
             if (!is_black(brought)) assert_true(fabsf(sum - all) < 0.01f * all);
         }
     assert_true(whole > 100);
     if (light == LENS_LIGHT_DIFFUSE) assert_true(left_out > 8 * whole);
+    if (light == LENS_LIGHT_SKY) assert_true(less > 4 * whole);
     assert_true(count(&b, COUNTER_RAYS_LENS_CENTRES) >= SIDE * SIDE / 2);
     assert_true(count(&b, COUNTER_SKIPPED_LIGHT_FIELD) > 0);
     assert_int_equal(count(&a, COUNTER_RAYS_LENS_CENTRES), 0);
@@ -96,6 +101,7 @@ static void samples_bring_their_light_in_parts(void **state)
     (void)state;
     expect_parts(LENS_LIGHT_DIFFUSE);
     expect_parts(LENS_LIGHT_INDIRECT);
+    expect_parts(LENS_LIGHT_SKY);
 }
 
 /* Depth and normal are those of the surface, albedo its own. */
