@@ -144,6 +144,12 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
                                  surface ? "tells of surfaces of lens samples that nothing lights"
                                          : "lacks the surfaces of lens samples",
                                  (double)plan->planes);
+    if (plan->planes & PLANE_BIT(LENS_LOBE) &&
+        (!(surface && bounces) || plan->lens_light == LENS_LIGHT_DIFFUSE ||
+         plan->glossy_filter == GLOSSY_FILTER_NONE))
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "tells of lobes of lens samples that nothing lights",
+                                 (double)plan->planes);
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
     if ((plan->planes & field) != field || (!bounces && plan->lens_light != LENS_LIGHT_DIFFUSE))
         return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",

@@ -70,7 +70,7 @@ float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t compon
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
     assert(plane == PLANE_NORMAL || plane == PLANE_ID || plane == PLANE_LENS_ALBEDO ||
-           plane == PLANE_LENS_LIGHT);
+           plane == PLANE_LENS_LIGHT || plane == PLANE_LENS_LOBE);
     return plane_component(s, plane, component, SAMPLES_GROUP_4);
 }
 

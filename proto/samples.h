@@ -104,7 +104,9 @@ enum plane_id {
     PLANE_LENS_MORE = 39,   /* 4 x f32: of a pixel's second set of paths through the lens the mean
                                radiance, rgb, and the root of the mean of the sum of its squares;
                                0 where it has none */
-    PLANE_ID_COUNT = 40
+    PLANE_LENS_LOBE = 40, /* per lens sample u32: directional albedo, of shared exponent, 9 bits, of
+                             its glossy lobe, where fields bring what this sends on, too; else 0 */
+    PLANE_ID_COUNT = 41
 };
 
 /* A set of planes is the sum of these. */
@@ -114,6 +116,9 @@ enum plane_id {
 #define PLANES_LENS                                                                                \
     (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE) |                 \
      PLANES_LENS_SURFACE)
+
+/* The same, and what fields of glossy lobes light. */
+#define PLANES_LENS_ALL (PLANES_LENS | PLANE_BIT(LENS_LOBE))
 
 /* Of those the planes of what light falls on. */
 #define PLANES_LENS_SURFACE                                                                        \

@@ -46,6 +46,7 @@ static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
     [PLANE_LENS_NORMAL] = {"lens_normal", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
     [PLANE_LENS_ALBEDO] = {"lens_albedo", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
     [PLANE_LENS_LIGHT] = {"lens_light", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_8},
+    [PLANE_LENS_LOBE] = {"lens_lobe", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
     [PLANE_LENS_MORE] = {"lens_more", SAMPLES_GROUP_4, 4, SAMPLES_POSITIVE},
 };
 
@@ -90,6 +91,7 @@ uint32_t samples_plane_components(const struct samples_layout *layout, enum plan
     case PLANE_LENS_NORMAL:
     case PLANE_LENS_ALBEDO:
     case PLANE_LENS_LIGHT:
+    case PLANE_LENS_LOBE:
         return components * layout->lens_strata;
     default:
         return components;

@@ -53,7 +53,7 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     const struct plan *plan = parts->plan;
     const struct render_scene *scene = parts->queries->scene;
     const bool first = pass->number == 0;
-    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS |
+    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL |
                                                                   PLANES_LENS_MORE)) != 0 ||
                                                 plan->light_planes != 0),
                            .lights = first,
@@ -85,6 +85,7 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
     out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->through_lens.leaves_lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->through_lens.leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
     out->through_lens.leaves_diffuse =
         plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;

@@ -281,6 +281,8 @@ static void gather_lens_surfaces(const struct overlap *o)
         copy_halfwords(o, samples_u16(s, PLANE_LENS_NORMAL, i), p->lens_normal + i * area);
         copy_words(o, samples_u32(s, PLANE_LENS_ALBEDO, i), p->lens_albedo + i * area);
         copy_words(o, samples_u32(s, PLANE_LENS_LIGHT, i), p->lens_light + i * area);
+        if (p->lens_lobe)
+            copy_words(o, samples_u32(s, PLANE_LENS_LOBE, i), p->lens_lobe + i * area);
     }
 }
 

@@ -25,16 +25,22 @@ static bool has_glossy(const struct scene *scene)
 }
 
 /* Whether there is such a field; else why not, a sentence. */
-static bool is_possible(const struct scene *scene, const struct plan *plan,
+static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
                         const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
-    if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD)
+    const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    const uint64_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
+    const uint64_t lobes = l * l * sizeof(uint32_t);
+    const bool lens = plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
+    if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD && !lens)
         snprintf(why, n, "glossy lobes have a field beside paths and light fields only");
     else if (!(plan->planes & PLANES_BOUNCE_LIGHT))
         snprintf(why, n, "there is no indirect light");
     else if (!has_glossy(scene))
         snprintf(why, n, "no surface has a glossy lobe, isotropic and not too sharp");
+    else if (lens && (plan_lens_bytes(job, true) + lobes) * pixels > LIMIT_LENS_BYTES)
+        snprintf(why, n, "lens samples with their lobes are above %llu bytes", LIMIT_LENS_BYTES);
     else
         return true;
     return false;
@@ -74,6 +80,11 @@ static void plan_planes(const struct job *job, struct plan *plan, struct plan_re
 {
     plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
     if (plan->indirect_filter == INDIRECT_FILTER_RATE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
+    if (report->integrator == INTEGRATOR_LENS_FIELD) {
+        plan->planes |= PLANE_BIT(LENS_LOBE);
+        plan->planes &= ~PLANE_BIT(SUB_REFLECTANCE);
+        plan_skip(report, "plane sub_reflectance", "lens samples make the picture");
+    }
     if (plan_wants_error(job)) return;
     plan->planes &= ~PLANE_BIT(GLOSSY_HALF);
     plan_skip(report, "plane glossy_half", "nobody asks for errors");
@@ -84,9 +95,11 @@ void plan_glossy(const struct job *job, const struct scene *scene, struct plan *
 {
     char *why = report->glossy_filter_why;
     const bool asked = job->glossy == GLOSSY_VIRTUAL_HIT || job->glossy == GLOSSY_BANDLIMIT;
-    if (is_possible(scene, plan, report, why)) {
-        plan_planes(job, plan, report);
+    if (is_possible(job, scene, plan, report, why)) {
         plan->glossy_filter = choose(job, plan, why);
+        if (plan->glossy_filter != GLOSSY_FILTER_NONE ||
+            report->integrator != INTEGRATOR_LENS_FIELD)
+            plan_planes(job, plan, report);
         if (plan->glossy_filter != GLOSSY_FILTER_NONE) return;
     } else {
         plan_skip(report, "planes of glossy lobes", "%.*s", (int)PLAN_WHY_BYTES - 1, why);

@@ -26,7 +26,8 @@ static uint64_t block_bytes(const struct job *job, const struct plan *plan)
     lit.lens_light = LENS_LIGHT_DIFFUSE;
     lit.lens_strata_per_axis = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
     lit.lens_filter = plan_choose_lens_filter(job, unused);
-    lit.planes |= PLANES_LENS | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
+    lit.planes |= PLANES_LENS_ALL | PLANES_GLOSSY_LIGHT | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) |
+                  PLANE_BIT(NORMAL);
     lit.light_planes = LIGHT_PLANES_STRATA;
     lit.indirect_strata_per_axis =
         job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
@@ -83,10 +84,7 @@ uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene
         return LENS_LIGHT_DIFFUSE;
     }
     if (!covers && indirect && plan->environment.kind != ENVIRONMENT_NONE) {
-        snprintf(why, n,
-                 "indirect light and the sky's are filtered first; other direct comes "
-                 "along paths: %s",
-                 but);
+        snprintf(why, n, "indirect light and the sky's come filtered; others by paths: %s", but);
         return LENS_LIGHT_SKY;
     }
     if (!covers && indirect) {

@@ -47,7 +47,8 @@ static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
                                                         "lens_normal",
                                                         "lens_albedo",
                                                         "lens_light",
-                                                        "lens_more"};
+                                                        "lens_more",
+                                                        "lens_lobe"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
@@ -156,7 +157,7 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS | PLANES_LENS_MORE);
+    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL | PLANES_LENS_MORE);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,

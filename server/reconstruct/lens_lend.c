@@ -30,6 +30,9 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
         out[x].plane = (lens_quad){a, b, c, a * px[x] + b * py[x] + c * pz[x]};
         out[x].light = (lens_quad){light[0][i], light[1][i], light[2][i], p->depth[i]};
         out[x].point = (lens_quad){px[x], py[x], pz[x], 0.0f};
+        if (!l->lobes) continue;
+        const float *const *gloss = (const float *const *)l->lighting->glossy;
+        l->lobes[out + x - l->pixels] = (lens_quad){gloss[0][i], gloss[1][i], gloss[2][i], 0.0f};
     }
 }
 
@@ -52,9 +55,13 @@ int lens_lenders_create(const struct plan *plan, const struct patch *patch,
     const size_t area = all * ((size_t)rect_height(rect) + LENS_LENDERS_BESIDE);
     struct lens_lenders *l = out;
     *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
-    l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + 3 * width * sizeof(float));
+    const size_t lobes = patch->lens_lobe ? area : 0;
+    l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + lobes * sizeof *l->lobes +
+                                                 3 * width * sizeof(float));
     if (!l->pixels) return ERR_MEMORY;
-    float *px = (float *)(void *)(l->pixels + area), *py = px + width, *pz = py + width;
+    lens_quad *const after = (lens_quad *)(void *)(l->pixels + area);
+    if (lobes > 0) l->lobes = after;
+    float *px = (float *)(void *)(after + lobes), *py = px + width, *pz = py + width;
     surface_view_init(&l->view, plan);
     clear_edges(l);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
@@ -119,7 +126,7 @@ static float match(const struct lens_lenders *l, const struct surface *sample,
 }
 
 static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
-                      struct likeness like, float light[3])
+                      struct likeness like, float light[3], float gloss[3])
 {
     const struct surface sample = {
         .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
@@ -127,7 +134,7 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_light_row 
         .distance = s->distance[i],
     };
     const float across = s->across[i], down = s->down[i];
-    lens_quad sum = {0};
+    lens_quad sum = {0}, lobes = {0};
     float weights = 0.0f;
     for (int32_t k = 0; k < 4; k++) {
         const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
@@ -138,25 +145,32 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_light_row 
             (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) * matches;
         if (!(weight > 0.0f)) continue;
         sum += weight * pixel->light;
+        if (l->lobes) lobes += weight * l->lobes[pixel - l->pixels];
         weights += weight;
     }
     if (!(weights > WEIGHT_MIN)) return false;
     for (int c = 0; c < 3; c++) light[c] = sum[c] / weights;
+    for (int c = 0; l->lobes && c < 3; c++) gloss[c] = lobes[c] / weights;
     return true;
 }
 
 bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
-               float light[3])
+               float light[3], float gloss[3])
 {
     const struct lens_lender *a =
         l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
     const struct lens_lender *b = a + l->width;
     const struct likeness like = compare(a, b, row, i);
     if (like.other == ALL) return false;
-    if (like.same != ALL) return lend_some(l, row, i, like, light);
+    if (like.same != ALL) return lend_some(l, row, i, like, light, gloss);
     const float right = row->across[i], left = 1.0f - right, down = row->down[i];
     const lens_quad all = (1.0f - down) * (left * a[0].light + right * a[1].light) +
                           down * (left * b[0].light + right * b[1].light);
     for (int c = 0; c < 3; c++) light[c] = all[c];
+    if (!l->lobes) return true;
+    const lens_quad *g = l->lobes + (a - l->pixels), *h = g + l->width;
+    const lens_quad seen =
+        (1.0f - down) * (left * g[0] + right * g[1]) + down * (left * h[0] + right * h[1]);
+    for (int c = 0; c < 3; c++) gloss[c] = seen[c];
     return true;
 }

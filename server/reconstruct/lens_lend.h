@@ -24,6 +24,7 @@ struct lens_lenders {
     struct rect rect;
     size_t width; /* of all */
     struct lens_lender *pixels;
+    lens_quad *lobes; /* of each what glossy lobes see; NULL: fields light none */
 };
 
 /* ERR_MEMORY; `pixels` is to be given back to the patch's scratch memory. */
@@ -37,8 +38,9 @@ static inline struct rect lens_lenders_around(struct rect rect)
     return (struct rect){rect.x0 - 1, rect.y0 - 1, rect.x1, rect.y1};
 }
 
-/* The lighting of pixels around sample i of the row that show its surface; false: none does. Points
+/* The lighting of pixels around sample i of the row that show its surface, and what their glossy
+ * lobes see where `lobes` are there; false: none does. Points
  * lie near each other's planes. The pixel's alone does not tell: at the edge of something round it
  * goes on along the ray, and what lies far behind is on it, too. */
 bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
-               float light[3]);
+               float light[3], float gloss[3]);

@@ -36,6 +36,7 @@ struct lit_lens {
     int error;   /* the first */
     struct rect seen, block;
     float *least, *light[3]; /* of the row: slopes that are read, and what falls on samples */
+    float *gloss[3];         /* and what their glossy lobes see */
     float *radiance;
     struct lens_light_statistics *statistics;
     void *memory;
@@ -44,10 +45,11 @@ struct lit_lens {
 static int create(struct lit_lens *f, const struct lighting *lighting, struct rect lit)
 {
     const size_t width = (size_t)rect_width(f->seen);
-    float *at = f->memory = scratch_take(f->patch->scratch, 4 * width * sizeof *at);
+    float *at = f->memory = scratch_take(f->patch->scratch, 7 * width * sizeof *at);
     if (!at) return ERR_MEMORY;
     f->least = at;
     for (size_t c = 0; c < 3; c++) f->light[c] = at + (c + 1) * width;
+    for (size_t c = 0; c < 3; c++) f->gloss[c] = at + (c + 4) * width;
     lens_wanted_init(f->plan, f->block, f->seen, &f->wanted);
     int error = lens_row_create(f->plan, f->patch, width, lens_lenders_around(lit), &f->row);
     if (!error) error = lens_lenders_create(f->plan, f->patch, lighting, lit, &f->lenders);
@@ -109,11 +111,12 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
     const bool near = f->row.y >= f->wanted.near.y0 && f->row.y < f->wanted.near.y1;
     for (uint32_t i = begin; i < end; i++) {
         const int32_t pixel = f->row.x + (int32_t)i;
-        float light[3];
+        float light[3], gloss[3] = {0};
+        for (int c = 0; c < 3; c++) f->gloss[c][i] = 0.0f;
         if (!takes_light(albedo[i]) || !is_read(f, i, near)) continue;
         const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
-        const bool lit = known && lens_lend(&f->lenders, r, i, light);
-        for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c];
+        const bool lit = known && lens_lend(&f->lenders, r, i, light, gloss);
+        for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];
         if (known && !lit && f->shares) hide(f, sample, i);
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;
         f->statistics->samples_lit += lit ? 1 : 0;
@@ -129,6 +132,9 @@ static void add_run(const struct lit_lens *f, uint32_t sample, uint32_t begin, u
         const size_t plane = at + (2 * sample + c) * area;
         f->row.kernels->add(f->patch->lens_albedo + at, f->light[c] + begin,
                             f->patch->lens_radiance + plane, c, end - begin, f->radiance + plane);
+        if (f->patch->lens_lobe)
+            f->row.kernels->add(f->patch->lens_lobe + at, f->gloss[c] + begin, f->radiance + plane,
+                                c, end - begin, f->radiance + plane);
     }
 }
 

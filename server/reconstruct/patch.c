@@ -89,6 +89,8 @@ static void carve_lens(struct carver *c, const struct plan *plan, struct patch *
         p->lens_normal = carve(c, samples * sizeof *p->lens_normal);
         p->lens_albedo = carve(c, samples * sizeof *p->lens_albedo);
         p->lens_light = carve(c, samples * sizeof *p->lens_light);
+        if (plan->planes >> PLANE_LENS_LOBE & 1u)
+            p->lens_lobe = carve(c, samples * sizeof *p->lens_lobe);
     }
     if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
     if (plan->planes >> PLANE_LENS_MORE & 1u) {

@@ -73,6 +73,7 @@ struct patch {
     float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
     uint16_t *lens_depth, *lens_normal; /* l_u^2 planes each, and so below: as in samples.h */
     uint32_t *lens_albedo, *lens_light;
+    uint32_t *lens_lobe;  /* NULL where fields light no lobes of lens samples */
     float *lens_coverage; /* share of the lens samples that meet a surface */
     float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
     float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */

@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "proto/half.h"
+#include "proto/samples.h"
+#include "worker/trace/glossy.h"
 #include "worker/trace/lens_surface.h"
 #include "worker/trace/primary.h"
 
@@ -17,9 +19,16 @@
 /* Bounce rays leave surfaces that reflect this much of some colour (worker/tile.c), by a margin. */
 #define ALBEDO_LEAST (1.0f / 65535.0f)
 
+/* Lobes whose alphas are within so much of each other are alike; the lens may be seen in so much of
+ * the spread of what a lobe reflects. */
+#define ALPHA_RATIO 1.25f
+#define LOBE_SHARE  0.5f
+#define REFLECTED   1.330380f /* 2 / sqrt(2.26) */
+
 struct lens_centre {
     float point[3], normal[3];
-    bool lit; /* shows a surface whose light a field has */
+    float alpha; /* of its glossy lobe; 0: none */
+    bool lit;    /* shows a surface whose light a field has */
 };
 
 static int32_t cell_of(int32_t pixel)
@@ -72,10 +81,13 @@ static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size
     primary_trace(c->queries, plan, &l->block, &l->rays, &l->vertex.surface);
     l->vertex.active = l->vertex.surface.hit;
     path_resolve(c, &l->rays, &l->vertex);
+    struct glossy_lobes lobes = {.on = {{0}}};
+    if (plan->planes & PLANE_BIT(LENS_LOBE)) glossy_find(&l->vertex, &lobes);
     for (int i = 0; i < LANES; i++)
         out[i] =
             (struct lens_centre){.point = {s->position.x[i], s->position.y[i], s->position.z[i]},
                                  .normal = {s->normal.x[i], s->normal.y[i], s->normal.z[i]},
+                                 .alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
                                  .lit = is_lit(plan, s, i)};
     l->traced[cell] = true;
     c->counters->value[COUNTER_RAYS_LENS_CENTRES] += lanes_count(&l->block.inside);
@@ -127,7 +139,8 @@ static bool is_near_focus(const struct plan *plan, float ahead)
     return fabsf(slope) < LENS_LIGHT_SLOPE_MOST;
 }
 
-static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
+/* The centre that shows lane i's point; NULL: none. */
+static const struct lens_centre *find_centre(struct lens_centres *l, const struct surface *s, int i)
 {
     const struct plan *plan = l->context.plan;
     const struct plan_camera *c = &plan->camera;
@@ -135,27 +148,40 @@ static bool is_shown(struct lens_centres *l, const struct surface *s, int i)
                            s->position.z[i] - c->eye[2]};
     const float normal[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
     const float z = dot(from, c->forward), read = travelled(plan, z);
-    if (!(z > 0.0f)) return false;
+    if (!(z > 0.0f)) return NULL;
     const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
     const float x = 0.5f * (a / c->half_width + 1.0f) * (float)plan->width_px;
     const float y = 0.5f * (1.0f - b / c->half_height) * (float)plan->height_px;
     const struct lens_centre *centre = centre_at(l, x, y);
-    if (!centre || !centre->lit) return false;
+    if (!centre || !centre->lit) return NULL;
     const float scale = read / z;
     const float point[3] = {c->eye[0] + from[0] * scale, c->eye[1] + from[1] * scale,
                             c->eye[2] + from[2] * scale};
-    return is_same(plan, point, normal, read * sqrtf(1.0f + a * a + b * b), centre);
+    const float distance = read * sqrtf(1.0f + a * a + b * b);
+    return is_same(plan, point, normal, distance, centre) ? centre : NULL;
+}
+
+/* Are a sample's lobe and the centre's alike, and wide beside the lens? A GGX lobe's facets are
+ * spread by alpha / sqrt(2.26), what it reflects by twice that. */
+static bool is_same_lobe(const struct plan *plan, float ahead, float alpha,
+                         const struct lens_centre *centre)
+{
+    const float lens = plan->camera.aperture_radius;
+    return alpha <= ALPHA_RATIO * centre->alpha && centre->alpha <= ALPHA_RATIO * alpha &&
+           lens <= LOBE_SHARE * REFLECTED * alpha * ahead;
 }
 
 void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
-                        const struct path_vertex *v, struct lanes_mask *lit)
+                        const struct path_vertex *v, struct glossy_lobes *lobes,
+                        struct lanes_mask *lit)
 {
     const struct plan *plan = centres->context.plan;
-    for (int i = 0; i < LANES; i++)
-        lit->on[i] =
-            i < (int)p->count && v->active.on[i] &&
-                    is_near_focus(plan, path_ahead(&centres->context, p, v, (uint32_t)i)) &&
-                    is_shown(centres, &v->surface, i)
-                ? -1
-                : 0;
+    for (int i = 0; i < LANES; i++) {
+        const struct lens_centre *centre = NULL;
+        const bool active = i < (int)p->count && v->active.on[i];
+        const float ahead = active ? path_ahead(&centres->context, p, v, (uint32_t)i) : 0.0f;
+        if (active && is_near_focus(plan, ahead)) centre = find_centre(centres, &v->surface, i);
+        lit->on[i] = centre ? -1 : 0;
+        if (!centre || !is_same_lobe(plan, ahead, lobes->alpha[i], centre)) lobes->on.on[i] = 0;
+    }
 }

@@ -25,5 +25,12 @@ void lens_centres_fini(struct lens_centres *centres);
  * lies nearest shows the same surface, well within what reconstruction asks for
  * (server/reconstruct/surface.h: half as far off the pixel's plane at most, and normals up to 8
  * degrees apart, not 10), of depths and slopes as they travel. */
+struct glossy_lobes;
+
+/* Of `lobes`, those of these surfaces, only lanes stay on whose lobe fields light, too: the
+ * centre's is about as wide, and wide beside the angle in which the surface sees the lens. Light
+ * that a lobe sends to a point of the lens then differs from what it sends to the middle by no more
+ * than the lobe's own width lets it. */
 void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
-                        const struct path_vertex *v, struct lanes_mask *lit);
+                        const struct path_vertex *v, struct glossy_lobes *lobes,
+                        struct lanes_mask *lit);

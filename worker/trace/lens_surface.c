@@ -8,6 +8,9 @@
 #include "proto/shared_exponent.h"
 #include "worker/trace/block_store.h"
 
+/* Apart from those of the albedo. */
+#define LOBE_BITS 0x5bd1e995u
+
 float lens_slope(const struct plan *plan, float z)
 {
     const struct plan_camera *camera = &plan->camera;
@@ -70,7 +73,7 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
 {
     _Alignas(LANES_ALIGN) float depth[LANES];
     uint16_t normals[LANES];
-    uint32_t albedos[LANES], lights[LANES];
+    uint32_t albedos[LANES], lights[LANES], lobes[LANES];
     if (c->plan->lens_light == LENS_LIGHT_OWN) return;
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
@@ -85,6 +88,9 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
         albedos[i] =
             shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, rounding_of(c, b, i, sample));
         lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);
+        const float lobe[3] = {h->lobe.r[k], h->lobe.g[k], h->lobe.b[k]};
+        lobes[i] = shared_exponent_pack_random(lobe, SHARED_EXPONENT_9,
+                                               rounding_of(c, b, i, sample) ^ LOBE_BITS);
         lens_surface_take_out(c, k, h);
     }
     block_store_positive_half(b, depth, 1.0f / c->plan->length_unit,
@@ -92,4 +98,5 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
     block_store_u16(b, normals, samples_u16(samples, PLANE_LENS_NORMAL, sample));
     block_store_u32(b, albedos, samples_u32(samples, PLANE_LENS_ALBEDO, sample));
     block_store_u32(b, lights, samples_u32(samples, PLANE_LENS_LIGHT, sample));
+    if (c->leaves_lobes) block_store_u32(b, lobes, samples_u32(samples, PLANE_LENS_LOBE, sample));
 }

@@ -7,6 +7,7 @@
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "worker/scene/mesh.h"
+#include "worker/trace/glossy.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens_centres.h"
 #include "worker/trace/path_record.h"
@@ -285,8 +286,16 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
                             struct path_vertex *v, struct path_harvest *h)
 {
     struct lanes_mask lit;
-    lens_centres_match(c->centres, p, v, &lit);
+    struct glossy_lobes lobes = {.on = {{0}}};
+    if (c->leaves_lobes) glossy_find(v, &lobes);
+    lens_centres_match(c->centres, p, v, &lobes, &lit);
     for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!lobes.on.on[i]) continue;
+        h->lobe.r[p->slot[i]] = lobes.reflectance.x[i];
+        h->lobe.g[p->slot[i]] = lobes.reflectance.y[i];
+        h->lobe.b[p->slot[i]] = lobes.reflectance.z[i];
+    }
     if (c->leaves_diffuse) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
     end_lanes(&lit, v);

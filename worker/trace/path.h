@@ -48,7 +48,8 @@ struct path_context {
                              field brings the rest */
     bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
                         surface */
-    bool leaves_glossy;         /* nor does its glossy lobe, with leaves_diffuse: another field */
+    bool leaves_lobes;  /* the same holds of glossy lobes that a harvest's `lobe` tells of */
+    bool leaves_glossy; /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
     struct path_record *record; /* of the only path on its way; NULL: nobody looks */

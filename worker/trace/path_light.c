@@ -278,7 +278,8 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
 }
 
 /* Of what the camera path's first surface sends on of the sky: where fields light it, without the
- * soft share of the diffuse lobe's; else that share alone is the diffuse part. */
+ * soft share of the diffuse lobe's, and of the glossy one's where they light that; else that share
+ * alone is the diffuse part. */
 static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
                        const struct choice *choice, const struct path_harvest *h,
                        struct reflected *f)
@@ -286,14 +287,17 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
     const struct lanes3 *a = &v->surface.albedo;
     struct lanes3 *d = &f->diffuse, *all = &f->all;
     for (uint32_t i = 0; i < p->count; i++) {
-        const float own = h->own[p->slot[i]] > 0.0f ? 1.0f : 0.0f, soft = choice->soft[i];
-        const float left = soft * (1.0f - own);
-        all->x[i] = fmaxf(all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
-        all->y[i] = fmaxf(all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
-        all->z[i] = fmaxf(all->z[i] - left * (d->z[i] * a->z[i]), 0.0f);
-        d->x[i] *= soft * own;
-        d->y[i] *= soft * own;
-        d->z[i] *= soft * own;
+        const uint32_t slot = p->slot[i];
+        const bool own = h->own[slot] > 0.0f;
+        const bool lobe = h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f;
+        const float soft = choice->soft[i], rest = lobe ? 1.0f - soft : 1.0f;
+        const float left = own || lobe ? 0.0f : soft, found = own ? soft : 0.0f;
+        all->x[i] = fmaxf(rest * all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
+        all->y[i] = fmaxf(rest * all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
+        all->z[i] = fmaxf(rest * all->z[i] - left * (d->z[i] * a->z[i]), 0.0f);
+        d->x[i] *= found;
+        d->y[i] *= found;
+        d->z[i] *= found;
     }
 }
 

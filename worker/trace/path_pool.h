@@ -43,6 +43,8 @@ struct path_harvest {
                               field's; only when paths leave indirect light to one */
     struct path_rgb albedo;
     struct path_rgb normal; /* shading normal of what the lens sees; only when demodulated */
+    struct path_rgb lobe;   /* directional albedo of the glossy lobe whose light fields of the lens
+                               bring, too; 0: none */
     _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's
                                                     fields would */
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];

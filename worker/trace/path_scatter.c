@@ -54,7 +54,9 @@ static void keep_rest(const struct path_context *c, const struct bsdf *b,
                       const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
                       struct path_harvest *h)
 {
+    const float lobe = h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot];
     if (c->leaves_glossy && glossy_has(b)) return; /* nothing, as slots begin */
+    if (lobe > 0.0f) return;
     h->kept.r[slot] = weight[0] > 0.0f ? sample->specular[0] / weight[0] : 0.0f;
     h->kept.g[slot] = weight[1] > 0.0f ? sample->specular[1] / weight[1] : 0.0f;
     h->kept.b[slot] = weight[2] > 0.0f ? sample->specular[2] / weight[2] : 0.0f;

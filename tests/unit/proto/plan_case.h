@@ -7,7 +7,8 @@
 #include "proto/plan.h"
 #include "proto/samples.h"
 
-#define PLAN_CASE_PLANES       ((PLANE_BIT(ID_COUNT) - 1) & ~PLANE_BIT(LENS_MORE))
+#define PLAN_CASE_PLANES                                                                           \
+    ((PLANE_BIT(ID_COUNT) - 1) & ~(PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_LOBE)))
 #define PLAN_CASE_LIGHT_PLANES ((1u << LIGHT_PLANE_COUNT) - 1)
 
 static inline void plan_case(struct plan *plan)

@@ -195,6 +195,10 @@ static void lens_samples_are_checked(void **state)
            ERR_RANGE, "target_error");
 }
 
+#define LOBES                                                                                      \
+    plan.planes |= PLANE_BIT(LENS_LOBE), plan.lens_light = LENS_LIGHT_INDIRECT,                    \
+                                         plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT
+
 /* Light fields that light lens samples are there, and all that these tell of their surfaces. */
 static void light_of_lens_samples_is_checked(void **state)
 {
@@ -211,6 +215,10 @@ static void light_of_lens_samples_is_checked(void **state)
     EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~PLANE_BIT(LENS_LIGHT), ERR_RANGE, "planes");
     EXPECT((plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
+    EXPECT((LOBES), ERR_OK, "");
+    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_DIFFUSE), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.glossy_filter = GLOSSY_FILTER_NONE), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
     EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
             plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,

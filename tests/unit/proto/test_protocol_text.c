@@ -113,7 +113,8 @@ static void names_planes(void **state)
                                          "LENS_NORMAL",
                                          "LENS_ALBEDO",
                                          "LENS_LIGHT",
-                                         "LENS_MORE"};
+                                         "LENS_MORE",
+                                         "LENS_LOBE"};
     static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
     _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
     _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");

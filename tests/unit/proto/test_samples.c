@@ -54,6 +54,10 @@ static void sizes_follow_the_formula(void **state)
     const uint64_t lensless = spare & ~PLANES_LENS, surface = PLANES_LENS_SURFACE;
     assert_int_equal(bytes_per_pixel(lensless | surface | BIT(INDIRECT_STRATA)), 74 + 14 * 4 + 2);
     assert_int_equal(bytes_per_pixel(lensless | BIT(INDIRECT_STRATA)), 74 + 26 * 4 + 2);
+    plan.planes |= BIT(LENS_LOBE);
+    struct samples_layout lobes;
+    assert_int_equal(samples_layout_init(&lobes, &plan, 0, 32, 32), 0);
+    assert_int_equal(lobes.total_bytes, (74 + 30 * 4 + 2) * 32 * 32);
 }
 
 static void later_passes_hold_paths_alone(void **state)
@@ -76,7 +80,7 @@ static void layouts_do_not_overlap(void **state)
     struct samples_layout layout;
     (void)state;
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE);
+    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
     uint64_t sum = 0;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
@@ -168,7 +172,7 @@ static void planes_round_trip(void **state)
 {
     (void)state;
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE);
+    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     for (size_t i = 0; i < SIZES; i++) {
         struct samples *s = create(sizes[i][0], sizes[i][1]);
         samples_case_fill(s, UINT64_MAX, 15, i);
@@ -190,7 +194,7 @@ static void every_set_of_filled_planes_round_trips(void **state)
 {
     (void)state;
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE);
+    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
         const uint64_t planes = some_set(i);
         struct samples *s = create(7, 3);

@@ -312,6 +312,128 @@ static void see_beside(const struct plan *plan, const struct patch *patch,
     free(shown.lens_radiance);
 }
 
+/* The radiance of all samples of the block in the middle, as lens_light_take leaves it; whether
+ * fields light any lobes of theirs. */
+struct middle {
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    struct lighting lighting;
+    struct rect block;
+    float *radiance;
+    size_t area;
+};
+
+static void middle_init(struct middle *m)
+{
+    wall_plan(&m->plan, LENS_FILTER_SHEARED);
+    m->block = gather_middle(&m->plan, &m->film, &m->patch, &m->lighting);
+    m->area = (size_t)rect_area(m->patch->rect);
+    m->radiance = calloc(m->area * N * 3, sizeof(float));
+    assert_non_null(m->radiance);
+}
+
+static void middle_fini(struct middle *m)
+{
+    free(m->radiance);
+    lighting_fini(&m->lighting);
+    patch_destroy(&m->patch);
+    film_destroy(&m->film);
+}
+
+static void middle_take(struct middle *m)
+{
+    const struct rect lit =
+        rect_intersect(rect_grow(m->block, lens_light_ring_px(&m->plan)), m->patch->core);
+    const struct rect seen =
+        rect_intersect(rect_grow(m->block, lens_halo_px(&m->plan)), m->patch->rect);
+    struct lens_light_statistics lights = {0};
+    assert_int_equal(lens_light_take(&m->plan, m->patch, &m->lighting, lit, seen, m->block,
+                                     m->radiance, &lights),
+                     0);
+}
+
+/* Of pixel (x, y), in red; which of the walls it shows, and where the middle sees its point. */
+static float sample_of(const struct middle *m, int32_t x, int32_t y, uint32_t k, float *z, float *q)
+{
+    const size_t at = k * m->area + patch_pixel(m->patch, x, y);
+    float u[2], p[2];
+    lens_pattern_point(&m->plan, x, y, k / L, k % L, u);
+    path_pair(path_key(m->plan.pattern.seed, m->plan.pattern.frame, x, y), k, PATH_PIXEL, &p[0],
+              &p[1]);
+    *z = half_to_float(m->patch->lens_depth[at]);
+    *q = (float)x + p[0] + slope_of(&m->plan, *z) * u[0];
+    return m->radiance[at + 2 * k * m->area];
+}
+
+/* Light that differs from sample to sample, from 0 to 400 evenly: what hidden ones are left with is
+ * as bright and differs less. */
+static void hidden_points_share_their_light(void **state)
+{
+    struct middle m;
+    double sum = 0.0, square = 0.0, count = 0.0;
+    (void)state;
+    noise = true;
+    middle_init(&m);
+    noise = false;
+    middle_take(&m);
+    for (int32_t y = m.block.y0; y < m.block.y1; y++)
+        for (int32_t x = m.block.x0; x < m.block.x1; x++)
+            for (uint32_t k = 0; k < N; k++) {
+                float z, q;
+                const double r = (double)sample_of(&m, x, y, k, &z, &q);
+                if (z != FAR_Z || !(q < edge - 1.5f)) continue;
+                sum += r;
+                square += r * r;
+                count += 1.0;
+            }
+    assert_true(count > 500.0);
+    const double mean = sum / count, spread = sqrt(square / count - mean * mean) / mean;
+    print_message("mean %.3g, spread %.3g\n", mean, spread);
+    assert_true(fabs(mean - 25.0) < 1.5); /* 200 / radiance_scale * albedo */
+    assert_true(spread < 0.3);            /* 0.63 of each by itself */
+    middle_fini(&m);
+}
+
+/* Samples that bring a lobe have what lobes see around their point times its albedo on top. */
+static void lobes_add_what_they_see(void **state)
+{
+    static const float albedo[3] = {0.25f, 0.5f, 0.125f};
+    struct middle with, without;
+    double count = 0.0;
+    (void)state;
+    middle_init(&with);
+    middle_init(&without);
+    middle_take(&without);
+    uint32_t *lobe = calloc(with.area * N, sizeof *lobe);
+    float *sees = calloc(with.area, sizeof *sees);
+    assert_true(lobe && sees);
+    for (size_t i = 0; i < with.area; i++) sees[i] = 2.0f;
+    for (size_t i = 0; i < with.area * N; i += 2)
+        lobe[i] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
+    with.patch->lens_lobe = lobe;
+    for (int c = 0; c < 3; c++) with.lighting.glossy[c] = sees;
+    middle_take(&with);
+    for (int32_t y = with.block.y0; y < with.block.y1; y++)
+        for (int32_t x = with.block.x0; x < with.block.x1; x++)
+            for (uint32_t k = 0; k < N; k++) {
+                float z, q;
+                const float a = sample_of(&with, x, y, k, &z, &q);
+                const float b = sample_of(&without, x, y, k, &z, &q);
+                const size_t at = k * with.area + patch_pixel(with.patch, x, y);
+                if (fabsf(q - edge) < 1.5f || (z == FAR_Z && q < edge)) continue;
+                assert_true(fabsf(a - b - (lobe[at] ? 0.5f : 0.0f)) < 1e-5f);
+                count += lobe[at] ? 1.0 : 0.0;
+            }
+    assert_true(count > 1000.0);
+    with.patch->lens_lobe = NULL;
+    for (int c = 0; c < 3; c++) with.lighting.glossy[c] = NULL;
+    middle_fini(&with);
+    middle_fini(&without);
+    free(lobe);
+    free(sees);
+}
+
 /* Of the block in the middle. */
 static void expect_unread(const struct plan *plan)
 {
@@ -393,6 +515,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_take_light_from_where_the_middle_sees_their_point),
         cmocka_unit_test(hidden_points_keep_their_own_light),
+        cmocka_unit_test(hidden_points_share_their_light),
+        cmocka_unit_test(lobes_add_what_they_see),
         cmocka_unit_test(blocks_do_not_show),
         cmocka_unit_test(second_sets_go_where_lit_samples_differ),
         cmocka_unit_test(unlit_samples_are_not_read),

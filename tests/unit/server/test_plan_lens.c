@@ -63,6 +63,7 @@ static void fields_light_samples_where_they_have_what_to_filter(void **state)
         if (!area) s->lights[0] = (struct scene_light){.type = LIGHT_POINT, .color = {1, 1, 1}};
         s->job.indirect_bounces = bounces ? 2 : 0;
         s->material.metallic = k & 4 ? 0.0f : 0.5f;
+        s->material.roughness = 0.5f;
         s->job.lens = filtered ? LENS_AUTO : LENS_AVERAGE;
         must_make(s);
         const uint32_t light = !filtered                      ? LENS_LIGHT_OWN
@@ -77,6 +78,10 @@ static void fields_light_samples_where_they_have_what_to_filter(void **state)
         else
             assert_int_equal(s->plan.planes & PLANES_LENS, PLANES_LENS);
         assert_int_equal((s->plan.planes & PLANES_BOUNCE_LIGHT) != 0, fields && bounces);
+        const bool lobes = (light == LENS_LIGHT_INDIRECT || light == LENS_LIGHT_SKY) && !(k & 4);
+        assert_int_equal((s->plan.planes & PLANE_BIT(LENS_LOBE)) != 0, lobes);
+        assert_int_equal(s->plan.glossy_filter != GLOSSY_FILTER_NONE, lobes);
+        assert_int_equal((s->plan.planes & PLANES_GLOSSY) != 0, lobes);
         assert_int_equal(s->plan.indirect_filter != INDIRECT_FILTER_NONE, fields && bounces);
         assert_int_equal(s->plan.light_planes != 0, all);
         assert_int_equal(s->plan.shadow_filter != SHADOW_FILTER_NONE, all && area);
@@ -84,6 +89,23 @@ static void fields_light_samples_where_they_have_what_to_filter(void **state)
         assert_true(s->report.lens_light_why[0] != '\0');
         assert_int_equal(why(s, "light fields of pixel centres") == NULL, fields);
     }
+}
+
+/* Lobes of samples travel where there is room for them beside what else does. */
+static void many_samples_leave_lobes_to_paths(void **state)
+{
+    struct stage *s = *state;
+    s->material.metallic = s->material.roughness = 0.5f;
+    s->job.spp = 16;
+    for (int k = 0; k < 2; k++) {
+        s->job.width_px = 4000;
+        s->job.height_px = k ? 2400 : 2100;
+        must_make(s);
+        assert_int_equal(s->plan.lens_light, LENS_LIGHT_INDIRECT);
+        assert_int_equal((s->plan.planes & PLANE_BIT(LENS_LOBE)) != 0, !k);
+        assert_int_equal((s->plan.planes & PLANES_GLOSSY) != 0, !k);
+    }
+    assert_non_null(strstr(s->report.glossy_filter_why, "4294967296 bytes"));
 }
 
 static void some_frames_keep_the_light_of_samples(void **state)
@@ -386,6 +408,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(lenses_have_light_fields),
         TEST(fields_light_samples_where_they_have_what_to_filter),
+        TEST(many_samples_leave_lobes_to_paths),
         TEST(some_frames_keep_the_light_of_samples),
         TEST(pinholes_have_none),
         TEST(samples_are_those_asked_for),

@@ -104,6 +104,64 @@ static void samples_bring_their_light_in_parts(void **state)
     expect_parts(LENS_LIGHT_SKY);
 }
 
+/* Both boards of glTF's model, as rough as that. */
+static struct plan glossy_plan(struct scene_fixture *f, uint32_t light, float roughness)
+{
+    struct plan p = board_plan(f, light);
+    for (uint32_t k = 0; k < 2; k++) {
+        f->materials[k].model = MODEL_GLTF;
+        f->materials[k].specular = 1.0f;
+        f->materials[k].ior = 1.5f;
+        f->materials[k].roughness = roughness;
+    }
+    p.environment =
+        (struct plan_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 2, 4}, .power = 1};
+    if (light == LENS_LIGHT_OWN) return p;
+    p.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(LENS_LOBE) | PLANE_BIT(ID);
+    p.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT;
+    return p;
+}
+
+/* How many samples tell of a lobe. With their environment and all that was scattered before left to
+ * fields, these bring what the lamp alone sends them, by both lobes. */
+static uint32_t lobes_of(float roughness)
+{
+    struct scene_fixture *f = fixture_new(), *g = fixture_new();
+    struct plan bare = glossy_plan(f, LENS_LIGHT_OWN, roughness);
+    struct plan lit = glossy_plan(g, LENS_LIGHT_SKY, roughness);
+    bare.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
+    bare.bounces = 0;
+    struct traced a = trace_all(f, &bare), b = trace_all(g, &lit);
+    uint32_t lobes = 0;
+    for (uint32_t k = 0; k < N; k++)
+        for (size_t i = 0; i < SIDE * SIDE; i++) {
+            float lobe[3];
+            shared_exponent_unpack(samples_u32(b.samples, PLANE_LENS_LOBE, k)[i], SHARED_EXPONENT_9,
+                                   lobe);
+            if (is_black(lobe)) continue;
+            lobes++;
+            for (uint32_t c = 0; c < 3; c++) {
+                const float lamp = samples_f32(a.samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
+                const float left = samples_f32(b.samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
+                assert_true(lobe[c] > 0.02f && lobe[c] < 0.2f);
+                assert_true(lamp > 0.0f && fabsf(left - lamp) < 1e-4f * lamp);
+            }
+        }
+    traced_fini(&a);
+    traced_fini(&b);
+    free(f);
+    free(g);
+    return lobes;
+}
+
+/* Those of them that are wide beside the lens. */
+static void lobes_are_left_to_fields(void **state)
+{
+    (void)state;
+    assert_true(lobes_of(0.5f) > N * SIDE * SIDE / 2);
+    assert_int_equal(lobes_of(0.15f), 0);
+}
+
 /* Depth and normal are those of the surface, albedo its own. */
 static void samples_tell_of_their_surface(void **state)
 {
@@ -261,6 +319,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_bring_their_light_in_parts),
+        cmocka_unit_test(lobes_are_left_to_fields),
         cmocka_unit_test(samples_tell_of_their_surface),
         cmocka_unit_test(tiles_do_not_show),
         cmocka_unit_test(slopes_count_as_they_travel),
