@@ -22,8 +22,9 @@ export async function overlap(o) {
         const late = runs.map(({ wall }) => wall.after_last_tile / wall.frame), value = median(late), what = `${name}, ${width}×${height}`;
         o.put("overlap", what, { kind: name, about: JOBS[name].about, width, height, late, ...summary(runs) });
         o.put("figure", `overlap ${what}`, { from: "overlap", figure: `${what}: after the last tile, of the frame's wall time`, value: Number(value.toPrecision(3)), bound: `<= ${BOUND}`, unit: "share", ok: value <= BOUND });
-        // Other work on the machine moves it: the least says what the program does.
-        if (Math.min(...late) > LOOSE * BOUND) o.fail(`overlap: of ${what} ${(100 * Math.min(...late)).toFixed(0)} % of the frame's wall time came after the last tile`);
+        // Other work on the machine moves it: the least says what the program does, of pictures that take longer
+        // than a file's way to the disk.
+        if (o.mode !== "smoke" && Math.min(...late) > LOOSE * BOUND) o.fail(`overlap: of ${what} ${(100 * Math.min(...late)).toFixed(0)} % of the frame's wall time came after the last tile`);
       }
     }
   });
