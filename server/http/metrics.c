@@ -171,7 +171,7 @@ static void write_streams(FILE *out, const struct streams *streams)
                   t.readers);
     metric_family(out, "shearwater_stream_readers_cut_total", "counter",
                   "Readers that took nothing, or fell too far behind: cut, to begin anew.");
-    metric_labelled(out, "shearwater_stream_readers_cut_total", "stream", cut, 2);
+    metric_labelled(out, "shearwater_stream_readers_cut_total", "kind", cut, 2);
     metric_single(out, "shearwater_feed_bytes_total", "counter", "Bytes of pixel feeds.",
                   t.pixel_bytes);
     metric_single(out, "shearwater_feed_blocks_made_total", "counter",

@@ -55,7 +55,7 @@ const render = async (build, service, asset, want, watched) => {
     return { wall_s, service_s, state, seen: watching ? await watching.seen : null, leave: watching?.leave };
 };
 
-const cut_pixels = async (service) => (await service.metrics('shearwater_stream_readers_cut_total{stream="pixels"}'))[0];
+const cut_pixels = async (service) => (await service.metrics('shearwater_stream_readers_cut_total{kind="pixels"}'))[0];
 
 // Notes the figures of renders with one kind of crowd, and checks them.
 const judge = (name, renders, figures, want) => {
