@@ -7,7 +7,7 @@
 
 struct statistics {
     struct counters counters; /* summed over accepted results */
-    struct counters counters_resumed; /* of these, of an earlier run of the coordinator */
+    struct counters counters_resumed; /* of these, of an earlier run of the coordinator; not kept */
     uint64_t import_cpu_us;
     uint64_t decode_cpu_us;      /* unpacking and checking samples */
     uint64_t reconstruct_cpu_us; /* without those below */
