@@ -8,7 +8,8 @@
  *
  * A sample's radiance is what the lobe sends to the camera of light that was scattered before, at
  * least once and at most plan.bounces times, over the lobe's directional albedo: their mean times
- * that is the picture's. Rays below the facet bring nothing and count. */
+ * that is the picture's. Rays below the facet bring nothing and count. Where fields light lens
+ * samples from a sky (LENS_LIGHT_SKY), rays that miss bring its soft share, too. */
 #include "proto/samples.h"
 #include "worker/trace/path.h"
 

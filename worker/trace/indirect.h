@@ -14,7 +14,8 @@
  *
  * A sample's radiance is what a white surface's diffuse lobe would send to the camera of light that
  * was scattered before, at least once and at most plan.bounces times: their mean times albedo is
- * the picture's. Rays below the facet bring nothing and count as blocked. */
+ * the picture's. Rays below the facet bring nothing and count as blocked. Where fields light lens
+ * samples from a sky (LENS_LIGHT_SKY), rays that miss bring its soft share, too. */
 #include "proto/samples.h"
 #include "worker/trace/path.h"
 #include "worker/trace/strata.h"
