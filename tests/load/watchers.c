@@ -337,7 +337,12 @@ static void poke(void)
 {
     char body[64], text[320];
     if (all.pokes >= POKES_MOST) return;
-    while (recv(all.poke_fd, text, sizeof text, MSG_DONTWAIT) > 0) {
+    ssize_t got;
+    while ((got = recv(all.poke_fd, text, sizeof text, MSG_DONTWAIT)) > 0) {
+    }
+    if (got == 0) { /* the server ends connections that were idle for long */
+        close(all.poke_fd);
+        all.poke_fd = dial(0);
     }
     all.poke_ms[all.pokes++] = now_ms();
     const int bytes = snprintf(body, sizeof body, "{\"priority\": %d}", all.pokes);
