@@ -142,7 +142,7 @@ storm: all
 ## load: how the service bears load, with a report; e.g. make load parts=fair
 load: all
 	@nice -n 5 node tests/load/load.mjs $(B) $(if $(parts),parts=$(parts))
-## faults: the k-th write, fsync, rename and allocation of a short job fails, for all k (hours)
+## faults: the k-th write, fsync, rename, allocation, make, send of a short job fails, for all k (hours)
 faults: all $(fakes)
 	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60

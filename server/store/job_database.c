@@ -83,8 +83,10 @@ static const char *const query_text[QUERY_COUNT] = {
 };
 
 struct job_database {
-    sqlite3 *db;
+    char *path;  /* owned */
+    sqlite3 *db; /* NULL: it could not be opened again */
     sqlite3_stmt *statements[QUERY_COUNT];
+    bool suspect; /* a file of it failed: this connection may never write again */
 };
 
 int job_database_open(const char *path, struct job_database **out)
@@ -92,23 +94,48 @@ int job_database_open(const char *path, struct job_database **out)
     *out = NULL;
     struct job_database *db = calloc(1, sizeof *db);
     if (!db) return ERR_MEMORY;
-    int error = job_schema_open(path, &db->db);
-    if (error) {
-        free(db);
-        return error;
-    }
-    *out = db;
-    return 0;
+    db->path = strdup(path);
+    int error = db->path ? job_schema_open(path, &db->db) : ERR_MEMORY;
+    if (error)
+        job_database_close(&db);
+    else
+        *out = db;
+    return error;
+}
+
+static void close_connection(struct job_database *db)
+{
+    for (int i = 0; i < QUERY_COUNT; i++) sqlite3_finalize(db->statements[i]);
+    memset(db->statements, 0, sizeof db->statements);
+    sqlite3_close(db->db);
+    db->db = NULL;
 }
 
 void job_database_close(struct job_database **out)
 {
     struct job_database *db = *out;
     if (!db) return;
-    for (int i = 0; i < QUERY_COUNT; i++) sqlite3_finalize(db->statements[i]);
-    sqlite3_close(db->db);
+    close_connection(db);
+    free(db->path);
     free(db);
     *out = NULL;
+}
+
+/* The connection of before is closed first: what one has open in a process all others share. */
+int job_database_refresh(struct job_database *db)
+{
+    if (!db->suspect) return 0;
+    close_connection(db);
+    const int error = job_schema_open(db->path, &db->db);
+    db->suspect = error != 0;
+    return error;
+}
+
+static int error_of(struct job_database *db, int code)
+{
+    const int error = job_schema_error(code);
+    if (error == ERR_IO) db->suspect = true;
+    return error;
 }
 
 /* The statement, ready to bind; NULL when it cannot be prepared. */
@@ -138,11 +165,11 @@ static void bind_digest(sqlite3_stmt *s, int at, const struct digest *d)
 
 static int finish(struct job_database *db, sqlite3_stmt *s)
 {
-    if (!s) return job_schema_error(sqlite3_errcode(db->db));
+    if (!s) return error_of(db, sqlite3_errcode(db->db));
     int code = sqlite3_step(s);
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);
-    return job_schema_error(code);
+    return error_of(db, code);
 }
 
 static int run(struct job_database *db, enum query query)
@@ -213,7 +240,7 @@ static int check_key(struct job_database *db, const char *key, const struct dige
     sqlite3_stmt *s = statement(db, QUERY_FIND_KEY);
     if (!s) return finish(db, s);
     bind_text(s, 1, key);
-    int code = sqlite3_step(s), error = job_schema_error(code);
+    int code = sqlite3_step(s), error = error_of(db, code);
     if (code == SQLITE_ROW) {
         struct digest known;
         bool same = job_record_digest(s, 0, &known) && digest_equal(&known, body);
@@ -346,7 +373,7 @@ int job_database_find_blob(struct job_database *db, const struct digest *source,
     sqlite3_stmt *s = statement(db, QUERY_FIND_BLOB);
     if (!s) return finish(db, s);
     sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
-    int code = sqlite3_step(s), error = job_schema_error(code);
+    int code = sqlite3_step(s), error = error_of(db, code);
     if (code == SQLITE_DONE) error = ERR_NOT_FOUND;
     if (code == SQLITE_ROW && !job_record_digest(s, 0, blob)) error = ERR_CORRUPT;
     sqlite3_reset(s);
@@ -362,7 +389,7 @@ static int read_frames(struct job_database *db, struct job_record *job)
     bind_text(s, 1, job->row.id);
     int code, error = 0;
     while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
-        error = code == SQLITE_ROW ? job_record_add_frame(job, s) : job_schema_error(code);
+        error = code == SQLITE_ROW ? job_record_add_frame(job, s) : error_of(db, code);
     }
     sqlite3_reset(s);
     return error;
@@ -372,7 +399,7 @@ static int read_jobs(struct job_database *db, sqlite3_stmt *s, bool frames, stru
 {
     int code, error = 0;
     while (!error && (code = sqlite3_step(s)) != SQLITE_DONE) {
-        error = code == SQLITE_ROW ? job_records_add(out, s) : job_schema_error(code);
+        error = code == SQLITE_ROW ? job_records_add(out, s) : error_of(db, code);
     }
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);

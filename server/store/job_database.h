@@ -8,6 +8,10 @@ struct job_database;
 int job_database_open(const char *path, struct job_database **out);
 void job_database_close(struct job_database **db);
 
+/* Between batches, before anything else: opens it anew after a file of it failed. SQLite goes on
+ * with what it could open then, for reading alone if need be, for as long as a connection lasts. */
+int job_database_refresh(struct job_database *db);
+
 /* A batch of changes that becomes durable as one. Inside it, mark/unmark frame one change, so that
  * a failed one leaves nothing behind. */
 int job_database_begin(struct job_database *db);

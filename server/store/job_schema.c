@@ -104,6 +104,8 @@ int job_schema_open(const char *path, sqlite3 **out)
     sqlite3 *db = NULL;
     *out = NULL;
     int error = job_schema_error(sqlite3_open_v2(path, &db, flags, NULL));
+    /* What cannot be opened for writing SQLite opens for reading. */
+    if (!error && sqlite3_db_readonly(db, "main") != 0) error = ERR_IO;
     if (!error) {
         sqlite3_busy_timeout(db, BUSY_MS);
         error = run(db, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"

@@ -49,7 +49,8 @@ static void fail_batch(struct job_request *batch, int error)
 /* All requests in order, the changes as one commit: 0 when it is durable. */
 static int perform_batch(struct job_store *store, bool writes)
 {
-    int error = writes ? job_database_begin(store->db) : 0;
+    int error = job_database_refresh(store->db);
+    if (!error && writes) error = job_database_begin(store->db);
     if (error) {
         fail_batch(store->batch, error);
         return error;

@@ -1,14 +1,14 @@
 /* A machine that fails on purpose, to be preloaded (LD_PRELOAD): writes to files, fsync, rename and
  * allocations fail as a control block says, and the wall clock is off by as much as it says.
  *
- *   FAULTS_CONTROL=FILE     the block, shared with whoever writes to the file while the process
- * runs FAULTS_FOR=NAME         of processes of this name alone (as in /proc/self/comm); others go
- * on
+ *   FAULTS_CONTROL=FILE   the block, shared with whoever writes to the file meanwhile
+ *   FAULTS_FOR=NAME       of processes of this name alone; others go on
  *
  * The block is of 64-bit numbers, little-endian: for each kind (write, fsync, rename, allocation,
- * make) calls so far, the first call that fails (from 1; 0: none), how many do in a row, with which
- * errno; and then seconds by which CLOCK_REALTIME is off. `write` counts those to regular files,
- * `make` what creates a file, a folder or a name of one. */
+ * make, send) calls so far, the first call that fails (from 1; 0: none), how many do in a row, with
+ * which errno; and then seconds by which CLOCK_REALTIME is off. `write` counts those to regular
+ * files, `make` what creates a file, a folder or a name of one, `send` what goes into a socket. An
+ * errno of 0: the call does not fail but hangs for as long as the block says so. */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -17,13 +17,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/uio.h>
 #include <time.h>
 #include <unistd.h>
 
-enum kind { WRITE, FSYNC, RENAME, ALLOCATION, MAKE, KINDS };
+enum kind { WRITE, FSYNC, RENAME, ALLOCATION, MAKE, SEND, KINDS };
 
 struct fault_plan {
     int64_t calls, first, count, error;
@@ -55,30 +56,34 @@ __attribute__((constructor)) static void open_control(void)
     control = block;
 }
 
+static int is_hit(const struct fault_plan *plan, int64_t call)
+{
+    const int64_t first = __atomic_load_n(&plan->first, __ATOMIC_RELAXED);
+    return first != 0 && call >= first && call - first < plan->count;
+}
+
 /* Counts a call; true, with errno set, when it is to fail. */
 static int fails(enum kind kind)
 {
     if (!control) return 0;
     struct fault_plan *plan = &control->plans[kind];
     const int64_t call = __atomic_add_fetch(&plan->calls, 1, __ATOMIC_RELAXED);
-    const int64_t first = __atomic_load_n(&plan->first, __ATOMIC_RELAXED);
-    if (first == 0 || call < first || call - first >= plan->count) return 0;
+    if (!is_hit(plan, call)) return 0;
+    const struct timespec pause = {.tv_nsec = 10000000};
+    while (plan->error == 0 && is_hit(plan, call)) nanosleep(&pause, NULL);
+    if (plan->error == 0) return 0;
     errno = (int)plan->error;
     return 1;
-}
-
-static int is_file(int fd)
-{
-    struct stat st;
-    return control && fstat(fd, &st) == 0 && S_ISREG(st.st_mode);
 }
 
 static int write_fails(int fd)
 {
     const int saved = errno;
-    const int file = is_file(fd);
+    struct stat st;
+    const int known = control && fstat(fd, &st) == 0;
     errno = saved;
-    return file && fails(WRITE);
+    if (known && S_ISREG(st.st_mode)) return fails(WRITE);
+    return known && S_ISSOCK(st.st_mode) && fails(SEND);
 }
 
 /* -- writing -- */
@@ -114,6 +119,20 @@ ssize_t pwritev(int fd, const struct iovec *parts, int count, off_t offset)
     static ssize_t (*real)(int, const struct iovec *, int, off_t);
     if (!real) real = REAL(ssize_t(*)(int, const struct iovec *, int, off_t), "pwritev");
     return write_fails(fd) ? -1 : real(fd, parts, count, offset);
+}
+
+ssize_t send(int fd, const void *data, size_t size, int flags)
+{
+    static ssize_t (*real)(int, const void *, size_t, int);
+    if (!real) real = REAL(ssize_t(*)(int, const void *, size_t, int), "send");
+    return fails(SEND) ? -1 : real(fd, data, size, flags);
+}
+
+ssize_t sendmsg(int fd, const struct msghdr *message, int flags)
+{
+    static ssize_t (*real)(int, const struct msghdr *, int);
+    if (!real) real = REAL(ssize_t(*)(int, const struct msghdr *, int), "sendmsg");
+    return fails(SEND) ? -1 : real(fd, message, flags);
 }
 
 int fsync(int fd)

@@ -19,6 +19,7 @@ export const check = (text, ok, why = "") => {
     for (const line of String(typeof why === "string" ? why : JSON.stringify(why)).split("\n").slice(0, 40)) note(line);
     return ok;
 };
+export const skip = (text, why) => console.log(`ok ${++tests} - ${text} # SKIP ${why}`);
 export const done = () => { console.log(`1..${tests}`); process.exitCode = failures ? 1 : 0; };
 export const failed = () => failures;
 
