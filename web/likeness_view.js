@@ -20,10 +20,10 @@ export class LikenessView {
 
   // What Picture draws instead of the layers: the map, which begins where what was in sight did.
   // Null when no map is asked for, or there is none yet.
-  look(compare, { zoom, x, y }) {
+  look(compare, { zoom, x, y, canvas }) {
     const { found } = this.judgement;
     if (!compare.judge || !found) return null;
-    const viewport = { zoom, x: x - found.area.x0, y: y - found.area.y0 };
+    const viewport = { zoom, x: x - found.area.x0, y: y - found.area.y0, canvas };
     return { first: found.maps[compare.judge], other: null, viewport, display: MAP_DISPLAY, compare };
   }
 

@@ -255,7 +255,7 @@ await runAll(async () => {
       numbers.fill(NaN, 0, 30 * 3);
       numbers.fill(Infinity, 100 * 3, 128 * 3);
       image.put({ x: 0, y: 0, w: 128, h: 64, numbers });
-      const viewport = { zoom: 1, x: 0, y: 0 };
+      const viewport = { zoom: 1, x: 0, y: 0, canvas: { width: 128, height: 64 } };
       const display = { exposure: 0, gamma: 1, low: 0, high: 1, dither: false, clipMarks: false, logarithmic: false, shownAs: "picture", curve: "linear" };
       const picture = new Picture(canvas, () => ({ first: image, other: null, viewport, display, compare: { shown: "off", line: () => [1, 0, 0] } }));
       const at = () => {

@@ -23,9 +23,9 @@ await runAll(async () => {
   await page.addInitScript(() => {
     window.counted = { updates: 0, textures: 0 };
     const gl = WebGL2RenderingContext.prototype;
-    for (const [name, count] of [["texSubImage2D", () => counted.updates++], ["createTexture", () => counted.textures++], ["deleteTexture", () => counted.textures--]]) {
+    for (const [name, count] of [["texSubImage2D", (rest) => { counted.updates += Math.ceil(rest[4] / 64) * Math.ceil(rest[5] / 64); }], ["createTexture", () => counted.textures++], ["deleteTexture", () => counted.textures--]]) {
       const own = gl[name];
-      gl[name] = function (...rest) { count(); return own.apply(this, rest); };
+      gl[name] = function (...rest) { count(rest); return own.apply(this, rest); };
     }
   });
   const session = await page.context().newCDPSession(page);
