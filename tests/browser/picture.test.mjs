@@ -468,7 +468,7 @@ await runAll(async () => {
     const away = await openPage(complaints);
     await away.route("**/*", (route) => route.continue());
     away.on("request", (request) => { if (/pixels/.test(request.url())) asked.push(request.url()); });
-    const running = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 144 } });
+    const running = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 36 } });
     await away.goto(`http://127.0.0.1:${door.port}/#/jobs/${running}`);
     await until("some picture", async () => (await look(away)).lit > 0.1, 60);
     door.shut();
@@ -477,7 +477,7 @@ await runAll(async () => {
     expect((await look(away)).lit >= at - 0.01, "what was there is gone");
     door.open();
     await until("resumed", () => asked.some((address) => /after=[1-9]\d+/.test(address)));
-    await until("finished", async () => /finished/.test(await text(away, "progress-text")), 120);
+    await until("finished", async () => /finished/.test(await text(away, "progress-text")), 240);
     await until("whole", async () => (await look(away)).lit > 0.8);
     door.close();
     await away.close();
