@@ -15,7 +15,7 @@ files() { find "$tmp/data/tmp" -type f | wc -l; }
 # Rows are on disk while tiles are still out; the job's own word for that they are.
 early() {
     local i
-    for i in $(seq 600); do
+    for i in $(seq 3000); do
         if [ "$(find "$tmp/data/tmp" -name 'image.exr.tmp-*' -size +256k | wc -l)" -gt 0 ]; then
             curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq -e '.state == "running" and .progress.tiles_done < .progress.tiles_total' && return 0
             return 1
@@ -24,12 +24,12 @@ early() {
     done
     return 1
 }
-gone() { local i; for i in $(seq 100); do [ "$(files)" -eq 0 ] && return 0; sleep 0.05; done; find "$tmp/data/tmp"; return 1; }
+gone() { local i; for i in $(seq 600); do [ "$(files)" -eq 0 ] && return 0; sleep 0.05; done; find "$tmp/data/tmp"; return 1; }
 
 serve_start "$tmp/data" --workers 1 --worker-threads 1
 submit 1 36
 check "rows of the EXR are on disk while tiles are traced" early
-check "the job ends" await_state "$id" finished 120
+check "the job ends" await_state "$id" finished 300
 check "nothing is left beside its files" gone
 fetch() { curl -sSf --noproxy '*' -o "$2" "$url/v1/jobs/$id/frames/1/image.$1"; }
 check "it has its files" bash -c "$(declare -f fetch); url=$url id=$id; fetch exr '$tmp/a.exr' && fetch png '$tmp/a.png'"
@@ -44,7 +44,7 @@ check "... and of a third" early
 serve_stop -KILL
 check "what a killed coordinator leaves" bash -c "[ $(files) -gt 0 ]"
 serve_start "$tmp/data" --workers 1 --worker-threads 1
-check "the next one clears away, and ends the job" await_state "$id" finished 120
+check "the next one clears away, and ends the job" await_state "$id" finished 300
 check "nothing is left beside its files either" gone
 serve_stop
 
