@@ -8,10 +8,21 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
+/* Cells are largest where strata are few, whatever they are here. */
+static int32_t reach_most_px(void)
+{
+    int32_t most = 0;
+    for (uint32_t layer = 0; layer < LENS_LAYERS; layer++) {
+        const int32_t reach = lens_cells_reach_px(layer, 1);
+        most = reach > most ? reach : most;
+    }
+    return most;
+}
+
 int32_t lens_halo_px(const struct plan *plan)
 {
     if (plan->lens_filter == LENS_FILTER_SHEARED)
-        return lens_reach_px(LENS_SLOPE_MOST) + lens_residual_reach_px(plan);
+        return reach_most_px() + lens_residual_reach_px(plan);
     return plan->lens_filter == LENS_FILTER_AXIS_ALIGNED ? LENS_AXIS_ALIGNED_REACH_PX : 0;
 }
 

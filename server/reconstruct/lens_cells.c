@@ -30,9 +30,29 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
 }
 
-static int32_t reach_of(const struct lens_cells *c)
+/* How far from a pixel cells are at most that it looks at: centres of those lie half a cell beyond
+ * the aperture's edges, and up to a whole one beyond its corners. */
+static int32_t look_px(const struct lens_cells *c)
 {
-    return (int32_t)ceilf(c->most) + (2 << c->coarse);
+    return (int32_t)ceilf(c->most) + (1 << c->coarse);
+}
+
+/* How far pixels are from it at most whose samples lie in such cells. Samples beyond layers behind
+ * the focus move by slopes of their own, which may be larger. */
+static int32_t reach_px(const struct lens_cells *c)
+{
+    const float moved = c->low < 0.0f && !c->fixed ? c->most * (1.0f + CLOSE_SHARE) : c->most;
+    const float cell = (float)(1 << c->coarse) / (float)(1 << c->fine);
+    return (int32_t)ceilf(c->most + moved) + (int32_t)ceilf(1.5f * cell);
+}
+
+int32_t lens_cells_reach_px(uint32_t layer, uint32_t l)
+{
+    struct lens_cells c;
+    if (layer == LENS_FOCUS) return LENS_FOCUS_REACH_PX;
+    find_slopes(layer, &c);
+    find_scale(l, &c);
+    return reach_px(&c);
 }
 
 /* Cells are those that reach into what pixels look at. */
@@ -41,15 +61,15 @@ int32_t lens_cells_around_px(uint32_t layer, uint32_t l)
     struct lens_cells c;
     find_slopes(layer, &c);
     find_scale(l, &c);
-    return reach_of(&c) + (1 << c.coarse) + 1;
+    return look_px(&c) + (1 << c.coarse) + 1;
 }
 
 /* Where in `pixels` the layer's samples are. */
 static struct rect find_box(const struct lens_field *f, uint32_t layer, struct rect pixels)
 {
     struct rect box = {pixels.x1, pixels.y1, pixels.x0, pixels.y0};
-    for (uint32_t j = 0; j < f->l * f->l; j++)
-        for (int32_t y = pixels.y0; y < pixels.y1; y++)
+    for (int32_t y = pixels.y0; y < pixels.y1; y++)
+        for (uint32_t j = 0; j < f->l * f->l; j++)
             for (uint32_t k = 0; k < f->segments; k++) {
                 const int32_t x = f->seen.x0 + (int32_t)k * LENS_SEGMENT;
                 if (!(lens_present(f, j, y, k) >> layer & 1u)) continue;
@@ -64,17 +84,17 @@ static struct rect find_box(const struct lens_field *f, uint32_t layer, struct r
 /* Who can see the layer, which cells they look at, and which pixels those show. */
 static void find_rects(const struct lens_field *f, struct lens_cells *c)
 {
-    const int32_t reach = reach_of(c), down = c->coarse;
-    const struct rect near = rect_intersect(rect_grow(f->wide, 2 * reach), f->seen);
+    const int32_t reach = reach_px(c), down = c->coarse;
+    const struct rect near = rect_intersect(rect_grow(f->wide, reach), f->seen);
     const struct rect box = find_box(f, c->layer, near);
     if (rect_is_empty(box)) return;
-    c->targets = rect_intersect(rect_grow(box, 2 * reach), f->wide);
+    c->targets = rect_intersect(rect_grow(box, reach), f->wide);
     if (rect_is_empty(c->targets)) return;
-    const struct rect looked = rect_grow(c->targets, reach);
+    const struct rect looked = rect_grow(c->targets, look_px(c));
     const int32_t cells = 1 << c->fine;
     c->rect = (struct rect){(looked.x0 >> down) * cells, (looked.y0 >> down) * cells,
                             ((looked.x1 >> down) + 1) * cells, ((looked.y1 >> down) + 1) * cells};
-    c->pixels = rect_intersect(rect_grow(c->targets, 2 * reach), f->seen);
+    c->pixels = rect_intersect(rect_grow(c->targets, reach), f->seen);
     c->tiles = (struct rect){c->rect.x0 >> 3, c->rect.y0 >> 3, (c->rect.x1 >> 3) + 1,
                              (c->rect.y1 >> 3) + 1};
 }

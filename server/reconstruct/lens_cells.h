@@ -37,6 +37,10 @@ struct lens_cells {
 int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out);
 void lens_cells_fini(const struct lens_field *f, struct lens_cells *c);
 
+/* How far apart pixels are at most of which one sees what samples of the layer, l x l a pixel, or
+ * beyond it say of the other's. */
+int32_t lens_cells_reach_px(uint32_t layer, uint32_t l);
+
 /* Of samples of the layer, l x l a pixel, those are not read that lie farther than this from all
  * pixels that look, in pixels. */
 int32_t lens_cells_around_px(uint32_t layer, uint32_t l);

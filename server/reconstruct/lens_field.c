@@ -3,8 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#define RUN         16 /* numbers that are looked at side by side */
-#define FINE_STRATA 8  /* an axis: from there on cells are half as large */
+#include "server/reconstruct/lens_cells.h"
+
+#define FINE_STRATA 8 /* an axis: from there on cells are half as large */
 
 /* 1, 1.5, 2, 3, 4, 6, ... */
 static float bound(uint32_t k)
@@ -35,14 +36,6 @@ int32_t lens_cell_level(float most, uint32_t l)
     return l < FINE_STRATA ? level : level - 1;
 }
 
-int32_t lens_reach_px(float most)
-{
-    uint32_t band = 1;
-    while (band < LENS_BANDS && bound(band) <= most) band++;
-    const int32_t level = lens_cell_level(bound(band), 1);
-    return 2 * ((int32_t)ceilf(bound(band)) + (level > 0 ? 2 << level : 2));
-}
-
 static void place_lines(struct lens_field *f)
 {
     const size_t area = (size_t)rect_area(f->seen);
@@ -60,39 +53,13 @@ static void place_lines(struct lens_field *f)
     }
 }
 
-/* The largest size of some numbers, or `most`. */
-static float most_of(const float *numbers, int32_t count, float most)
-{
-    float sizes[RUN], run[RUN];
-    int32_t x = 0;
-    for (int i = 0; i < RUN; i++) run[i] = most;
-    for (; x + RUN <= count; x += RUN)
-        for (int i = 0; i < RUN; i++) {
-            sizes[i] = fabsf(numbers[x + i]);
-            run[i] = sizes[i] > run[i] ? sizes[i] : run[i];
-        }
-    for (int i = 0; i < RUN; i++) most = run[i] > most ? run[i] : most;
-    for (; x < count; x++) most = fabsf(numbers[x]) > most ? fabsf(numbers[x]) : most;
-    return most;
-}
-
-/* The largest size of slopes in a rectangle of the patch. */
-static float most_in(const struct lens_field *f, struct rect rect)
-{
-    float most = 0.0f;
-    for (uint32_t j = 0; j < f->l * f->l; j++)
-        for (int32_t y = rect.y0; y < rect.y1; y++)
-            most = most_of(lens_slopes(f, j, rect.x0, y), rect_width(rect), most);
-    return most;
-}
-
 static void find_layers(struct lens_field *f)
 {
     const int32_t width = rect_width(f->seen);
     uint32_t *out = f->present;
     f->all = 0;
-    for (uint32_t j = 0; j < f->l * f->l; j++) {
-        for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
+    for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
+        for (uint32_t j = 0; j < f->l * f->l; j++) {
             const float *slope = lens_slopes(f, j, f->seen.x0, y);
             for (int32_t x = 0; x < width; x += LENS_SEGMENT) {
                 const int32_t left = width - x;
@@ -135,6 +102,25 @@ static int allocate(struct lens_field *f)
     return 0;
 }
 
+/* Layers of what is seen: of `rect`, for which there is room. */
+static void look_over(struct lens_field *f, struct rect rect)
+{
+    f->seen = rect;
+    f->segments = ((uint32_t)rect_width(rect) + LENS_SEGMENT - 1) / LENS_SEGMENT;
+    find_layers(f);
+}
+
+/* Pixels that samples of the layers that there are reach over. */
+static int32_t reach_of(const struct lens_field *f)
+{
+    int32_t most = LENS_FOCUS_REACH_PX;
+    for (uint32_t layer = 0; layer < LENS_LAYERS; layer++) {
+        const int32_t reach = f->all >> layer & 1u ? lens_cells_reach_px(layer, f->l) : 0;
+        most = reach > most ? reach : most;
+    }
+    return most;
+}
+
 int lens_field_create(const struct plan *plan, const struct patch *patch, struct rect wide,
                       struct rect seen, struct lens_field *out)
 {
@@ -144,13 +130,14 @@ int lens_field_create(const struct plan *plan, const struct patch *patch, struct
                                .l = plan->lens_strata_per_axis,
                                .wide = wide,
                                .seen = seen};
-    out->seen = rect_intersect(rect_grow(wide, lens_reach_px(most_in(out, seen))), seen);
     out->segments = ((uint32_t)rect_width(out->seen) + LENS_SEGMENT - 1) / LENS_SEGMENT;
     const int error = allocate(out);
     if (error) return error;
     lens_pattern_init(&out->pattern, plan);
     lens_shape_init(&out->shape, &out->pattern.aperture);
-    find_layers(out);
+    look_over(out, seen);
+    const struct rect near = rect_intersect(rect_grow(wide, reach_of(out)), seen);
+    if (rect_area(near) < rect_area(seen)) look_over(out, near);
     if (out->all != 1u << LENS_FOCUS) place_lines(out);
     return 0;
 }

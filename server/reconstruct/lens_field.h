@@ -19,7 +19,7 @@ struct lens_field {
 
     /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
     float *along, *height, *left, *chord;
-    uint32_t *present; /* bits of layers; of each sample, row and segment of `seen` */
+    uint32_t *present; /* bits of layers; of each row, sample and segment of `seen` */
     uint32_t segments; /* of a row: LENS_SEGMENT pixels each */
     uint32_t all;      /* of them all */
     /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass. */
@@ -50,8 +50,8 @@ static inline size_t lens_wide(const struct lens_field *f, int32_t x, int32_t y)
 static inline uint32_t lens_present(const struct lens_field *f, uint32_t sample, int32_t y,
                                     uint32_t segment)
 {
-    const uint32_t row = (uint32_t)(y - f->seen.y0), rows = (uint32_t)rect_height(f->seen);
-    return f->present[(sample * rows + row) * f->segments + segment];
+    const uint32_t row = (uint32_t)(y - f->seen.y0);
+    return f->present[(row * f->l * f->l + sample) * f->segments + segment];
 }
 
 /* Samples of a row of the patch from column x on. */
@@ -76,10 +76,6 @@ void lens_field_fini(struct lens_field *f);
 /* log2 of the pixels of a cell's side in a layer of slopes up to `most`: where samples are few, a
  * fourth to an eighth of those, and half a pixel at least. */
 int32_t lens_cell_level(float most, uint32_t l);
-
-/* How far apart pixels are at most of which one sees what the other has samples of, with slopes up
- * to `most`. */
-int32_t lens_reach_px(float most);
 
 /* The slopes of a layer: from `low`, below `high`. */
 void lens_layer_slopes(uint32_t layer, float *low, float *high);

@@ -97,6 +97,7 @@ enum lens_view {
 struct lens_composite {
     const float *sums;        /* as gather writes them of LENS_LANES pixels, its stride */
     float share[LENS_GROUPS]; /* of the cells that make up the lens */
+    float lens[LENS_GROUPS];  /* of the lens itself */
     float slope;              /* its size */
 };
 

@@ -1,4 +1,5 @@
 #include "server/reconstruct/lens_light.h"
+#include "server/reconstruct/lens_cells.h"
 
 #include <math.h>
 
@@ -20,9 +21,14 @@ int32_t lens_light_ring_px(const struct plan *plan)
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
     if (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED)
         return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_LIGHT_SLOPE_MOST + AROUND_PX;
-    /* Pixels look at points of a layer that lie as far from them as its cells reach: half of what
-     * samples of such points do. Averages are compared a little around. */
-    return lens_reach_px(LENS_SLOPE_MOST) / 2 + lens_residual_reach_px(plan) + AROUND_PX;
+    /* Pixels look at points of a layer that lie as far from them as its cells reach. Averages are
+     * compared a little around. */
+    int32_t most = 0;
+    for (uint32_t layer = 0; layer < LENS_LAYERS; layer++) {
+        const int32_t around = layer == LENS_FOCUS ? 0 : lens_cells_around_px(layer, 1);
+        most = around > most ? around : most;
+    }
+    return most + lens_residual_reach_px(plan) + AROUND_PX;
 }
 
 struct lit_lens {

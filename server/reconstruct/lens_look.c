@@ -44,6 +44,7 @@ static void find_shares(struct look *look)
         all += share[g];
     }
     for (uint32_t g = 0; g < LENS_GROUPS; g++) share[g] /= all; /* the nearest tap is in */
+    memcpy(look->composite.lens, look->f->shape.share, sizeof look->composite.lens);
 }
 
 /* Cells around that of a pixel, whose centre is px cells to the right and py down of the corner of

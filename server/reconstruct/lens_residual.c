@@ -3,8 +3,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/lens_residual_kernels.h"
+
 #define STEPS_MOST   2
-#define RUN          16   /* pixels that are worked on side by side */
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
@@ -37,6 +38,7 @@ int32_t lens_residual_reach_px(const struct plan *plan)
 /* Planes of `wide`. */
 struct residual {
     const struct lens_field *field;
+    const struct lens_residual_kernels *kernels;
     int32_t width, height;
     size_t area;
     float *average[3], *picture[3];
@@ -49,6 +51,7 @@ struct residual {
 static int create(const struct lens_field *f, struct residual *r)
 {
     *r = (struct residual){.field = f,
+                           .kernels = lens_residual_kernels_best(),
                            .width = rect_width(f->wide),
                            .height = rect_height(f->wide),
                            .area = (size_t)rect_area(f->wide)};
@@ -72,23 +75,6 @@ static float pixels_around(int32_t x, int32_t radius, int32_t length)
     return (float)(to - from + 1);
 }
 
-/* out += in; in runs, which the compiler makes vectors of. */
-static void add_numbers(float *restrict out, const float *restrict in, size_t count)
-{
-    size_t x = 0;
-    for (; x + RUN <= count; x += RUN)
-        for (size_t i = 0; i < RUN; i++) out[x + i] += in[x + i];
-    for (; x < count; x++) out[x] += in[x];
-}
-
-static void divide_numbers(float *numbers, float by, size_t count)
-{
-    size_t x = 0;
-    for (; x + RUN <= count; x += RUN)
-        for (size_t i = 0; i < RUN; i++) numbers[x + i] /= by;
-    for (; x < count; x++) numbers[x] /= by;
-}
-
 /* Sums along rows, in one order wherever the row begins. */
 static void sum_rows(const struct residual *r, int32_t radius, const float *in, float *out)
 {
@@ -96,7 +82,7 @@ static void sum_rows(const struct residual *r, int32_t radius, const float *in, 
         memset(out, 0, (size_t)r->width * sizeof *out);
         for (int32_t k = -radius; k <= radius; k++) {
             const int32_t from = k < 0 ? -k : 0, to = k > 0 ? r->width - k : r->width;
-            if (from < to) add_numbers(out + from, in + from + k, (size_t)(to - from));
+            if (from < to) r->kernels->add(out + from, in + from + k, (size_t)(to - from));
         }
     }
 }
@@ -107,7 +93,7 @@ static void divide_row(const struct residual *r, int32_t radius, float rows, flo
     const int32_t width = r->width, left = radius < width ? radius : width;
     const int32_t right = width - radius > left ? width - radius : left;
     for (int32_t x = 0; x < left; x++) sums[x] /= rows * pixels_around(x, radius, width);
-    divide_numbers(sums + left, rows * (float)(2 * radius + 1), (size_t)(right - left));
+    r->kernels->divide(sums + left, rows * (float)(2 * radius + 1), (size_t)(right - left));
     for (int32_t x = right; x < width; x++) sums[x] /= rows * pixels_around(x, radius, width);
 }
 
@@ -120,7 +106,7 @@ static void smooth(const struct residual *r, int32_t radius, const float *in, fl
         float *to = out + (size_t)y * width;
         memset(to, 0, width * sizeof *to);
         for (int32_t k = y - radius; k <= y + radius; k++)
-            if (k >= 0 && k < r->height) add_numbers(to, r->spare + (size_t)k * width, width);
+            if (k >= 0 && k < r->height) r->kernels->add(to, r->spare + (size_t)k * width, width);
         divide_row(r, radius, pixels_around(y, radius, r->height), to);
     }
 }
@@ -129,31 +115,9 @@ static void smooth(const struct residual *r, int32_t radius, const float *in, fl
 static void average_row(const struct residual *r, uint32_t n, uint32_t c, int32_t y)
 {
     const struct lens_field *f = r->field;
-    const size_t area = 3 * (size_t)rect_area(f->patch->rect), width = (size_t)r->width;
-    const float *in = lens_light(f, 0, c, f->wide.x0, f->wide.y0 + y);
-    float *out = r->average[c] + (size_t)y * width, *squares = r->own + (size_t)y * width;
-    size_t x = 0;
-    for (; x + RUN <= width; x += RUN) {
-        float sum[RUN] = {0}, square[RUN] = {0};
-        for (size_t j = 0; j < n; j++)
-            for (size_t i = 0; i < RUN; i++) {
-                const float v = in[j * area + x + i];
-                sum[i] += v;
-                square[i] += v * v;
-            }
-        for (size_t i = 0; i < RUN; i++) out[x + i] = sum[i] / (float)n;
-        for (size_t i = 0; i < RUN; i++) squares[x + i] += square[i];
-    }
-    for (; x < width; x++) {
-        float sum = 0.0f, square = 0.0f;
-        for (size_t j = 0; j < n; j++) {
-            const float v = in[j * area + x];
-            sum += v;
-            square += v * v;
-        }
-        out[x] = sum / (float)n;
-        squares[x] += square;
-    }
+    const size_t area = 3 * (size_t)rect_area(f->patch->rect), at = (size_t)y * (size_t)r->width;
+    r->kernels->average(lens_light(f, 0, c, f->wide.x0, f->wide.y0 + y), area, n, (size_t)r->width,
+                        r->average[c] + at, r->own + at);
 }
 
 /* Averages, and how much their squared errors may be, summed over the channels: the samples'
@@ -180,57 +144,47 @@ static void load(struct residual *r)
 /* Means of the difference, of its square, and the square of its mean. */
 static void find_difference(struct residual *r, int32_t radius)
 {
-    float *difference = r->found;
+    const float *const mean[] = {r->mean[0], r->mean[1], r->mean[2]};
     memset(r->square, 0, r->area * sizeof(float));
     for (int c = 0; c < 3; c++) {
-        for (size_t p = 0; p < r->area; p++) {
-            difference[p] = r->average[c][p] - r->picture[c][p];
-            r->square[p] += difference[p] * difference[p];
-        }
-        smooth(r, radius, difference, r->mean[c]);
+        r->kernels->difference(r->average[c], r->picture[c], r->area, r->found, r->square);
+        smooth(r, radius, r->found, r->mean[c]);
         smooth(r, radius, r->picture[c], r->there[c]);
     }
     smooth(r, radius, r->square, r->square);
-    for (size_t p = 0; p < r->area; p++) {
-        const float a = r->mean[0][p], b = r->mean[1][p], c = r->mean[2][p];
-        r->found[p] = a * a + b * b + c * c;
-    }
+    r->kernels->square(mean, r->area, r->found);
 }
 
-/* The squared error that noise leaves in the mean over `pixels`: by what the differences around
- * say, or by what the lens does. */
-static float noise_of(const struct residual *r, size_t p, float pixels)
+static struct lens_residual_planes planes_of(const struct residual *r)
 {
-    const float seen = r->square[p] - r->found[p];
-    return (seen > r->noise[p] ? seen : r->noise[p]) / pixels;
+    struct lens_residual_planes out = {
+        .found = r->found, .own = r->own, .spread = r->field->spread};
+    for (int c = 0; c < 3; c++) {
+        out.average[c] = r->average[c];
+        out.picture[c] = r->picture[c];
+        out.mean[c] = r->mean[c];
+        out.there[c] = r->there[c];
+    }
+    return out;
 }
 
-/* Adds as much of the difference as is not noise. What is to be taken away, pixels give by what
- * they have: those beside brighter ones must not pay for them. Their mean is more than that, as
- * averages are not below 0. */
+/* Adds as much of the difference as is not noise, for which `square` has room. */
 static void give_back(struct residual *r, int32_t radius)
 {
+    const size_t width = (size_t)r->width;
+    struct lens_residual_planes planes = planes_of(r);
+    float *pixels = r->spare;
     find_difference(r, radius);
-    float *noise = r->square;
     for (int32_t y = 0; y < r->height; y++) {
         const float rows = pixels_around(y, radius, r->height);
-        for (int32_t x = 0; x < r->width; x++) {
-            const size_t p = (size_t)y * (size_t)r->width + (size_t)x;
-            noise[p] = noise_of(r, p, rows * pixels_around(x, radius, r->width));
-        }
+        const size_t at = (size_t)y * width;
+        for (int32_t x = 0; x < r->width; x++)
+            pixels[x] = rows * pixels_around(x, radius, r->width);
+        r->kernels->noise(r->found + at, r->noise + at, pixels, width, r->square + at);
     }
     smooth(r, SMOOTH_PX, r->found, r->found);
-    for (size_t p = 0; p < r->area; p++) {
-        const float rest = r->found[p] - NOISE_FACTOR * noise[p];
-        const float share = rest > 0.0f ? rest / r->found[p] : 0.0f;
-        for (int c = 0; c < 3; c++) {
-            const float old = r->picture[c][p], around = r->mean[c][p] + r->there[c][p];
-            const float more = share * r->mean[c][p], most = around - old;
-            const bool within = more > 0.0f ? most > more : most < more;
-            const bool apart = more > 0.0f ? most > 0.0f : most < 0.0f;
-            r->picture[c][p] = within ? old + more : apart ? around : old;
-        }
-    }
+    planes.noise = r->square;
+    r->kernels->give(&planes, NOISE_FACTOR, r->area);
 }
 
 /* What shines on curved metal, or lies behind glass, moves over the lens otherwise than the surface
@@ -238,22 +192,10 @@ static void give_back(struct residual *r, int32_t radius)
  * agree, with each other and not with the layers, they are right. */
 static void give_pixels(struct residual *r)
 {
-    const struct lens_field *f = r->field;
-    const float n = (float)(f->l * f->l);
-    if (f->l < OWN_STRATA) return;
-    for (size_t p = 0; p < r->area; p++) {
-        float found = 0.0f, mean = 0.0f, difference[3];
-        for (int c = 0; c < 3; c++) {
-            difference[c] = r->average[c][p] - r->picture[c][p];
-            found += difference[c] * difference[c];
-            mean += r->average[c][p] * r->average[c][p];
-        }
-        const float variance = r->own[p] / n - mean, own = variance > 0.0f ? variance : 0.0f;
-        const float noise = OWN_FACTOR * own / (n - 1.0f) + r->noise[p];
-        const bool apart = found > noise && f->spread[p] < OWN_SLOPE;
-        const float share = apart ? 1.0f - noise / found : 0.0f;
-        for (int c = 0; c < 3; c++) r->picture[c][p] += share * difference[c];
-    }
+    struct lens_residual_planes planes = planes_of(r);
+    const float n = (float)(r->field->l * r->field->l);
+    planes.noise = r->noise;
+    if (r->field->l >= OWN_STRATA) r->kernels->give_own(&planes, OWN_FACTOR, OWN_SLOPE, n, r->area);
 }
 
 static void store(const struct residual *r, struct rect inner, float *const out[3])

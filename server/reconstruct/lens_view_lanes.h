@@ -66,15 +66,31 @@ static uint32_t kernel_focus(const struct lens_focus *focus, uint32_t count, uin
     return n;
 }
 
-/* Of quarters of the lens through which nobody looked at the layer the others tell. */
+/* What is left of the lens, by quarters. */
+static inline lanes_vector lens_left(const float share[LENS_GROUPS],
+                                     const lanes_vector through[LENS_GROUPS])
+{
+    lanes_vector all = through[0] * share[0];
+    for (size_t g = 1; g < LENS_GROUPS; g++) all += through[g] * share[g];
+    return all;
+}
+
+/* Of quarters of the lens through which nobody looked at the layer the others tell. Cells on the
+ * lines between quarters are all one quarter's: what the layer takes of the lens is what its cells
+ * say, and what it leaves, quarter by quarter, is made to be the rest of it. */
 static inline void lens_composite_vector(const struct lens_composite *c, size_t i,
                                          float seen[LENS_VIEWS][LENS_LANES])
 {
-    lanes_vector total[LENS_SUMS] = {{0}};
-    for (size_t g = 0; g < LENS_GROUPS; g++)
+    lanes_vector total[LENS_SUMS] = {{0}}, before[LENS_GROUPS], after[LENS_GROUPS];
+    for (size_t g = 0; g < LENS_GROUPS; g++) {
+        before[g] = after[g] = lanes_load_vector(seen[LENS_VIEW_THROUGH + g] + i);
         for (size_t k = 0; k < LENS_SUMS; k++)
             total[k] += lanes_load_vector(c->sums + (g * LENS_SUMS + k) * LENS_LANES + i);
+    }
     const lanes_mask any = total[LENS_SUM_SHARE] > 0.0f; /* then there is weight, too */
+    const lanes_vector left = lens_left(c->lens, before), cells = lens_left(c->share, before);
+    const lanes_vector scale = lanes_where(cells > 0.0f, left / cells);
+    lanes_vector taken = {0};
     for (size_t g = 0; g < LENS_GROUPS; g++) {
         const float *sums = c->sums + g * LENS_SUMS * LENS_LANES + i;
         const lanes_mask own = lanes_load_vector(sums + LENS_SUM_WEIGHT * LENS_LANES) > 0.0f;
@@ -83,8 +99,7 @@ static inline void lens_composite_vector(const struct lens_composite *c, size_t 
             sum[k] = lanes_select(own, lanes_load_vector(sums + k * LENS_LANES), total[k]);
         const lanes_vector weight = sum[LENS_SUM_WEIGHT], share = sum[LENS_SUM_SHARE];
         const lanes_mask met = any & (share > 0.0f);
-        const lanes_vector through = lanes_load_vector(seen[LENS_VIEW_THROUGH + g] + i);
-        const lanes_vector by = through * c->share[g] / weight;
+        const lanes_vector by = scale * before[g] * c->share[g] / weight;
         for (size_t k = 0; k < LENS_LIGHTS; k++) {
             float *light = seen[LENS_VIEW_LIGHT + k] + i;
             lens_replace(met, light, lanes_load_vector(light) + sum[LENS_SUM_LIGHT + k] * by);
@@ -92,9 +107,15 @@ static inline void lens_composite_vector(const struct lens_composite *c, size_t 
         float *shares = seen[LENS_VIEW_SHARE] + i, *spread = seen[LENS_VIEW_SPREAD] + i;
         lens_replace(met, shares, lanes_load_vector(shares) + share * by);
         lens_replace(met, spread, lanes_load_vector(spread) + share * by * c->slope);
-        lens_replace(met, seen[LENS_VIEW_THROUGH + g] + i,
-                     lanes_where(share < weight, through * (1.0f - share / weight)));
+        taken += lanes_where(met, share * by);
+        after[g] = lanes_select(
+            met, lanes_where(share < weight, before[g] * (1.0f - share / weight)), before[g]);
     }
+    const lanes_vector rest = lens_left(c->lens, after);
+    const lanes_vector should = lanes_where(taken < left, left - taken);
+    const lanes_vector by = lanes_where(rest > 0.0f, should / rest);
+    for (size_t g = 0; g < LENS_GROUPS; g++)
+        lens_replace(any, seen[LENS_VIEW_THROUGH + g] + i, after[g] * by);
 }
 
 static void kernel_composite(const struct lens_composite *composite,

@@ -5,8 +5,8 @@
 #include "server/reconstruct/lens_cells.h"
 #include "server/reconstruct/lens_residual.h"
 
-#define PLACE_PX                                                                                   \
-    2 /* samples lie anywhere in their pixels, and are looked for by corners of those */
+/* Samples lie anywhere in their pixels, are looked for by corners of those, and share light. */
+#define PLACE_PX 3
 #define ROUNDING 0.999f /* of slopes between layers */
 
 static void add_layer(struct lens_wanted *w, uint32_t layer, uint32_t l)
@@ -17,7 +17,7 @@ static void add_layer(struct lens_wanted *w, uint32_t layer, uint32_t l)
     const float least = focus ? 0.0f : ROUNDING * fminf(fabsf(low), fabsf(high));
     const float most = fminf(fmaxf(fabsf(low), fabsf(high)), LENS_SLOPE_MOST);
     const int32_t around = focus ? LENS_FOCUS_REACH_PX : lens_cells_around_px(layer, l);
-    const int32_t reach = around + (int32_t)ceilf(most) + 1; /* of pixels */
+    const int32_t reach = around + PLACE_PX + (int32_t)ceilf(most); /* of pixels */
     w->around[layer] = (float)(around + PLACE_PX);
     for (int32_t d = 0; d <= reach && d <= LENS_WANTED_PX; d++)
         w->least[d] = fminf(w->least[d], least);

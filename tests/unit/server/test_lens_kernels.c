@@ -171,8 +171,10 @@ static void compare_focus(const struct lens_kernels *tested, uint32_t seed)
 static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
 {
     float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES], views[2][LENS_VIEWS][LENS_LANES];
-    const struct lens_composite composite = {
-        .sums = sums, .share = {0.2f, 0.3f, 0.4f, 0.1f}, .slope = 3.5f};
+    const struct lens_composite composite = {.sums = sums,
+                                             .lens = {0.25f, 0.25f, 0.2f, 0.3f},
+                                             .share = {0.2f, 0.3f, 0.4f, 0.1f},
+                                             .slope = 3.5f};
     for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
         sums[i] = between(&seed, 0.0f, 1.0f) * (float)(seed >> 30 & 1u);
     fill(&seed, 0.0f, 1.0f, LENS_VIEWS * LENS_LANES, views[0][0]);
