@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "proto/lens_lobe.h"
+
 #define ALL 15
 
 /* Less than this of the pixels around is nobody's surface. */
@@ -32,7 +34,8 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
         out[x].point = (lens_quad){px[x], py[x], pz[x], 0.0f};
         if (!l->lobes) continue;
         const float *const *gloss = (const float *const *)l->lighting->glossy;
-        l->lobes[out + x - l->pixels] = (lens_quad){gloss[0][i], gloss[1][i], gloss[2][i], 0.0f};
+        const float alpha = patch_is_glossy(p, i) ? p->glossy_alpha[i] : 0.0f;
+        l->lobes[out + x - l->pixels] = (lens_quad){gloss[0][i], gloss[1][i], gloss[2][i], alpha};
     }
 }
 
@@ -40,6 +43,7 @@ static void clear_edges(struct lens_lenders *l)
 {
     const size_t rows = (size_t)rect_height(l->rect) + LENS_LENDERS_BESIDE, all = l->width;
     const size_t bytes = sizeof *l->pixels;
+    if (l->lobes) memset(l->lobes, 0, rows * all * sizeof *l->lobes);
     memset(l->pixels, 0, all * bytes);
     for (size_t y = 1; y < rows - 2; y++) {
         memset(l->pixels + y * all, 0, bytes);
@@ -125,8 +129,14 @@ static float match(const struct lens_lenders *l, const struct surface *sample,
     return fminf(surface_match(&l->view, sample, &surface), near_plane(l, sample, &surface));
 }
 
-static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
-                      struct likeness like, float light[3], float gloss[3])
+/* Four pixels around a sample, the upper left one first: how much of each it takes, as far as they
+ * are on its surface. */
+struct weights {
+    float of[4], sum;
+};
+
+static struct weights weigh(const struct lens_lenders *l, const struct lens_light_row *s,
+                            uint32_t i, struct likeness like)
 {
     const struct surface sample = {
         .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
@@ -134,23 +144,51 @@ static bool lend_some(const struct lens_lenders *l, const struct lens_light_row 
         .distance = s->distance[i],
     };
     const float across = s->across[i], down = s->down[i];
-    lens_quad sum = {0}, lobes = {0};
-    float weights = 0.0f;
+    struct weights w = {.sum = 0.0f};
     for (int32_t k = 0; k < 4; k++) {
         const int32_t x = s->column[i] + (k & 1), y = s->row[i] + (k >> 1);
-        const struct lens_lender *pixel = l->pixels + (size_t)y * l->width + (size_t)x;
         if (like.other >> k & 1) continue;
-        const float matches = like.same >> k & 1 ? 1.0f : match(l, &sample, pixel);
+        const float matches = like.same >> k & 1
+                                  ? 1.0f
+                                  : match(l, &sample, l->pixels + (size_t)y * l->width + (size_t)x);
         const float weight =
             (k & 1 ? across : 1.0f - across) * (k >> 1 ? down : 1.0f - down) * matches;
-        if (!(weight > 0.0f)) continue;
-        sum += weight * pixel->light;
-        if (l->lobes) lobes += weight * l->lobes[pixel - l->pixels];
-        weights += weight;
+        w.of[k] = weight > 0.0f ? weight : 0.0f;
+        w.sum += w.of[k];
     }
-    if (!(weights > WEIGHT_MIN)) return false;
-    for (int c = 0; c < 3; c++) light[c] = sum[c] / weights;
-    for (int c = 0; l->lobes && c < 3; c++) gloss[c] = lobes[c] / weights;
+    return w;
+}
+
+/* What lobes see is lent by pixels whose lobes are like that of the nearest that has one: others
+ * look elsewhere, and what has no lobe sees all around. Where none has one, that has to do. */
+static void lend_lobes(const lens_quad *a, const lens_quad *b, const struct weights *w,
+                       float gloss[3])
+{
+    const lens_quad *const of[4] = {a, a + 1, b, b + 1};
+    float most = 0.0f, own = 0.0f, weights = 0.0f;
+    for (int k = 0; k < 4; k++)
+        if ((*of[k])[3] > 0.0f && w->of[k] > most) most = w->of[k], own = (*of[k])[3];
+    lens_quad sum = {0};
+    for (int k = 0; k < 4; k++) {
+        const float alpha = (*of[k])[3];
+        if (own > 0.0f && !lens_lobes_alike(alpha, own)) continue;
+        sum += w->of[k] * *of[k];
+        weights += w->of[k];
+    }
+    for (int c = 0; c < 3; c++) gloss[c] = sum[c] / weights;
+}
+
+static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
+                      struct likeness like, float light[3], float gloss[3])
+{
+    const struct weights w = weigh(l, s, i, like);
+    const size_t at = (size_t)s->row[i] * l->width + (size_t)s->column[i];
+    const struct lens_lender *const a = l->pixels + at, *const b = a + l->width;
+    if (!(w.sum > WEIGHT_MIN)) return false;
+    const lens_quad sum =
+        w.of[0] * a[0].light + w.of[1] * a[1].light + w.of[2] * b[0].light + w.of[3] * b[1].light;
+    for (int c = 0; c < 3; c++) light[c] = sum[c] / w.sum;
+    if (l->lobes) lend_lobes(l->lobes + at, l->lobes + at + l->width, &w, gloss);
     return true;
 }
 
@@ -168,9 +206,8 @@ bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, u
                           down * (left * b[0].light + right * b[1].light);
     for (int c = 0; c < 3; c++) light[c] = all[c];
     if (!l->lobes) return true;
-    const lens_quad *g = l->lobes + (a - l->pixels), *h = g + l->width;
-    const lens_quad seen =
-        (1.0f - down) * (left * g[0] + right * g[1]) + down * (left * h[0] + right * h[1]);
-    for (int c = 0; c < 3; c++) gloss[c] = seen[c];
+    const struct weights w = {
+        {(1.0f - down) * left, (1.0f - down) * right, down * left, down * right}, 1.0f};
+    lend_lobes(l->lobes + (a - l->pixels), l->lobes + (b - l->pixels), &w, gloss);
     return true;
 }

@@ -24,7 +24,8 @@ struct lens_lenders {
     struct rect rect;
     size_t width; /* of all */
     struct lens_lender *pixels;
-    lens_quad *lobes; /* of each what glossy lobes see; NULL: fields light none */
+    lens_quad *lobes; /* of each what its glossy lobe sees, and alpha, 0: it has none and this is
+                       * what it sees all around; NULL: fields light no lobes */
 };
 
 /* ERR_MEMORY; `pixels` is to be given back to the patch's scratch memory. */

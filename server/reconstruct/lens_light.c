@@ -113,13 +113,15 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
     const struct lens_light_row *r = &f->row.samples;
     const struct rect b = f->block;
     const uint32_t *albedo = f->patch->lens_albedo + sample_at(f, sample);
+    const uint32_t *lobe = f->patch->lens_lobe ? f->patch->lens_lobe + sample_at(f, sample) : NULL;
     const bool inside = f->row.y >= b.y0 && f->row.y < b.y1;
     const bool near = f->row.y >= f->wanted.near.y0 && f->row.y < f->wanted.near.y1;
     for (uint32_t i = begin; i < end; i++) {
         const int32_t pixel = f->row.x + (int32_t)i;
         float light[3], gloss[3] = {0};
         for (int c = 0; c < 3; c++) f->gloss[c][i] = 0.0f;
-        if (!takes_light(albedo[i]) || !is_read(f, i, near)) continue;
+        const bool takes = takes_light(albedo[i]) || (lobe && takes_light(lobe[i]));
+        if (!takes || !is_read(f, i, near)) continue;
         const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
         const bool lit = known && lens_lend(&f->lenders, r, i, light, gloss);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];

@@ -136,6 +136,39 @@ for sky in soft sun; do for surface in lambert glossy; do
     if [ $sky-$surface = sun-glossy ]; then steps=36 percent=1; else steps="9 36" percent=0.5; fi
     for spp in $steps; do check "... $spp samples: the light is that of paths within $percent %" lit_like_paths $name-paths $name-n$spp $percent; done
 done; done
+
+# Where lobes end: a floor of stripes two pixels wide, half metal beside metal, which has no diffuse light to
+# look up but a lobe, and metal beside black, which has no lobe. What lobes see comes from lobes.
+node --input-type=module -e '
+import { writeFileSync } from "node:fs";
+import { glbOf } from "./tests/bench/scenes/glb.mjs";
+const stripes = (first) => {
+  const positions = [], normals = [], indices = [], wide = 0.08;
+  for (let x = -2, k = 0; x < 2 - 1e-6; x += wide, k++) {
+    if (k % 2 !== first) continue;
+    const n = positions.length / 3;
+    positions.push(x, 0, -2, x + wide, 0, -2, x + wide, 0, 2, x, 0, 2);
+    for (let i = 0; i < 4; i++) normals.push(0, 1, 0);
+    indices.push(n, n + 2, n + 1, n, n + 3, n + 2);
+  }
+  return { positions, normals, indices };
+};
+const wall = { positions: [-2, 0, -2, 2, 0, -2, 2, 2, -2, -2, 2, -2], normals: [0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1], indices: [0, 1, 2, 0, 2, 3] };
+const metal = (color, metallic) => ({ color: [color, color, color], metallic, roughness: 0.5, specular: 1 });
+for (const [path, a, b] of [[process.argv[1], metal(0.6, 0.5), metal(0.6, 1)], [process.argv[2], metal(0.95, 0.9), { color: [0.02, 0.02, 0.02] }]])
+  writeFileSync(path, glbOf([{ name: "a", color: a.color, mesh: stripes(0), material: a }, { name: "b", color: b.color, mesh: stripes(1), material: b },
+    { name: "wall", color: [0.7, 0.3, 0.2], mesh: wall }]));' "$tmp/metals.glb" "$tmp/black.glb"
+for floor in metals black; do
+    jq --arg scene "$tmp/$floor.glb" '.scene = {file: $scene, camera: {eye: [0, 2.5, 3], target: [0, 0, 0], yfov_deg: 40}}
+        | .environment = {radiance: [1, 1, 1]} | .lights = [] | .effects.indirect_bounces = 2
+        | .lens = {aperture_radius: 0.03, focus_distance: 3.9}' "$tmp/all.json" >"$tmp/$floor.json"
+    jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$floor.json" >"$tmp/$floor-none.json"
+    check "stripes of $floor: paths" render $floor-none $floor-paths --spp 400
+    for spp in 16 64; do
+        check "... $spp samples that fields light" render $floor $floor-$spp --spp $spp
+        check "... the light is that of paths within 0.3 %" lit_like_paths $floor-paths $floor-$spp 0.3
+    done
+done
 check "no sample that fields light looks for a soft sky" counts soft-lambert-n9 '.rays.shadow < .lens.samples_lit / 50'
 check "... but for a sun" counts sun-lambert-n9 '.rays.shadow > .lens.samples_lit / 25'
 check "one worker" render sun-glossy a --workers 1 --worker-threads 1 --tile 32

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/half.h"
+#include "proto/lens_lobe.h"
 #include "proto/samples.h"
 #include "worker/trace/glossy.h"
 #include "worker/trace/lens_surface.h"
@@ -19,11 +20,9 @@
 /* Bounce rays leave surfaces that reflect this much of some colour (worker/tile.c), by a margin. */
 #define ALBEDO_LEAST (1.0f / 65535.0f)
 
-/* Lobes whose alphas are within so much of each other are alike; the lens may be seen in so much of
- * the spread of what a lobe reflects. */
-#define ALPHA_RATIO 1.25f
-#define LOBE_SHARE  0.5f
-#define REFLECTED   1.330380f /* 2 / sqrt(2.26) */
+/* The lens may be seen in so much of the spread of what a lobe reflects. */
+#define LOBE_SHARE 0.5f
+#define REFLECTED  1.330380f /* 2 / sqrt(2.26) */
 
 struct lens_centre {
     float point[3], normal[3];
@@ -167,8 +166,7 @@ static bool is_same_lobe(const struct plan *plan, float ahead, float alpha,
                          const struct lens_centre *centre)
 {
     const float lens = plan->camera.aperture_radius;
-    return alpha <= ALPHA_RATIO * centre->alpha && centre->alpha <= ALPHA_RATIO * alpha &&
-           lens <= LOBE_SHARE * REFLECTED * alpha * ahead;
+    return lens_lobes_alike(alpha, centre->alpha) && lens <= LOBE_SHARE * REFLECTED * alpha * ahead;
 }
 
 void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,

@@ -1,0 +1,14 @@
+#pragma once
+/* Which glossy lobes may share what they see: of a lens sample and the centre of the pixel that it
+ * lies in (worker/trace/lens_centres.h), and of the pixels around it
+ * (server/reconstruct/lens_lend.h). */
+#include <stdbool.h>
+
+/* Alphas of GGX within so much of each other. */
+#define LENS_LOBE_ALPHA_RATIO 1.25f
+
+/* Alphas of two lobes, 0: there is none, which is like no other. */
+static inline bool lens_lobes_alike(float a, float b)
+{
+    return a > 0.0f && a <= LENS_LOBE_ALPHA_RATIO * b && b <= LENS_LOBE_ALPHA_RATIO * a;
+}
