@@ -97,14 +97,15 @@ static enum property_result alike(const struct property_case *c, const struct pr
     return result;
 }
 
-/* Tiles and blocks of any size: the same bytes. */
+/* Tiles and blocks of any size, and results in any order: the same bytes. Under a target tiles are
+ * what gets more samples, so that these stay. */
 enum property_result property_cut(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
 {
-    const struct change none = {0};
+    const struct change change = {.backwards = true};
     struct property_case other = *c;
-    other.tile = c->tile == 16 ? 64 : 16;
+    if (c->error == 0) other.tile = c->tile == 16 ? 64 : 16;
     other.block = c->block == 32 ? 256 : 32;
-    return alike(c, &other, &none, 1, 0, 0, says);
+    return alike(c, &other, &change, 1, 0, 0, says);
 }
 
 /* 10^-4 to 10^4. Other factors than powers of two round coordinates, and of surfaces that lie in
@@ -148,11 +149,18 @@ static bool has_emitter(const struct property_case *c)
     return false;
 }
 
+/* Whether samples are dealt by numbers that rounding moves: then others are taken. */
+static bool deals(const struct property_case *c)
+{
+    return c->error > 0 || c->lens_more > 0 || c->indirect == CASE_ADAPTIVE;
+}
+
 enum property_result property_brighter(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES])
 {
     static const double gains[] = {1e-4, 1e-2, 3, 100, 1e4, 1e6},
                         twos[] = {0x1p-13, 0x1p-7, 2, 128, 0x1p13, 0x1p20};
-    const struct change change = {.gain = (has_emitter(c) ? twos : gains)[c->seed % 6]};
+    const bool exact = has_emitter(c) || deals(c);
+    const struct change change = {.gain = (exact ? twos : gains)[c->seed % 6]};
     return alike(c, c, &change, change.gain, SPARED, BRIGHTER_MOST, says);
 }

@@ -17,7 +17,7 @@ const struct property properties[] = {
     {"turned", property_turned},         {"lights_add", property_lights_add},
     {"filtered", property_filtered},     {"open", property_open},
     {"unoccluded", property_unoccluded}, {"glow", property_glow},
-    {"furnace", property_furnace},
+    {"furnace", property_furnace},       {"dealt", property_dealt},
 };
 const int property_count = sizeof properties / sizeof properties[0];
 

@@ -115,3 +115,40 @@ enum property_result property_lights_add(const struct property_case *c,
     changes[c->light_count + 1] = (struct change){.lights = all, .no_environment = true};
     return means_agree(c, changes, c->light_count + 2, says);
 }
+
+/* What was dealt is within what the job allows. */
+static bool within(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
+{
+    const struct picture_facts *f = picture_facts();
+    const uint64_t pixels = (uint64_t)c->width * (uint64_t)c->height,
+                   most = (uint64_t)(c->most > c->spp ? c->most : c->spp),
+                   rays = f->first_rays + f->second_rays;
+    snprintf(says, PROPERTY_SAYS_BYTES,
+             "of %llu pixels %llu paths, %llu bounces, %llu rays, %llu paths through the lens",
+             (unsigned long long)pixels, (unsigned long long)f->paths,
+             (unsigned long long)f->bounces, (unsigned long long)rays,
+             (unsigned long long)f->lens_paths);
+    if (c->most > 0 && (f->paths > pixels * most || f->bounces > pixels * most)) return false;
+    return rays <= pixels * f->side_maps * f->most_rays &&
+           f->lens_paths <= pixels * (uint64_t)c->lens_more;
+}
+
+/* Samples of further rounds go where they are needed; they neither make nor take light. */
+enum property_result property_dealt(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
+{
+    const struct change none = {0};
+    if (c->error == 0 && c->lens_more == 0 && c->indirect != CASE_ADAPTIVE) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "has one round");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    struct image *image = property_picture(c, &none, says);
+    if (!image) return PROPERTY_DOES_NOT_APPLY;
+    image_destroy(&image);
+    const struct picture_facts *f = picture_facts();
+    if (!within(c, says)) return PROPERTY_FAILS;
+    if (f->rounds < 2 && f->second_rays == 0 && f->lens_paths == 0) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "nothing is dealt");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    return means_agree(c, &(struct change){.one_round = true}, 1, says);
+}
