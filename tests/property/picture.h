@@ -15,7 +15,8 @@ struct change {
     unsigned lights; /* bits of lights that are left out */
     bool no_environment, no_emitters;
     bool unfiltered; /* the same samples, averaged */
-    bool one_round;  /* no second sets and no target: what the schedule has; adaptive averages */
+    bool one_round;  /* what the schedule has, of no filter: no second sets, paths alone in place of
+                        a target, averages in place of adaptive sampling */
     bool backwards;  /* results come last tile first */
     unsigned seed;   /* in place of the case's; 0: the case's */
     int spp;         /* the same */

@@ -133,12 +133,15 @@ static bool within(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]
            f->lens_paths <= pixels * (uint64_t)c->lens_more;
 }
 
-/* Samples of further rounds go where they are needed; they neither make nor take light. */
+/* Samples of further rounds go where they are needed; they neither make nor take light. Light
+ * fields beside the paths of a target know pixels' centres alone, and of small pictures little
+ * besides. */
 enum property_result property_dealt(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
 {
     const struct change none = {0};
-    if (c->error == 0 && c->lens_more == 0 && c->indirect != CASE_ADAPTIVE) {
-        snprintf(says, PROPERTY_SAYS_BYTES, "has one round");
+    const bool small = c->width < LEAST_PX || c->height < LEAST_PX;
+    if (c->error == 0 ? c->lens_more == 0 && c->indirect != CASE_ADAPTIVE : small) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "has one round, or few pixels");
         return PROPERTY_DOES_NOT_APPLY;
     }
     struct image *image = property_picture(c, &none, says);

@@ -98,6 +98,13 @@ static json_t *scene_of(const struct property_case *c, const struct change *chan
                      "up", vector(up, 1), "yfov_deg", c->yfov_deg);
 }
 
+/* Under a target paths make the picture, but for what light fields bring beside them. */
+static const char *method_name(const struct property_case *c, const struct change *change)
+{
+    if (change->one_round && c->error > 0) return "none";
+    return change->unfiltered ? "average" : case_methods[c->method];
+}
+
 static const char *filter_name(const struct change *change, const char *const *names, int number)
 {
     return change->unfiltered ? "average" : names[number];
@@ -126,15 +133,14 @@ static const char *indirect_name(const struct property_case *c, const struct cha
 
 char *stage_job(const struct property_case *c, const struct change *change)
 {
-    json_t *job =
-        json_pack("{s:o, s:{s:i, s:i}, s:o, s:o, s:{s:i, s:i, s:i}, s:{s:s, s:s, s:s, s:s}, s:o}",
-                  "scene", scene_of(c, change), "image", "width", c->width, "height", c->height,
-                  "lights", lights_of(c, change), "effects", effects_of(c, change), "sampling",
-                  "spp", change->spp ? change->spp : c->spp, "seed",
-                  (int)(change->seed ? change->seed : c->seed), "tile_px", c->tile, "filter",
-                  "method", filter_name(change, case_methods, c->method), "indirect",
-                  indirect_name(c, change), "glossy", filter_name(change, case_glossies, c->glossy),
-                  "lens", filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c));
+    json_t *job = json_pack(
+        "{s:o, s:{s:i, s:i}, s:o, s:o, s:{s:i, s:i, s:i}, s:{s:s, s:s, s:s, s:s}, s:o}", "scene",
+        scene_of(c, change), "image", "width", c->width, "height", c->height, "lights",
+        lights_of(c, change), "effects", effects_of(c, change), "sampling", "spp",
+        change->spp ? change->spp : c->spp, "seed", (int)(change->seed ? change->seed : c->seed),
+        "tile_px", c->tile, "filter", "method", method_name(c, change), "indirect",
+        indirect_name(c, change), "glossy", filter_name(change, case_glossies, c->glossy), "lens",
+        filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c));
     set_rounds(c, change, job);
     if (c->focus > 0)
         json_object_set_new(job, "lens",
