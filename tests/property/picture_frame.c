@@ -17,7 +17,7 @@ struct session {
     bool completed;
 };
 
-static void die(const char *what, int error)
+static _Noreturn void die(const char *what, int error)
 {
     fprintf(stderr, "picture: %s (%d)\n", what, error);
     abort();
@@ -175,8 +175,9 @@ void picture_frame_render(const struct plan *plan, const struct scene *scene,
     int error = render_scene_create(scene, 1, &s.scene, &fault);
     if (error) die(fault.detail, error);
     if (tile_tracer_create(&s.tracer)) die("no memory for a tracer", ERR_MEMORY);
-    if (uv_loop_init(&loop) || team_create(&loop, "property", TEAM_THREADS, &team))
-        die("no team", ERR_MEMORY);
+    if (uv_loop_init(&loop)) die("no loop", ERR_MEMORY);
+    error = team_create(&loop, "property", TEAM_THREADS, &team);
+    if (error) die("no team", error);
     create(&s, team, options);
     work(&s, &loop, options->backwards);
     *image = copy_of(frame_image(s.frame), options->layers);
