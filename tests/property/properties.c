@@ -19,6 +19,8 @@
 #define MOVED_MOST 0.1
 #define MOVED_GRID 0.125
 enum { MOVED_LEAST_PX = 16 };
+/* Where numbers that are not finite are cut off, they are as large as what they are cut to. */
+#define FINITE_MOST 1e25f
 
 struct image *property_picture(const struct property_case *c, const struct change *change,
                                char says[PROPERTY_SAYS_BYTES])
@@ -65,7 +67,9 @@ enum property_result property_finite(const struct property_case *c, char says[PR
             for (int32_t x = 0; x < image->width_px; x++) {
                 const float v = *plane_at(&image->channels[k].plane, x, y);
                 /* What no ray meets is infinitely far. */
-                if (isfinite(v) || (!strcmp(image->channels[k].name, "depth.Z") && v > 0)) continue;
+                if (fabsf(v) < FINITE_MOST ||
+                    (!strcmp(image->channels[k].name, "depth.Z") && v > 0))
+                    continue;
                 snprintf(says, PROPERTY_SAYS_BYTES, "%s of pixel %d, %d is %g",
                          image->channels[k].name, x, y, (double)v);
                 result = PROPERTY_FAILS;
