@@ -8,7 +8,7 @@
 
 const char *const case_methods[] = {"auto", "sheared", "axis_aligned", "average", "none", NULL};
 const char *const case_indirects[] = {"auto",  "average", "constant", "linear",
-                                      "blend", "sheared", NULL};
+                                      "blend", "sheared", "adaptive", NULL};
 const char *const case_glossies[] = {"auto", "average", "virtual_hit", "bandlimit", NULL};
 const char *const case_lenses[] = {"auto", "average", "axis_aligned", "sheared", NULL};
 
@@ -77,7 +77,7 @@ static void draw_filters(struct random *r, struct property_case *c)
     static const int counts[] = {1, 4, 4, 9, 9, 16, 25};
     c->spp = counts[below(r, 7)];
     c->method = below(r, names(case_methods));
-    c->indirect = below(r, names(case_indirects));
+    c->indirect = below(r, CASE_ADAPTIVE); /* which draw_rounds deals */
     c->glossy = below(r, names(case_glossies));
     c->lens_filter = below(r, names(case_lenses));
     c->bounces = one_in(r, 3) ? 0 : one_in(r, 4) ? 8 : 1 + below(r, 3);
@@ -116,6 +116,30 @@ static void draw_coincident(struct random *r, struct property_case *c)
     if (one_in(r, 2)) b->centre[below(r, 3)] += CASE_GRID;
 }
 
+/* Sampling that goes on after what the schedule has, of two cases in five. */
+static void draw_rounds(struct random *r, struct property_case *c)
+{
+    static const int most[] = {32, 64, 144};
+    static const double mus[] = {0.5, 1, 1, 2};
+    const int kind = below(r, 5);
+    if (kind > 1) return;
+    c->most = most[below(r, 3)];
+    if (c->focus > 0 && !one_in(r, 4)) {
+        c->lens_more = one_in(r, 3) ? 36 : 1 + below(r, 12);
+        c->most = 0;
+        /* No other filter mixes second sets in. */
+        if (!one_in(r, 8)) c->lens_filter = CASE_LENS_SHEARED;
+        if (c->spp < 4) c->spp = 4;
+    } else if (kind == 0) {
+        c->indirect = CASE_ADAPTIVE;
+        c->mu = mus[below(r, 4)];
+        if (c->bounces == 0 && c->occlusion == 0) c->bounces = 1 + below(r, 3);
+    } else {
+        c->error = between(r, 0.01, 0.2);
+        if (c->spp < 4) c->spp = 4;
+    }
+}
+
 void case_draw(uint64_t seed, struct property_case *out)
 {
     /* Streams of seeds that follow one another must not be one stream, shifted. */
@@ -145,4 +169,5 @@ void case_draw(uint64_t seed, struct property_case *out)
     for (int i = 0; i < out->light_count; i++) draw_light(&r, &out->lights[i]);
     if (one_in(&r, 4))
         for (int i = 0; i < 3; i++) out->environment[i] = between(&r, 0, 1);
+    draw_rounds(&r, out);
 }

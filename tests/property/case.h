@@ -65,6 +65,10 @@ struct case_light {
 struct property_case {
     int width, height, tile, block; /* pixels; block a multiple of 32 */
     int spp, bounces, method, indirect, glossy, lens_filter;
+    double mu;     /* of adaptive sampling, among others; 0: 1 */
+    double error;  /* the target that sampling goes on to; 0: none */
+    int most;      /* samples of a pixel, under a target and adaptive sampling; 0: not said */
+    int lens_more; /* paths a pixel of second sets through the lens; 0: none */
     unsigned seed;
     double eye[3], target[3], yfov_deg;
     double aperture, focus; /* no lens: focus 0 */
@@ -76,6 +80,9 @@ struct property_case {
     struct case_body bodies[CASE_BODIES];
     struct case_light lights[CASE_LIGHTS];
 };
+
+/* Of case_indirects and case_lenses. */
+enum { CASE_ADAPTIVE = 6, CASE_LENS_SHEARED = 3 };
 
 /* Names of job documents, by the numbers in a case; ended by NULL. */
 extern const char *const case_methods[], *const case_indirects[], *const case_glossies[],

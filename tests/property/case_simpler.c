@@ -55,6 +55,28 @@ static void lens_auto(struct property_case *c)
 {
     c->lens_filter = 0;
 }
+static void no_rounds(struct property_case *c)
+{
+    c->mu = c->error = 0, c->most = c->lens_more = 0;
+    if (c->indirect == CASE_ADAPTIVE) c->indirect = 0;
+}
+static void no_target(struct property_case *c)
+{
+    c->error = 0;
+    if (c->indirect != CASE_ADAPTIVE) c->most = 0;
+}
+static void no_second_lens(struct property_case *c)
+{
+    c->lens_more = 0;
+}
+static void plain_mu(struct property_case *c)
+{
+    c->mu = 0;
+}
+static void fewer_at_most(struct property_case *c)
+{
+    c->most = c->most < 32 ? c->most : 32;
+}
 static void plain_cut(struct property_case *c)
 {
     c->tile = 64, c->block = 64;
@@ -91,9 +113,11 @@ static void plain_view(struct property_case *c)
 }
 
 static change *const changes[] = {
-    no_lens,    no_blades,     no_environment, no_occlusion,  no_bounce,  one_bounce, no_filter,
-    average,    indirect_auto, glossy_auto,    picture_alone, lens_auto,  plain_cut,  one_pixel,
-    half_width, half_height,   one_sample,     four_samples,  first_seed, plain_view};
+    no_rounds,     no_target,  no_second_lens, plain_mu,      fewer_at_most,
+    no_lens,       no_blades,  no_environment, no_occlusion,  no_bounce,
+    one_bounce,    no_filter,  average,        indirect_auto, glossy_auto,
+    picture_alone, lens_auto,  plain_cut,      one_pixel,     half_width,
+    half_height,   one_sample, four_samples,   first_seed,    plain_view};
 enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 7, OF_LIGHT = 5 };
 
 /* Coarser by a factor of eight at a time. */

@@ -1,6 +1,7 @@
 #pragma once
 /* Pictures of cases, made in this process by the product's own code: the job document is read, the
- * frame planned, its tiles traced, landed and reconstructed block by block. */
+ * frame planned, its tiles leased, traced, packed, sent, landed and reconstructed block by block,
+ * and where the plan has rounds further samples are dealt, traced and mixed in. */
 #include "server/image/image.h"
 #include "tests/property/case.h"
 
@@ -14,6 +15,9 @@ struct change {
     unsigned lights; /* bits of lights that are left out */
     bool no_environment, no_emitters;
     bool unfiltered; /* the same samples, averaged */
+    bool one_round;  /* what the schedule has, of no filter: no second sets, paths alone in place of
+                        a target, averages in place of adaptive sampling */
+    bool backwards;  /* results come last tile first */
     unsigned seed;   /* in place of the case's; 0: the case's */
     int spp;         /* the same */
 };
@@ -27,5 +31,14 @@ struct change {
 struct image *picture_render(const struct property_case *c, const struct change *change,
                              char *refused, size_t refused_bytes);
 
-/* What made the last one: enum plan_integrator. */
-int picture_integrator(void);
+/* Of the last one that was rendered. */
+struct picture_facts {
+    int integrator;                   /* enum plan_integrator */
+    bool has_rounds;                  /* plan_has_rounds */
+    uint32_t most_rays, side_maps;    /* of adaptive sampling: a pixel's; plan_side_maps */
+    uint32_t rounds;                  /* of a target, that have ended */
+    uint64_t paths, bounces;          /* the same: samples of all pixels */
+    uint64_t first_rays, second_rays; /* of adaptive sampling, of all pixels */
+    uint64_t lens_paths;              /* of second sets through the lens */
+};
+const struct picture_facts *picture_facts(void);

@@ -19,6 +19,8 @@
 #define MOVED_MOST 0.1
 #define MOVED_GRID 0.125
 enum { MOVED_LEAST_PX = 16 };
+/* Where numbers that are not finite are cut off, they are as large as what they are cut to. */
+#define FINITE_MOST 1e25f
 
 struct image *property_picture(const struct property_case *c, const struct change *change,
                                char says[PROPERTY_SAYS_BYTES])
@@ -65,7 +67,9 @@ enum property_result property_finite(const struct property_case *c, char says[PR
             for (int32_t x = 0; x < image->width_px; x++) {
                 const float v = *plane_at(&image->channels[k].plane, x, y);
                 /* What no ray meets is infinitely far. */
-                if (isfinite(v) || (!strcmp(image->channels[k].name, "depth.Z") && v > 0)) continue;
+                if (fabsf(v) < FINITE_MOST ||
+                    (!strcmp(image->channels[k].name, "depth.Z") && v > 0))
+                    continue;
                 snprintf(says, PROPERTY_SAYS_BYTES, "%s of pixel %d, %d is %g",
                          image->channels[k].name, x, y, (double)v);
                 result = PROPERTY_FAILS;
@@ -97,14 +101,15 @@ static enum property_result alike(const struct property_case *c, const struct pr
     return result;
 }
 
-/* Tiles and blocks of any size: the same bytes. */
+/* Tiles and blocks of any size, and results in any order: the same bytes. Under a target tiles are
+ * what gets more samples, so that these stay. */
 enum property_result property_cut(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
 {
-    const struct change none = {0};
+    const struct change change = {.backwards = true};
     struct property_case other = *c;
-    other.tile = c->tile == 16 ? 64 : 16;
+    if (c->error == 0) other.tile = c->tile == 16 ? 64 : 16;
     other.block = c->block == 32 ? 256 : 32;
-    return alike(c, &other, &none, 1, 0, 0, says);
+    return alike(c, &other, &change, 1, 0, 0, says);
 }
 
 /* 10^-4 to 10^4. Other factors than powers of two round coordinates, and of surfaces that lie in
@@ -148,11 +153,18 @@ static bool has_emitter(const struct property_case *c)
     return false;
 }
 
+/* Whether samples are dealt by numbers that rounding moves: then others are taken. */
+static bool deals(const struct property_case *c)
+{
+    return c->error > 0 || c->lens_more > 0 || c->indirect == CASE_ADAPTIVE;
+}
+
 enum property_result property_brighter(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES])
 {
     static const double gains[] = {1e-4, 1e-2, 3, 100, 1e4, 1e6},
                         twos[] = {0x1p-13, 0x1p-7, 2, 128, 0x1p13, 0x1p20};
-    const struct change change = {.gain = (has_emitter(c) ? twos : gains)[c->seed % 6]};
+    const bool exact = has_emitter(c) || deals(c);
+    const struct change change = {.gain = (exact ? twos : gains)[c->seed % 6]};
     return alike(c, c, &change, change.gain, SPARED, BRIGHTER_MOST, says);
 }

@@ -78,6 +78,7 @@ enum property_result property_unoccluded(const struct property_case *c,
     e.eye[1] = fmax(e.eye[1], 1);
     e.aperture = e.focus = 0;
     e.bounces = 0;
+    e.error = 0; /* paths alone know theirs */
     e.light_count = 1;
     e.lights[0] = (struct case_light){.kind = c->seed % 2 ? CASE_RECTANGLE : CASE_GAUSSIAN,
                                       .centre = {0.5, 2, 0.25},

@@ -17,7 +17,7 @@ const struct property properties[] = {
     {"turned", property_turned},         {"lights_add", property_lights_add},
     {"filtered", property_filtered},     {"open", property_open},
     {"unoccluded", property_unoccluded}, {"glow", property_glow},
-    {"furnace", property_furnace},
+    {"furnace", property_furnace},       {"dealt", property_dealt},
 };
 const int property_count = sizeof properties / sizeof properties[0];
 
@@ -110,8 +110,12 @@ static void run_case(const struct options *o, const char *path)
     if (!readable) printf("# %s: line %d is no line of a case\n", path, line);
     for (int i = 0; readable && i < property_count; i++) {
         char says[PROPERTY_SAYS_BYTES];
-        if (!wanted(o, &properties[i]) || check(&properties[i], &c, says) != PROPERTY_FAILS)
-            continue;
+        if (!wanted(o, &properties[i])) continue;
+        const enum property_result result = check(&properties[i], &c, says);
+        /* Whoever looks at one case wants to know what it does not show. */
+        if (result == PROPERTY_DOES_NOT_APPLY && o->file)
+            printf("# %s does not apply: %s\n", properties[i].name, says);
+        if (result != PROPERTY_FAILS) continue;
         holds = false;
         show(&properties[i], &c, says);
     }

@@ -4,7 +4,7 @@
 
 #include "tests/property/property.h"
 
-enum { FEW = 3, MANY = 32, LEAST_PX = 8, AVERAGE = 3, PATHS = 4 /* of case_methods */ };
+enum { FEW = 3, MANY = 32, SOME = 16, LEAST_PX = 8, AVERAGE = 3, PATHS = 4 /* of case_methods */ };
 /* Both must be exceeded: standard errors of the difference, and what it is of the light. Filters
  * are biased by what they find, which is other under other noise. */
 #define ERRORS_MOST 6.0
@@ -83,9 +83,10 @@ enum property_result property_turned(const struct property_case *c, char says[PR
     return means_agree(c, &(struct change){.turns = 1 + (int)(c->seed % 3)}, 1, says);
 }
 
-/* Filters move light about; they neither make nor take it. The same samples without them have the
- * same light. Of pixels at the picture's edge they know one side alone, and small pictures are all
- * edge. */
+/* Filters move light about; they neither make nor take it. Samples without them have the same
+ * light: some of them, since single ones of a light that all but touches what it lights hardly ever
+ * find where it is bright. Of pixels at the picture's edge filters know one side alone, and small
+ * pictures are all edge. */
 enum property_result property_filtered(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES])
 {
@@ -93,7 +94,8 @@ enum property_result property_filtered(const struct property_case *c,
         snprintf(says, PROPERTY_SAYS_BYTES, "nothing to filter");
         return PROPERTY_DOES_NOT_APPLY;
     }
-    return means_agree(c, &(struct change){.unfiltered = true}, 1, says);
+    const struct change plain = {.unfiltered = true, .spp = c->spp < SOME ? SOME : c->spp};
+    return means_agree(c, &plain, 1, says);
 }
 
 enum property_result property_lights_add(const struct property_case *c,
@@ -114,4 +116,44 @@ enum property_result property_lights_add(const struct property_case *c,
     changes[c->light_count] = (struct change){.lights = all, .no_emitters = true};
     changes[c->light_count + 1] = (struct change){.lights = all, .no_environment = true};
     return means_agree(c, changes, c->light_count + 2, says);
+}
+
+/* What was dealt is within what the job allows. */
+static bool within(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
+{
+    const struct picture_facts *f = picture_facts();
+    const uint64_t pixels = (uint64_t)c->width * (uint64_t)c->height,
+                   most = (uint64_t)(c->most > c->spp ? c->most : c->spp),
+                   rays = f->first_rays + f->second_rays;
+    snprintf(says, PROPERTY_SAYS_BYTES,
+             "of %llu pixels %llu paths, %llu bounces, %llu rays, %llu paths through the lens",
+             (unsigned long long)pixels, (unsigned long long)f->paths,
+             (unsigned long long)f->bounces, (unsigned long long)rays,
+             (unsigned long long)f->lens_paths);
+    if (c->most > 0 && (f->paths > pixels * most || f->bounces > pixels * most)) return false;
+    return rays <= pixels * f->side_maps * f->most_rays &&
+           f->lens_paths <= pixels * (uint64_t)c->lens_more;
+}
+
+/* Samples of further rounds go where they are needed; they neither make nor take light. Light
+ * fields beside the paths of a target know pixels' centres alone, and of small pictures little
+ * besides. */
+enum property_result property_dealt(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
+{
+    const struct change none = {0};
+    const bool small = c->width < LEAST_PX || c->height < LEAST_PX;
+    if (c->error == 0 ? c->lens_more == 0 && c->indirect != CASE_ADAPTIVE : small) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "has one round, or few pixels");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    struct image *image = property_picture(c, &none, says);
+    if (!image) return PROPERTY_DOES_NOT_APPLY;
+    image_destroy(&image);
+    const struct picture_facts *f = picture_facts();
+    if (!within(c, says)) return PROPERTY_FAILS;
+    if (f->rounds < 2 && f->second_rays == 0 && f->lens_paths == 0) {
+        snprintf(says, PROPERTY_SAYS_BYTES, "nothing is dealt");
+        return PROPERTY_DOES_NOT_APPLY;
+    }
+    return means_agree(c, &(struct change){.one_round = true}, 1, says);
 }

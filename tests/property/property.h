@@ -30,6 +30,7 @@ enum property_result property_filtered(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES]);
 enum property_result property_lights_add(const struct property_case *c,
                                          char says[PROPERTY_SAYS_BYTES]);
+enum property_result property_dealt(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]);
 /* Of properties_constant.c: scenes of the case's cut, samples and filters, whose picture is known.
  */
 enum property_result property_open(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]);

@@ -98,9 +98,37 @@ static json_t *scene_of(const struct property_case *c, const struct change *chan
                      "up", vector(up, 1), "yfov_deg", c->yfov_deg);
 }
 
+/* Under a target paths make the picture, but for what light fields bring beside them. */
+static const char *method_name(const struct property_case *c, const struct change *change)
+{
+    if (change->one_round && c->error > 0) return "none";
+    return change->unfiltered ? "average" : case_methods[c->method];
+}
+
 static const char *filter_name(const struct change *change, const char *const *names, int number)
 {
     return change->unfiltered ? "average" : names[number];
+}
+
+/* What further samples are dealt by. */
+static void set_rounds(const struct property_case *c, const struct change *change, json_t *job)
+{
+    json_t *sampling = json_object_get(job, "sampling"), *filter = json_object_get(job, "filter");
+    if (c->mu > 0) json_object_set_new(filter, "mu", json_real(c->mu));
+    if (c->indirect == CASE_ADAPTIVE && c->most > 0)
+        json_object_set_new(sampling, "indirect_spp", json_integer(c->most));
+    if (change->one_round) return;
+    if (c->error > 0) json_object_set_new(sampling, "target_error", json_real(c->error));
+    if (c->error > 0 && c->most > 0)
+        json_object_set_new(sampling, "max_spp", json_integer(c->most));
+    if (c->lens_more > 0) json_object_set_new(sampling, "lens_extra", json_integer(c->lens_more));
+}
+
+/* Averages are what tells whether adaptive sampling is right. */
+static const char *indirect_name(const struct property_case *c, const struct change *change)
+{
+    const bool averaged = change->one_round && c->indirect == CASE_ADAPTIVE;
+    return averaged ? "average" : filter_name(change, case_indirects, c->indirect);
 }
 
 char *stage_job(const struct property_case *c, const struct change *change)
@@ -110,10 +138,10 @@ char *stage_job(const struct property_case *c, const struct change *change)
         scene_of(c, change), "image", "width", c->width, "height", c->height, "lights",
         lights_of(c, change), "effects", effects_of(c, change), "sampling", "spp",
         change->spp ? change->spp : c->spp, "seed", (int)(change->seed ? change->seed : c->seed),
-        "tile_px", c->tile, "filter", "method", filter_name(change, case_methods, c->method),
-        "indirect", filter_name(change, case_indirects, c->indirect), "glossy",
-        filter_name(change, case_glossies, c->glossy), "lens",
+        "tile_px", c->tile, "filter", "method", method_name(c, change), "indirect",
+        indirect_name(c, change), "glossy", filter_name(change, case_glossies, c->glossy), "lens",
         filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c));
+    set_rounds(c, change, job);
     if (c->focus > 0)
         json_object_set_new(job, "lens",
                             json_pack("{s:f, s:f, s:i}", "aperture_radius",
