@@ -77,6 +77,7 @@
 #define LIMIT_JOBS_WAITING      100000       /* jobs not yet finished */
 #define LIMIT_REQUEST_MS        30000  /* ms that a request without a body may take to arrive */
 #define LIMIT_UPLOAD_MS         600000 /* ms that an upload may take to arrive */
+#define LIMIT_ANSWER_MS         20000  /* ms that the store may take to answer a request */
 #define LIMIT_UPLOAD_PACE                                                                          \
     32768 /* bytes a second that an upload must bring after that of a request */
 

@@ -121,14 +121,22 @@ void job_database_close(struct job_database **out)
     *out = NULL;
 }
 
-/* The connection of before is closed first: what one has open in a process all others share. */
-int job_database_refresh(struct job_database *db)
+/* The connection of before is closed first: what one has open in a process all others share. One
+ * that only reads stays as it is: on a disk that fails there might be none after it. */
+int job_database_refresh(struct job_database *db, bool to_write)
 {
-    if (!db->suspect) return 0;
+    if (db->db && !(db->suspect && to_write)) return 0;
+    int error = job_schema_probe(db->path);
+    if (error) return error;
     close_connection(db);
-    const int error = job_schema_open(db->path, &db->db);
+    error = job_schema_open(db->path, &db->db);
     db->suspect = error != 0;
     return error;
+}
+
+bool job_database_is_open(const struct job_database *db)
+{
+    return db->db != NULL;
 }
 
 static int error_of(struct job_database *db, int code)
