@@ -50,7 +50,7 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
     [QUERY_INSERT] =
         "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
-        " ?10)",
+        " ?10, ?11)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
@@ -273,6 +273,7 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     sqlite3_bind_int(s, 8, row->priority);
     sqlite3_bind_int(s, 9, row->paused);
     bind_text(s, 10, row->owner);
+    bind_text(s, 11, row->trace);
     return finish(db, s);
 }
 

@@ -43,6 +43,7 @@ static const char *const migrations[] = {
     "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';"
     "CREATE INDEX jobs_by_owner ON jobs (owner, id);"
     "CREATE INDEX jobs_by_owner_state ON jobs (owner, state, id);",
+    "ALTER TABLE jobs ADD COLUMN trace TEXT NOT NULL DEFAULT '';",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

@@ -185,6 +185,7 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     r->priority = row->priority;
     r->paused = row->paused;
     memcpy(r->owner, row->owner, sizeof r->owner);
+    memcpy(r->trace, row->trace, sizeof r->trace);
     if (body) r->body = *body;
     r->call.inserted = done;
     submit(s, r, error);
