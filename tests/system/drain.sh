@@ -88,7 +88,7 @@ serve_start "$tmp/data" --workers 2 --worker-threads 1 || echo "Bail out! the se
 check "the upload is there" is "$(http -I -o /dev/null -w '%{http_code}' "$url/v1/assets/$name")" 200
 resumed() { [ "$(done_tiles .statistics.tiles.resumed)" -ge "$before" ]; }
 check "no tile that had landed is traced again" eventually 20 resumed
-check "the job finishes" await_state "$id" finished 120
+check "the job finishes" await_state "$id" finished 300
 
 # A request that does not end: the second signal does.
 head -c 30000000 /dev/zero >"$tmp/long"
