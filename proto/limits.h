@@ -32,6 +32,7 @@
 #define LIMIT_CHANGE_BYTES          65536   /* bytes of a document that changes a job or a worker */
 #define LIMIT_JSON_VALUES           32768 /* values of a document; a million take a tenth of a second */
 #define LIMIT_JSON_DEPTH            64  /* nesting; jansson's own cap is 2048 */
+#define LIMIT_JOB_ID_BYTES          64  /* bytes of a job's id, with its end */
 #define LIMIT_NAME_BYTES            256 /* bytes of any name, with its end */
 #define LIMIT_POINTER_BYTES         256 /* bytes of a JSON pointer in a fault */
 #define LIMIT_DETAIL_BYTES          512 /* bytes of a fault's sentence */
@@ -77,6 +78,7 @@
 #define LIMIT_JOBS_WAITING      100000       /* jobs not yet finished */
 #define LIMIT_REQUEST_MS        30000  /* ms that a request without a body may take to arrive */
 #define LIMIT_UPLOAD_MS         600000 /* ms that an upload may take to arrive */
+#define LIMIT_ANSWER_MS         20000  /* ms that the store may take to answer a request */
 #define LIMIT_UPLOAD_PACE                                                                          \
     32768 /* bytes a second that an upload must bring after that of a request */
 

@@ -219,6 +219,8 @@ int message_decode_want(const void *payload, size_t size_bytes, struct message_w
 void message_encode_frame_plan(struct bytes_writer *w, const struct message_frame_plan *m)
 {
     bytes_write_u64(w, m->frame_id);
+    write_text(w, m->job, sizeof m->job);
+    write_text(w, m->trace, sizeof m->trace);
     bytes_write_u32(w, m->plan_bytes);
     bytes_write_raw(w, m->plan, m->plan_bytes);
 }
@@ -229,10 +231,14 @@ int message_decode_frame_plan(const void *payload, size_t size_bytes, struct mes
     bytes_reader_init(&r, payload, size_bytes);
     memset(m, 0, sizeof *m);
     m->frame_id = bytes_read_u64(&r);
+    bytes_read_string(&r, m->job, sizeof m->job);
+    bytes_read_string(&r, m->trace, sizeof m->trace);
     m->plan_bytes = bytes_read_u32(&r);
     if (!r.failed && m->plan_bytes > LIMIT_FRAME_BYTES) return ERR_LIMIT;
     m->plan = bytes_borrow(&r, m->plan_bytes);
-    return bytes_finish(&r);
+    int code = bytes_finish(&r);
+    if (code != ERR_OK) return code;
+    return text_is_clean(m->job) && text_is_clean(m->trace) ? ERR_OK : ERR_RANGE;
 }
 
 void message_encode_tile(struct bytes_writer *w, const struct message_tile *m)

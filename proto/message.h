@@ -9,8 +9,9 @@
 #include "proto/error.h"
 #include "proto/plan.h"
 #include "proto/tile.h"
+#include "proto/trace.h"
 
-#define PROTOCOL_VERSION 6u
+#define PROTOCOL_VERSION 7u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),
@@ -60,8 +61,10 @@ struct message_want {
 };
 
 struct message_frame_plan {
-    uint64_t frame_id;   /* unique in the coordinator's life */
-    const uint8_t *plan; /* plan_decode reads it; borrowed */
+    uint64_t frame_id;            /* unique in the coordinator's life */
+    char job[LIMIT_JOB_ID_BYTES]; /* whose it is, for the worker's log; "": not told */
+    char trace[TRACE_TEXT_BYTES]; /* of the request that submitted it (trace_keep), or "" */
+    const uint8_t *plan;          /* plan_decode reads it; borrowed */
     uint32_t plan_bytes;
 };
 

@@ -2,6 +2,7 @@
 
 #include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "proto/count_map.h"
 #include "worker/frame_blobs.h"
@@ -9,10 +10,12 @@
 struct hand_frame {
     struct hand_frame *next;
     uint64_t id;
-    struct frame_blobs blobs; /* held while tiles are open */
-    uint32_t tiles;           /* all that point here */
-    uint32_t open;            /* of them, not DONE and not dropped */
-    bool gone;                /* cancelled: freed with its last tile */
+    char job[LIMIT_JOB_ID_BYTES]; /* whose it is */
+    struct trace trace;           /* of the request that submitted that; zero: not known */
+    struct frame_blobs blobs;     /* held while tiles are open */
+    uint32_t tiles;               /* all that point here */
+    uint32_t open;                /* of them, not DONE and not dropped */
+    bool gone;                    /* cancelled: freed with its last tile */
     struct plan plan;
 };
 
@@ -135,6 +138,17 @@ static void send_result(struct hand *hand, const struct hand_tile *t)
     hand->client.result(hand->client.ctx, &result);
 }
 
+static void note(struct hand *hand, const struct hand_tile *t, enum log_level level,
+                 const char *what, const char *detail)
+{
+    const struct journal_lease lease = {.job = t->frame->job,
+                                        .trace = &t->frame->trace,
+                                        .frame_id = t->lease.frame_id,
+                                        .tile = t->lease.index,
+                                        .generation = t->lease.generation};
+    journal_write_lease(hand->client.journal, level, what, &lease, detail);
+}
+
 /* Tells the coordinator that the tile cannot be rendered, and forgets it. */
 static void give_up(struct hand *hand, struct hand_tile *t, int code, const char *place,
                     const char *detail)
@@ -147,6 +161,7 @@ static void give_up(struct hand *hand, struct hand_tile *t, int code, const char
     fault_set(&text, code, "", "%s%s%s", place, place[0] ? ": " : "", detail);
     for (size_t i = 0; i < sizeof m.text && i < sizeof text.detail; i++) m.text[i] = text.detail[i];
     m.text[sizeof m.text - 1] = '\0';
+    note(hand, t, LOG_WARNING, "tile cannot be traced", m.text);
     hand->client.faulted(hand->client.ctx, t->request_id, &m);
     leave_open(hand, t);
     free_tile(hand, t);
@@ -237,6 +252,15 @@ void hand_destroy(struct hand **hand)
     free(h);
 }
 
+/* A job's first frame here is told of, not each view of a live one. */
+static void note_job(struct hand *hand, const struct hand_frame *f)
+{
+    const struct log_field fields[] = {{"job", f->job, 0}, {"frame_id", NULL, (double)f->id}};
+    for (const struct hand_frame *other = hand->frames; other; other = other->next)
+        if (strcmp(other->job, f->job) == 0) return;
+    journal_write_traced(hand->client.journal, LOG_INFO, "work for a job", &f->trace, fields, 2);
+}
+
 int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
 {
     struct fault fault;
@@ -249,6 +273,9 @@ int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
         return e;
     }
     f->id = m->frame_id;
+    memcpy(f->job, m->job, sizeof f->job);
+    (void)trace_kept(m->trace, &f->trace);
+    note_job(hand, f);
     f->next = hand->frames;
     hand->frames = f;
     return 0;
@@ -335,6 +362,9 @@ void hand_acknowledge(struct hand *hand, const struct message_ack *m)
         if (t->state != TILE_DONE || lease->index != m->index || lease->frame_id != m->frame_id ||
             lease->generation != m->generation)
             continue;
+        if (m->verdict == VERDICT_CORRUPT)
+            note(hand, t, LOG_WARNING, "result refused",
+                 "the coordinator found it corrupt: this machine may be at fault");
         hand->counts.kept--;
         free_tile(hand, t);
         return;

@@ -9,6 +9,7 @@
  * through. All calls on the loop's thread. */
 #include "proto/message.h"
 #include "worker/crew.h"
+#include "worker/journal.h"
 #include "worker/link.h"
 #include "worker/shelf.h"
 
@@ -27,6 +28,7 @@ struct hand_client {
     void (*faulted)(void *ctx, uint64_t request_id, const struct message_tile_fault *fault);
     void (*returned)(void *ctx, uint64_t request_id, const struct message_returned *tile);
     void (*moved)(void *ctx); /* counts have changed: perhaps more tiles are wanted */
+    struct journal *journal;  /* what becomes of leases is told there; borrowed; NULL: nowhere */
 };
 
 int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,

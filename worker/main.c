@@ -18,15 +18,10 @@ struct program {
     uv_loop_t *loop;
     struct session *session;
     const struct options *options;
+    struct journal journal;
     uv_signal_t term, interrupt;
     enum session_end end;
 };
-
-static void say(void *ctx, const char *text)
-{
-    (void)ctx;
-    fprintf(stderr, "shearwater-worker: %s\n", text);
-}
 
 static void on_closed(void *ctx)
 {
@@ -39,7 +34,11 @@ static void on_ended(void *ctx, enum session_end end, const char *text)
 {
     struct program *p = ctx;
     p->end = end;
-    if (text[0]) say(p, text);
+    const struct log_field field = {"detail", text, 0};
+    if (text[0])
+        journal_write(&p->journal, LOG_ERROR,
+                      end == SESSION_END_REFUSED ? "refused by the coordinator" : "ended", &field,
+                      1);
     session_close(p->session, on_closed, p);
     p->session = NULL;
 }
@@ -98,11 +97,16 @@ static int run(const struct options *options)
     uv_loop_t loop;
     struct fault fault = {0};
     struct program p = {.loop = &loop, .options = options};
-    const struct session_client client = {&p, say, on_ended, on_flushed};
+    const struct session_client client = {&p, &p.journal, on_ended, on_flushed};
+    p.journal = (struct journal){.log = {.fd = STDERR_FILENO}, .worker = options->name};
+    (void)log_format_from_name(options->log_format, &p.journal.log.format);
+    if (options->quiet) p.journal.log.least = LOG_ERROR;
     uv_loop_init(&loop);
     int e = session_create(&loop, options, &tracing_embree, &client, &p.session, &fault);
     if (e) {
-        fprintf(stderr, "shearwater-worker: %s: %s\n", fault.pointer, fault.detail);
+        const struct log_field fields[] = {{"place", fault.pointer, 0},
+                                           {"detail", fault.detail, 0}};
+        journal_write(&p.journal, LOG_ERROR, "cannot work", fields, 2);
         p.end = SESSION_END_FAILED;
     } else {
         watch_signals(&p);
@@ -115,7 +119,7 @@ static int run(const struct options *options)
 
 int main(int argc, char **argv)
 {
-    static char cache_dir[4096];
+    static char cache_dir[4096], name[LIMIT_NAME_BYTES];
     struct options options;
     struct fault fault = {0};
     if (options_read(argc, argv, &options, &fault) != 0) {
@@ -132,6 +136,7 @@ int main(int argc, char **argv)
     if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;
+    if (!options.name && options_default_name(name, sizeof name) == 0) options.name = name;
     if (options.replay) return replay(&options);
     if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
     return run(&options);

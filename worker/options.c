@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/log.h"
+
 #define DEFAULT_CACHE_BYTES (16ull << 30)
 
 static const char help[] =
@@ -27,6 +29,8 @@ static const char help[] =
     "                       mapped from it without copying\n"
     "  --nice N             leave CPUs to others, 1 to 19 (see nice(1); default: as started)\n"
     "  --name NAME          name in the list of workers (default: host:pid)\n"
+    "  --log-format FORMAT  of the lines on standard error: text, or json (an object a line)\n"
+    "  --quiet              errors only\n"
     "  --exit-with-parent   end when the parent process or the link is gone\n"
     "  --replay PLAN        trace one path of a plan once more and print all that it does: the\n"
     "                       pixel's path number SAMPLE, from 0; --json: for programs. Scene and\n"
@@ -65,6 +69,8 @@ static const struct option_row rows[] = {
     {"--cache-bytes", OPTION_BYTES, offsetof(struct options, cache_bytes), UINT64_MAX >> 1},
     {"--replay", OPTION_TEXT, offsetof(struct options, replay), 0},
     {"--json", OPTION_FLAG, offsetof(struct options, json), 0},
+    {"--log-format", OPTION_TEXT, offsetof(struct options, log_format), 0},
+    {"--quiet", OPTION_FLAG, offsetof(struct options, quiet), 0},
     {"--exit-with-parent", OPTION_FLAG, offsetof(struct options, exit_with_parent), 0},
     {"--help", OPTION_FLAG, offsetof(struct options, help), 0},
     {"--version", OPTION_FLAG, offsetof(struct options, version), 0},
@@ -155,6 +161,10 @@ static int finish(struct options *o, struct fault *fault)
     if (o->name && strlen(o->name) >= LIMIT_NAME_BYTES)
         return fault_set(fault, ERR_LIMIT, "--name", "a name has at most %d bytes",
                          LIMIT_NAME_BYTES - 1);
+    enum log_format format;
+    if (!log_format_from_name(o->log_format, &format))
+        return fault_set(fault, ERR_RANGE, "--log-format", "\"%.64s\" is none: text and json are",
+                         o->log_format);
     if (o->threads == 0) o->threads = usable_cpus();
     if (o->tiles_in_hand == 0) o->tiles_in_hand = 2 * o->threads;
     if (o->tiles_in_hand > LIMIT_TILES_IN_HAND) o->tiles_in_hand = LIMIT_TILES_IN_HAND;
@@ -163,7 +173,7 @@ static int finish(struct options *o, struct fault *fault)
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
-    *out = (struct options){.cache_bytes = DEFAULT_CACHE_BYTES};
+    *out = (struct options){.cache_bytes = DEFAULT_CACHE_BYTES, .log_format = "text"};
     for (int i = 1; i < argc; i++) {
         const struct option_row *row = find_row(argv[i]);
         if (!row && argv[i][0] != '-' && out->argument_count < 2) {
@@ -182,6 +192,14 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
         i++;
     }
     return finish(out, fault);
+}
+
+int options_default_name(char *out, size_t capacity)
+{
+    char host[128] = "worker";
+    gethostname(host, sizeof host - 1);
+    const int n = snprintf(out, capacity, "%s:%ld", host, (long)getpid());
+    return n > 0 && (size_t)n < capacity ? 0 : ERR_LIMIT;
 }
 
 int options_default_cache(char *out, size_t capacity)

@@ -16,6 +16,8 @@ struct options {
     uint32_t threads;         /* 1..LIMIT_THREADS; default: the CPUs this process may use */
     uint32_t tiles_in_hand;   /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
     uint32_t nice;            /* 1..19, as in nice(1); 0: as it was started */
+    const char *log_format;   /* "text" or "json"; default text */
+    bool quiet;               /* errors only */
     bool exit_with_parent;    /* end when the parent or the link is gone */
     const char *replay;       /* a plan's file: print a sample of it instead of all that */
     const char *arguments[2]; /* then the pixel, "X,Y", and the sample's number */
@@ -27,6 +29,9 @@ struct options {
 /* Reads argv; strings are borrowed from it. *fault names the argument at fault and what is allowed.
  */
 int options_read(int argc, char **argv, struct options *out, struct fault *fault);
+
+/* host:pid */
+int options_default_name(char *out, size_t capacity);
 
 /* $XDG_CACHE_HOME/shearwater, else ~/.cache/shearwater, else /tmp/shearwater-UID. */
 int options_default_cache(char *out, size_t capacity);

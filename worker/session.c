@@ -74,9 +74,11 @@ static void end(struct session *s, enum session_end how, const char *text)
     s->client.ended(s->client.ctx, how, text);
 }
 
-static void notice(struct session *s, const char *text)
+static void note(struct session *s, enum log_level level, const char *what, const char *detail)
 {
-    if (s->client.notice) s->client.notice(s->client.ctx, text);
+    const struct log_field fields[] = {{"coordinator", s->options->connect, 0},
+                                       {"detail", detail, 0}};
+    journal_write(s->client.journal, level, what, fields, 2);
 }
 
 static bool is_on(const struct session *s)
@@ -111,8 +113,6 @@ static void say_hello(struct session *s)
                               .capabilities = s->tracing->capabilities,
                               .threads = s->options->threads,
                               .pid = (uint64_t)getpid()};
-    char host[128] = "worker";
-    gethostname(host, sizeof host - 1);
     snprintf(m.build_id, sizeof m.build_id, "%s", build_id());
     snprintf(m.embree_version, sizeof m.embree_version, "%s",
              s->tracing->embree_version(s->tracing->ctx));
@@ -120,7 +120,7 @@ static void say_hello(struct session *s)
     if (s->options->name)
         snprintf(m.name, sizeof m.name, "%s", s->options->name);
     else
-        snprintf(m.name, sizeof m.name, "%s:%ld", host, (long)getpid());
+        (void)options_default_name(m.name, sizeof m.name);
     message_encode_hello(link_payload(s->link), &m);
     link_put(s->link, MESSAGE_HELLO, s->next_request++);
 }
@@ -261,7 +261,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
     uv_timer_stop(&s->patience);
     uv_timer_start(&s->beat, on_beat, s->beat_ms, s->beat_ms);
     link_settle(s->link);
-    if (s->was_told_offline) notice(s, "connected");
+    note(s, LOG_INFO, "connected", "");
     s->was_told_offline = false;
     hand_resend(s->hand);
     shelf_link_up(s->shelf);
@@ -352,7 +352,10 @@ static int take_drain(struct session *s, const struct frame_view *f)
     struct message_drain m;
     int e = message_decode_drain(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    if (s->state == SESSION_WORKING) enter(s, SESSION_DRAINING);
+    if (s->state == SESSION_WORKING) {
+        enter(s, SESSION_DRAINING);
+        note(s, LOG_INFO, "draining", "");
+    }
     return 0;
 }
 
@@ -418,10 +421,9 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
     }
     if (!s->was_told_offline) {
         snprintf(text, sizeof text,
-                 "%s: %s; trying again in %u ms and then ever less often, up to "
-                 "every %u ms",
-                 s->options->connect, why, wait_ms, LINK_RETRY_MAX_MS);
-        notice(s, text);
+                 "%s; trying again in %u ms and then ever less often, up to every %u ms", why,
+                 wait_ms, LINK_RETRY_MAX_MS);
+        note(s, LOG_WARNING, "link lost", text);
     }
     s->was_told_offline = true;
 }
@@ -488,8 +490,8 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
                                         .cache_bytes = o->cache_bytes,
                                         .threads = o->threads};
     const struct shelf_client shelf_client = {s, on_ask_for_part, on_blob_settled};
-    const struct hand_client hand_client = {s, on_result, on_tile_fault, on_tile_returned,
-                                            on_moved};
+    const struct hand_client hand_client = {
+        s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.journal};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
     struct link_key key;
     int e = o->key ? link_key_read(o->key, &key, fault) : 0;
@@ -543,6 +545,7 @@ void session_stop(struct session *s)
     case SESSION_WORKING:
     case SESSION_DRAINING:
         enter(s, SESSION_LEAVING);
+        note(s, LOG_INFO, "leaving", "");
         hand_return(s->hand, false);
         leave_when_done(s);
         return;

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <uv.h>
 
+#include "worker/journal.h"
 #include "worker/options.h"
 #include "worker/tracing.h"
 
@@ -34,7 +35,7 @@ struct session;
 
 struct session_client {
     void *ctx;
-    void (*notice)(void *ctx, const char *text); /* for people; a line, now and then */
+    struct journal *journal; /* what happens is told there; borrowed; NULL: nowhere */
     /* The session is over; `text` says why ("" when it was told to). Call session_close. */
     void (*ended)(void *ctx, enum session_end end, const char *text);
     /* While closing: the last bytes are out, the threads are joined next. With is_loading that may

@@ -141,6 +141,7 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
                                   .listen = options->worker_listen,
                                   .key_path = options->worker_key,
                                   .worker_program = options->places->worker,
+                                  .log = options->log,
                                   .cache_dir = options->places->cache,
                                   .blob_dir = options->places->blobs,
                                   .local_workers = options->workers,

@@ -5,7 +5,7 @@
 
 #include "proto/error.h"
 #include "server/cli/places.h"
-#include "server/log/log.h"
+#include "proto/log.h"
 
 struct coordinator;
 

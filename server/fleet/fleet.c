@@ -339,6 +339,7 @@ static int start_processes(struct fleet *fleet, const struct fleet_options *o, s
                                         .blob_dir = o->blob_dir,
                                         .count = o->local_workers,
                                         .threads = threads_each(o),
+                                        .log = o->log,
                                         .stopped = fleet_note_stopped,
                                         .ctx = fleet};
     int e =

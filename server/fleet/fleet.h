@@ -43,8 +43,9 @@ struct fleet_client {
     void *ctx;
     /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later). */
     bool (*next_tile)(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out);
-    /* The plan's bytes, borrowed until the frame is cancelled or done; NULL: the frame is gone. */
-    const uint8_t *(*plan)(void *ctx, uint64_t frame_id, uint32_t *size_bytes);
+    /* What workers are told of a frame; the plan's bytes are borrowed until it is cancelled or
+     * done. False: it is gone. */
+    bool (*plan)(void *ctx, uint64_t frame_id, struct message_frame_plan *out);
     /* A result came. The client either answers now (a verdict) or returns 0, takes over *bytes (to
      * be freed with free) and answers later with fleet_ack. */
     uint32_t (*result)(void *ctx, uint64_t worker, const struct message_result *result,
@@ -73,6 +74,7 @@ struct fleet_options {
     const char *key_path;    /* what workers over TCP must have (proto/link_key.h); NULL: nothing,
                                 and loopback only */
     const char *worker_program; /* path of shearwater-worker */
+    const struct log *log;      /* how local workers write their lines; NULL: as text */
     const char *cache_dir;      /* for local workers' blobs */
     const char *blob_dir;       /* local workers may map blobs from here without copying */
     unsigned local_workers, worker_threads; /* threads 0: cores / workers, at least 1 */

@@ -25,13 +25,12 @@ static bool send_lease(struct fleet *fleet, struct session *s, const struct flee
 {
     const struct fleet_client *client = &fleet->client;
     if (!session_knows_frame(s, tile->frame_id)) {
-        uint32_t bytes = 0;
-        const uint8_t *plan = client->plan(client->ctx, tile->frame_id, &bytes);
-        if (!plan || !session_may_work(s)) {
+        struct message_frame_plan plan = {0};
+        if (!client->plan(client->ctx, tile->frame_id, &plan) || !session_may_work(s)) {
             client->returned(client->ctx, s->id, tile, FLEET_GIVEN_BACK);
             return false;
         }
-        if (session_send_plan(s, tile->frame_id, plan, bytes) != 0) goto fail;
+        if (session_send_plan(s, &plan) != 0) goto fail;
     }
     if (session_send_tile(s, tile, uv_now(fleet->loop)) != 0) goto fail;
     return true;

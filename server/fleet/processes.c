@@ -23,6 +23,8 @@ struct processes {
     uv_loop_t *loop;
     char *program, *address, *cache_dir, *blob_dir; /* owned */
     char threads[16];
+    const char *log_format; /* static */
+    bool quiet;
     uint64_t *respawned;
     unsigned count;
     unsigned open_handles;
@@ -112,16 +114,17 @@ static void on_exit_of_child(uv_process_t *process, int64_t status, int signal)
     uv_close((uv_handle_t *)process, on_process_closed);
 }
 
-#define ARGS_MAX 16
+#define ARGS_MAX 20
 
 /* Whoever looks at the picture, and the coordinator, go before tracing on the same CPUs. */
 #define LOCAL_NICE "10"
 
 static void fill_args(struct processes *p, char *name, char *args[ARGS_MAX])
 {
-    char *const given[ARGS_MAX] = {p->program, "--connect", p->address, "--threads",
-                                   p->threads, "--name",    name,       "--exit-with-parent",
-                                   "--nice",   LOCAL_NICE};
+    char *const given[ARGS_MAX] = {
+        p->program, "--connect", p->address,     "--threads",
+        p->threads, "--name",    name,           "--exit-with-parent",
+        "--nice",   LOCAL_NICE,  "--log-format", (char *)(uintptr_t)p->log_format};
     size_t n = 0;
     while (given[n]) {
         args[n] = given[n];
@@ -135,6 +138,7 @@ static void fill_args(struct processes *p, char *name, char *args[ARGS_MAX])
         args[n++] = "--blobs";
         args[n++] = p->blob_dir;
     }
+    if (p->quiet) args[n++] = "--quiet";
     args[n] = NULL;
 }
 
@@ -176,6 +180,8 @@ static struct processes *allocate(uv_loop_t *loop, const struct processes_option
     p->loop = loop;
     p->respawned = respawned;
     p->count = o->count;
+    p->log_format = log_format_name(o->log ? o->log->format : LOG_TEXT);
+    p->quiet = o->log && o->log->least > LOG_WARNING;
     p->stopped = o->stopped;
     p->stopped_ctx = o->ctx;
     p->program = copy(o->program);

@@ -6,6 +6,7 @@
 #include <uv.h>
 
 #include "proto/error.h"
+#include "proto/log.h"
 
 #define PROCESSES_RETRY_MS     200u /* ms before the first restart; doubles each time */
 #define PROCESSES_RETRY_MAX_MS 30000u
@@ -19,6 +20,7 @@ struct processes_options {
     const char *socket_path;          /* what it dials */
     const char *cache_dir, *blob_dir; /* may be NULL */
     unsigned count, threads;
+    const struct log *log; /* whose format and least level the children's lines have; may be NULL */
     /* A child has ended because somebody stopped it: by SIGKILL or another signal that programs do
      * not raise by their own faults. May be NULL. */
     void (*stopped)(void *ctx, int64_t pid);

@@ -142,7 +142,7 @@ void session_tick(struct session *s, uint64_t now_ms, uint32_t silence_ms, uint3
 /* Puts a lease on the worker; the frame's plan first, when this link has not seen it. Without
  * memory the lease is not given. */
 bool session_knows_frame(const struct session *s, uint64_t frame_id);
-int session_send_plan(struct session *s, uint64_t frame_id, const uint8_t *plan, uint32_t bytes);
+int session_send_plan(struct session *s, const struct message_frame_plan *plan);
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now_ms);
 
 /* The verdict on a result; also for one that is not (or no longer) unacknowledged, whose RESULT

@@ -59,14 +59,13 @@ static int make_frame_room(struct session *s)
     return 0;
 }
 
-int session_send_plan(struct session *s, uint64_t frame_id, const uint8_t *plan, uint32_t bytes)
+int session_send_plan(struct session *s, const struct message_frame_plan *plan)
 {
     int e = make_frame_room(s);
     if (e) return e;
-    struct message_frame_plan m = {.frame_id = frame_id, .plan = plan, .plan_bytes = bytes};
-    message_encode_frame_plan(outbox_payload(&s->outbox), &m);
+    message_encode_frame_plan(outbox_payload(&s->outbox), plan);
     outbox_put(&s->outbox, MESSAGE_FRAME, 0);
-    s->frames[s->frame_count++] = frame_id;
+    s->frames[s->frame_count++] = plan->frame_id;
     return 0;
 }
 

@@ -226,6 +226,7 @@ static void on_tick(uv_timer_t *timer)
     cut_signed_out(http);
     lingering_tick(&http->lingering);
     readiness_tick(http);
+    held_tick(http);
     streams_tick(http->options.streams);
 }
 
@@ -343,6 +344,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
+    http->held.answer_ms = ms_from_env("SHEARWATER_ANSWER_MS", LIMIT_ANSWER_MS);
     error = static_files_load(options->web_dir, options->openapi_path, &http->files, fault);
     if (!error) error = open_guards(http, fault);
     if (!error) error = open_socket(http, &fd, fault);

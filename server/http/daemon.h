@@ -4,6 +4,7 @@
 #include <uv.h>
 
 #include "server/http/access.h"
+#include "server/http/held.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
 #include "server/http/readiness.h"
@@ -49,6 +50,7 @@ struct http {
     struct access access;
     struct tls tls; /* texts NULL: none */
     struct readiness readiness;
+    struct held held;
     struct request_count count;
     uint64_t tick_ns;                 /* when the last one came; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */

@@ -4,7 +4,7 @@
 
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
-#include "server/log/log.h"
+#include "proto/log.h"
 #include "server/store/asset_usage.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"

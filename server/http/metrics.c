@@ -158,6 +158,13 @@ static void write_http(FILE *out, const struct http *http)
     metric_single(out, "shearwater_http_connections_cut_total", "counter",
                   "Connections ended for want of room, their request not whole.",
                   http->connections_cut);
+    metric_single(
+        out, "shearwater_http_waiting", "gauge",
+        "Requests that the store, the team or the importer is to answer, also of those who "
+        "were told that it takes too long.",
+        http->held.count);
+    metric_single(out, "shearwater_http_overdue_total", "counter", "Requests answered 503 overdue.",
+                  http->held.overdue);
     metric_single(out, "shearwater_http_log_lines_total", "counter",
                   "Complaints of the HTTP library about connections.", http->log_lines);
 }

@@ -41,15 +41,21 @@ static void request_free(struct request *r)
     free(r);
 }
 
+/* What it takes of what there is for all. */
+static void give_back(struct http *http, const struct request *r)
+{
+    http->uploads -= r->uploads;
+    http->encodings -= r->encodes;
+    http->body_bytes -= r->body_bytes;
+}
+
 void request_done(struct request *r)
 {
     struct http *http = r->http;
     *r->link = r->next;
     if (r->next) r->next->link = r->link;
     if (r->peer->request == r) r->peer->request = NULL;
-    if (r->uploads) http->uploads--;
-    http->body_bytes -= r->body_bytes;
-    if (r->encodes) http->encodings--;
+    if (!r->held) give_back(http, r);
     request_count_add(&http->count, r->match.id, r->status);
     if (!r->streams && r->status)
         request_count_time(&http->count, r->match.id, uv_hrtime() / 1000 - r->start_us);
@@ -61,14 +67,24 @@ void request_done(struct request *r)
 void request_hold(struct request *r)
 {
     r->held = true;
+    r->home = r->http;
+    r->home->open_handles++;
+    r->home->held.count++;
 }
 
 bool request_back(struct request *r)
 {
+    struct http *home = r->home;
+    const bool is_awaited = r->http && !r->overdue;
     r->held = false;
-    if (r->http) return true;
-    request_free(r);
-    return false;
+    r->home = NULL;
+    home->held.count--;
+    if (!r->http) {
+        give_back(home, r);
+        request_free(r);
+    }
+    http_release(home);
+    return is_awaited;
 }
 
 void request_answer(struct request *r, unsigned status, struct MHD_Response *response)
@@ -339,18 +355,31 @@ static enum MHD_Result take_file(struct request *r, const char *data, size_t siz
     return MHD_YES;
 }
 
+/* What never waits is answered whoever else does. */
+static bool may_wait(enum route_id id)
+{
+    return strncmp(route_of(id)->path, "/v1/jobs", 8) == 0 || id == ROUTE_ASSET_PUT;
+}
+
+/* From now on held.h looks at how long it takes. */
+static void begin_answer(struct request *r)
+{
+    r->handled = true;
+    r->handled_ms = uv_now(r->http->options.loop);
+    peer_deadline(r->peer, 0);
+    if (r->file_error)
+        request_trouble(r, r->file_error, "the body could not be kept");
+    else if (may_wait(r->match.id) && !held_has_room(r->http))
+        request_problem(r, PROBLEM_BUSY, "too many requests wait for the disk", NULL);
+    else
+        route_of(r->match.id)->handle(r);
+    if (!r->response && !r->held) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
+}
+
 static enum MHD_Result handle(struct request *r)
 {
     if (r->status && !r->response) return MHD_NO; /* cut off meanwhile */
-    if (!r->handled) {
-        r->handled = true;
-        peer_deadline(r->peer, 0);
-        if (r->file_error)
-            request_trouble(r, r->file_error, "the body could not be kept");
-        else
-            route_of(r->match.id)->handle(r);
-        if (!r->response && !r->held) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
-    }
+    if (!r->handled) begin_answer(r);
     if (r->response) return queue(r);
     r->suspended = true;
     MHD_suspend_connection(r->connection);

@@ -17,6 +17,7 @@
 
 struct request {
     struct http *http; /* NULL: the connection is gone */
+    struct http *home; /* the same, for as long as it is held */
     struct request *next, **link;
     struct MHD_Connection *connection;
     struct peer *peer;
@@ -35,6 +36,7 @@ struct request {
     bool close;         /* its body, if any, is not read: the connection cannot go on */
     bool handled;       /* its handler was called */
     bool held;          /* a callback will come */
+    bool overdue;       /* ... for nobody: it was answered meanwhile (held.h) */
     bool suspended;     /* its connection sleeps */
     bool streams;       /* its answer has no end in sight */
     bool uploads;       /* it is counted in http->uploads */
@@ -50,6 +52,7 @@ struct request {
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;
     uint64_t start_us;
+    uint64_t handled_ms;    /* of the loop's clock: when its handler was called */
     char job[JOB_ID_BYTES]; /* which it submitted; else "" */
 };
 
@@ -77,7 +80,8 @@ void request_trouble(struct request *r, int code, const char *detail);
 void request_fault(struct request *r, const struct fault *fault);
 
 /* Before an operation that calls back; the callback calls request_back, which is false (and the
- * request freed) when nobody waits for the answer any more. */
+ * request perhaps freed) when nobody waits for the answer any more: its connection is gone, or it
+ * has waited for too long (held.h). */
 void request_hold(struct request *r);
 bool request_back(struct request *r);
 

@@ -12,7 +12,7 @@
 #include "server/image/exr.h"
 #include "server/job/asker.h"
 #include "server/job/steering.h"
-#include "server/log/log.h"
+#include "proto/log.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
 #include "server/store/spools.h"

@@ -44,10 +44,15 @@ static bool copy_tile(void *ctx, uint64_t worker, uint32_t capabilities,
     return frame_copy(open->frame->work, worker, capabilities, of, out);
 }
 
-static const uint8_t *plan(void *ctx, uint64_t id, uint32_t *size_bytes)
+static bool plan(void *ctx, uint64_t id, struct message_frame_plan *out)
 {
-    struct frame *work = work_of(ctx, id);
-    return work ? frame_plan_bytes(work, size_bytes) : NULL;
+    const struct open_frame *open = jobs_table_frame(ctx, id);
+    if (!open) return false;
+    *out = (struct message_frame_plan){.frame_id = id};
+    memcpy(out->job, open->job->id, sizeof open->job->id);
+    trace_keep(&open->job->trace, out->trace);
+    out->plan = frame_plan_bytes(open->frame->work, &out->plan_bytes);
+    return out->plan != NULL;
 }
 
 static uint32_t result(void *ctx, uint64_t worker, const struct message_result *message,

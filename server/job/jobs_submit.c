@@ -152,6 +152,7 @@ static int insert(struct jobs *jobs, const struct job *job, const char *key,
                           .priority = job->priority};
     memcpy(row.id, s->job->id, sizeof row.id);
     memcpy(row.owner, s->job->owner, sizeof row.owner);
+    trace_keep(&s->job->trace, row.trace);
     jobs->live_coming += job->live;
     jobs->coming++;
     job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);

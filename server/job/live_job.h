@@ -39,7 +39,7 @@ struct live_job {
     struct tile_wish wish;
     bool live; /* its camera may be moved */
     int64_t created_ms;
-    struct trace trace; /* of the request that submitted it; zero after a restart */
+    struct trace trace; /* of the request that submitted it; zero: not known */
     enum job_state state;
     uint64_t revision; /* grows with everything that GET shows; starts at the time in ms, so that it
                           goes on growing after a restart */

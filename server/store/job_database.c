@@ -50,7 +50,7 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
     [QUERY_INSERT] =
         "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
-        " ?10)",
+        " ?10, ?11)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
@@ -121,14 +121,22 @@ void job_database_close(struct job_database **out)
     *out = NULL;
 }
 
-/* The connection of before is closed first: what one has open in a process all others share. */
-int job_database_refresh(struct job_database *db)
+/* The connection of before is closed first: what one has open in a process all others share. One
+ * that only reads stays as it is: on a disk that fails there might be none after it. */
+int job_database_refresh(struct job_database *db, bool to_write)
 {
-    if (!db->suspect) return 0;
+    if (db->db && !(db->suspect && to_write)) return 0;
+    int error = job_schema_probe(db->path);
+    if (error) return error;
     close_connection(db);
-    const int error = job_schema_open(db->path, &db->db);
+    error = job_schema_open(db->path, &db->db);
     db->suspect = error != 0;
     return error;
+}
+
+bool job_database_is_open(const struct job_database *db)
+{
+    return db->db != NULL;
 }
 
 static int error_of(struct job_database *db, int code)
@@ -265,6 +273,7 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     sqlite3_bind_int(s, 8, row->priority);
     sqlite3_bind_int(s, 9, row->paused);
     bind_text(s, 10, row->owner);
+    bind_text(s, 11, row->trace);
     return finish(db, s);
 }
 

@@ -9,8 +9,11 @@ int job_database_open(const char *path, struct job_database **out);
 void job_database_close(struct job_database **db);
 
 /* Between batches, before anything else: opens it anew after a file of it failed. SQLite goes on
- * with what it could open then, for reading alone if need be, for as long as a connection lasts. */
-int job_database_refresh(struct job_database *db);
+ * with what it could open then, for reading alone if need be, for as long as a connection lasts. So
+ * does this while the disk fails: then its error comes back, and what is read may still be asked
+ * for if job_database_is_open. */
+int job_database_refresh(struct job_database *db, bool to_write);
+bool job_database_is_open(const struct job_database *db);
 
 /* A batch of changes that becomes durable as one. Inside it, mark/unmark frame one change, so that
  * a failed one leaves nothing behind. */

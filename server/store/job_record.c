@@ -82,6 +82,7 @@ int job_records_add(struct job_records *out, sqlite3_stmt *s)
     job->row.priority = sqlite3_column_int(s, 7);
     job->row.paused = sqlite3_column_int(s, 8) != 0;
     short_text(s, 9, job->row.owner, sizeof job->row.owner);
+    short_text(s, 10, job->row.trace, sizeof job->row.trace);
     return error;
 }
 

@@ -6,7 +6,7 @@
 
 /* Columns in the order that job_records_add reads. */
 #define JOB_RECORD_COLUMNS                                                                         \
-    "id, document, state, error, report, created_ms, updated_ms, priority, paused, owner"
+    "id, document, state, error, report, created_ms, updated_ms, priority, paused, owner, trace"
 #define JOB_RECORD_FRAME_COLUMNS "number, state, exr, png"
 
 struct job_record {

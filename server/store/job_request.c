@@ -51,6 +51,7 @@ static int perform_insert(struct job_database *db, struct job_request *r)
                           .paused = r->paused};
     memcpy(row.id, r->id, sizeof row.id);
     memcpy(row.owner, r->owner, sizeof row.owner);
+    memcpy(row.trace, r->trace, sizeof row.trace);
     return job_database_insert(db, &row, r->key, &r->body, r->existing);
 }
 

@@ -1,10 +1,16 @@
 #include "server/store/job_schema.h"
 
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <unistd.h>
 
 #include "proto/error.h"
 
-#define BUSY_MS 5000
+#define BUSY_MS     5000
+#define PROBE_BYTES 4096
+#define PATH_BYTES  4400
 
 /* Element i leads from version i to i + 1. Append-only: what has been released stays as it is. */
 static const char *const migrations[] = {
@@ -37,6 +43,7 @@ static const char *const migrations[] = {
     "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';"
     "CREATE INDEX jobs_by_owner ON jobs (owner, id);"
     "CREATE INDEX jobs_by_owner_state ON jobs (owner, state, id);",
+    "ALTER TABLE jobs ADD COLUMN trace TEXT NOT NULL DEFAULT '';",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 
@@ -118,4 +125,20 @@ int job_schema_open(const char *path, sqlite3 **out)
     }
     *out = db;
     return 0;
+}
+
+int job_schema_probe(const char *path)
+{
+    static const char nothing[PROBE_BYTES];
+    char name[PATH_BYTES];
+    if (snprintf(name, sizeof name, "%s-probe", path) >= (int)sizeof name) return ERR_LIMIT;
+    const int fd = open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const bool works =
+        fd >= 0 && write(fd, nothing, sizeof nothing) == sizeof nothing && !fsync(fd);
+    const int error = works ? 0 : errno == ENOSPC ? ERR_NO_SPACE : ERR_IO;
+    if (fd >= 0) {
+        close(fd);
+        unlink(name);
+    }
+    return error;
 }

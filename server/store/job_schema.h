@@ -7,5 +7,8 @@
  * newer program, ERR_CORRUPT for a file that is no database. */
 int job_schema_open(const char *path, sqlite3 **out);
 
+/* Can a file beside the database be made, written and synced now? 0, ERR_NO_SPACE, ERR_IO. */
+int job_schema_probe(const char *path);
+
 /* The project's code of an SQLite result. */
 int job_schema_error(int sqlite_code);

@@ -38,36 +38,44 @@ static void perform_marked(struct job_database *db, struct job_request *r)
     job_database_unmark(db, r->error == 0);
 }
 
-/* Nothing of the batch is durable: its writes failed, and its reads may have seen them. */
-static void fail_batch(struct job_request *batch, int error)
+static void perform_changes(struct job_store *store)
 {
-    for (struct job_request *r = batch; r; r = r->next) {
-        if (r->error == 0) r->error = error;
+    for (struct job_request *r = store->batch; r; r = r->next) {
+        if (!job_request_is_write(r)) continue;
+        perform_marked(store->db, r);
+        /* A full disk ends the whole batch by itself; what follows would commit on its own. */
+        if (!job_database_in_batch(store->db)) return;
     }
 }
 
-/* All requests in order, the changes as one commit: 0 when it is durable. */
+/* As one commit: 0 when all of it is durable, else nothing is. */
+static int commit_changes(struct job_store *store)
+{
+    int error = job_database_begin(store->db);
+    if (error) return error;
+    perform_changes(store);
+    error = job_database_in_batch(store->db) ? job_database_commit(store->db) : ERR_IO;
+    if (error) job_database_rollback(store->db);
+    return error;
+}
+
+static void fail_changes(struct job_request *batch, int error)
+{
+    for (struct job_request *r = batch; r; r = r->next)
+        if (job_request_is_write(r) && r->error == 0) r->error = error;
+}
+
+/* What is asked for comes after the changes: it sees what is durable, and is answered on a disk
+ * that takes nothing, too. 0 when the changes are durable. */
 static int perform_batch(struct job_store *store, bool writes)
 {
-    int error = job_database_refresh(store->db);
-    if (!error && writes) error = job_database_begin(store->db);
-    if (error) {
-        fail_batch(store->batch, error);
-        return error;
-    }
-    for (struct job_request *r = store->batch; r; r = r->next) {
-        if (job_request_is_write(r))
-            perform_marked(store->db, r);
-        else
-            r->error = job_request_perform(r, store->db);
-        /* A full disk ends the whole batch by itself; what follows would commit on its own. */
-        if (writes && !job_database_in_batch(store->db)) break;
-    }
-    if (!writes) return 0;
-    error = job_database_in_batch(store->db) ? job_database_commit(store->db) : ERR_IO;
-    if (!error) return 0;
-    job_database_rollback(store->db);
-    fail_batch(store->batch, error);
+    int error = job_database_refresh(store->db, writes);
+    const bool is_open = job_database_is_open(store->db);
+    if (!error && writes) error = commit_changes(store);
+    if (error) fail_changes(store->batch, error);
+    for (struct job_request *r = store->batch; r; r = r->next)
+        if (!job_request_is_write(r))
+            r->error = is_open ? job_request_perform(r, store->db) : error;
     return error;
 }
 
@@ -177,6 +185,7 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     r->priority = row->priority;
     r->paused = row->paused;
     memcpy(r->owner, row->owner, sizeof r->owner);
+    memcpy(r->trace, row->trace, sizeof r->trace);
     if (body) r->body = *body;
     r->call.inserted = done;
     submit(s, r, error);

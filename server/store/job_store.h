@@ -8,6 +8,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/trace.h"
 #include "server/metric/duration_histogram.h"
 
 struct job_store;
@@ -27,6 +28,7 @@ struct job_row {
     int32_t priority;
     bool paused;
     char owner[JOB_OWNER_BYTES]; /* the tenant who submitted it; "": of before there were any */
+    char trace[TRACE_TEXT_BYTES]; /* of the request that did (trace_keep); "": not known */
 };
 
 /* One row of `frames`. */

@@ -44,7 +44,7 @@ export class Control {
 // `program`: whose calls fail. `remote`: the worker is no child of the coordinator's, but dials it over TCP
 // and keeps files; when it ends it is started again, as its host would. `template`: a data folder to begin with.
 export class Life {
-    constructor(build, program, { remote = false, template = null } = {}) {
+    constructor(build, program, { remote = false, template = null, environment = {} } = {}) {
         this.home = folder("faults");
         this.control = new Control(join(this.home, "control"));
         this.build = build;
@@ -52,7 +52,7 @@ export class Life {
         this.faulty = { LD_PRELOAD: resolve(build, "tests/fake/preload_faults.so"), FAULTS_CONTROL: this.control.path, FAULTS_FOR: program };
         if (template) cpSync(template, join(this.home, "data"), { recursive: true });
         this.service = new Service(build, join(this.home, "data"), {
-            workers: remote ? 0 : 1, environment: remote ? {} : this.faulty, args: remote ? ["--worker-listen", "127.0.0.1:0"] : [],
+            workers: remote ? 0 : 1, environment: { ...environment, ...(remote ? {} : this.faulty) }, args: remote ? ["--worker-listen", "127.0.0.1:0"] : [],
         });
         this.deaths = 0;
         this.wrong = [];

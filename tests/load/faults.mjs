@@ -1,12 +1,13 @@
 // The machine below fails: the k-th write, fsync, rename, allocation, making of a file or sending on a socket,
-// in a coordinator, an importer or a worker, somewhere in a short job; a disk that is full or fails for a while;
-// a clock that jumps.
-//   node tests/load/faults.mjs BUILD_DIR [sample=N] [seed=N] [only=walk|while|clock]
+// in a coordinator, an importer or a worker, somewhere in a short job; a disk that is full, fails or hangs for
+// a while; a clock that jumps.
+//   node tests/load/faults.mjs BUILD_DIR [sample=N] [seed=N] [only=walk|while|hang|clock]
 //        of the walk: [kind=NAME] [program=NAME] [stage=NAME] [at=K] [lanes=N] [patience=SECONDS]
 // sample=0 walks over all k. What must hold each time: what was answered is a success, or 503 or 507 as
 // problem+json, and passes; what was accepted is finished within 10 s and has the undisturbed bytes; nothing
 // half-written is left. A process that died is started again, which is all that is done by hand; where it
 // lives, nothing is.
+import { hang } from "./fault_hang.mjs";
 import { EIO, ENOSPC, Life, RECOVERY_S, scene } from "./fault_life.mjs";
 import { Walk } from "./fault_walk.mjs";
 import { execFileSync } from "node:child_process";
@@ -151,5 +152,6 @@ if (!want.only || want.only === "while") {
     if (can_mount()) await lasting("a real disk that is full", small_disk, 507, "disk-full");
     else skip("a real disk that is full", "only root may mount one");
 }
+if (!want.only || want.only === "hang") await hang(build, { short, long, reference });
 if (!want.only || want.only === "clock") await clocks();
 done();

@@ -37,6 +37,9 @@ check "the request's line has the trace and the job" has \
 check "so has the job's first line" has "$same and .message == \"job\" and .detail == \"accepted\""
 check "so has its last" has "$same and .kind == \"state\" and (.detail | startswith(\"finished\"))"
 
+check "the worker's lines are there, in the same form" has '.message == "connected" and .worker == "local-1" and .level == "info"'
+check "... with the job and the request that submitted it" has "$same and .message == \"work for a job\" and .worker == \"local-1\" and .frame_id > 0"
+
 # Whatever comes as a traceparent.
 fresh() { # fresh CURL-ARGUMENTS: a request that is served, and begins a trace of its own
     : >"$tmp/head"
@@ -69,6 +72,42 @@ all_objects() {
 check "every line is an object" all_objects
 check "probes and metrics have no lines" bash -c "! grep -E '\"route\":\"/(livez|metrics)\"' '$log'"
 check "nothing was an error" bash -c "! grep '\"level\":\"error\"' '$log'"
+
+# The request that submitted a job is known after a restart, and far away.
+submit() { # submit SEED: sets $id and $same
+    http -D "$tmp/head" -o "$tmp/body" -H 'Content-Type: application/json' -H "traceparent: 00-$trace-$span-01" \
+        -d "{\"scene\": {\"asset\": \"$asset\"}, \"image\": {\"width\": 64, \"height\": 64}, \"sampling\": {\"spp\": 1, \"seed\": $1}}" "$url/v1/jobs"
+    id=$(jq -r .id "$tmp/body")
+    same=".request == \"$(header X-Request-Id)\" and .trace == \"$trace\" and .parent == \"$span\" and .job == \"$id\""
+}
+serve_start "$tmp/data" --workers 0 --log-format json || echo "Bail out! the server did not start again"
+submit 2
+serve_stop -KILL
+: >"$log"
+serve_start "$tmp/data" --workers 1 --log-format json || echo "Bail out! the server did not start after a kill"
+check "a job goes on after a kill" await_state "$id" finished 60
+check "... its lines with the request of before" has "$same and .kind == \"state\" and (.detail | startswith(\"finished\"))"
+check "... and its worker's" has "$same and .message == \"work for a job\""
+serve_stop
+
+# A worker elsewhere that can keep no file: it says which lease it could not serve.
+: >"$log"
+serve_start "$tmp/data" --workers 0 --worker-listen 127.0.0.1:0 --log-format json || echo "Bail out! the server did not start again"
+submit 3
+port=$(lines -r 'select(.message == "serving").worker_port')
+(trap '' XFSZ; ulimit -f 0; exec "$build/shearwater-worker" --connect "127.0.0.1:$port" --threads 1 --name far --cache "$tmp/cache" --log-format json) \
+    2> >(exec cat >"$tmp/far") &
+far=$!
+track $far
+log=$tmp/far
+check "a far worker tells that it is connected" has ".message == \"connected\" and .worker == \"far\" and .coordinator == \"127.0.0.1:$port\""
+check "... and which lease it cannot serve, of which job" has "$same and .message == \"tile cannot be traced\" and .level == \"warning\"
+    and .frame_id > 0 and .tile >= 0 and .generation >= 1 and (.detail | length) > 0"
+kill $far; wait $far 2>/dev/null
+check "... and that it leaves" has '.message == "leaving"'
+check "each of its lines is an object" all_objects
+serve_stop
+log=$tmp/data/stderr
 
 serve_start "$tmp/data" --workers 0 --quiet || echo "Bail out! the server did not start again"
 : >"$log"

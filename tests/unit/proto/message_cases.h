@@ -46,6 +46,8 @@ static inline void case_want(struct message_want *m)
 static inline void case_frame_plan(struct message_frame_plan *m)
 {
     m->frame_id = 77;
+    strcpy(m->job, "01m81bqv6g023bzgj1ehn7c5m6");
+    strcpy(m->trace, "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01");
     m->plan = case_bytes;
     m->plan_bytes = sizeof case_bytes;
 }

@@ -179,6 +179,7 @@ static void tile_values(void **state)
     EXPECT_WITH(tile_fault, m.code = 0, ERR_RANGE);
     EXPECT_WITH(tile_fault, m.index = UINT32_MAX, ERR_LIMIT);
     EXPECT_WITH(frame_plan, m.plan_bytes = 0, ERR_OK); /* for plan_decode to refuse */
+    EXPECT_WITH(frame_plan, m.job[0] = m.trace[0] = '\0', ERR_OK);
 }
 
 static int decode_part(uint64_t total_bytes, uint64_t offset, size_t size_bytes)

@@ -61,13 +61,14 @@ static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_t
     return true;
 }
 
-static const uint8_t *plan(void *ctx, uint64_t frame_id, uint32_t *size_bytes)
+static bool plan(void *ctx, uint64_t frame_id, struct message_frame_plan *out)
 {
     static const uint8_t bytes[] = "the plan";
     (void)ctx;
     assert_int_equal(frame_id, 7);
-    *size_bytes = sizeof bytes;
-    return bytes;
+    *out = (struct message_frame_plan){
+        .frame_id = frame_id, .job = "a job", .plan = bytes, .plan_bytes = sizeof bytes};
+    return true;
 }
 
 static uint32_t result(void *ctx, uint64_t worker, const struct message_result *r, uint8_t **bytes,

@@ -476,13 +476,28 @@ static void a_newer_schema_is_refused(void **state)
     close_store(f);
     set_version(f, "PRAGMA user_version = 1000");
     assert_int_equal(open_store(f), ERR_VERSION);
-    set_version(f, "PRAGMA user_version = 3");
+    set_version(f, "PRAGMA user_version = 4");
     assert_int_equal(open_store(f), 0);
 }
 
 static const char first_id[] = "01JOB000000000000000000001";
 
-/* A folder of the first version: its jobs are there, none is paused, and they are nobody's. */
+static void a_trace_is_kept(void **state)
+{
+    struct fixture *f = *state;
+    struct insertion i = {.error = 1};
+    struct job_row row = make_row(1);
+    strcpy(row.trace, "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01-a0f067aa0ba902b7");
+    job_store_insert(f->store, &row, NULL, NULL, on_inserted, &i);
+    settle(f);
+    assert_int_equal(i.error, 0);
+    close_store(f);
+    assert_int_equal(open_store(f), 0);
+    assert_string_equal(get(f, first_id).row.trace, row.trace);
+}
+
+/* A folder of the first version: its jobs are there, none is paused, they are nobody's, and nobody
+ * knows which request brought them. */
 static void an_older_schema_is_brought_up(void **state)
 {
     struct fixture *f = *state;
@@ -491,12 +506,14 @@ static void an_older_schema_is_brought_up(void **state)
     insert_plain(f, 1);
     close_store(f);
     set_version(f, "DROP INDEX jobs_by_owner; DROP INDEX jobs_by_owner_state;"
-                   "ALTER TABLE jobs DROP COLUMN owner; ALTER TABLE jobs DROP COLUMN paused;"
+                   "ALTER TABLE jobs DROP COLUMN trace; ALTER TABLE jobs DROP COLUMN owner;"
+                   "ALTER TABLE jobs DROP COLUMN paused;"
                    "PRAGMA user_version = 1");
     assert_int_equal(open_store(f), 0);
     struct found found = get(f, first_id);
     assert_true(found.there && !found.row.paused);
     assert_string_equal(found.row.owner, "");
+    assert_string_equal(found.row.trace, "");
     job_store_steer(f->store, found.row.id, NULL, &paused, on_done, &error);
     settle(f);
     assert_int_equal(error, 0);
@@ -652,6 +669,7 @@ int main(void)
         TEST(closing_finishes_what_is_queued),
         TEST(one_folder_has_one_owner),
         TEST(a_newer_schema_is_refused),
+        TEST(a_trace_is_kept),
         TEST(an_older_schema_is_brought_up),
         TEST(owners_have_jobs_and_keys_of_their_own),
         TEST(steering_sets_what_is_given),

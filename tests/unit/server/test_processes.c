@@ -98,7 +98,8 @@ static void workers_are_told_what_they_need(void **state)
     open_world(&w, "echo \"$@\" > $NOTE.new; mv $NOTE.new $NOTE; exec sleep 60", 1);
     read_note(&w, text, sizeof text);
     assert_string_equal(text, "--connect unix:/nowhere/s --threads 3 --name local-1 "
-                              "--exit-with-parent --nice 10 --cache /nowhere/cache\n");
+                              "--exit-with-parent --nice 10 --log-format text "
+                              "--cache /nowhere/cache\n");
     assert_true(close_world(&w) < 2.0);
     assert_int_equal(w.respawned, 0);
 }

@@ -26,6 +26,7 @@
 #include "worker/session.h"
 
 #define PATIENCE_MS 5000
+#define TRACE       "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"
 #define BLOB_BYTES  (LIMIT_BLOB_PART_BYTES + 5000u)
 #define MAP_BYTES   3000u
 #define LIFE        (5ull << WORKER_ID_LIFE_SHIFT)
@@ -133,7 +134,7 @@ struct world {
     bool ended, closed;
     enum session_end end;
     char text[LIMIT_DETAIL_BYTES];
-    unsigned notices;
+    struct journal journal; /* to a file in dir */
     int listener, fd;
     struct frame_inbox inbox;
     struct bytes_writer w;
@@ -144,11 +145,17 @@ struct world {
     uint32_t asked; /* tiles that the worker wants, as far as we read */
 };
 
-static void on_notice(void *ctx, const char *text)
+/* Does the worker's log have a line with all of that? */
+static bool told(const struct world *w, const char *what, const char *detail)
 {
-    struct world *w = ctx;
-    assert_true(text[0] != '\0');
-    w->notices++;
+    char text[16384];
+    const ssize_t n = pread(w->journal.log.fd, text, sizeof text - 1, 0);
+    assert_true(n >= 0);
+    text[n] = '\0';
+    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
+        if (strstr(line, what) && strstr(line, detail) && strstr(line, "worker=tester"))
+            return true;
+    return false;
 }
 
 static void on_ended(void *ctx, enum session_end end, const char *text)
@@ -184,12 +191,15 @@ static void listen_there(struct world *w)
 static struct world *world_open(uint32_t threads, bool with_blobs)
 {
     struct world *w = calloc(1, sizeof *w);
-    const struct session_client client = {w, on_notice, on_ended, NULL};
+    const struct session_client client = {w, &w->journal, on_ended, NULL};
     struct fault fault = {0};
     snprintf(w->dir, sizeof w->dir, "/tmp/shearwater-test-session-XXXXXX");
     assert_non_null(mkdtemp(w->dir));
     snprintf(w->address, sizeof w->address, "unix:%s/s", w->dir);
     snprintf(w->cache, sizeof w->cache, "%s/cache", w->dir);
+    w->journal = (struct journal){.log = {.fd = open(w->dir, O_TMPFILE | O_RDWR | O_APPEND, 0600)},
+                                  .worker = "tester"};
+    assert_true(w->journal.log.fd >= 0);
     snprintf(w->blobs, sizeof w->blobs, "%s/blobs", w->dir);
     w->options = (struct options){.connect = w->address,
                                   .cache_dir = w->cache,
@@ -229,6 +239,7 @@ static void world_close(struct world *w)
     assert_int_equal(uv_loop_close(&w->loop), 0);
     assert_int_equal(loads, unloads);
     if (w->fd >= 0) close(w->fd);
+    close(w->journal.log.fd);
     close(w->listener);
     frame_inbox_fini(&w->inbox);
     bytes_writer_fini(&w->w);
@@ -336,7 +347,9 @@ static void send_frame(struct world *w, uint64_t id)
     struct bytes_writer p;
     bytes_writer_init(&p);
     plan_encode(&p, &w->plan);
-    const struct message_frame_plan m = {id, p.data, (uint32_t)p.size_bytes};
+    struct message_frame_plan m = {
+        .frame_id = id, .job = "job-nine", .plan = p.data, .plan_bytes = (uint32_t)p.size_bytes};
+    strcpy(m.trace, TRACE);
     message_encode_frame_plan(&w->w, &m);
     put(w, MESSAGE_FRAME, NULL, 0);
     bytes_writer_fini(&p);
@@ -494,7 +507,7 @@ static void a_cached_blob_is_not_fetched_again(void **state)
     drop_link(w);
     struct session *old = w->session;
     struct fault fault = {0};
-    const struct session_client client = {w, on_notice, on_ended, NULL};
+    const struct session_client client = {w, &w->journal, on_ended, NULL};
     session_close(old, on_closed, w);
     while (!w->closed) uv_run(&w->loop, UV_RUN_ONCE);
     w->closed = false;
@@ -522,7 +535,9 @@ static void results_are_kept_until_acknowledged(void **state)
     drop_link(w);
     welcome(w, LIFE | 2); /* the same coordinator: the rest is said again */
     assert_int_equal(expect_result(w), 2);
-    assert_int_equal(w->notices, 2);
+    assert_int_equal(w->journal.log.lines[LOG_INFO], 3); /* connected, a job's frame, connected */
+    assert_int_equal(w->journal.log.lines[LOG_WARNING], 1);
+    assert_true(told(w, "warning link lost", "trying again"));
     drop_link(w);
     welcome(w, (LIFE + (1ull << WORKER_ID_LIFE_SHIFT)) | 1); /* another one */
     expect_nothing(w);
@@ -601,6 +616,9 @@ static void a_missing_blob_is_a_fault_of_its_tiles(void **state)
     assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
     assert_int_equal(fault.code, ERR_NOT_FOUND);
     assert_int_equal(fault.index, 1);
+    assert_true(told(w, "info work for a job", "trace=4bf92f3577b34da6a3ce929d0e0e4736"));
+    assert_true(told(w, "warning tile cannot be traced", "job=job-nine frame_id=9 tile=1"));
+    assert_true(told(w, "tile cannot be traced", "request=00f067aa0ba902b7"));
     send_tile(w, 9, 2); /* it tries again */
     serve_blob(w);
     assert_int_equal(expect_result(w), 2);
@@ -1070,7 +1088,7 @@ static void options_are_checked(void **state)
     static char *const wrong[][2] = {
         {"--threads", "0"},  {"--threads", "1025"},   {"--threads", "2x"},
         {"--threads", "-1"}, {"--cache-bytes", "1T"}, {"--tiles-in-hand", "257"},
-        {"--name", NULL},    {"--nonsense", "1"},     {"--cache-bytes", "99999999999G"}};
+        {"--name", NULL},    {"--nonsense", "1"},     {"--log-format", "xml"}, {"--cache-bytes", "99999999999G"}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         char *argv[] = {"worker", "--connect", "unix:/x", wrong[i][0], wrong[i][1]};
         assert_true(options_read(wrong[i][1] ? 5 : 4, argv, &o, &fault) < 0);

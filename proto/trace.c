@@ -1,4 +1,4 @@
-#include "server/log/trace.h"
+#include "proto/trace.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -80,4 +80,32 @@ void trace_write(const struct trace *trace, char out[TRACE_PARENT_BYTES])
 {
     snprintf(out, TRACE_PARENT_BYTES, "00-%s-%s-0%d", trace->id, trace->request,
              (int)trace->sampled);
+}
+
+void trace_keep(const struct trace *trace, char out[TRACE_TEXT_BYTES])
+{
+    out[0] = '\0';
+    if (!trace->request[0]) return;
+    trace_write(trace, out);
+    if (!trace->parent[0]) return;
+    out[SIZE] = '-';
+    memcpy(out + SIZE + 1, trace->parent, TRACE_SPAN_BYTES);
+}
+
+bool trace_kept(const char *text, struct trace *out)
+{
+    const size_t size = strnlen(text, TRACE_TEXT_BYTES), whole = TRACE_TEXT_BYTES - 1;
+    const char *parent = size == whole ? text + SIZE + 1 : NULL;
+    char head[TRACE_PARENT_BYTES];
+    *out = (struct trace){0};
+    snprintf(head, sizeof head, "%s", text);
+    if ((size != SIZE && !parent) || strncmp(head, "00", 2) != 0 || !is_valid(head)) return false;
+    const size_t digits = TRACE_SPAN_BYTES - 1;
+    if (parent && (parent[-1] != '-' || !is_hex(parent, digits) || is_zero(parent, digits)))
+        return false;
+    memcpy(out->id, text + AT_TRACE, TRACE_ID_BYTES - 1);
+    memcpy(out->request, text + AT_PARENT, digits);
+    if (parent) memcpy(out->parent, parent, digits);
+    out->sampled = is_sampled(text + AT_FLAGS);
+    return true;
 }

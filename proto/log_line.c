@@ -4,7 +4,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/log/log.h"
+#include "proto/log.h"
 
 #define END_BYTES 4 /* more than the longest end: "\"}\n" */
 

@@ -1,6 +1,6 @@
 #pragma once
-/* The server's log: one line a fact, for people (TEXT: time level what key=value...) or for
- * programs (JSON: one object a line). Whatever bytes a value has, a line stays one line.
+/* The log of a server or a worker: one line a fact, for people (TEXT: time level what key=value...)
+ * or for programs (JSON: one object a line). Whatever bytes a value has, a line stays one line.
  *
  * Nobody waits for who reads it: a line that the pipe has no room for is dropped and counted. For
  * the loop's thread. */
@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "server/log/trace.h"
+#include "proto/trace.h"
 
 #define LOG_LINE_BYTES 4096 /* PIPE_BUF: written whole or not at all */
 
@@ -31,6 +31,7 @@ struct log_field {
 
 /* "text" and "json". */
 bool log_format_from_name(const char *name, enum log_format *out);
+const char *log_format_name(enum log_format format);
 const char *log_level_name(enum log_level level);
 
 /* trace may be NULL; log, too: nothing is written. Fields whose text is "" are left out. What is

@@ -9,6 +9,7 @@
 #define TRACE_ID_BYTES     33 /* 32 hexadecimal digits and the end */
 #define TRACE_SPAN_BYTES   17 /* 16, and the end */
 #define TRACE_PARENT_BYTES 56 /* of a whole traceparent, and the end */
+#define TRACE_TEXT_BYTES   73 /* and of the caller's span behind it */
 
 /* Texts are lower-case hexadecimal, never all zero; request "": there was no request. */
 struct trace {
@@ -30,3 +31,8 @@ void trace_begin(struct trace_source *source, const char *header, struct trace *
 
 /* The traceparent for whoever is told of this request. */
 void trace_write(const struct trace *trace, char out[TRACE_PARENT_BYTES]);
+
+/* To be kept: the traceparent and, after another dash, the caller's span if there is one; "" for no
+ * request. Reading is false, and the trace zero, for all else. */
+void trace_keep(const struct trace *trace, char out[TRACE_TEXT_BYTES]);
+bool trace_kept(const char *text, struct trace *out);

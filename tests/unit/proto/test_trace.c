@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "server/log/trace.h"
+#include "proto/trace.h"
 
 #define ID   "4bf92f3577b34da6a3ce929d0e0e4736"
 #define SPAN "00f067aa0ba902b7"
@@ -87,12 +87,41 @@ static void goes_on(void **state)
     assert_string_not_equal(second.request, first.request);
 }
 
+static void is_kept(void **state)
+{
+    (void)state;
+    struct trace_source source = {3};
+    struct trace begun, continued, none = {0}, back;
+    char text[TRACE_TEXT_BYTES];
+    trace_begin(&source, NULL, &begun);
+    trace_begin(&source, "00-" ID "-" SPAN "-01", &continued);
+    const struct trace *all[] = {&begun, &continued};
+    for (size_t i = 0; i < 2; i++) {
+        trace_keep(all[i], text);
+        assert_int_equal(strlen(text), i ? 72 : 55);
+        assert_true(trace_kept(text, &back));
+        assert_memory_equal(&back, all[i], sizeof back);
+    }
+    trace_keep(&none, text);
+    assert_string_equal(text, "");
+    static const char *const wrong[] = {
+        "", "x", "00-" ID "-" SPAN "-0", "00-" ID "-" SPAN "-01-", "01-" ID "-" SPAN "-01",
+        "00-" ID "-" SPAN "-01-0000000000000000", "00-" ID "-" SPAN "-01-00f067aa0ba902bg",
+        "00-" ID "-" SPAN "-01_" SPAN, "00-" ID "-" SPAN "-01-" SPAN "0",
+        "00-" ID "-0000000000000000-01"};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        assert_false(trace_kept(wrong[i], &back));
+        assert_memory_equal(&back, &none, sizeof back);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(valid),
         cmocka_unit_test(invalid),
         cmocka_unit_test(goes_on),
+        cmocka_unit_test(is_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

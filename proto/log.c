@@ -1,4 +1,4 @@
-#include "server/log/log.h"
+#include "proto/log.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -13,6 +13,11 @@ bool log_format_from_name(const char *name, enum log_format *out)
     const bool json = !strcmp(name, "json");
     *out = json ? LOG_JSON : LOG_TEXT;
     return json || !strcmp(name, "text");
+}
+
+const char *log_format_name(enum log_format format)
+{
+    return format == LOG_JSON ? "json" : "text";
 }
 
 const char *log_level_name(enum log_level level)

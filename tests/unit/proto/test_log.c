@@ -11,7 +11,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "server/log/log.h"
+#include "proto/log.h"
 #include "tests/random.h"
 
 static size_t one_field(enum log_format format, const char *key, const char *text,

@@ -1,0 +1,29 @@
+#pragma once
+/* The worker's log: lines of proto/log.h that tell which worker they are of and, where it is about
+ * a lease, which job's, so that they are found beside the coordinator's own. For the loop's thread.
+ */
+#include "proto/log.h"
+
+struct journal {
+    struct log log;
+    const char *worker; /* its name; borrowed */
+};
+
+/* What a line is about. */
+struct journal_lease {
+    const char *job;           /* "": not told */
+    const struct trace *trace; /* of the request that submitted it; its request "": not known */
+    uint64_t frame_id;
+    uint32_t tile, generation;
+};
+
+#define JOURNAL_FIELDS_MOST 8 /* of the caller's own */
+
+/* journal may be NULL: nothing is written. trace: of the job's request; NULL or its request "":
+ * not known. */
+void journal_write(struct journal *journal, enum log_level level, const char *what,
+                   const struct log_field *fields, size_t count);
+void journal_write_traced(struct journal *journal, enum log_level level, const char *what,
+                          const struct trace *trace, const struct log_field *fields, size_t count);
+void journal_write_lease(struct journal *journal, enum log_level level, const char *what,
+                         const struct journal_lease *lease, const char *detail);
