@@ -406,12 +406,15 @@ static void lobes_add_what_they_see(void **state)
     middle_init(&without);
     middle_take(&without);
     uint32_t *lobe = calloc(with.area * N, sizeof *lobe);
-    float *sees = calloc(with.area, sizeof *sees);
-    assert_true(lobe && sees);
-    for (size_t i = 0; i < with.area; i++) sees[i] = 2.0f;
+    float *sees = calloc(with.area, sizeof *sees), *alpha = calloc(with.area, sizeof *alpha);
+    assert_true(lobe && sees && alpha);
+    /* Every other column has no lobe, and has seen something else all around. */
+    for (size_t i = 0; i < with.area; i++) sees[i] = i % 2 ? 2.0f : 5.0f;
+    for (size_t i = 0; i < with.area; i++) alpha[i] = i % 2 ? 0.25f : 0.0f;
     for (size_t i = 0; i < with.area * N; i += 2)
         lobe[i] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
     with.patch->lens_lobe = lobe;
+    with.patch->glossy_alpha = alpha;
     for (int c = 0; c < 3; c++) with.lighting.glossy[c] = sees;
     middle_take(&with);
     for (int32_t y = with.block.y0; y < with.block.y1; y++)
@@ -427,11 +430,13 @@ static void lobes_add_what_they_see(void **state)
             }
     assert_true(count > 1000.0);
     with.patch->lens_lobe = NULL;
+    with.patch->glossy_alpha = NULL;
     for (int c = 0; c < 3; c++) with.lighting.glossy[c] = NULL;
     middle_fini(&with);
     middle_fini(&without);
     free(lobe);
     free(sees);
+    free(alpha);
 }
 
 /* Of the block in the middle. */
