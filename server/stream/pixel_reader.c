@@ -250,14 +250,15 @@ static void free_reader(void *ctx)
     free(r);
 }
 
-static struct pixel_reader *reader_create(struct pixel_sheet **sheets,
+static struct pixel_reader *reader_create(struct streams *s, struct pixel_sheet **sheets,
                                           const struct pixels_wish *wish)
 {
     struct pixel_reader *r = calloc(1, sizeof *r);
     if (!r) return NULL;
     r->base.kind = READER_PIXELS;
     r->has = wish->after;
-    r->sheet = pixel_sheet_join(sheets ? sheets : &r->own, wish->layer, wish->format);
+    r->sheet =
+        pixel_sheet_join(sheets ? sheets : &r->own, &s->sheet_budget, wish->layer, wish->format);
     if (r->sheet) return r;
     free(r);
     return NULL;
@@ -274,7 +275,7 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
                                             const struct pixels_wish *wish)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(&stream->sheets, wish) : NULL;
+    struct pixel_reader *r = stream ? reader_create(s, &stream->sheets, wish) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
         if (r) pixel_sheet_leave(&stream->sheets, &r->sheet);
@@ -288,7 +289,7 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
 struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connection *connection,
                                            struct image *image, const struct pixels_wish *wish)
 {
-    struct pixel_reader *r = reader_create(NULL, wish);
+    struct pixel_reader *r = reader_create(s, NULL, wish);
     struct MHD_Response *response = NULL;
     if (r && pixel_blocks_init(&r->dirty, image->width_px, image->height_px) == 0)
         response = response_of(r);
