@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "proto/job.h"
-#include "server/stream/stream.h"
+#include "server/stream/streams.h"
 
 enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
 
@@ -163,6 +163,11 @@ static void another_image_replaces_all_of_the_one_before(void **state)
     stream_image(streams, job, two); /* drawn while the other was shown */
     assert_int_equal(blocks_due(feed, 0x4000), BLOCKS);
     assert_int_equal(blocks_due(feed, 0x4000), 0);
+    /* At once, too: what was due of the one before is not. */
+    stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
+    stream_image(streams, job, one);
+    assert_int_equal(streams->sheet_budget.kept_bytes, 0);
+    assert_int_equal(blocks_due(feed, 0x3c00), BLOCKS);
     stream_image(streams, job, NULL);
     feed_end(feed);
     streams_destroy(&streams);
