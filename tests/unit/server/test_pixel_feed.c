@@ -396,6 +396,44 @@ static void who_takes_nothing_is_cut_and_counted(void **state)
     close(ends[1]);
 }
 
+/* Bytes leave its socket, though too few for MHD to ask for more. */
+static void who_takes_little_is_not_cut(void **state)
+{
+    (void)state;
+    struct streams *streams = NULL;
+    struct image *image = image_of(1);
+    struct streams_totals totals;
+    int ends[2];
+    uint8_t bytes[64];
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    socket_of_all = ends[0];
+    for (int i = 0; i < 8; i++)
+        assert_int_equal(send(ends[0], bytes, sizeof bytes, 0), sizeof bytes);
+    assert_int_equal(streams_create(&streams), 0);
+    streams_limit(streams, 0, 50);
+    stream_image(streams, job, image);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    stream_pixels(streams, job, everything);
+    assert_int_equal(feed->read(feed->ctx, 0, (char *)bytes, 16), 16);
+    for (int i = 0; i < 6; i++) {
+        usleep(20000);
+        assert_int_equal(recv(ends[1], bytes, sizeof bytes, 0), sizeof bytes);
+        streams_tick(streams);
+    }
+    streams_totals(streams, &totals);
+    assert_int_equal(totals.cut_pixels, 0);
+    usleep(80000);
+    streams_tick(streams);
+    streams_totals(streams, &totals);
+    assert_int_equal(totals.cut_pixels, 1);
+    stream_image(streams, job, NULL);
+    feed_end(feed);
+    streams_destroy(&streams);
+    image_destroy(&image);
+    close(ends[0]);
+    close(ends[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -405,6 +443,7 @@ int main(void)
         cmocka_unit_test(a_forgotten_picture_leaves_no_reader_behind),
         cmocka_unit_test(many_feeds_share_what_may_be_sent),
         cmocka_unit_test(who_takes_nothing_is_cut_and_counted),
+        cmocka_unit_test(who_takes_little_is_not_cut),
         cmocka_unit_test(another_image_replaces_all_of_the_one_before),
         cmocka_unit_test(a_view_has_nothing_of_the_one_before),
     };
