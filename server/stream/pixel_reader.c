@@ -139,15 +139,16 @@ static bool next_of_picture(struct pixel_reader *r)
 {
     const struct stream *stream = r->base.stream;
     struct rect rect;
-    if (r->dirty.count > 0 && !has_turn(r)) return true;
-    if (take_block(r, &rect)) return next_block(r, rect);
-    give_back_turn(r);
-    if (r->base.beat || r->told != r->has) {
+    const bool waits = r->dirty.count > 0 && !has_turn(r);
+    if (!waits && take_block(r, &rect)) return next_block(r, rect);
+    if (!waits) give_back_turn(r);
+    /* A sign of life needs no turn. */
+    if (r->base.beat || (!waits && r->told != r->has)) {
         put_size(r, stream->changes.width_px, stream->changes.height_px, r->has);
         r->base.beat = false;
         return true;
     }
-    return !stream->final;
+    return waits || !stream->final;
 }
 
 /* Prepares the next message. False when the feed ends; no bytes when there is nothing to say now.

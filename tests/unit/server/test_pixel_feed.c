@@ -315,7 +315,9 @@ static void many_feeds_share_what_may_be_sent(void **state)
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     struct MHD_Response *feeds[MANY];
-    int complete;
+    int complete, ends[2];
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    socket_of_all = ends[0]; /* nobody has hung up */
     assert_int_equal(streams_create(&streams), 0);
     streams_limit(streams, TURNS * PACE_TURN_BYTES, UINT64_MAX);
     stream_image(streams, job, image);
@@ -331,6 +333,16 @@ static void many_feeds_share_what_may_be_sent(void **state)
     stream_pixels(streams, job, everything);
     blocks_of_all(feeds, MANY, &complete);
     assert_true(complete >= 1 && complete < MANY);
+    assert_true(streams_wait(streams));
+    /* Who stands in line gives a sign of life, and stays there. */
+    struct heard heard;
+    struct MHD_Response *last = feeds[MANY - 1];
+    assert_false(hear(last, &heard));
+    streams->beat_ms = 0;
+    streams_tick(streams);
+    assert_true(hear(last, &heard));
+    assert_int_equal(heard.width, 0);
+    assert_false(hear(last, &heard));
     assert_true(streams_wait(streams));
     /* Time brings the others their turns, in order. */
     const time_t begun = time(NULL);
@@ -354,6 +366,8 @@ static void many_feeds_share_what_may_be_sent(void **state)
     for (int i = 0; i < MANY; i++) feed_end(feeds[i]);
     streams_destroy(&streams);
     image_destroy(&image);
+    close(ends[0]);
+    close(ends[1]);
 }
 
 static void who_takes_nothing_is_cut_and_counted(void **state)
