@@ -69,18 +69,23 @@
 #define LIMIT_THREADS       1024       /* tracing threads of a worker */
 
 /* HTTP. */
-#define LIMIT_HTTP_CONNECTIONS  2048         /* open connections; each may hold 24 KB of head */
-#define LIMIT_HTTP_URL_BYTES    4096         /* bytes of a request target */
-#define LIMIT_LIST_ROWS         100          /* rows of one page of a listing */
-#define LIMIT_EVENT_RING        256          /* events kept for replay, per job */
-#define LIMIT_KEPT_PIXELS_BYTES (256u << 20) /* of a picture that has ended, for feeds behind */
-#define LIMIT_STUCK_MS          30000        /* ms that a reader of a stream may take nothing */
-#define LIMIT_JOBS_WAITING      100000       /* jobs not yet finished */
-#define LIMIT_REQUEST_MS        30000  /* ms that a request without a body may take to arrive */
-#define LIMIT_UPLOAD_MS         600000 /* ms that an upload may take to arrive */
-#define LIMIT_ANSWER_MS         20000  /* ms that the store may take to answer a request */
+#define LIMIT_HTTP_CONNECTIONS 2048   /* open connections; each may hold 24 KB of head */
+#define LIMIT_HTTP_URL_BYTES   4096   /* bytes of a request target */
+#define LIMIT_LIST_ROWS        100    /* rows of one page of a listing */
+#define LIMIT_EVENT_RING       256    /* events kept for replay, per job */
+#define LIMIT_STUCK_MS         30000  /* ms that a reader of a stream may take nothing */
+#define LIMIT_JOBS_WAITING     100000 /* jobs not yet finished */
+#define LIMIT_REQUEST_MS       30000  /* ms that a request without a body may take to arrive */
+#define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
+#define LIMIT_ANSWER_MS        20000  /* ms that the store may take to answer a request */
 #define LIMIT_UPLOAD_PACE                                                                          \
     32768 /* bytes a second that an upload must bring after that of a request */
+
+/* Blocks of pictures as they go out: kept for all feeds of pictures in work; of a picture that has
+ * ended, for feeds behind; of all pictures together. */
+#define LIMIT_SHARED_PIXELS_BYTES (256u << 20)
+#define LIMIT_KEPT_PIXELS_BYTES   (256u << 20)
+#define LIMIT_PIXELS_BYTES        (512u << 20)
 
 /* Who may do what. */
 #define LIMIT_TOKENS            4096    /* tokens of a coordinator */
@@ -88,10 +93,9 @@
 
 /* Tiles on disk, until their frame has its files. */
 #define LIMIT_SPOOL_BYTES       17179869184ULL /* bytes of all frames; beyond, tiles are not kept */
-#define LIMIT_SPOOL_SPARE_BYTES 134217728ULL /* bytes of the disk that are left to jobs and files  \
-                                              */
-#define LIMIT_SPOOL_QUEUE_BYTES 67108864u    /* bytes of memory that wait for the disk */
-#define LIMIT_SPOOL_RECORDS     1048576u     /* of a frame; 40 bytes of memory each to take up */
+#define LIMIT_SPOOL_SPARE_BYTES 134217728ULL   /* of the disk that are left to jobs and files */
+#define LIMIT_SPOOL_QUEUE_BYTES 67108864u      /* bytes of memory that wait for the disk */
+#define LIMIT_SPOOL_RECORDS     1048576u       /* of a frame; 40 bytes of memory each to take up */
 
 /* The importer's fence. */
 #define LIMIT_IMPORT_MS           120000        /* ms of wall time */

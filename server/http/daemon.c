@@ -12,7 +12,7 @@
 #include "server/http/listen.h"
 #include "server/http/request.h"
 #include "server/http/static_files.h"
-#include "server/job/fair_share.h"
+#include "server/http/tenants.h"
 
 #define TICK_MS                 250u
 #define CONNECTION_MEMORY_BYTES 24576u
@@ -293,29 +293,13 @@ static int start_handles(struct http *http)
     return 0;
 }
 
-/* How tenants share the workers. Without memory they stay as they were. */
-static int tell_weights(struct http *http)
-{
-    const struct tokens *tokens = http->access.tokens;
-    struct fair_weights *weights =
-        tokens ? calloc(1, sizeof *weights + tokens->count * sizeof weights->list[0]) : NULL;
-    if (!tokens || !weights) return tokens ? ERR_MEMORY : 0;
-    for (size_t i = 0; i < tokens->count; i++) {
-        if (tokens->list[i].weight == 1) continue;
-        struct fair_weight *w = &weights->list[weights->count++];
-        memcpy(w->owner, tokens->list[i].tenant, sizeof w->owner);
-        w->weight = tokens->list[i].weight;
-    }
-    jobs_set_weights(http->options.jobs, weights);
-    return 0;
-}
-
 static int open_guards(struct http *http, struct fault *fault)
 {
     const struct http_options *o = &http->options;
     int error = 0;
     if (o->certificate_path) error = tls_read(&http->tls, o->certificate_path, o->key_path, fault);
-    return error ? error : access_open(&http->access, o->tokens_path, o->key_path != NULL, fault);
+    if (!error) error = access_open(&http->access, o->tokens_path, o->key_path != NULL, fault);
+    return error ? error : tenants_share(http, fault);
 }
 
 static int open_socket(struct http *http, int *fd, struct fault *fault)
@@ -361,7 +345,6 @@ int http_create(const struct http_options *options, struct http **out, struct fa
         fault_set(fault, error, "", "the HTTP server could not join the loop");
         goto fail;
     }
-    (void)tell_weights(http);
     streams_set_kick(options->streams, on_kick, http);
     streams_set_told_cut(options->streams, on_cut);
     streams_limit(options->streams, options->feed_bytes_per_s,
@@ -378,21 +361,6 @@ fail:
 int http_port(const struct http *http)
 {
     return http->port;
-}
-
-static void cut_unwelcome(struct http *http)
-{
-    for (struct request *r = http->requests; r; r = r->next)
-        if (!access_still_holds(r)) (void)shutdown(r->peer->fd, SHUT_RDWR);
-}
-
-int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)
-{
-    int error = access_reload(&http->access, fault);
-    if (!error) cut_unwelcome(http);
-    if (!error) error = tell_weights(http);
-    *count = http->access.tokens ? http->access.tokens->count : 0;
-    return error;
 }
 
 unsigned http_in_work(const struct http *http)

@@ -185,6 +185,8 @@ static void write_streams(FILE *out, const struct streams *streams)
                   "Blocks converted for feeds of pictures in work.", t.blocks_made);
     metric_single(out, "shearwater_feed_blocks_sent_total", "counter",
                   "Blocks that such feeds began to send; one may go to many.", t.blocks_sent);
+    metric_single(out, "shearwater_feed_kept_bytes", "gauge",
+                  "Memory of blocks that are kept for all feeds of a layer.", t.kept_bytes);
     metric_single(out, "shearwater_feed_waits_total", "counter",
                   "Turns of feeds that waited for --feed-rate.", t.waits);
 }

@@ -44,13 +44,13 @@ static void frame_event(const struct live_job *job, const struct live_frame *fra
                live_job_frame_json(job->id, number_of(job, frame), frame->state), false);
 }
 
-/* The pixel feed shows one frame of a job at a time: the first that is in work. */
+/* The pixel feed shows one frame of a job at a time: the first that is in work. Between two there
+ * is no end of pictures: what readers lack of the first would be made for nothing. */
 static void show(struct live_job *job, struct live_frame *frame)
 {
-    struct streams *streams = job->jobs->options.streams;
-    if (job->shown) stream_image(streams, job->id, NULL);
+    if (frame || job->shown)
+        stream_image(job->jobs->options.streams, job->id, frame ? frame_image(frame->work) : NULL);
     job->shown = frame;
-    if (frame) stream_image(streams, job->id, frame_image(frame->work));
 }
 
 static struct live_frame *first_in_work(const struct live_job *job)

@@ -106,11 +106,12 @@ struct MHD_Response *stream_events_response(struct streams *s, const char *job,
                                             uint64_t last_event_id, json_t *snapshot, bool ended)
 {
     struct stream *stream = ended ? NULL : streams_obtain(s, job);
-    struct event_reader *r = calloc(1, sizeof *r); /* kind: READER_EVENTS */
+    struct event_reader *r = calloc(1, sizeof *r);
     struct MHD_Response *response = NULL;
     bool replay =
         stream && last_event_id != 0 && event_ring_has_after(&stream->ring, last_event_id);
     if (!r || (!stream && !ended)) goto fail;
+    r->base.kind = READER_EVENTS;
     if (!replay) {
         r->cursor = stream ? stream->ring.last_id : 0;
         r->text = event_text_create(s->epoch, r->cursor, "snapshot", snapshot);

@@ -139,15 +139,16 @@ static bool next_of_picture(struct pixel_reader *r)
 {
     const struct stream *stream = r->base.stream;
     struct rect rect;
-    if (r->dirty.count > 0 && !has_turn(r)) return true;
-    if (take_block(r, &rect)) return next_block(r, rect);
-    give_back_turn(r);
-    if (r->base.beat || r->told != r->has) {
+    const bool waits = r->dirty.count > 0 && !has_turn(r);
+    if (!waits && take_block(r, &rect)) return next_block(r, rect);
+    if (!waits) give_back_turn(r);
+    /* A sign of life needs no turn. */
+    if (r->base.beat || (!waits && r->told != r->has)) {
         put_size(r, stream->changes.width_px, stream->changes.height_px, r->has);
         r->base.beat = false;
         return true;
     }
-    return !stream->final;
+    return waits || !stream->final;
 }
 
 /* Prepares the next message. False when the feed ends; no bytes when there is nothing to say now.
@@ -250,14 +251,15 @@ static void free_reader(void *ctx)
     free(r);
 }
 
-static struct pixel_reader *reader_create(struct pixel_sheet **sheets,
+static struct pixel_reader *reader_create(struct streams *s, struct pixel_sheet **sheets,
                                           const struct pixels_wish *wish)
 {
     struct pixel_reader *r = calloc(1, sizeof *r);
     if (!r) return NULL;
     r->base.kind = READER_PIXELS;
     r->has = wish->after;
-    r->sheet = pixel_sheet_join(sheets ? sheets : &r->own, wish->layer, wish->format);
+    r->sheet =
+        pixel_sheet_join(sheets ? sheets : &r->own, &s->sheet_budget, wish->layer, wish->format);
     if (r->sheet) return r;
     free(r);
     return NULL;
@@ -274,7 +276,7 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
                                             const struct pixels_wish *wish)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(&stream->sheets, wish) : NULL;
+    struct pixel_reader *r = stream ? reader_create(s, &stream->sheets, wish) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
         if (r) pixel_sheet_leave(&stream->sheets, &r->sheet);
@@ -288,7 +290,7 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
 struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connection *connection,
                                            struct image *image, const struct pixels_wish *wish)
 {
-    struct pixel_reader *r = reader_create(NULL, wish);
+    struct pixel_reader *r = reader_create(s, NULL, wish);
     struct MHD_Response *response = NULL;
     if (r && pixel_blocks_init(&r->dirty, image->width_px, image->height_px) == 0)
         response = response_of(r);

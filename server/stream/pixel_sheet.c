@@ -23,8 +23,27 @@ void pixel_block_unref(struct pixel_block **block)
     *block = NULL;
 }
 
-struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, const char *layer,
-                                     enum pixels_format format)
+/* In the sheet's place, with a reference of its own, if that is within `most_bytes` of all. */
+static bool keep(struct pixel_sheet *sheet, struct pixel_block **place, struct pixel_block *block,
+                 size_t most_bytes)
+{
+    struct pixel_budget *budget = sheet->budget;
+    if (budget->kept_bytes > most_bytes || block->size_bytes > most_bytes - budget->kept_bytes)
+        return false;
+    budget->kept_bytes += block->size_bytes;
+    block->refs++;
+    *place = block;
+    return true;
+}
+
+static void let_go(struct pixel_sheet *sheet, struct pixel_block **place)
+{
+    if (*place) sheet->budget->kept_bytes -= (*place)->size_bytes;
+    pixel_block_unref(place);
+}
+
+struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, struct pixel_budget *budget,
+                                     const char *layer, enum pixels_format format)
 {
     struct pixel_sheet *sheet = *list;
     if (strlen(layer) >= PIXEL_SHEET_LAYER_BYTES) return NULL;
@@ -35,6 +54,7 @@ struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, const char *laye
         if (!sheet) return NULL;
         memcpy(sheet->layer, layer, strlen(layer) + 1);
         sheet->format = format;
+        sheet->budget = budget;
         sheet->next = *list;
         *list = sheet;
     }
@@ -44,7 +64,7 @@ struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, const char *laye
 
 void pixel_sheet_clear(struct pixel_sheet *sheet)
 {
-    for (uint32_t i = 0; i < sheet->count; i++) pixel_block_unref(&sheet->block[i]);
+    for (uint32_t i = 0; i < sheet->count; i++) let_go(sheet, &sheet->block[i]);
     free(sheet->block);
     sheet->block = NULL;
     sheet->count = 0;
@@ -92,8 +112,8 @@ struct pixel_block *pixel_sheet_block(struct pixel_sheet *sheet, const struct im
     block->changed = changed;
     sheet->made++;
     if (!place) return block;
-    pixel_block_unref(place);
-    if (sheet->readers > 1) *place = with_ref(block);
+    let_go(sheet, place);
+    if (sheet->readers > 1) (void)keep(sheet, place, block, sheet->budget->shared_most_bytes);
     return block;
 }
 
@@ -105,7 +125,8 @@ static int keep_block(struct pixel_sheet *sheet, const struct image *image,
     struct pixel_block **place = place_of(sheet, count, index);
     int error = !block || !place ? ERR_MEMORY : block->size_bytes > *room ? ERR_LIMIT : 0;
     if (!error) *room -= block->size_bytes;
-    if (!error && !*place) *place = with_ref(block);
+    if (!error && !*place && !keep(sheet, place, block, sheet->budget->most_bytes))
+        error = ERR_LIMIT;
     pixel_block_unref(&block);
     return error;
 }
@@ -116,7 +137,7 @@ int pixel_sheet_keep(struct pixel_sheet *sheet, const struct image *image,
     struct rect rect;
     int error = 0;
     for (uint32_t i = 0; i < sheet->count; i++)
-        if (!pixel_blocks_has(wanted, i)) pixel_block_unref(&sheet->block[i]);
+        if (!pixel_blocks_has(wanted, i)) let_go(sheet, &sheet->block[i]);
     while (!error && pixel_blocks_take(wanted, &rect))
         error = keep_block(sheet, image, changes, rect, room);
     return error;

@@ -3,7 +3,8 @@
  *
  * Two hundred who watch one picture are sent the same bytes: a block is converted when the first of
  * them asks for it after a change, and kept until it changes again. With one reader alone nothing
- * is kept. Only the header's revision differs: each reader sends its own. */
+ * is kept, and nothing beyond the budget of all sheets: then each reader makes its own. Only the
+ * header's revision differs: each reader sends its own. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -20,8 +21,16 @@ struct pixel_block {
     uint8_t bytes[];
 };
 
+/* Of the memory of all sheets. What readers hold that are sending it is not in it. */
+struct pixel_budget {
+    size_t kept_bytes;        /* by all sheets now */
+    size_t shared_most_bytes; /* up to which blocks of pictures in work are kept */
+    size_t most_bytes;        /* up to which those of pictures that have ended are */
+};
+
 struct pixel_sheet {
     struct pixel_sheet *next;
+    struct pixel_budget *budget; /* outlives it */
     char layer[PIXEL_SHEET_LAYER_BYTES];
     enum pixels_format format;
     unsigned readers;
@@ -37,8 +46,8 @@ void pixel_block_unref(struct pixel_block **block);
 
 /* Finds or makes the sheet in the list, and counts one more reader; NULL on failed allocation or
  * for a name that is too long. */
-struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, const char *layer,
-                                     enum pixels_format format);
+struct pixel_sheet *pixel_sheet_join(struct pixel_sheet **list, struct pixel_budget *budget,
+                                     const char *layer, enum pixels_format format);
 /* The last reader's leaving frees the sheet. */
 void pixel_sheet_leave(struct pixel_sheet **list, struct pixel_sheet **sheet);
 
@@ -51,8 +60,8 @@ struct pixel_block *pixel_sheet_block(struct pixel_sheet *sheet, const struct im
                                       const struct pixel_changes *changes, struct rect rect);
 
 /* Makes the blocks that are set in `wanted` (taken from it), so that they outlast the image, and
- * forgets all others. ERR_LIMIT when *room bytes are not enough for them, of which it takes what it
- * used; ERR_MEMORY. */
+ * forgets all others. ERR_LIMIT when *room bytes, of which it takes what it used, or the budget are
+ * not enough for them; ERR_MEMORY. */
 int pixel_sheet_keep(struct pixel_sheet *sheet, const struct image *image,
                      const struct pixel_changes *changes, struct pixel_blocks *wanted,
                      size_t *room);

@@ -1,7 +1,9 @@
 #include "server/stream/reader.h"
 
 #include <errno.h>
+#include <linux/sockios.h>
 #include <microhttpd.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include "server/stream/streams.h"
@@ -48,8 +50,22 @@ void reader_moved(struct reader *r)
     if (r->streams) r->moved_ms = r->streams->now_ms;
 }
 
-bool reader_is_stuck(const struct reader *r, uint64_t now_ms, uint64_t after_ms)
+/* Bytes that the other side has not acknowledged; 0 where the system does not tell. */
+static int unsent_bytes(const struct reader *r)
 {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(r->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    int bytes = 0;
+    return info && ioctl(info->connect_fd, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
+}
+
+bool reader_is_stuck(struct reader *r, uint64_t now_ms, uint64_t after_ms)
+{
+    if (!r->suspended && !r->cut) {
+        const int bytes = unsent_bytes(r);
+        if (bytes != r->unsent_bytes) r->moved_ms = now_ms;
+        r->unsent_bytes = bytes;
+    }
     return !r->suspended && !r->cut && now_ms - r->moved_ms >= after_ms;
 }
 

@@ -26,6 +26,7 @@ struct reader {
     bool beat;         /* a heartbeat is due */
     bool cut;          /* it was: it did not read */
     uint64_t moved_ms; /* when it last took something, or was woken to */
+    int unsent_bytes;  /* that waited in its socket when that was last looked at */
     /* In the line for a turn (pace.h). */
     bool waits;
     struct reader *wait_next, **wait_link;
@@ -40,8 +41,9 @@ void reader_leave(struct reader *r);
 /* It took bytes: what a callback does that gives some. */
 void reader_moved(struct reader *r);
 
-/* Is it awake, and has taken nothing for so long? Then its socket is full. */
-bool reader_is_stuck(const struct reader *r, uint64_t now_ms, uint64_t after_ms);
+/* Is it awake, and has taken nothing for so long? Then its socket is full, and as full as it was: a
+ * slow link takes bytes out of it long before there is room for more. Asked at each tick. */
+bool reader_is_stuck(struct reader *r, uint64_t now_ms, uint64_t after_ms);
 /* Ends its connection, and counts it; who dials again is given a snapshot. */
 void reader_cut(struct reader *r);
 

@@ -106,6 +106,7 @@ struct streams_totals {
     uint64_t cut_events, cut_pixels;   /* readers that did not read, or fell too far behind */
     uint64_t pixel_bytes;              /* of feeds */
     uint64_t blocks_made, blocks_sent; /* of pictures in work: those made once serve many */
+    uint64_t kept_bytes;               /* of blocks that are kept for all feeds */
     uint64_t waits;                    /* turns of feeds that had to wait */
 };
 void streams_totals(const struct streams *streams, struct streams_totals *out);

@@ -32,6 +32,8 @@ int streams_create(struct streams **out)
     s->epoch = (uint32_t)wall_ms();
     s->now_ms = s->beat_ms = s->peek_ms = now_ms();
     s->stuck_ms = UINT64_MAX;
+    s->sheet_budget.shared_most_bytes = LIMIT_SHARED_PIXELS_BYTES;
+    s->sheet_budget.most_bytes = LIMIT_PIXELS_BYTES;
     *out = s;
     return 0;
 }
@@ -329,6 +331,7 @@ void streams_totals(const struct streams *s, struct streams_totals *out)
                                    .pixel_bytes = s->pixel_bytes,
                                    .blocks_made = s->blocks_made,
                                    .blocks_sent = s->blocks_sent,
+                                   .kept_bytes = s->sheet_budget.kept_bytes,
                                    .waits = s->pace.waits};
 }
 

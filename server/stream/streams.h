@@ -39,8 +39,9 @@ struct streams {
     void *kick_ctx;
     void (*told_cut)(void *ctx, enum reader_kind kind, const char *job); /* of the same ctx */
     struct pace pace;
-    uint64_t now_ms;   /* as of the last tick */
-    uint64_t stuck_ms; /* until a reader that takes nothing is cut */
+    struct pixel_budget sheet_budget; /* of all streams' sheets */
+    uint64_t now_ms;                  /* as of the last tick */
+    uint64_t stuck_ms;                /* until a reader that takes nothing is cut */
     uint64_t cut[READER_KINDS];
     uint64_t pixel_bytes; /* given to readers */
     uint64_t blocks_made, blocks_sent;

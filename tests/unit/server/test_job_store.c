@@ -412,6 +412,19 @@ static void blobs_are_remembered(void **state)
     assert_true(digest_equal(&found, &blob));
 }
 
+static void looking_for_a_key_commits_nothing(void **state)
+{
+    struct fixture *f = *state;
+    struct job_store_totals totals;
+    struct insertion found = {0};
+    const struct digest body = {0};
+    job_store_find_key(f->store, "", "a key", &body, on_inserted, &found);
+    settle(f);
+    assert_int_equal(found.calls, 1);
+    job_store_totals(f->store, &totals);
+    for (size_t i = 0; i <= DURATION_BUCKETS; i++) assert_int_equal(totals.commits.count[i], 0);
+}
+
 #define MANY 2000
 
 static void many_submissions_share_commits(void **state)
@@ -665,6 +678,7 @@ int main(void)
         TEST(listing_looks_for_text),
         TEST(unfinished_jobs_are_found_oldest_first),
         TEST(blobs_are_remembered),
+        TEST(looking_for_a_key_commits_nothing),
         TEST(many_submissions_share_commits),
         TEST(closing_finishes_what_is_queued),
         TEST(one_folder_has_one_owner),
