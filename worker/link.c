@@ -158,7 +158,8 @@ void link_drop(struct link *l, int error, const char *why)
     l->state = LINK_BREAKING;
     l->broken = 0;
     uv_idle_stop(&l->turn);
-    l->pending.size_bytes = 0;
+    bytes_writer_fini(&l->pending); /* what it had no memory for is of the lost link, too */
+    bytes_writer_init(&l->pending);
     close_handle(l);
     l->client.down(l->client.ctx, error, text, link_wait_ms(l->attempt));
     if (!was_open && !l->closing) wait(l);
@@ -246,13 +247,14 @@ static void on_turn(uv_idle_t *turn)
     struct link *l = turn->data;
     uv_idle_stop(turn);
     if (l->state != LINK_UP) return;
-    if (l->broken == 0 && l->pending.size_bytes > 0) write_out(l, NULL);
+    if (l->broken == 0 && (l->pending.size_bytes > 0 || l->pending.failed)) write_out(l, NULL);
     if (l->broken) link_drop(l, l->broken, error_text(l->broken));
 }
 
 struct bytes_writer *link_payload(struct link *l)
 {
     l->scratch.size_bytes = 0;
+    l->scratch.failed = false; /* that was another message */
     return &l->scratch;
 }
 
