@@ -32,7 +32,7 @@ jobs=('"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px"
     '"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 512}, "filter": {"method": "none"}'
-    '"image": {"width": 192, "height": 192}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+    '"image": {"width": 384, "height": 384}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 start
 for i in "${!jobs[@]}"; do
     id=$(submit "${jobs[$i]}")
@@ -70,7 +70,7 @@ for i in "${!jobs[@]}"; do
     check "$n: one that is paused now goes back to its spool" shelve "$id" $((all / 3))
     check "$n: ... what it did is told all the same" shows "$id" ".statistics.tiles.done >= $((all / 3)) and .statistics.tiles.resumed == 0"
     steer "$id" --resume
-    check "$n: ... and once more, later on" shelve "$id" $((all * 2 / 3))
+    check "$n: ... and once more, later on" shelve "$id" $((all / 2))
     steer "$id" --resume
     finishes_as "$n" "$id" "$i"
     check "$n: tiles were read from disk" shows "$id" ".statistics.tiles.resumed >= $((all / 3))"
