@@ -39,7 +39,11 @@ export async function until(what, read, seconds = 60) {
 }
 
 // The view that the page drew last, "ZOOM X Y WIDTH HEIGHT"; a page just opened has drawn none.
-export const viewText = (page) => until("a drawing", () => page.getAttribute("#canvas", "data-view"));
+// The view as it is when all that was pressed is drawn.
+export async function viewText(page) {
+  await settle(page);
+  return until("a drawing", () => page.getAttribute("#canvas", "data-view"));
+}
 
 // Until what was asked for is drawn, on a busy machine, too: drawings are made in animation frames.
 export async function settle(page, ms = 100) {
