@@ -38,8 +38,7 @@ export async function until(what, read, seconds = 60) {
   throw new Error(`${what}: not within ${seconds} s`);
 }
 
-// The view that the page drew last, "ZOOM X Y WIDTH HEIGHT"; a page just opened has drawn none.
-// The view as it is when all that was pressed is drawn.
+// The view, "ZOOM X Y WIDTH HEIGHT", when all that was pressed is drawn; a page just opened has drawn none.
 export async function viewText(page) {
   await settle(page);
   return until("a drawing", () => page.getAttribute("#canvas", "data-view"));
