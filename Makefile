@@ -57,7 +57,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
         install install-units uninstall clean help
 all: $(programs)
 
@@ -142,6 +142,9 @@ storm: all
 ## load: how the service bears load, with a report; e.g. make load parts=fair
 load: all
 	@nice -n 5 node tests/load/load.mjs $(B) $(if $(parts),parts=$(parts))
+## boot-units: the systemd units on a Debian that boots in a container (root; makes build/boot-root once)
+boot-units: all
+	@tests/deploy/boot.sh $(B) $(root)
 ## faults: the k-th write, fsync, rename, allocation, make, send of a short job fails, for all k (hours)
 faults: all $(fakes)
 	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))
@@ -264,10 +267,12 @@ $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
 
-# Fuzz targets are built from sources with clang; a line "// sources: a.c b.c" adds more than proto.
+# Fuzz targets are built from sources with clang; lines "// sources: a.c b.c", "// archives: libserver.a" and
+# "// libs: -lpng" add more than proto. What comes from archives has no instruments of its own.
 $(B)/fuzz/%: tests/fuzz/%.c $(proto_src) $(B)/build_id.h
 	@mkdir -p $(@D)
 	clang-14 $(CPPFLAGS) $(STD) -g -O1 -march=x86-64-v2 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
-	  $< $(proto_src) $$(sed -n 's|^// sources: ||p' $<) -o $@ $(proto_libs)
+	  $< $(proto_src) $$(sed -n 's|^// sources: ||p' $<) $$(sed -n 's|^// archives: |$(B)/|p' $<) -o $@ $$(sed -n 's|^// libs: ||p' $<) $(proto_libs)
+$(B)/fuzz/fuzz_edge: tests/fuzz/answers.c $(B)/libserver.a
 
 -include $(patsubst %.c,$(B)/obj/%.d,$(all_src))

@@ -10,7 +10,7 @@
 
 /* The key's hash is SHA-256, and so must be the ciphers'. */
 #define PRIORITIES                                                                                 \
-    "NONE:+VERS-TLS1.3:+AES-128-GCM:+CHACHA20-POLY1305:+AEAD:+ECDHE-PSK:+GROUP-X25519:"           \
+    "NONE:+VERS-TLS1.3:+AES-128-GCM:+CHACHA20-POLY1305:+AEAD:+ECDHE-PSK:+GROUP-X25519:"            \
     "+SIGN-ALL:+COMP-NULL"
 #define IDENTITY         "shearwater"
 #define HANDSHAKE_BYTES  65536u /* that a peer may send before it is up */

@@ -132,6 +132,8 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
     bytes_write_u32(w, plan->lens_strata_per_axis);
     bytes_write_u32(w, plan->lens_light);
     bytes_write_u32(w, plan->lens_extra);
+    bytes_write_u32(w, plan->lens_mirrors);
+    bytes_write_u32(w, plan->lens_rest);
     bytes_write_f32(w, plan->radiance_scale);
     bytes_write_f32(w, plan->length_unit);
     bytes_write_u32(w, plan->capabilities);
@@ -168,6 +170,8 @@ static void read_head(struct bytes_reader *r, struct plan *plan)
     plan->lens_strata_per_axis = bytes_read_u32(r);
     plan->lens_light = bytes_read_u32(r);
     plan->lens_extra = bytes_read_u32(r);
+    plan->lens_mirrors = bytes_read_u32(r);
+    plan->lens_rest = bytes_read_u32(r);
     plan->radiance_scale = bytes_read_f32(r);
     plan->length_unit = bytes_read_f32(r);
     plan->capabilities = bytes_read_u32(r);

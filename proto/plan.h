@@ -145,6 +145,12 @@ enum lens_light {
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
 #define LENS_LIGHT_SLOPE_MOST 24.0f
 
+/* Of an environment what is above so many times its mean luminance is a sun, not soft. */
+#define PLAN_SKY_SOFT_TIMES 12.0f
+
+/* Reflections that somebody looks through at most. */
+#define PLAN_LENS_MIRRORS 4
+
 /* Which planes a tile's samples hold; samples.h says what they are. */
 struct plan {
     struct digest scene;
@@ -176,8 +182,14 @@ struct plan {
     uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
                                           where sample row * l + column lies */
     uint32_t lens_light;               /* enum lens_light */
-    uint32_t lens_extra;   /* paths a pixel, in the mean at most, of second sets through the lens:
-                              PLAN_LENS_SIDE squared go to the pixels that need them most; 0: none */
+    uint32_t lens_extra; /* paths a pixel, in the mean at most, of second sets through the lens:
+                            PLAN_LENS_SIDE squared go to the pixels that need them most; 0: none */
+    uint32_t
+        lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
+                         look through (worker/trace/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
+    uint32_t
+        lens_rest; /* 1: what lens samples hold is lobes' reflection alone, which reconstruction
+                      may share among them; else it may have sharp shadows, too */
     float radiance_scale;  /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

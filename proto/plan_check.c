@@ -26,7 +26,7 @@
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
-#define PLANES_KNOWN (PLANE_BIT(ID_COUNT) - 1)
+#define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE))
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 #define LIGHT_PLANES_KNOWN ((1u << LIGHT_PLANE_COUNT) - 1)
@@ -307,6 +307,27 @@ static int check_path_planes(const struct plan_place *at, const struct plan *pla
     return 0;
 }
 
+/* Lone sub-samples are found by what is seen, and shaded as pixel centres are. */
+static int check_lone(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t planes = plan->planes;
+    if (!(planes & PLANE_BIT(LONE))) return 0;
+    if (plan->sub_samples == 0 || (planes & PLANES_COMPARED) != PLANES_COMPARED)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "lacks what lone sub-samples are found by", (double)planes);
+    if (plan->camera.aperture_radius > 0.0f)
+        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for lone sub-samples with a lens",
+                                 (double)planes);
+    if (lone_parts(plan) == 0)
+        return plan_place_refuse(at, ERR_RANGE, "planes",
+                                 "has no light fields for lone sub-samples", (double)planes);
+    if (plan->tile_px % LIMIT_TILE_SIDE_MIN_PX != 0)
+        return plan_place_refuse(at, ERR_RANGE, "tile_px",
+                                 "cuts the squares that lone sub-samples are shaded by",
+                                 (double)plan->tile_px);
+    return 0;
+}
+
 /* Planes and what they are made from. */
 static int check_planes(const struct plan_place *at, const struct plan *plan)
 {
@@ -327,7 +348,8 @@ static int check_planes(const struct plan_place *at, const struct plan *plan)
     if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
         return plan_place_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
                                  (double)planes);
-    return check_path_planes(at, plan);
+    error = check_lone(at, plan);
+    return error ? error : check_path_planes(at, plan);
 }
 
 static int check_counts(const struct plan_place *at, const struct plan *plan)

@@ -160,6 +160,20 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
     return 0;
 }
 
+/* What mirrors show is lit as what lenses see is; each reflection is a scattering. The sheared
+ * filter of indirect light would take directions for those of the mirror image. */
+static int check_lens_mirrors(const struct plan_place *at, const struct plan *plan)
+{
+    const uint32_t light = plan->lens_light;
+    const bool lit = light == LENS_LIGHT_INDIRECT || light == LENS_LIGHT_SKY;
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const bool lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
+    const uint32_t most = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
+    const int error =
+        plan_place_count(at, "lens_mirrors", plan->lens_mirrors, 0, lit && !sheared ? most : 0);
+    return error ? error : plan_place_count(at, "lens_rest", plan->lens_rest, 0, lobes ? 1 : 0);
+}
+
 /* Second sets go to pixels that slopes tell of, beside filters that work with both. */
 static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
 {
@@ -193,5 +207,6 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_glossy_filter(at, plan);
     if (!error) error = check_lens_planes(at, plan);
     if (!error) error = check_lens_light(at, plan);
+    if (!error) error = check_lens_mirrors(at, plan);
     return error ? error : check_lens_extra(at, plan);
 }

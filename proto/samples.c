@@ -29,8 +29,19 @@ void samples_destroy(struct samples **s)
 {
     if (!*s) return;
     free((*s)->data);
+    lone_destroy(&(*s)->lone);
     free(*s);
     *s = NULL;
+}
+
+size_t samples_bytes(const struct samples *s)
+{
+    return s->layout.total_bytes + lone_bytes(s->lone);
+}
+
+uint32_t samples_lone_places(const struct samples_layout *layout)
+{
+    return (uint32_t)layout->width_px * (uint32_t)layout->height_px * layout->sub_samples;
 }
 
 static uint8_t *component_at(const struct samples *s, uint32_t offset, enum samples_group group,

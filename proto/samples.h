@@ -1,6 +1,8 @@
 #pragma once
 /* The sample buffer of a tile: which planes exist, their layout, packing, validation.
  *
+ * Beside the planes there may be a list of lone sub-samples (lone.h).
+ *
  * A plane is w*h elements of one component, row by row. Components of a plane follow each other
  * (planar). Planes are grouped by element size, 4-byte ones first, then 2, then 1, and each group
  * is byte-shuffled and compressed as one (blosc, LZ4: a quarter of the CPU time of zstd level 1 for
@@ -19,6 +21,7 @@
  * most 9 spp, one area light, bounce light, three sub-samples, all of it but emission, the mean,
  * open shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
  * half-sums 138. */
+#include "proto/lone.h"
 #include "proto/plan.h"
 
 enum plane_id {
@@ -106,7 +109,8 @@ enum plane_id {
                                0 where it has none */
     PLANE_LENS_LOBE = 40, /* per lens sample u32: directional albedo, of shared exponent, 9 bits, of
                              its glossy lobe, where fields bring what this sends on, too; else 0 */
-    PLANE_ID_COUNT = 41
+    PLANE_ID_COUNT = 41,
+    PLANE_LONE = 63 /* no plane but the list of lone sub-samples: among planes its bit alone */
 };
 
 /* A set of planes is the sum of these. */
@@ -163,6 +167,11 @@ enum light_plane_id {
 
 #define SUB_DEPTH_MISS (-1.0f)
 
+/* Planes by which sub-samples are found to be lone. */
+#define PLANES_COMPARED                                                                            \
+    (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(SUB_DEPTH) |                 \
+     PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
+
 /* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */
 #define SAMPLES_ABSENT UINT32_MAX
 struct samples_layout {
@@ -171,6 +180,7 @@ struct samples_layout {
     uint32_t indirect_strata;            /* l_i^2 */
     uint32_t lens_strata;                /* l_u^2 */
     uint32_t light_strata[LIMIT_LIGHTS]; /* l^2 */
+    uint32_t lone_parts;                 /* of the list of lone sub-samples; 0: there is none */
     uint64_t planes;                     /* of PLANE_BIT */
     uint8_t light_planes[LIMIT_LIGHTS];  /* bits of enum light_plane_id */
     uint32_t offset[PLANE_ID_COUNT];
@@ -180,7 +190,7 @@ struct samples_layout {
 };
 
 /* All planes that the plan asks for in this pass (plan_pass_planes), for a tile of w x h. ERR_LIMIT
- * when it would not fit a frame. */
+ * when it would not fit a frame were all sub-samples lone. */
 int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
                         int32_t width_px, int32_t height_px);
 
@@ -191,8 +201,15 @@ int samples_layout_subset(struct samples_layout *layout, const struct plan *plan
 
 struct samples {
     struct samples_layout layout;
-    uint8_t *data; /* layout.total_bytes, 64-byte aligned, owned */
+    uint8_t *data;          /* layout.total_bytes, 64-byte aligned, owned */
+    struct lone_list *lone; /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
 };
+
+/* What planes and list hold. */
+size_t samples_bytes(const struct samples *s);
+
+/* What places of lone sub-samples are below. */
+uint32_t samples_lone_places(const struct samples_layout *layout);
 
 /* Zeroed buffer. Owned by the caller; destroy nulls the pointer. */
 int samples_create(const struct samples_layout *layout, struct samples **out);
@@ -214,8 +231,10 @@ uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t 
  *
  *   u16 width, u16 height, u64 plane mask, u8 light plane mask per light,
  *   then per group (4-, 2-, 1-byte elements): u32 packed bytes, the bytes
+ *   then, if PLANE_LONE is in the mask: u32 count, u32 packed bytes, the bytes of its words
  *
- * A group whose packed size equals its size is stored as it is; otherwise it is a blosc buffer. */
+ * A group, or list, whose packed size equals its size is stored as it is; otherwise it is a blosc
+ * buffer. */
 int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped);
 
 /* Unpacks and validates against the plan and the pass: sizes and masks fit it, every number is

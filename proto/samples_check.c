@@ -204,6 +204,27 @@ static int check_light(const struct samples *s, uint32_t light, size_t area, str
     return 0;
 }
 
+/* Light of what is no surface has no place. */
+static int check_lone_surfaces(const struct samples *s, struct fault *fault)
+{
+    const uint32_t subs = s->layout.sub_samples;
+    if (s->layout.offset[PLANE_SUB_DEPTH] == SAMPLES_ABSENT) return 0;
+    for (uint32_t e = 0; e < s->lone->count; e++) {
+        const uint32_t place = s->lone->words[e];
+        if (samples_u16(s, PLANE_SUB_DEPTH, place % subs)[place / subs] != HALF_MINUS_ONE) continue;
+        return fault_set(fault, ERR_RANGE, "lone", "sub-sample %u of entry %u shows no surface",
+                         place, e);
+    }
+    return 0;
+}
+
+static int check_lone(const struct samples *s, struct fault *fault)
+{
+    if (!s->lone) return 0;
+    const int error = lone_check(s->lone, samples_lone_places(&s->layout), fault);
+    return error ? error : check_lone_surfaces(s, fault);
+}
+
 int samples_check(const struct samples *s, struct fault *fault)
 {
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
@@ -211,5 +232,5 @@ int samples_check(const struct samples *s, struct fault *fault)
     for (uint32_t p = 0; p < PLANE_ID_COUNT && !error; p++) error = check_plane(s, p, area, fault);
     for (uint32_t k = 0; k < s->layout.light_count && !error; k++)
         error = check_light(s, k, area, fault);
-    return error;
+    return error ? error : check_lone(s, fault);
 }

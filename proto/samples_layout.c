@@ -136,15 +136,24 @@ static void place_group(struct samples_layout *layout, enum samples_group group,
         }
 }
 
+/* Of a list of all sub-samples. */
+static uint64_t lone_most_bytes(const struct samples_layout *layout)
+{
+    if (!(layout->planes & PLANE_BIT(LONE))) return 0;
+    return (uint64_t)samples_lone_places(layout) * lone_words(layout->lone_parts) *
+           sizeof(uint32_t);
+}
+
 int samples_layout_place(struct samples_layout *layout)
 {
     uint64_t at = 0;
+    const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lone_most_bytes(layout);
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) layout->offset[p] = SAMPLES_ABSENT;
     memset(layout->light_offset, 0xff, sizeof layout->light_offset);
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
         const uint64_t start = at;
         place_group(layout, group, &at);
-        if (at > LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES) return ERR_LIMIT;
+        if (at > most) return ERR_LIMIT;
         layout->group_bytes[group] = (uint32_t)(at - start);
     }
     layout->total_bytes = (uint32_t)at;
@@ -165,6 +174,7 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .lens_strata = plan->lens_strata_per_axis * plan->lens_strata_per_axis,
         .planes = plan_pass_planes(plan, pass),
     };
+    if (layout->planes & PLANE_BIT(LONE)) layout->lone_parts = lone_parts(plan);
     for (uint32_t k = 0; k < plan->light_count; k++) {
         const uint32_t l = plan->lights[k].strata_per_axis;
         layout->light_strata[k] = l * l;

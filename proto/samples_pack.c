@@ -62,6 +62,7 @@ static uint64_t layout_of_filled(const struct samples *s, struct samples_layout 
             filled->light_planes[k] &= (uint8_t) ~(1u << p);
             dropped++;
         }
+    if (!s->lone) filled->planes &= ~PLANE_BIT(LONE);
     return dropped;
 }
 
@@ -102,6 +103,20 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
     bytes_write_raw(w, layout->light_planes, layout->light_count);
 }
 
+static int write_lone(struct bytes_writer *w, const struct lone_list *list)
+{
+    const size_t size_bytes = lone_bytes(list);
+    uint8_t *room = malloc(size_bytes + 1);
+    if (!room) return ERR_MEMORY;
+    const size_t packed =
+        pack_group((const uint8_t *)list->words, size_bytes, SAMPLES_GROUP_4, room);
+    bytes_write_u32(w, list->count);
+    bytes_write_u32(w, (uint32_t)packed);
+    bytes_write_raw(w, room, packed);
+    free(room);
+    return w->failed ? ERR_MEMORY : 0;
+}
+
 static int write_groups(struct bytes_writer *w, const struct samples *s)
 {
     uint8_t *room = malloc((size_t)s->layout.total_bytes + 1);
@@ -131,7 +146,8 @@ int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
         copy_planes(compact, s);
     }
     write_head(w, &filled);
-    const int error = write_groups(w, compact ? compact : s);
+    int error = write_groups(w, compact ? compact : s);
+    if (!error && s->lone) error = write_lone(w, s->lone);
     samples_destroy(&compact);
     return error;
 }
@@ -175,6 +191,25 @@ static bool unpack_group(const uint8_t *packed, size_t packed_bytes, uint8_t *ou
     return blosc_decompress_ctx(packed, out, size_bytes, 1) == (int)size_bytes;
 }
 
+/* The count is believed when it is one that a tile can have. */
+static int read_lone(struct bytes_reader *r, struct samples *s, struct fault *fault)
+{
+    const uint32_t count = bytes_read_u32(r), packed_bytes = bytes_read_u32(r);
+    const uint8_t *packed = bytes_borrow(r, packed_bytes);
+    const uint32_t most = samples_lone_places(&s->layout);
+    if (r->failed)
+        return fault_set(fault, ERR_TRUNCATED, "lone", "its %u bytes are not all there",
+                         packed_bytes);
+    if (count == 0 || count > most)
+        return fault_set(fault, ERR_LIMIT, "lone", "%u entries, not 1 to %u", count, most);
+    if (lone_create(s->layout.lone_parts, count, &s->lone) != 0)
+        return fault_set(fault, ERR_MEMORY, "lone", "no memory for %u entries", count);
+    if (!unpack_group(packed, packed_bytes, (uint8_t *)s->lone->words, lone_bytes(s->lone)))
+        return fault_set(fault, ERR_CORRUPT, "lone", "%u packed bytes do not unpack to %zu",
+                         packed_bytes, lone_bytes(s->lone));
+    return 0;
+}
+
 static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *fault)
 {
     static const char *const names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
@@ -191,6 +226,10 @@ static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *
                              "%u packed bytes do not unpack to %zu", packed_bytes, size_bytes);
         at += size_bytes;
     }
+    if (s->layout.planes & PLANE_BIT(LONE)) {
+        const int error = read_lone(r, s, fault);
+        if (error) return error;
+    }
     if (bytes_finish(r))
         return fault_set(fault, ERR_TRAILING, "", "%zu bytes follow the samples", bytes_left(r));
     return 0;
@@ -204,12 +243,17 @@ static int spread(struct samples **s, const struct plan *plan, uint32_t pass)
     const struct samples_layout *sent = &(*s)->layout;
     int error = samples_layout_init(&full, plan, pass, sent->width_px, sent->height_px);
     if (error) return error;
-    if (full.planes == sent->planes &&
-        memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0)
+    const uint64_t missing = (full.planes ^ sent->planes) & ~PLANE_BIT(LONE);
+    if (missing == 0 &&
+        memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0) {
+        (*s)->layout = full;
         return 0;
+    }
     error = samples_create(&full, &all);
     if (error) return error;
     copy_planes(all, *s);
+    all->lone = (*s)->lone;
+    (*s)->lone = NULL;
     samples_destroy(s);
     *s = all;
     return 0;

@@ -51,7 +51,7 @@ int secret_file_read(const char *path, size_t limit_bytes, char **out, size_t *s
     int error = check(fd, path, limit_bytes, fault);
     char *text = error ? NULL : malloc(limit_bytes + 1);
     if (!error && !text) error = fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
-    if (!error && (error = read_all(fd, text, limit_bytes, size_bytes)) != 0)
+    if (text && (error = read_all(fd, text, limit_bytes, size_bytes)) != 0)
         fault_set(fault, error, path, "%s", strerror(errno));
     close(fd);
     if (error)

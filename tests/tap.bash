@@ -3,8 +3,10 @@
 #   skip TEXT REASON          one test that cannot run here
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
+# Where programs are slow all waits are longer: by $TEST_SLOWER, which tests/run sets for sanitized
+# builds; those of timeout and of curl --max-time, too.
 # Everything started through `track` is killed when the script ends; $tmp is a folder of its own.
-tap_n=0 tap_failed=0 tracked=()
+tap_n=0 tap_failed=0 tracked=() slower=${TEST_SLOWER:-1}
 tmp=$(mktemp -d)
 tap_cleanup() {
     local pid
@@ -15,6 +17,30 @@ tap_cleanup() {
 trap tap_cleanup EXIT
 trap 'exit 130' INT TERM
 track() { tracked+=("$1"); }
+
+# What is preloaded before a sanitizer's allocator breaks it. (grep reads to the end: nm must not fail.)
+is_sanitized() { [ "$(nm "$build/shearwater" | grep -c '__[at]san_init')" -gt 0 ]; }
+# crashes_expected: processes from here on die of a SIGSEGV as they do without a sanitizer, which would report it.
+crashes_expected() { export ASAN_OPTIONS=${ASAN_OPTIONS:-}:handle_segv=0 TSAN_OPTIONS=${TSAN_OPTIONS:-}:handle_segv=0; }
+# tries N: numbers, for a loop that looks so often for something with a sleep between.
+tries() { seq $(($1 * slower)); }
+if [ "$slower" != 1 ]; then
+    timeout() {
+        local seconds=$1
+        [[ $seconds =~ ^[0-9]+$ ]] || { command timeout "$@"; return; } # not for how long it may take
+        shift
+        command timeout $((seconds * slower)) "$@"
+    }
+    curl() {
+        local words=()
+        while [ $# -gt 0 ]; do
+            words+=("$1")
+            [ "$1" != --max-time ] || { words+=($(($2 * slower))); shift; }
+            shift
+        done
+        command curl "${words[@]}"
+    }
+fi
 
 check() {
     local text=$1; shift
@@ -38,7 +64,7 @@ serve_start() {
     server_pid=$!
     track $server_pid
     url=
-    for _ in $(seq 200); do
+    for _ in $(tries 200); do
         url=$(sed -n 's/^listening on //p' "$data/stdout")
         [ -n "$url" ] && return 0
         kill -0 $server_pid 2>/dev/null || { cat "$data/stderr" >&2; return 1; }
@@ -51,7 +77,7 @@ serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 
 # job_state ID, await_state ID STATE SECONDS
 job_state() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -r .state; }
 await_state() {
-    local state end=$((SECONDS + $3))
+    local state end=$((SECONDS + $3 * slower))
     while [ $SECONDS -lt $end ]; do
         state=$(job_state "$1")
         [ "$state" = "$2" ] && return 0

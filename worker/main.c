@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "proto/build.h"
+#include "worker/heap.h"
 #include "worker/options.h"
 #include "worker/replay.h"
 #include "worker/session.h"
@@ -47,7 +48,9 @@ static void on_ended(void *ctx, enum session_end end, const char *text)
 static void on_flushed(void *ctx, bool is_loading)
 {
     struct program *p = ctx;
-    if (is_loading) _exit((int)p->end);
+    if (!is_loading) return;
+    log_end(&p->journal.log);
+    _exit((int)p->end);
 }
 
 static void on_signal(uv_signal_t *signal, int number)
@@ -101,6 +104,7 @@ static int run(const struct options *options)
     p.journal = (struct journal){.log = {.fd = STDERR_FILENO}, .worker = options->name};
     (void)log_format_from_name(options->log_format, &p.journal.log.format);
     if (options->quiet) p.journal.log.least = LOG_ERROR;
+    log_begin(&p.journal.log);
     uv_loop_init(&loop);
     int e = session_create(&loop, options, &tracing_embree, &client, &p.session, &fault);
     if (e) {
@@ -114,6 +118,7 @@ static int run(const struct options *options)
     }
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
+    log_end(&p.journal.log);
     return (int)p.end;
 }
 
@@ -133,6 +138,7 @@ int main(int argc, char **argv)
             printf("shearwater-worker %s\n", build_id());
         return 0;
     }
+    heap_keep();
     if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;

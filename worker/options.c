@@ -9,12 +9,14 @@
 #include <unistd.h>
 
 #include "proto/log.h"
+#include "proto/plan.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
 
 static const char help[] =
     "usage: shearwater-worker --connect unix:PATH | HOST:PORT [options]\n"
-    "       shearwater-worker --replay PLAN X,Y SAMPLE [--json] [--blobs DIR] [--cache DIR]\n"
+    "       shearwater-worker --replay PLAN X,Y SAMPLE [--field FIELD] [--json] [--blobs DIR]\n"
+    "                         [--cache DIR]\n"
     "\n"
     "Traces tiles for a Shearwater coordinator until it is told to stop (SIGTERM).\n"
     "\n"
@@ -32,11 +34,15 @@ static const char help[] =
     "  --log-format FORMAT  of the lines on standard error: text, or json (an object a line)\n"
     "  --quiet              errors only\n"
     "  --exit-with-parent   end when the parent process or the link is gone\n"
-    "  --replay PLAN        trace one path of a plan once more and print all that it does: the\n"
-    "                       pixel's path number SAMPLE, from 0; --json: for programs. Scene and\n"
-    "                       environment are looked for in --blobs and --cache. `shearwater "
-    "replay`\n"
-    "                       makes plans of job documents\n"
+    "  --replay PLAN        trace one sample of a plan once more and print all that it does: the\n"
+    "                       pixel's path (or its path through the lens) number SAMPLE, from 0;\n"
+    "                       --json: for programs. Scene and environment are looked for in --blobs\n"
+    "                       and --cache. `shearwater replay` makes plans of job documents\n"
+    "  --field FIELD        a sample of a light field of pixel centres instead: light:N or\n"
+    "                       light:NAME (a stratum of that light), indirect (a bounce ray), glossy\n"
+    "                       (a ray of the surface's glossy lobe)\n"
+    "  --pass N --side L    of a later pass of rays (of a target_error, or the second set of the\n"
+    "                       filter of rates), in which the pixel got L x L\n"
     "  --help, --version\n"
     "\n"
     "SIGTERM or SIGINT: finish the tiles being traced, give the others back, leave. A second one:\n"
@@ -68,6 +74,9 @@ static const struct option_row rows[] = {
     {"--nice", OPTION_COUNT, offsetof(struct options, nice), 19},
     {"--cache-bytes", OPTION_BYTES, offsetof(struct options, cache_bytes), UINT64_MAX >> 1},
     {"--replay", OPTION_TEXT, offsetof(struct options, replay), 0},
+    {"--field", OPTION_TEXT, offsetof(struct options, field), 0},
+    {"--pass", OPTION_COUNT, offsetof(struct options, pass), LIMIT_PASSES - 1},
+    {"--side", OPTION_COUNT, offsetof(struct options, side), PLAN_SIDE_MOST},
     {"--json", OPTION_FLAG, offsetof(struct options, json), 0},
     {"--log-format", OPTION_TEXT, offsetof(struct options, log_format), 0},
     {"--quiet", OPTION_FLAG, offsetof(struct options, quiet), 0},
@@ -146,6 +155,11 @@ static int check_arguments(const struct options *o, struct fault *fault)
                          "there is no such option; --help lists them");
     if (o->json && !o->replay)
         return fault_set(fault, ERR_MISSING, "--json", "goes with --replay alone");
+    if (o->field && !o->replay)
+        return fault_set(fault, ERR_MISSING, "--field", "goes with --replay alone");
+    if ((o->pass || o->side) && !o->field)
+        return fault_set(fault, ERR_MISSING, o->pass ? "--pass" : "--side",
+                         "goes with --field alone: paths of all passes are numbered on");
     if (!o->replay || o->argument_count == 2) return 0;
     return fault_set(fault, ERR_MISSING, "--replay", "a pixel, X,Y, and a sample's number follow");
 }

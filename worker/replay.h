@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "proto/plan.h"
+#include "worker/field_replay.h"
 #include "worker/options.h"
 #include "worker/scene/render_scene.h"
 #include "worker/trace/path_record.h"
@@ -15,6 +16,7 @@ struct replay_sheet {
     int32_t x, y;
     uint32_t sample;
     const struct path_record *record;
+    const struct field_held *held; /* NULL: of no field of pixel centres */
 };
 
 /* Reads the plan and its blobs, traces options->arguments, prints to `out`. *fault names what is
@@ -35,6 +37,8 @@ const char *replay_model(const struct path_record_vertex *v);
 const char *replay_skip(const struct path_record_light *light);
 /* Why the path ended at its last vertex. */
 const char *replay_end(const struct replay_sheet *sheet);
+/* Why a field's sample was not traced; "" for one that was. */
+const char *replay_untraced(const struct path_record *record);
 /* Names of an instance (index + 1), of its mesh and of its material; "" for none. */
 struct replay_names {
     const char *instance, *mesh, *material;

@@ -1,6 +1,7 @@
 #include "worker/stages.h"
 
 #include "proto/samples.h"
+#include "worker/trace/path_record.h"
 
 static bool has_rectangles(const struct plan *plan)
 {
@@ -79,12 +80,14 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     out->field.lobes = pass->lobes;
     out->field.pass = pass->number;
     out->field.listed = is_listed(scene, plan);
+    out->field.mirrors = plan->lens_mirrors > 0;
     out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
     out->whole = out->paths;
     out->whole.lens = true;
     out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
     out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->through_lens.mirrors = plan->lens_mirrors > 0;
     out->through_lens.leaves_lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->through_lens.leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
     out->through_lens.leaves_diffuse =
@@ -92,4 +95,14 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     if (out->through_lens.leaves_sky)
         out->through_lens.shines_beside = shines_beside(scene, plan) || parts->sky->hard;
     if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
+}
+
+void stages_record(struct path_record *record, struct stages *out)
+{
+    out->lights &= record->kind == PATH_RECORD_LIGHT;
+    out->bounces &= record->kind == PATH_RECORD_INDIRECT;
+    out->lens = out->more = false;
+    out->count = 0;
+    out->through_lens.centres = NULL;
+    out->field.record = record;
 }

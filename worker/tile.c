@@ -5,46 +5,12 @@
 #include <time.h>
 #include <xmmintrin.h>
 
-#include "worker/stages.h"
-#include "worker/trace/block_store.h"
-#include "worker/trace/geometry.h"
-#include "worker/trace/glossy.h"
-#include "worker/trace/indirect.h"
+#include "worker/tile_work.h"
+#include "worker/trace/field_record.h"
 #include "worker/trace/lane_kernels.h"
-#include "worker/trace/lens.h"
-#include "worker/trace/lens_centres.h"
-#include "worker/trace/lens_more.h"
-#include "worker/trace/path.h"
-#include "worker/trace/path_sums.h"
-#include "worker/trace/primary.h"
-#include "worker/trace/shadow.h"
 
 /* Flush to zero and denormals are zero (Intel SDM volume 1, 10.2.3). */
 #define MXCSR_FLUSH 0x8040u
-
-/* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
-#define ALBEDO_BLACK (0.5f / 65535.0f)
-
-struct tile_tracer {
-    struct queries queries;
-    struct light_table lights;
-    struct path_vertex centre;
-    struct path_vertex beside; /* at a sub-sample */
-    struct lanes3 emission;    /* sum over centre and sub-samples */
-    struct shading_point point;
-    struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
-    struct block block;
-    struct RTCRayHit16 camera;
-    struct shadow_scratch shadow;
-    struct indirect_scratch indirect;
-    struct glossy_scratch glossy;
-    struct sky sky;
-    struct path_scratch path;
-    struct path_sums sums;
-    struct lens_scratch lens;
-    struct lens_centres centres;
-    struct lens_more more;
-};
 
 int tile_tracer_create(struct tile_tracer **out)
 {
@@ -55,12 +21,14 @@ int tile_tracer_create(struct tile_tracer **out)
     queries_init_rays(&t->camera);
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     path_scratch_init(&t->path);
+    lone_scratch_init(&t->lone);
     *out = t;
     return 0;
 }
 
 void tile_tracer_destroy(struct tile_tracer **tracer)
 {
+    if (*tracer) lone_scratch_fini(&(*tracer)->lone);
     free(*tracer);
     *tracer = NULL;
 }
@@ -70,220 +38,9 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer)
     return &tracer->queries;
 }
 
-/* Marks lanes whose surface reflects something. */
-static void mark_lit(const struct surface *s, struct lanes_mask *lit)
+void tile_tracer_record(struct tile_tracer *tracer, struct path_record *record)
 {
-    for (int i = 0; i < LANES; i++)
-        lit->on[i] |= -((s->albedo.x[i] >= ALBEDO_BLACK) | (s->albedo.y[i] >= ALBEDO_BLACK) |
-                        (s->albedo.z[i] >= ALBEDO_BLACK));
-}
-
-static void add_emission(const struct surface *s, struct lanes3 *sum)
-{
-    for (int i = 0; i < LANES; i++) {
-        sum->x[i] += s->emission.x[i];
-        sum->y[i] += s->emission.y[i];
-        sum->z[i] += s->emission.z[i];
-    }
-}
-
-static void store_emission(const struct tile_tracer *t, const struct plan *plan,
-                           struct samples *samples)
-{
-    float scale = plan->radiance_scale / (float)(1 + plan->sub_samples);
-    block_store_half(&t->block, t->emission.x, scale, samples_u16(samples, PLANE_EMISSION, 0));
-    block_store_half(&t->block, t->emission.y, scale, samples_u16(samples, PLANE_EMISSION, 1));
-    block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
-}
-
-/* A sub-sample's albedo, and of its glossy lobe, too. */
-static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint32_t k,
-                        struct samples *samples)
-{
-    struct glossy_lobes lobes;
-    if (!stages->glossy) {
-        hit_diffuse_albedo(&t->camera, &t->beside.surface);
-        return;
-    }
-    t->beside.active = t->beside.surface.hit;
-    path_resolve(&stages->field, &t->camera, &t->beside);
-    glossy_find(&t->beside, &lobes);
-    glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
-}
-
-/* Lens samples take the lighting of pixels around what they see, whatever colour these have. */
-static void mark_all_lit(struct tile_tracer *t)
-{
-    t->point.lit = t->bouncing = t->centre.surface.hit;
-}
-
-/* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
- * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
- * leave those that reflect it diffusely. */
-static void trace_camera(struct tile_tracer *t, const struct stages *stages,
-                         const struct plan *plan, struct samples *samples,
-                         struct counters *counters)
-{
-    const struct block *b = &t->block;
-    uint32_t pixels = lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++) {
-        t->emission.x[i] = t->emission.y[i] = t->emission.z[i] = 0.0f;
-        t->point.lit.on[i] = t->bouncing.on[i] = 0;
-    }
-    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
-    mark_lit(&t->centre.surface, &t->point.lit);
-    t->centre.active = t->centre.surface.hit;
-    path_resolve(&stages->field, &t->camera, &t->centre);
-    mark_lit(&t->centre.surface, &t->bouncing);
-    geometry_store(&t->queries, b, &t->centre.surface, samples);
-    add_emission(&t->centre.surface, &t->emission);
-    for (uint32_t k = 0; k < plan->sub_samples; k++) {
-        struct surface *sub = &t->beside.surface;
-        primary_trace_sub(&t->queries, plan, b, k, &t->camera, sub);
-        mark_lit(sub, &t->point.lit);
-        resolve_sub(t, stages, k, samples);
-        mark_lit(sub, &t->bouncing);
-        geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
-        add_emission(sub, &t->emission);
-    }
-    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
-    store_emission(t, plan, samples);
-    counters->value[COUNTER_RAYS_PRIMARY] += pixels;
-    counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
-}
-
-/* Strata of all lights whose field somebody reads. */
-static uint64_t light_rays(const struct plan *plan)
-{
-    uint64_t rays = 0;
-    for (uint32_t k = 0; k < plan->light_count; k++)
-        if (plan_light_planes(plan, k))
-            rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
-    return rays;
-}
-
-/* Leaves only lanes with a surface in *lit; counts the tile's own that it does not light, `rays`
- * each. */
-static void choose(const struct tile_tracer *t, uint64_t rays, struct lanes_mask *lit,
-                   struct counters *counters)
-{
-    uint64_t black = 0;
-    for (int i = 0; i < LANES; i++) {
-        int32_t surface = t->block.inside.on[i] & t->centre.surface.hit.on[i];
-        black += (uint64_t)(t->block.kept.on[i] & surface & ~lit->on[i] & 1);
-        lit->on[i] &= surface;
-    }
-    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * rays;
-}
-
-static void count_background(const struct tile_tracer *t, struct counters *counters)
-{
-    const struct block *b = &t->block;
-    counters->value[COUNTER_SKIPPED_BACKGROUND] +=
-        lanes_count(&b->kept) - lanes_count_both(&b->kept, &t->centre.surface.hit);
-}
-
-/* The lights' fields. */
-static void trace_lights(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
-                         struct counters *counters)
-{
-    struct shading_point *p = &t->point;
-    choose(t, light_rays(plan), &p->lit, counters);
-    for (int i = 0; i < LANES; i++) p->counted.on[i] = p->lit.on[i] & t->block.kept.on[i];
-    p->lit_count = lanes_count(&p->lit);
-    for (uint32_t k = 0; k < plan->light_count; k++) {
-        if (!plan_light_planes(plan, k)) continue;
-        if (p->lit_count > 0)
-            shadow_trace(&t->queries, &t->lights.lights[k], k, p, &t->shadow, samples, counters);
-        else
-            shadow_store_unlit(k, p, samples);
-    }
-}
-
-/* The field of indirect light. How open the surroundings are does not depend on a surface's colour:
- * where that is asked for, rays leave black ones too, and filters need not mind the difference. */
-static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
-                          const struct plan *plan, struct samples *samples,
-                          struct counters *counters)
-{
-    const uint64_t l = stages->field.strata;
-    if (plan->planes >> PLANE_OPEN & 1) t->bouncing = t->centre.surface.hit;
-    choose(t, l * l, &t->bouncing, counters);
-    if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing, &t->indirect, &t->path,
-                       samples);
-}
-
-/* The field of glossy lobes, of the lanes in *lobed. */
-static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
-                         const struct lanes_mask *lobed, struct samples *samples)
-{
-    glossy_find(&t->centre, &t->glossy.lobes);
-    for (int i = 0; i < LANES; i++) t->glossy.lobes.on.on[i] &= lobed->on[i];
-    if (lanes_count(&t->glossy.lobes.on) > 0)
-        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
-}
-
-/* Which of the kept lanes have a side in the pass's map; the map may be NULL. */
-static void find_asked(const struct block *b, const uint8_t *sides, struct lanes_mask *asked)
-{
-    for (int i = 0; i < LANES; i++)
-        asked->on[i] = sides && b->kept.on[i] && sides[b->element[i]] > 0 ? -1 : 0;
-}
-
-/* A second set of bounce rays, from pixels that reflect something, and of rays of glossy lobes:
- * only such have any. */
-static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
-                             const struct plan *plan, struct samples *samples,
-                             struct counters *counters)
-{
-    const struct block *b = &t->block;
-    struct lanes_mask asked, lobed, either;
-    find_asked(b, stages->pass.sides, &asked);
-    find_asked(b, stages->pass.lobes, &lobed);
-    for (int i = 0; i < LANES; i++) either.on[i] = asked.on[i] | lobed.on[i];
-    const uint32_t pixels = lanes_count(&either);
-    counters->value[COUNTER_SKIPPED_ENOUGH] += lanes_count(&b->kept) - pixels;
-    if (pixels == 0) return;
-    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
-    t->centre.active = t->centre.surface.hit;
-    path_resolve(&stages->field, &t->camera, &t->centre);
-    counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
-    if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
-                       samples);
-    if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, samples);
-}
-
-/* What is seen through pixel centres: surfaces and their light fields. */
-static void trace_centres(struct tile_tracer *t, const struct stages *stages,
-                          const struct plan *plan, struct samples *samples,
-                          struct counters *counters)
-{
-    trace_camera(t, stages, plan, samples, counters);
-    count_background(t, counters);
-    t->point.plan = plan;
-    t->point.block = &t->block;
-    t->point.surface = &t->centre.surface;
-    if (stages->lights) trace_lights(t, plan, samples, counters);
-    if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
-    if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
-}
-
-/* The pass's paths, batch by batch. */
-static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
-{
-    const bool splits = samples->layout.planes >> PLANE_PATH_SPLIT & 1;
-    path_sums_init(&t->sums, &stages->pass, splits);
-    for (uint32_t done = 0; done < stages->count;) {
-        uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
-        path_sums_add(&t->sums, &t->path.harvest, n, stages->paths.demodulate,
-                      stages->paths.counters);
-        done += n;
-    }
-    path_sums_store(&t->sums, &t->block, samples);
+    tracer->point.record = record;
 }
 
 static bool is_stopped(const _Atomic bool *stop)
@@ -298,16 +55,7 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
             block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            if (stages->more)
-                lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path,
-                                samples);
-            else if (stages->pass.sides)
-                trace_second_set(t, stages, plan, samples, counters);
-            else if (stages->centres)
-                trace_centres(t, stages, plan, samples, counters);
-            if (stages->count > 0) trace_paths(t, stages, samples);
-            if (stages->lens)
-                lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
+            tile_trace_block(t, stages, plan, samples, counters);
             if (is_stopped(stop)) return ERR_STATE;
         }
         int32_t first = y > rect.y0 ? y : rect.y0;
@@ -316,6 +64,16 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
             atomic_fetch_add_explicit(progress, (uint64_t)(end - first), memory_order_relaxed);
     }
     return 0;
+}
+
+/* When all planes are there: sub-samples that none of the pixels around them shows. They are no
+ * samples of the field that a replay asks for. */
+static int trace_lone(struct tile_tracer *t, const struct stages *stages, struct rect rect,
+                      struct samples *samples)
+{
+    const struct lone_tools tools = {&t->shadow, &t->indirect, &t->glossy, &t->path};
+    if (samples->layout.lone_parts == 0 || t->point.record) return 0;
+    return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
 }
 
 static uint64_t thread_cpu_us(void)
@@ -362,11 +120,13 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
                                        .plan = plan,
                                        .counters = counters};
     stages_init(&parts, &tracer->centres, pass, &stages);
+    if (tracer->point.record) stages_record(tracer->point.record, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
     if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
     stages.field.stop = stages.through_lens.stop = stages.whole.stop = stop;
     if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
+    if (rc == 0) rc = trace_lone(tracer, &stages, rect, samples);
     if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;

@@ -233,8 +233,10 @@ const struct token *tokens_find_hash(const struct tokens *tokens, const struct d
 
 bool tokens_is_text(const char *text, size_t size_bytes)
 {
-    return size_bytes >= TOKEN_LEAST_BYTES && size_bytes <= TOKEN_MOST_BYTES &&
-           strspn(text, TOKEN_LETTERS) >= size_bytes;
+    if (size_bytes < TOKEN_LEAST_BYTES || size_bytes > TOKEN_MOST_BYTES) return false;
+    for (size_t i = 0; i < size_bytes; i++)
+        if (!memchr(TOKEN_LETTERS, text[i], sizeof TOKEN_LETTERS - 1)) return false;
+    return true;
 }
 
 const struct token *tokens_find(const struct tokens *tokens, const char *text, size_t size_bytes)

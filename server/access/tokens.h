@@ -56,7 +56,7 @@ int tokens_read(const char *path, struct tokens **out, struct fault *fault);
 const struct token *tokens_find(const struct tokens *tokens, const char *text, size_t size_bytes);
 const struct token *tokens_find_hash(const struct tokens *tokens, const struct digest *hash);
 
-/* May a text be a token at all? */
+/* May a text be a token at all? It need not end with a NUL. */
 bool tokens_is_text(const char *text, size_t size_bytes);
 
 /* A new random token. ERR_IO: the system gives no random numbers. */

@@ -102,6 +102,10 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
     const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
     if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
     if (!error) error = job_store_open(&c->loop, data, &c->store);
+    if (!error) {
+        job_store_set_assets(c->store, &c->objects, c->asset_usage);
+        job_store_resume_removals(c->store);
+    }
     if (!error) error = spools_create(&c->loop, data, &c->spools);
     return error ? fault_set(fault, error, data, "%s", error_text(error)) : 0;
 }
@@ -151,6 +155,14 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
     return error;
 }
 
+/* One thread sends for all streams, and has other things to do. */
+static int64_t stream_us_per_s(const struct coordinator_options *options)
+{
+    const int64_t most_us = 500000;
+    const int64_t us = INT64_C(10000) * options->stream_share_percent * options->team_threads;
+    return us < most_us ? us : most_us;
+}
+
 static int open_http(struct coordinator *c, const struct coordinator_options *options,
                      struct fault *fault)
 {
@@ -171,10 +183,13 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
                                 .streams = c->streams,
-                                .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000)};
+                                .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000),
+                                .stream_us_per_s = stream_us_per_s(options)};
     int error = http_create(&http, &c->http, fault);
     c->reloaded = options->reloaded;
-    if (!error && options->tokens) uv_signal_start(&c->hangup, on_hangup, SIGHUP);
+    /* Without tokens a hangup is the end where somebody's terminal is gone, and nowhere else. */
+    if (!error && (options->tokens || !isatty(STDIN_FILENO)))
+        uv_signal_start(&c->hangup, on_hangup, SIGHUP);
     return error;
 }
 

@@ -4,8 +4,8 @@
 #include <stddef.h>
 
 #include "proto/error.h"
-#include "server/cli/places.h"
 #include "proto/log.h"
+#include "server/cli/places.h"
 
 struct coordinator;
 
@@ -17,6 +17,7 @@ struct coordinator_options {
     unsigned tenant_jobs;          /* that have not ended, of each tenant; 0: no quota */
     unsigned tenant_assets_mib;    /* of its assets; 0: no quota */
     unsigned feed_mb_per_s;        /* of all pixel feeds while pictures are in work; 0: no limit */
+    unsigned stream_share_percent; /* of the machine's CPU time, for streams; 0: no limit */
     const char *certificate, *key; /* of HTTP, PEM; NULL: no TLS */
     /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
      * well. */

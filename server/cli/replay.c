@@ -4,11 +4,13 @@
  * worker's program, which alone knows how samples are traced, prints the rest. */
 #include <errno.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "proto/plan.h"
 #include "server/cli/cli.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
@@ -17,7 +19,8 @@
 
 struct replay_options {
     struct job_changes changes;
-    long frame;
+    long frame, pass, side;
+    const char *field;
     bool json;
 };
 
@@ -40,14 +43,22 @@ static int parse(int argc, char **argv, struct replay_options *o)
     const struct option_line lines[] = {
         {"frame", 'f', OPTION_NUMBER, "N", "the frame (default: the job's first)", 0, INT32_MAX,
          &o->frame},
+        {"field", 0, OPTION_TEXT, "FIELD",
+         "of a light field of pixel centres: light:N, light:NAME, indirect or glossy", 0, 0,
+         &o->field},
+        {"pass", 0, OPTION_NUMBER, "N", "of a later pass of the field's rays", 1, LIMIT_PASSES - 1,
+         &o->pass},
+        {"side", 0, OPTION_NUMBER, "L", "in which the pixel got L x L", 1, PLAN_SIDE_MOST,
+         &o->side},
         {"json", 'j', OPTION_FLAG, NULL, "for programs", 0, 0, &o->json},
         JOB_CHANGES_OPTIONS(&o->changes),
     };
     const struct option_table table = {
         .usage = "shearwater replay JOB.json X,Y SAMPLE [options]",
         .summary =
-            "Prints all that one path of a job's picture does: path number SAMPLE, from 0, of\n"
-            "pixel X,Y, counted from the top left one, 0,0.",
+            "Prints all that one sample of a job's picture does: path number SAMPLE, from 0, of\n"
+            "pixel X,Y, counted from the top left one, 0,0; or with --field a stratum of a light,\n"
+            "a bounce ray or a ray of a glossy lobe.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 3,
@@ -87,13 +98,27 @@ static int save_plan(const char *path, const struct replay_options *o, struct re
     return error;
 }
 
-/* The worker says by itself what is wrong. */
-static int run_worker(struct replayed *r, char **arguments, bool json, int *status,
-                      struct fault *fault)
+#define ARGUMENTS_MOST 18
+
+/* As text, where it was said: the worker reads it again. */
+static char *digits(long number, char out[24])
 {
-    char *argv[] = {r->worker, "--replay", r->plan,   arguments[0],       arguments[1],
-                    "--blobs", r->blobs,   "--cache", r->server.data_dir, json ? "--json" : NULL,
-                    NULL};
+    snprintf(out, 24, "%ld", number);
+    return out;
+}
+
+/* The worker says by itself what is wrong. */
+static int run_worker(struct replayed *r, char **arguments, const struct replay_options *o,
+                      int *status, struct fault *fault)
+{
+    char pass[24], side[24];
+    char *argv[ARGUMENTS_MOST] = {r->worker, "--replay", r->plan,   arguments[0],      arguments[1],
+                                  "--blobs", r->blobs,   "--cache", r->server.data_dir};
+    int n = 9;
+    if (o->field) argv[n++] = "--field", argv[n++] = (char *)(uintptr_t)o->field;
+    if (o->pass > 0) argv[n++] = "--pass", argv[n++] = digits(o->pass, pass);
+    if (o->side > 0) argv[n++] = "--side", argv[n++] = digits(o->side, side);
+    if (o->json) argv[n++] = "--json";
     const pid_t pid = fork();
     int ended;
     if (pid == 0) {
@@ -119,7 +144,7 @@ int cli_replay(int argc, char **argv)
     signal(SIGTERM, on_signal);
     int error = places_find_worker(r.worker, &fault);
     if (!error) error = save_plan(argv[1], &o, &r, &fault);
-    if (!error) error = run_worker(&r, argv + 2, o.json, &status, &fault);
+    if (!error) error = run_worker(&r, argv + 2, &o, &status, &fault);
     private_server_stop(&r.server, NULL);
     if (!error) return status;
     if (!fault.code) fault_set(&fault, error, "", "%s", error_text(error));

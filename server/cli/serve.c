@@ -80,7 +80,7 @@ static int serve(const struct coordinator_options *options)
 struct serve_choices {
     const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format;
     bool with_parent, quiet;
-    long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s;
+    long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s, stream_share;
 };
 
 static int parse(struct serve_choices *o, int argc, char **argv)
@@ -121,6 +121,10 @@ static int parse(struct serve_choices *o, int argc, char **argv)
          "MB a second that more than 8 who watch pictures are sent together while some are in "
          "work; 0: no limit; default 24",
          0, 1000000, &o->feed_mb_per_s},
+        {"stream-share", 0, OPTION_NUMBER, "PERCENT",
+         "of the machine's CPU time that those who watch may take from pictures in work: progress "
+         "comes less often, and pixels to more than 8; 0: no limit; default 3",
+         0, 100, &o->stream_share},
         {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &o->web},
         {"log-format", 0, OPTION_TEXT, "FORMAT",
          "of the log on stderr: text, or json (an object a line); default text", 0, 0, &o->format},
@@ -160,7 +164,8 @@ int cli_serve(int argc, char **argv)
     struct serve_choices o = {.listen = SERVE_LISTEN,
                               .format = "text",
                               .workers = cores > 1 ? 2 : 1,
-                              .feed_mb_per_s = 24};
+                              .feed_mb_per_s = 24,
+                              .stream_share = 3};
     struct fault fault = {0};
     int status = parse(&o, argc, argv);
     if (status != OPTION_GO_ON) return status;
@@ -168,7 +173,12 @@ int cli_serve(int argc, char **argv)
     if (o.quiet) server_log.least = LOG_ERROR;
     signal(SIGPIPE, SIG_IGN);
     if (o.with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (places_find(o.data, o.web, &places, &fault) != 0) return refuse(&fault);
+    log_begin(&server_log);
+    if (places_find(o.data, o.web, &places, &fault) != 0) {
+        status = refuse(&fault);
+        log_end(&server_log);
+        return status;
+    }
     if (o.threads == 0 && o.workers > 0) o.threads = (cores + o.workers - 1) / o.workers;
     const struct coordinator_options options = {.log = &server_log,
                                                 .places = &places,
@@ -177,6 +187,7 @@ int cli_serve(int argc, char **argv)
                                                 .tenant_jobs = (unsigned)o.tenant_jobs,
                                                 .tenant_assets_mib = (unsigned)o.tenant_assets_mib,
                                                 .feed_mb_per_s = (unsigned)o.feed_mb_per_s,
+                                                .stream_share_percent = (unsigned)o.stream_share,
                                                 .certificate = o.cert,
                                                 .key = o.key,
                                                 .reloaded = on_reloaded,
@@ -187,5 +198,6 @@ int cli_serve(int argc, char **argv)
                                                 .team_threads = (unsigned)cores};
     status = serve(&options);
     places_leave(&places);
+    log_end(&server_log);
     return status;
 }

@@ -3,75 +3,14 @@
 #include <assert.h>
 #include <stdlib.h>
 
-#include "server/film/gather.h"
-#include "server/film/passes.h"
-#include "server/reconstruct/lens_light.h"
-
-/* A pass that has landed while a block read its tile. */
-struct pending_pass {
-    struct samples *samples; /* owned */
-    struct pass_counts counts;
-    struct pending_pass *next;
-};
-
-struct film_tile {
-    struct samples
-        *samples;    /* owned; NULL before it has landed and when nobody needs it any more */
-    uint32_t merged; /* passes that `samples` holds */
-    uint32_t landed; /* merged ones and those pending */
-    uint32_t goal;   /* passes that it will have, as far as is known */
-    struct pass_counts counts;           /* of `samples` */
-    uint32_t readers;                    /* blocks that are out and read it */
-    uint32_t blocks_waiting;             /* blocks that read it and are not done */
-    struct pending_pass *pending, *last; /* owned; in the order of the passes */
-};
-
-/* idle -> queued -> out -> idle, until its last time. Held: it was to go out, but something is
- * pending for one of its tiles; it is queued again when that is merged. */
-enum block_state { BLOCK_IDLE, BLOCK_QUEUED, BLOCK_HELD, BLOCK_OUT, BLOCK_DONE };
-
-struct film_block {
-    enum block_state state;
-    uint32_t round;         /* passes of the schedule that all its tiles have */
-    uint32_t tiles_missing; /* tiles that have no more than these; after the schedule: that are
-                               short of their goals */
-};
-
-struct film {
-    const struct plan *plan; /* borrowed */
-    struct tile_grid grid;
-    int32_t block_px, halo_px;
-    int32_t columns, rows; /* of blocks */
-    uint32_t tile_count, block_count, pass_count;
-    uint32_t blocks_done;
-    int32_t rows_done;                /* of blocks, from the top */
-    bool keeps;                       /* tiles may be asked for more */
-    bool more;                        /* they were */
-    struct film_tile *tiles;          /* owned */
-    struct film_block *blocks;        /* owned */
-    uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */
-    uint32_t ready_first, ready_held; /* at most block_count: each block is in it once */
-    uint64_t bytes, pending;
-};
-
-/* A half-open range of columns and rows, of tiles or of blocks. */
-static struct rect cells(struct rect area, int32_t side_px)
-{
-    return (struct rect){area.x0 / side_px, area.y0 / side_px, (area.x1 - 1) / side_px + 1,
-                         (area.y1 - 1) / side_px + 1};
-}
-
-static struct rect image_rect(const struct film *film)
-{
-    return (struct rect){0, 0, film->grid.width_px, film->grid.height_px};
-}
+#include "server/film/film_work.h"
 
 struct rect film_block_rect(const struct film *film, uint32_t block)
 {
     int32_t x = (int32_t)(block % (uint32_t)film->columns) * film->block_px;
     int32_t y = (int32_t)(block / (uint32_t)film->columns) * film->block_px;
     return rect_intersect((struct rect){x, y, x + film->block_px, y + film->block_px},
-                          image_rect(film));
+                          film_image_rect(film));
 }
 
 uint32_t film_block_count(const struct film *film)
@@ -79,52 +18,24 @@ uint32_t film_block_count(const struct film *film)
     return film->block_count;
 }
 
-/* What a block reads. */
-static struct rect reach(const struct film *film, struct rect area)
-{
-    return rect_intersect(rect_grow(area, film->halo_px), image_rect(film));
-}
-
-/* Tiles that a block reads. */
-static struct rect tiles_of(const struct film *film, uint32_t block)
-{
-    return cells(reach(film, film_block_rect(film, block)), film->grid.side_px);
-}
-
-/* Blocks that read a tile. */
-static struct rect blocks_of(const struct film *film, uint32_t tile)
-{
-    return cells(reach(film, tile_grid_rect(&film->grid, tile)), film->block_px);
-}
-
-static uint32_t tile_at(const struct film *film, int32_t column, int32_t row)
-{
-    return (uint32_t)row * (uint32_t)film->grid.columns + (uint32_t)column;
-}
-
-static uint32_t block_at(const struct film *film, int32_t column, int32_t row)
-{
-    return (uint32_t)row * (uint32_t)film->columns + (uint32_t)column;
-}
-
 /* Calls visit for every tile that a block reads. */
 static void each_tile(struct film *film, uint32_t block,
                       void (*visit)(struct film *film, uint32_t tile))
 {
-    struct rect t = tiles_of(film, block);
+    struct rect t = film_tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++)
         for (int32_t column = t.x0; column < t.x1; column++)
-            visit(film, tile_at(film, column, row));
+            visit(film, film_tile_at(film, column, row));
 }
 
 static void count_needs(struct film *film)
 {
     for (uint32_t i = 0; i < film->tile_count; i++) {
         film->tiles[i].goal = film->pass_count;
-        film->tiles[i].blocks_waiting = (uint32_t)rect_area(blocks_of(film, i));
+        film->tiles[i].blocks_waiting = (uint32_t)rect_area(film_blocks_of(film, i));
     }
     for (uint32_t i = 0; i < film->block_count; i++) {
-        film->blocks[i].tiles_missing = (uint32_t)rect_area(tiles_of(film, i));
+        film->blocks[i].tiles_missing = (uint32_t)rect_area(film_tiles_of(film, i));
     }
 }
 
@@ -206,11 +117,11 @@ static bool fits(const struct film *film, uint32_t tile, uint32_t pass,
 static void begin_round(struct film *film, uint32_t block)
 {
     struct film_block *b = &film->blocks[block];
-    struct rect t = tiles_of(film, block);
+    struct rect t = film_tiles_of(film, block);
     b->round = UINT32_MAX;
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {
-            const uint32_t merged = film->tiles[tile_at(film, column, row)].merged;
+            const uint32_t merged = film->tiles[film_tile_at(film, column, row)].merged;
             if (merged < b->round) {
                 b->round = merged;
                 b->tiles_missing = 0;
@@ -235,10 +146,10 @@ static void queue_block(struct film *film, uint32_t block)
 static void tell_blocks(struct film *film, uint32_t tile, uint32_t before)
 {
     const bool reached = film->tiles[tile].merged == film->tiles[tile].goal;
-    struct rect around = blocks_of(film, tile);
+    struct rect around = film_blocks_of(film, tile);
     for (int32_t row = around.y0; row < around.y1; row++) {
         for (int32_t column = around.x0; column < around.x1; column++) {
-            const uint32_t block = block_at(film, column, row);
+            const uint32_t block = film_block_at(film, column, row);
             struct film_block *b = &film->blocks[block];
             if (film->more) {
                 if (reached && --b->tiles_missing == 0) queue_block(film, block);
@@ -259,7 +170,7 @@ static void merge(struct film *film, struct film_tile *t, struct samples *sample
         t->samples = samples;
     } else {
         passes_add(t->samples, t->counts, samples, counts);
-        film->bytes -= samples->layout.total_bytes;
+        film->bytes -= samples_bytes(samples);
         samples_destroy(&samples);
     }
     pass_counts_add(&t->counts, &counts);
@@ -294,7 +205,7 @@ int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pas
     const bool must_wait = t->readers > 0;
     if (must_wait && put_aside(film, t, samples, counts) != 0) return ERR_MEMORY;
     t->landed++;
-    film->bytes += samples->layout.total_bytes;
+    film->bytes += samples_bytes(samples);
     if (must_wait) return 0;
     merge(film, t, samples, counts);
     tell_blocks(film, tile, pass->number);
@@ -311,10 +222,10 @@ int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *s
 static uint32_t count_missing(const struct film *film, uint32_t block)
 {
     uint32_t missing = 0;
-    struct rect t = tiles_of(film, block);
+    struct rect t = film_tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++)
         for (int32_t column = t.x0; column < t.x1; column++) {
-            const struct film_tile *tile = &film->tiles[tile_at(film, column, row)];
+            const struct film_tile *tile = &film->tiles[film_tile_at(film, column, row)];
             missing += tile->merged < tile->goal;
         }
     return missing;
@@ -337,10 +248,10 @@ void film_begin_round(struct film *film, const uint32_t *more_passes)
 
 static bool has_pending(const struct film *film, uint32_t block)
 {
-    struct rect t = tiles_of(film, block);
+    struct rect t = film_tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1 && film->pending > 0; row++)
         for (int32_t column = t.x0; column < t.x1; column++)
-            if (film->tiles[tile_at(film, column, row)].pending) return true;
+            if (film->tiles[film_tile_at(film, column, row)].pending) return true;
     return false;
 }
 
@@ -364,32 +275,6 @@ bool film_next_ready(struct film *film, uint32_t *block)
     return false;
 }
 
-int film_gather(const struct film *film, uint32_t block, struct patch **out)
-{
-    struct patch *patch;
-    *out = NULL;
-    assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
-    struct rect area = film_block_rect(film, block);
-    int error = patch_create(film->plan, reach(film, area), &patch);
-    if (error) return error;
-    if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan) ||
-        patch_has_far_lobes(film->plan) || patch_has_far_paths(film->plan) ||
-        film->plan->lens_filter != LENS_FILTER_NONE)
-        patch->core = rect_intersect(
-            rect_grow(area, lens_light_ring_px(film->plan) + PATCH_RING_PX), patch->rect);
-    struct rect t = tiles_of(film, block);
-    for (int32_t row = t.y0; row < t.y1; row++) {
-        for (int32_t column = t.x0; column < t.x1; column++) {
-            uint32_t tile = tile_at(film, column, row);
-            const struct film_tile *from = &film->tiles[tile];
-            gather_tile(film->plan, from->samples, from->counts, tile_grid_rect(&film->grid, tile),
-                        patch);
-        }
-    }
-    *out = patch;
-    return 0;
-}
-
 static void end_reading(struct film *film, uint32_t tile)
 {
     struct film_tile *t = &film->tiles[tile];
@@ -407,14 +292,14 @@ static void release(struct film *film, uint32_t tile)
 {
     struct film_tile *t = &film->tiles[tile];
     if (--t->blocks_waiting > 0) return;
-    film->bytes -= t->samples->layout.total_bytes;
+    film->bytes -= samples_bytes(t->samples);
     samples_destroy(&t->samples);
 }
 
 static bool is_row_done(const struct film *film, int32_t row)
 {
     for (int32_t column = 0; column < film->columns; column++)
-        if (film->blocks[block_at(film, column, row)].state != BLOCK_DONE) return false;
+        if (film->blocks[film_block_at(film, column, row)].state != BLOCK_DONE) return false;
     return true;
 }
 

@@ -56,6 +56,9 @@ bool film_next_ready(struct film *film, uint32_t *block);
 struct rect film_block_rect(const struct film *film, uint32_t block);
 uint32_t film_block_count(const struct film *film);
 
+/* From here on patches come from that scratch, which must outlive them; before, from the heap. */
+void film_gather_in(struct film *film, struct scratch *scratch);
+
 /* The block's samples with halo, as floats. Owned by the caller. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 

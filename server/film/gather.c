@@ -4,6 +4,7 @@
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
+#include "proto/surface_match.h"
 
 /* The overlap of a tile and a patch, and how to step through both. */
 struct overlap {
@@ -46,17 +47,12 @@ static void copy_bytes(const struct overlap *o, const uint8_t *in, uint8_t *out)
     }
 }
 
-static float cut_distance(float distance)
-{
-    return distance < GATHER_DISTANCE_MAX ? distance : GATHER_DISTANCE_MAX;
-}
-
 static void copy_distances(const struct overlap *o, const float *in, float *out)
 {
     for (size_t y = 0; y < o->height; y++) {
         const float *from = in + from_row(o, y);
         float *to = out + to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) to[x] = cut_distance(from[x]);
+        for (size_t x = 0; x < o->width; x++) to[x] = surface_distance(from[x]);
     }
 }
 
@@ -132,8 +128,7 @@ static void restore_distances(const struct overlap *o, const uint16_t *in, const
         half_to_floats(in + from_row(o, y), to, o->width);
         for (size_t x = 0; x < o->width; x++) {
             float own = depth ? depth[at + x] : 0.0f;
-            float reference = own > 0.0f ? own : unit;
-            to[x] = cut_distance((to[x] + 1.0f) * reference);
+            to[x] = surface_sub_distance(to[x], own, unit);
         }
     }
 }

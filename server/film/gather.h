@@ -9,7 +9,6 @@
  * Converts the pixels of `tile` (the samples' place in the image) that lie in the patch; outside
  * its core only what patch.h says. Halves become floats, scales are taken out, sub-sample depths
  * become distances, and where there is no surface the normal is zero. Distances are cut at
- * GATHER_DISTANCE_MAX, so that their squares stay finite. */
-#define GATHER_DISTANCE_MAX 1e16f
+ * SURFACE_DISTANCE_MAX, so that their squares stay finite. */
 void gather_tile(const struct plan *plan, const struct samples *samples, struct pass_counts counts,
                  struct rect tile, struct patch *patch);

@@ -3,7 +3,6 @@
 #include <sys/random.h>
 
 #include "proto/build.h"
-#include "server/fleet/admission.h"
 #include "server/fleet/fleet_work.h"
 #include "server/fleet/roster.h"
 
@@ -42,16 +41,18 @@ static int reserve_session(struct fleet *fleet)
 {
     if (fleet->session_count < fleet->session_capacity) return 0;
     size_t capacity = fleet->session_capacity ? 2 * fleet->session_capacity : 16;
-    struct session **sessions = realloc(fleet->sessions, capacity * sizeof(struct session *));
+    /* NOLINTBEGIN(bugprone-sizeof-expression): arrays of pointers */
+    struct session **sessions = realloc(fleet->sessions, capacity * sizeof fleet->sessions[0]);
     if (sessions) fleet->sessions = sessions;
     struct schedule_worker *offers = realloc(fleet->offers, capacity * sizeof *offers);
     if (offers) fleet->offers = offers;
-    struct session **offered = realloc(fleet->offered, capacity * sizeof(struct session *));
+    struct session **offered = realloc(fleet->offered, capacity * sizeof fleet->offered[0]);
     if (offered) fleet->offered = offered;
     uint32_t *give = realloc(fleet->give, capacity * sizeof *give);
     if (give) fleet->give = give;
     const struct lease_table **tables = realloc(fleet->tables, capacity * sizeof *tables);
     if (tables) fleet->tables = tables;
+    /* NOLINTEND(bugprone-sizeof-expression) */
     if (!sessions || !offers || !offered || !give || !tables) return ERR_MEMORY;
     fleet->session_capacity = capacity;
     return 0;
@@ -89,7 +90,8 @@ static void session_closed(void *ctx, struct session *s)
     release_one(fleet);
 }
 
-/* Whoever dials may be anybody until its HELLO: of too many the one that has waited longest goes. */
+/* Whoever dials may be anybody until its HELLO: of too many the one that has waited longest goes.
+ */
 static void make_room(struct fleet *fleet)
 {
     struct session *oldest = NULL;
@@ -123,112 +125,11 @@ static void on_incoming(void *ctx, struct listener *l)
     session_start(s);
 }
 
-/* ---- what sessions ask of the fleet ---- */
-
 unsigned fleet_count(const struct fleet *fleet)
 {
     unsigned count = 0;
     for (size_t i = 0; i < fleet->session_count; i++) count += session_may_work(fleet->sessions[i]);
     return count;
-}
-
-static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
-                  struct message_refused *refused)
-{
-    struct fleet *fleet = ctx;
-    const struct admission rules = {.build_id = build_id(),
-                                    .isa = build_isa(),
-                                    .embree_version = fleet->embree_version,
-                                    .workers = fleet_count(fleet)};
-    if (!admission_check(&rules, &s->hello, refused)) return false;
-    if (!fleet->embree_version[0])
-        memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
-    *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};
-    const struct conduct_record *record =
-        conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
-    fleet_note_joined(fleet, s);
-    if (record) s->quarantined_until_ms = record->until_ms;
-    return true;
-}
-
-static void wake(void *ctx)
-{
-    fleet_wake(ctx);
-}
-
-static void tile_returned(void *ctx, struct session *s, const struct fleet_tile *tile,
-                          enum fleet_return why)
-{
-    struct fleet *fleet = ctx;
-    fleet->totals.returned++;
-    lease_past_add(&fleet->past, tile->frame_id, tile->index, tile->generation);
-    if (fleet->closing) return;
-    fleet->client.returned(fleet->client.ctx, s->id, tile, why);
-    fleet_wake(fleet);
-}
-
-static void tile_faulted(void *ctx, struct session *s, const struct message_tile_fault *fault)
-{
-    struct fleet *fleet = ctx;
-    lease_past_add(&fleet->past, fault->frame_id, fault->index, fault->generation);
-    if (fleet->closing) return;
-    fleet->client.faulted(fleet->client.ctx, s->id, fault);
-    fleet_wake(fleet);
-}
-
-static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t capacity)
-{
-    struct fleet *fleet = ctx;
-    return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
-}
-
-/* True when this session holds the lease, which ends, or holds the tile in another generation, or
- * when the lease has ended lately, whoever held it: then it is the client's to judge. */
-static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
-{
-    uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
-    if (at == LEASE_NONE)
-        return lease_has_tile(&s->leases, r->frame_id, r->index) ||
-               lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
-    lease_answer(&s->leases, at, uv_now(fleet->loop));
-    lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
-    return true;
-}
-
-static uint32_t offer_result(struct fleet *fleet, struct session *s, uint64_t request_id,
-                             const struct message_result *r, int *error)
-{
-    uint8_t *bytes = malloc(r->samples_bytes ? r->samples_bytes : 1);
-    *error = bytes ? session_add_unacked(s, request_id, r) : ERR_MEMORY;
-    if (*error) {
-        free(bytes);
-        return 0;
-    }
-    memcpy(bytes, r->samples, r->samples_bytes);
-    struct message_result owned = *r;
-    owned.samples = bytes;
-    uint8_t *given = bytes;
-    uint32_t verdict =
-        fleet->client.result(fleet->client.ctx, s->id, &owned, &given, r->samples_bytes);
-    if (verdict != 0) free(bytes);
-    return verdict;
-}
-
-static int take_result(void *ctx, struct session *s, uint64_t request_id,
-                       const struct message_result *r)
-{
-    struct fleet *fleet = ctx;
-    struct message_ack ack = {.frame_id = r->frame_id,
-                              .index = r->index,
-                              .generation = r->generation,
-                              .verdict = VERDICT_FOREIGN};
-    int error = 0;
-    if (fleet->closing) return 0;
-    fleet->totals.results++;
-    fleet_wake(fleet);
-    if (was_leased(fleet, s, r)) ack.verdict = offer_result(fleet, s, request_id, r, &error);
-    if (ack.verdict != 0 && error == 0) session_ack(s, &ack, request_id);
-    return error;
 }
 
 /* ---- the turn of the loop ---- */
@@ -283,17 +184,7 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
     fleet->silence_ms = or_default(o->silence_ms, DEFAULT_SILENCE_MS);
     fleet->stall_ms = or_default(o->stall_ms, DEFAULT_STALL_MS);
     fleet->next_id = first_id();
-    fleet->host = (struct session_host){.ctx = fleet,
-                                        .greet = greet,
-                                        .result = take_result,
-                                        .returned = tile_returned,
-                                        .gone = fleet_note_gone,
-                                        .struck = fleet_struck,
-                                        .faulted = tile_faulted,
-                                        .blob_path = blob_path,
-                                        .unacked_bytes = &fleet->unacked_bytes,
-                                        .wake = wake,
-                                        .closed = session_closed};
+    fleet->host = fleet_host(fleet, session_closed);
     lease_past_init(&fleet->past);
     uv_idle_init(loop, &fleet->turn);
     uv_timer_init(loop, &fleet->tick);

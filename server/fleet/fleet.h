@@ -18,7 +18,7 @@ struct fleet_tile {
     uint32_t index, generation;
     struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
-    bool alone; /* its worker gets no other tile while it holds this one */
+    bool alone;            /* its worker gets no other tile while it holds this one */
     const uint8_t *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL:
                               the pass has none */
     uint32_t counts_bytes;
@@ -41,7 +41,8 @@ struct fleet_asker {
 
 struct fleet_client {
     void *ctx;
-    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later). */
+    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later).
+     */
     bool (*next_tile)(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out);
     /* What workers are told of a frame; the plan's bytes are borrowed until it is cancelled or
      * done. False: it is gone. */
@@ -100,8 +101,8 @@ void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
 /* Whoever takes a worker back from a quarantine forgives it all strikes. ERR_NOT_FOUND */
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain);
 
-/* Holds a result that does not fit its plan against the worker (conduct.h). True when it is put into
- * quarantine for it. */
+/* Holds a result that does not fit its plan against the worker (conduct.h). True when it is put
+ * into quarantine for it. */
 bool fleet_strike(struct fleet *fleet, uint64_t worker);
 /* Takes all workers back that are in quarantine. */
 void fleet_forgive(struct fleet *fleet);

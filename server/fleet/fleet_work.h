@@ -1,5 +1,5 @@
 #pragma once
-/* The fleet from inside: for fleet.c, hand_out.c and discipline.c alone. */
+/* The fleet from inside: for fleet.c, fleet_host.c, hand_out.c and discipline.c alone. */
 #include "server/fleet/fleet.h"
 #include "server/fleet/lease.h"
 #include "server/fleet/listener.h"
@@ -50,6 +50,9 @@ struct fleet {
     void *closed_ctx;
 };
 
+/* What its sessions call; `closed` when one has gone. */
+struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, struct session *s));
+
 /* Gives tiles to those who want them; to those who idle when there are none, copies of tiles that
  * others are late with. */
 void fleet_hand_out(struct fleet *fleet);
@@ -57,7 +60,8 @@ void fleet_hand_out(struct fleet *fleet);
 struct session *fleet_find_session(const struct fleet *fleet, uint64_t id); /* NULL: none */
 /* As session_host: takes note of a worker that may have died. */
 bool fleet_note_gone(void *fleet, const struct session *s);
-/* Tells the client when one of those joins again, or was a process of ours that somebody stopped. */
+/* Tells the client when one of those joins again, or was a process of ours that somebody stopped.
+ */
 void fleet_note_joined(struct fleet *fleet, const struct session *s);
 void fleet_note_stopped(void *fleet, int64_t pid);
 /* As session_host. */

@@ -139,7 +139,7 @@ void fleet_hand_out(struct fleet *fleet)
     const struct fleet_client *client = &fleet->client;
     const uint64_t supply = client->tiles_left ? client->tiles_left(client->ctx) : UINT64_MAX;
     hand_tiles(fleet, count, supply);
-    if (!client->copy_tile || fleet->closing) return;
+    if (!client->copy_tile || !client->tiles_left || fleet->closing) return;
     if (client->tiles_left(client->ctx) == 0) hand_copies(fleet);
     look_again(fleet);
 }

@@ -28,8 +28,8 @@ static void look_at(const struct lease_table *t, double pace_ms, uint64_t now_ms
     const uint32_t begun = lease_begun(t);
     for (uint32_t i = 0; i < t->count; i++) {
         if (t->at[i].copied) continue;
-        const double left =
-            left_of_begun(&t->at[i % begun], pace_ms, now_ms) + (double)(i / begun) * pace_ms;
+        const uint32_t rounds = i / begun;
+        const double left = left_of_begun(&t->at[i % begun], pace_ms, now_ms) + rounds * pace_ms;
         if (left <= worst->gain_ms) continue;
         worst->gain_ms = left;
         worst->at = i;

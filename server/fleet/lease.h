@@ -19,7 +19,7 @@ struct lease {
 struct lease_table {
     struct lease *at; /* owned */
     uint32_t count, capacity;
-    uint32_t threads; /* of its worker; 0 is 1 */
+    uint32_t threads;    /* of its worker; 0 is 1 */
     double pace_ms;      /* that a thread takes for a tile of that frame; 0: not known yet */
     uint64_t pace_frame; /* tiles of others may take another time */
 };

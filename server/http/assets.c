@@ -6,6 +6,7 @@
 #include "server/http/request.h"
 #include "server/store/asset_owners.h"
 #include "server/store/asset_usage.h"
+#include "server/store/removal_notes.h"
 
 /* Syncing and renaming wait for the disk: the team does it while the connection sleeps. */
 struct asset_finish {
@@ -15,27 +16,60 @@ struct asset_finish {
     uint64_t size_bytes;
     struct asset_usage *usage; /* NULL: no quota */
     const struct objects *objects;
+    struct job_store *store;
     char owner[JOB_OWNER_BYTES]; /* "": nobody's */
     struct digest expected, found;
     int error;
     bool existed;
+    bool is_noted; /* the file is left to asset_removal.h */
 };
+
+static void note_unkept(struct asset_finish *f)
+{
+    f->is_noted = removal_notes_add(f->objects, &f->expected) == 0;
+}
+
+/* What is placed is held until the mark says whose it is, or a note that it may be nobody's. A mark
+ * that was there, so that it was not counted, may have been taken away meanwhile: then this one
+ * counts. */
+static void keep(struct asset_finish *f, bool is_new, bool *counted)
+{
+    f->error = asset_owners_add(f->objects, f->owner, &f->expected, &f->existed);
+    if (f->error && is_new) note_unkept(f);
+    if (f->error || f->existed || !f->usage || *counted) return;
+    f->error = asset_usage_take(f->usage, f->owner, f->size_bytes);
+    *counted = !f->error;
+    if (!f->error) return;
+    note_unkept(f);
+    (void)asset_owners_remove(f->objects, f->owner, &f->expected);
+}
 
 static void finish_run(struct team_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
-    if (!f->owner[0]) {
-        f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
+    const bool is_owned = f->owner[0] != '\0';
+    bool counted = false;
+    if (is_owned && f->usage) {
+        f->error = asset_usage_learn(f->usage, f->owner);
+        /* What he has is counted already. */
+        counted = !f->error && !asset_owners_have(f->objects, f->owner, &f->expected);
+        if (counted) f->error = asset_usage_take(f->usage, f->owner, f->size_bytes);
+    }
+    if (f->error) {
+        object_writer_abort(&f->writer);
         return;
     }
-    /* What he has is counted already. */
-    const bool counted = f->usage && !asset_owners_have(f->objects, f->owner, &f->expected);
-    f->error = counted ? asset_usage_take(f->usage, f->owner, f->size_bytes) : 0;
-    if (f->error) return;
     f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
-    f->existed = false; /* that somebody else has it is not this one's to know */
-    if (!f->error) f->error = asset_owners_add(f->objects, f->owner, &f->expected, &f->existed);
-    if (counted && (f->error || f->existed)) asset_usage_give(f->usage, f->owner, f->size_bytes);
+    const bool is_held = !f->error;
+    if (is_owned) {
+        const bool is_new = !f->existed;
+        f->existed = false; /* that somebody else has it is not this one's to know */
+        if (is_held) keep(f, is_new, &counted);
+        if (counted && (f->error || f->existed))
+            asset_usage_give(f->usage, f->owner, f->size_bytes);
+    }
+    if (is_held && !is_owned) removal_notes_forget(f->objects, &f->expected);
+    if (is_held) objects_release(f->objects, &f->expected);
 }
 
 static void answer_mismatch(struct request *r, const struct digest *found)
@@ -62,7 +96,7 @@ static void finish_done(struct team_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
     struct request *r = f->request;
-    if (f->writer) object_writer_abort(&f->writer);
+    if (f->is_noted) job_store_look_at_removals(f->store);
     if (request_back(r)) {
         if (f->error == ERR_MISMATCH)
             answer_mismatch(r, &f->found);
@@ -88,11 +122,11 @@ void route_asset_put(struct request *r)
     f->request = r;
     f->expected = r->match.sha256;
     f->objects = r->http->options.objects;
+    f->store = r->http->options.store;
     f->size_bytes = r->file_bytes;
     f->usage = r->http->options.asset_usage;
     memcpy(f->owner, r->asker.owner, sizeof f->owner);
-    f->writer = r->writer;
-    r->writer = NULL;
+    f->writer = upload_take_writer(r->upload);
     request_hold(r);
     team_submit(r->http->options.team, &f->task);
 }
@@ -113,4 +147,47 @@ void route_asset_head(struct request *r)
         response_header(response, "ETag", etag);
     }
     request_answer(r, 200, response);
+}
+
+/* Which jobs keep it: a few of them, and how many more there are. */
+static void refuse_named(struct request *r, const struct asset_users *users)
+{
+    char detail[64 + ASSET_USERS_NAMED * (JOB_ID_BYTES + 2)];
+    const size_t named = users->count < ASSET_USERS_NAMED ? users->count : ASSET_USERS_NAMED;
+    int n = snprintf(detail, sizeof detail, "not ended, and in need of it: job%s ",
+                     users->count > 1 ? "s" : "");
+    for (size_t i = 0; i < named; i++)
+        n += snprintf(detail + n, sizeof detail - (size_t)n, "%s%s", i > 0 ? ", " : "",
+                      users->ids[i]);
+    if (users->count > named)
+        snprintf(detail + n, sizeof detail - (size_t)n, " and %zu more", users->count - named);
+    request_problem(r, PROBLEM_ASSET_IN_USE, detail, NULL);
+}
+
+static void on_given_up(void *ctx, int error, const struct asset_users *users)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (error == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, "there is no such asset", NULL);
+    else if (error == ERR_STATE)
+        refuse_named(r, users);
+    else if (error == ERR_EXISTS)
+        request_problem(r, PROBLEM_ASSET_IN_USE,
+                        "it is a tenant's, a job's picture, or what became of another asset", NULL);
+    else if (error == ERR_FULL)
+        request_problem(r, PROBLEM_BUSY,
+                        "it, or a file that is kept beside it, is being written just now", NULL);
+    else if (error)
+        request_trouble(r, error, "the asset could not be removed");
+    else
+        request_answer(r, 204, response_empty());
+}
+
+void route_asset_delete(struct request *r)
+{
+    struct asset_claim claim = {.asset = r->match.sha256, .sees_all = r->asker.sees_all};
+    memcpy(claim.owner, r->asker.owner, sizeof claim.owner);
+    request_hold(r);
+    job_store_remove_asset(r->http->options.store, &claim, on_given_up, r);
 }

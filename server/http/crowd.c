@@ -11,7 +11,7 @@
 static bool is_idle(const struct peer *p)
 {
     const struct request *r = p->request;
-    return !p->cut && (!r || (!r->handled && !r->held && !r->uploads && r->status == 0));
+    return !p->cut && (!r || (!r->handled && !r->held && !r->upload && r->status == 0));
 }
 
 /* Newest peers come first: the last ones found are the oldest. */
@@ -45,13 +45,13 @@ static struct request *oldest_body(const struct http *http, const struct request
 
 void crowd_make_body_room(struct http *http, const struct request *for_whom, size_t more_bytes)
 {
-    while (http->body_bytes + more_bytes > CROWD_BODIES_BYTES) {
+    while (http->body_room_bytes + more_bytes > CROWD_BODIES_BYTES) {
         struct request *r = oldest_body(http, for_whom);
         if (!r) return;
-        http->body_bytes -= r->body_bytes;
+        http->body_room_bytes -= r->body_room_bytes;
         free(r->body);
         r->body = NULL;
-        r->body_bytes = 0;
+        r->body_bytes = r->body_room_bytes = 0;
         r->status = 503;
         peer_abort(r->peer, 503);
     }

@@ -1,14 +1,11 @@
 #include "server/http/daemon.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
-#include "server/http/crowd.h"
 #include "server/http/listen.h"
 #include "server/http/request.h"
 #include "server/http/static_files.h"
@@ -27,55 +24,12 @@ static void count_log(void *ctx, const char *format, va_list arguments)
     http->log_lines++;
 }
 
-void peer_deadline(struct peer *peer, uint64_t ms)
-{
-    peer->deadline_ms = ms ? uv_now(peer->http->options.loop) + ms : 0;
-}
-
-void peer_abort(struct peer *peer, unsigned status)
-{
-    enum problem_id id = status == 413   ? PROBLEM_TOO_LARGE
-                         : status == 503 ? PROBLEM_BUSY
-                                         : PROBLEM_TIMEOUT;
-    const struct problem *p = problem_of(id);
-    peer->deadline_ms = 0;
-    if (peer->http->tls.key) { /* plain words would be noise there */
-        (void)shutdown(peer->fd, SHUT_RDWR);
-        return;
-    }
-    char body[256], text[640];
-    int body_bytes =
-        snprintf(body, sizeof body,
-                 "{\"type\":\"urn:shearwater:problem:%s\",\"title\":\"%s\",\"status\":%u}", p->slug,
-                 p->title, p->status);
-    int text_bytes = snprintf(text, sizeof text,
-                              "HTTP/1.1 %u %s\r\nContent-Type: application/problem+json\r\n"
-                              "Content-Length: %d\r\nCache-Control: no-store\r\n"
-                              "Connection: close\r\n\r\n%s",
-                              p->status, p->title, body_bytes, body);
-    (void)send(peer->fd, text, (size_t)text_bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
-    lingering_add(&peer->http->lingering, peer->fd);
-    (void)shutdown(peer->fd, SHUT_RDWR);
-}
-
-/* A request that has begun is told why; one that has not is only closed. */
-static void expire(struct peer *peer)
-{
-    struct request *r = peer->request;
-    if (r && r->status == 0) {
-        r->status = 408;
-        peer_abort(peer, 408);
-        return;
-    }
-    (void)shutdown(peer->fd, SHUT_RDWR);
-    peer->deadline_ms = 0;
-}
-
 static void *begin_request(void *ctx, const char *uri, struct MHD_Connection *connection)
 {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
     struct peer *peer = info ? info->socket_context : NULL;
+    if (peer) (void)streams_meter(peer->http->options.streams, METER_OTHER);
     return peer ? request_create(ctx, peer, connection, uri) : NULL;
 }
 
@@ -83,9 +37,10 @@ static enum MHD_Result step(void *ctx, struct MHD_Connection *connection, const 
                             const char *method, const char *version, const char *data,
                             size_t *size_bytes, void **request)
 {
-    (void)ctx;
+    struct http *http = ctx;
     (void)connection;
     (void)url;
+    (void)streams_meter(http->options.streams, METER_OTHER);
     return *request ? request_step(*request, method, version, data, size_bytes) : MHD_NO;
 }
 
@@ -104,49 +59,13 @@ static void end_request(void *ctx, struct MHD_Connection *connection, void **req
     *request = NULL;
 }
 
-static void begin_peer(struct http *http, struct MHD_Connection *connection, void **context)
+/* What it sends for streams is theirs, who switch when they are asked for bytes; all else switches
+ * back as soon as it is told of. */
+static void run_mhd(struct http *http)
 {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    struct peer *peer = info ? calloc(1, sizeof *peer) : NULL;
-    *context = peer;
-    if (!peer) return; /* its requests are refused */
-    peer->http = http;
-    peer->fd = info->connect_fd;
-    peer->next = http->peers;
-    peer->link = &http->peers;
-    if (peer->next) peer->next->link = &peer->next;
-    http->peers = peer;
-    http->connections++;
-    peer_deadline(peer, http->request_ms);
-    crowd_make_room(http);
-}
-
-static bool has_unread(int fd)
-{
-    char byte;
-    return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) > 0;
-}
-
-/* What MHD refuses by itself (a request line that is too long) it answers and closes at once. */
-static void end_peer(struct http *http, struct peer *peer)
-{
-    if (!peer) return;
-    if (!peer->served || has_unread(peer->fd)) lingering_add(&http->lingering, peer->fd);
-    if (peer->request) request_done(peer->request);
-    *peer->link = peer->next;
-    if (peer->next) peer->next->link = peer->link;
-    http->connections--;
-    free(peer);
-}
-
-static void connection_changed(void *ctx, struct MHD_Connection *connection, void **context,
-                               enum MHD_ConnectionNotificationCode code)
-{
-    if (code == MHD_CONNECTION_NOTIFY_STARTED)
-        begin_peer(ctx, connection, context);
-    else
-        end_peer(ctx, *context);
+    streams_meter_run(http->options.streams);
+    MHD_run(http->mhd);
+    streams_meter_ran(http->options.streams);
 }
 
 static void run(struct http *http);
@@ -163,26 +82,38 @@ static void on_run(uv_timer_t *timer)
     run(timer->data);
 }
 
-static void on_poll(uv_poll_t *poll, int status, int events)
+static void on_turn(uv_idle_t *turn)
 {
-    (void)status;
-    (void)events;
-    run(poll->data);
+    run(turn->data);
 }
 
+static void on_poll(uv_poll_t *poll, int status, int events)
+{
+    struct http *http = poll->data;
+    (void)status;
+    (void)events;
+    if (!uv_is_active((uv_handle_t *)&http->turn)) run(http);
+}
+
+/* While sockets take what MHD has for them it wants to run at once, again and again. A timer of no
+ * time would be let run until none does, and nobody else meanwhile: it runs once a turn. */
 static void run(struct http *http)
 {
-    MHD_UNSIGNED_LONG_LONG wait_ms;
-    MHD_run(http->mhd);
-    if (MHD_get_timeout(http->mhd, &wait_ms) == MHD_YES)
+    MHD_UNSIGNED_LONG_LONG wait_ms = 0;
+    uv_idle_stop(&http->turn);
+    run_mhd(http);
+    const bool wants = MHD_get_timeout(http->mhd, &wait_ms) == MHD_YES;
+    if (wants && wait_ms > 0)
         uv_timer_start(&http->run, on_run, wait_ms, 0);
+    else if (wants)
+        http_kick(http);
     if (streams_wait(http->options.streams) && !uv_is_active((uv_handle_t *)&http->pace))
         uv_timer_start(&http->pace, on_pace, PACE_EVERY_MS, 0);
 }
 
 void http_kick(struct http *http)
 {
-    if (http->mhd) uv_timer_start(&http->run, on_run, 0, 0);
+    if (http->mhd) uv_idle_start(&http->turn, on_turn);
 }
 
 static void on_kick(void *ctx)
@@ -222,11 +153,12 @@ static void on_tick(uv_timer_t *timer)
     measure_delay(http);
     uint64_t now = uv_now(http->options.loop);
     for (struct peer *p = http->peers; p; p = p->next)
-        if (p->deadline_ms && p->deadline_ms <= now) expire(p);
+        if (p->deadline_ms && p->deadline_ms <= now) peer_expire(p);
     cut_signed_out(http);
     lingering_tick(&http->lingering);
     readiness_tick(http);
     held_tick(http);
+    upload_tick(http);
     streams_tick(http->options.streams);
 }
 
@@ -271,10 +203,12 @@ static int start_mhd(struct http *http, int listen_fd)
         MHD_OPTION_CONNECTION_LIMIT, http->connections_most, /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
-        MHD_OPTION_STRICT_FOR_CLIENT, 1,                  /**/
+        /* What it would refuse is refused by guard.c and target.c, with answers of ours. */
+        MHD_OPTION_STRICT_FOR_CLIENT, 0,                  /**/
+        MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1,             /* files go by sendfile */
         MHD_OPTION_URI_LOG_CALLBACK, begin_request, http, /**/
         MHD_OPTION_NOTIFY_COMPLETED, end_request, http,   /**/
-        MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http, MHD_OPTION_END);
+        MHD_OPTION_NOTIFY_CONNECTION, peer_changed, http, MHD_OPTION_END);
     return http->mhd ? 0 : ERR_IO;
 }
 
@@ -283,11 +217,14 @@ static int start_handles(struct http *http)
     uv_loop_t *loop = http->options.loop;
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(http->mhd, MHD_DAEMON_INFO_EPOLL_FD);
     if (!info || uv_poll_init(loop, &http->poll, info->epoll_fd) != 0) return ERR_IO;
+    uv_idle_init(loop, &http->turn);
     uv_timer_init(loop, &http->run);
     uv_timer_init(loop, &http->tick);
     uv_timer_init(loop, &http->pace);
-    http->poll.data = http->run.data = http->tick.data = http->pace.data = http;
-    http->open_handles = 4;
+    http->poll.data = http->turn.data = http->run.data = http;
+    http->tick.data = http->pace.data = http;
+    http->open_handles = 5;
+    readiness_open(http);
     uv_poll_start(&http->poll, UV_READABLE, on_poll);
     uv_timer_start(&http->tick, on_tick, TICK_MS, TICK_MS);
     return 0;
@@ -347,8 +284,11 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     }
     streams_set_kick(options->streams, on_kick, http);
     streams_set_told_cut(options->streams, on_cut);
-    streams_limit(options->streams, options->feed_bytes_per_s,
-                  ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS));
+    const struct streams_limits limits = {.feed_bytes_per_s = options->feed_bytes_per_s,
+                                          .cpu_us_per_s = options->stream_us_per_s,
+                                          .stuck_ms =
+                                              ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS)};
+    streams_limit(options->streams, &limits);
     *out = http;
     return 0;
 fail:
@@ -404,14 +344,16 @@ void http_destroy(struct http **http)
     streams_set_told_cut(h->options.streams, NULL);
     streams_end_all(h->options.streams);
     release_requests(h);
-    MHD_run(h->mhd);
+    run_mhd(h);
     uv_poll_stop(&h->poll);
     MHD_stop_daemon(h->mhd);
     h->mhd = NULL;
     lingering_close_all(&h->lingering);
     static_files_destroy(&h->files);
     close_guards(h);
+    readiness_close(h);
     uv_close((uv_handle_t *)&h->poll, on_closed);
+    uv_close((uv_handle_t *)&h->turn, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);
     uv_close((uv_handle_t *)&h->tick, on_closed);
     uv_close((uv_handle_t *)&h->pace, on_closed);

@@ -7,30 +7,19 @@
 #include "server/http/held.h"
 #include "server/http/http.h"
 #include "server/http/lingering.h"
+#include "server/http/peer.h"
 #include "server/http/readiness.h"
 #include "server/http/request_count.h"
 #include "server/http/tls.h"
 
-struct request;
 struct static_files;
-
-/* A connection, and the time until which the request on it must have arrived (or its answer gone).
- */
-struct peer {
-    struct peer *next, **link;
-    struct http *http;
-    int fd;
-    uint64_t deadline_ms;    /* of the loop's clock; 0: none */
-    struct request *request; /* in work; NULL between requests */
-    bool cut;                /* shut down for want of room */
-    bool served;             /* the last request was answered by its handler */
-};
 
 struct http {
     struct http_options options; /* pointers to other rooms; texts are not kept */
     struct MHD_Daemon *mhd;
     uv_poll_t poll;  /* MHD's epoll descriptor */
-    uv_timer_t run;  /* when MHD wants to run again, or has been kicked */
+    uv_idle_t turn;  /* active: MHD runs before the loop sleeps, once a turn of it */
+    uv_timer_t run;  /* when MHD wants to run again */
     uv_timer_t tick; /* deadlines, heartbeats */
     uv_timer_t pace; /* turns of feeds, while some wait for one */
     int open_handles;
@@ -42,9 +31,10 @@ struct http {
     struct peer *peers;
     struct request *requests;
     struct static_files *files;
-    unsigned connections, connections_most, uploads, encodings;
+    unsigned connections, connections_most, encodings;
+    unsigned uploads;         /* under way, also of those who have left (upload.h) */
     uint64_t connections_cut; /* crowd.h */
-    size_t body_bytes;        /* of all requests */
+    size_t body_room_bytes;   /* for bodies, of all requests */
     uint64_t log_lines;       /* messages of MHD: counted, not printed */
     struct lingering lingering;
     struct access access;
@@ -62,10 +52,3 @@ void http_kick(struct http *http);
 
 /* One of open_handles has gone; with the last of a destroyed one it is freed. */
 void http_release(struct http *http);
-
-/* Sets the connection's deadline; 0 ms: none. */
-void peer_deadline(struct peer *peer, uint64_t ms);
-
-/* Sends a bare problem answer past MHD and shuts the connection: for requests that MHD lets nobody
- * answer because their body has not ended. */
-void peer_abort(struct peer *peer, unsigned status);

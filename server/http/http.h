@@ -2,9 +2,9 @@
 /* The HTTP side: MHD inside the uv loop, one file per resource. */
 #include <uv.h>
 
+#include "proto/log.h"
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
-#include "proto/log.h"
 #include "server/store/asset_usage.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
@@ -20,14 +20,15 @@ struct http_options {
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
-    const struct job_store *store; /* for metrics, as are the spools */
-    const struct spools *spools;
+    struct job_store *store;         /* for assets that go, and for metrics */
+    const struct spools *spools;     /* for metrics */
     struct asset_usage *asset_usage; /* of tenants; NULL: no quota */
     struct team *team;               /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;
     struct streams *streams;
     int64_t feed_bytes_per_s; /* of all pixel feeds while pictures are in work; 0: no limit */
+    int64_t stream_us_per_s;  /* of CPU time that streams may take; 0: no limit */
 };
 
 /* *fault says why an address was refused. */

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -87,7 +88,7 @@ int listen_open(const char *address, const struct listen_guards *guards, int *fd
     char host[64];
     union address a;
     socklen_t size_bytes = 0;
-    const int on = 1;
+    const int on = 1, unsent_bytes = LISTEN_UNSENT_BYTES;
     int error = split(address, host, port, fault);
     if (!error) error = resolve(host, *port, guards, &a, &size_bytes, fault);
     if (error) return error;
@@ -96,6 +97,8 @@ int listen_open(const char *address, const struct listen_guards *guards, int *fd
         return fault_set(fault, ERR_IO, "listen", "no socket for %.100s: %s", address,
                          strerror(errno));
     (void)setsockopt(*fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    /* Accepted sockets have it, too. What is on its way over a long line counts beside it. */
+    (void)setsockopt(*fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
     if (bind(*fd, &a.any, size_bytes) != 0 || listen(*fd, SOMAXCONN) != 0) {
         error = fault_set(fault, ERR_IO, "listen", "cannot listen on %.100s: %s", address,
                           strerror(errno));

@@ -4,6 +4,10 @@
 
 #include "proto/error.h"
 
+/* The system takes so many bytes for a client beyond those that are on their way to it: who reads
+ * nothing fills no more memory than that, and soon. */
+#define LISTEN_UNSENT_BYTES 262144
+
 struct listen_guards {
     bool tokens, tls;
 };

@@ -169,7 +169,17 @@ static void write_http(FILE *out, const struct http *http)
                   "Complaints of the HTTP library about connections.", http->log_lines);
 }
 
-static void write_streams(FILE *out, const struct streams *streams)
+static void write_stream_cpu(FILE *out, const struct streams_totals *t)
+{
+    metric_family(out, "shearwater_stream_cpu_seconds_total", "counter",
+                  "CPU time that streams have taken, sockets' work included (--stream-share).");
+    fprintf(out, "shearwater_stream_cpu_seconds_total{kind=\"events\"} %.6f\n",
+            1e-6 * (double)t->events_cpu_us);
+    fprintf(out, "shearwater_stream_cpu_seconds_total{kind=\"pixels\"} %.6f\n",
+            1e-6 * (double)t->pixels_cpu_us);
+}
+
+static void write_streams(FILE *out, struct streams *streams)
 {
     struct streams_totals t;
     streams_totals(streams, &t);
@@ -188,7 +198,10 @@ static void write_streams(FILE *out, const struct streams *streams)
     metric_single(out, "shearwater_feed_kept_bytes", "gauge",
                   "Memory of blocks that are kept for all feeds of a layer.", t.kept_bytes);
     metric_single(out, "shearwater_feed_waits_total", "counter",
-                  "Turns of feeds that waited for --feed-rate.", t.waits);
+                  "Turns of feeds that waited for --feed-rate or --stream-share.", t.waits);
+    metric_single(out, "shearwater_events_late_total", "counter",
+                  "Times that progress waited for --stream-share.", t.tells_late);
+    write_stream_cpu(out, &t);
 }
 
 void route_metrics(struct request *r)

@@ -44,7 +44,8 @@ void metrics_log(FILE *out, const struct log *log)
     metric_family(out, "shearwater_log_lines_total", "counter", "Lines of the log, by level.");
     metric_labelled(out, "shearwater_log_lines_total", "level", lines, LOG_ERROR + 1);
     metric_single(out, "shearwater_log_lines_dropped_total", "counter",
-                  "Lines that the log's reader had no room for.", log->dropped);
+                  "Lines that the log's reader had no room for, or that could not be written.",
+                  log_lost(log));
 }
 
 static uint64_t resident_bytes(void)

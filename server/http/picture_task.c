@@ -83,8 +83,8 @@ struct picture_task *picture_task_create(enum picture_form form,
     }
     t->image =
         form == PICTURE_EXR ? copy_all(source->image) : copy_layer(source->image, source->layer);
-    if (!t->image || (form == PICTURE_EXR && object_writer_begin(source->objects, &t->writer) != 0))
-        picture_task_destroy(&t);
+    t->objects = source->objects;
+    if (!t->image) picture_task_destroy(&t);
     return t;
 }
 
@@ -93,7 +93,6 @@ void picture_task_destroy(struct picture_task **task)
     struct picture_task *t = *task;
     if (!t) return;
     image_destroy(&t->image);
-    if (t->writer) object_writer_abort(&t->writer);
     if (t->fd >= 0) close(t->fd);
     free(t->png);
     free(t);
@@ -105,12 +104,15 @@ static int write_exr(struct picture_task *t)
 {
     struct stat info;
     struct fault fault;
-    const char *path = object_writer_path(t->writer);
-    int error = exr_write(path, t->image, &t->metadata, &fault);
+    struct object_writer *writer;
+    int error = object_writer_begin(t->objects, &writer);
+    if (error) return error;
+    const char *path = object_writer_path(writer);
+    error = exr_write(path, t->image, &t->metadata, &fault);
     if (!error) t->fd = open(path, O_RDONLY | O_CLOEXEC);
     if (!error && (t->fd < 0 || fstat(t->fd, &info) != 0)) error = ERR_IO;
     if (!error) t->fd_bytes = (uint64_t)info.st_size;
-    object_writer_abort(&t->writer);
+    object_writer_abort(&writer);
     return error;
 }
 

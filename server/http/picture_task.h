@@ -30,7 +30,7 @@ struct picture_task {
     char etag[ETAG_BYTES];
     struct exr_metadata metadata;
     char job[JOB_ID_BYTES], build[LIMIT_NAME_BYTES]; /* what metadata points to */
-    struct object_writer *writer;                    /* names a temporary file for the EXR; owned */
+    const struct objects *objects;                   /* where an EXR is written for a moment */
     /* What came of it. */
     int error;
     uint8_t *png; /* owned */

@@ -17,34 +17,55 @@ static void answer(struct request *r, int error)
         request_ok(r);
 }
 
-static void run(uv_work_t *work)
+/* On a thread of its own. */
+static void run(void *ctx)
 {
-    struct readiness *d = work->data;
+    struct readiness *d = ctx;
     d->result = objects_probe(d->http->options.objects);
+    uv_async_send(&d->over);
 }
 
-static void done(uv_work_t *work, int status)
+static void on_closed(uv_handle_t *handle)
 {
-    struct readiness *d = work->data;
-    struct http *http = d->http;
+    http_release(handle->data);
+}
+
+static void on_over(uv_async_t *over)
+{
+    struct http *http = over->data;
+    struct readiness *d = &http->readiness;
     struct request *r = d->waiting;
+    if (!d->busy) return;
+    uv_thread_join(&d->thread);
     d->busy = false;
     d->waiting = NULL;
-    d->error = status ? ERR_IO : d->result;
+    d->error = d->result;
+    if (d->closing) uv_close((uv_handle_t *)over, on_closed);
     if (r && request_back(r)) answer(r, d->error);
-    http_release(http);
+}
+
+void readiness_open(struct http *http)
+{
+    struct readiness *d = &http->readiness;
+    d->http = http;
+    d->over.data = http;
+    d->open = uv_async_init(http->options.loop, &d->over, on_over) == 0;
+    http->open_handles += d->open;
+}
+
+void readiness_close(struct http *http)
+{
+    struct readiness *d = &http->readiness;
+    d->closing = true;
+    if (d->open && !d->busy) uv_close((uv_handle_t *)&d->over, on_closed);
 }
 
 static bool start(struct http *http)
 {
     struct readiness *d = &http->readiness;
-    d->http = http;
-    d->work.data = d;
     d->asked_ms = uv_now(http->options.loop);
-    if (uv_queue_work(http->options.loop, &d->work, run, done) != 0) return false;
-    d->busy = true;
-    http->open_handles++;
-    return true;
+    d->busy = d->open && uv_thread_create(&d->thread, run, d) == 0;
+    return d->busy;
 }
 
 void readiness_ask(struct http *http, struct request *r)

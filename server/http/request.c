@@ -11,8 +11,6 @@
 #include "server/http/request_log.h"
 #include "server/http/static_files.h"
 
-#define UPLOADS_MOST 64u /* files that arrive at once: each holds a descriptor and a hash */
-
 struct request *request_create(struct http *http, struct peer *peer,
                                struct MHD_Connection *connection, const char *raw)
 {
@@ -34,7 +32,7 @@ struct request *request_create(struct http *http, struct peer *peer,
 
 static void request_free(struct request *r)
 {
-    if (r->writer) object_writer_abort(&r->writer);
+    upload_drop(&r->upload);
     if (r->response) MHD_destroy_response(r->response);
     target_fini(&r->target);
     free(r->body);
@@ -44,9 +42,8 @@ static void request_free(struct request *r)
 /* What it takes of what there is for all. */
 static void give_back(struct http *http, const struct request *r)
 {
-    http->uploads -= r->uploads;
     http->encodings -= r->encodes;
-    http->body_bytes -= r->body_bytes;
+    http->body_room_bytes -= r->body_room_bytes;
 }
 
 void request_done(struct request *r)
@@ -234,22 +231,46 @@ static void pace(struct request *r)
     r->peer->deadline_ms = r->file_from_ms + (ms < http->upload_ms ? ms : http->upload_ms);
 }
 
+/* The connection waits for the disk, which is no fault of the client's: no deadline of his runs. */
+static void sleep_for_disk(struct request *r)
+{
+    r->suspended = true;
+    r->asleep_ms = uv_now(r->http->options.loop);
+    peer_deadline(r->peer, 0);
+    MHD_suspend_connection(r->connection);
+}
+
+void request_go_on(struct request *r)
+{
+    if (!r->suspended || r->response) return;
+    r->suspended = false;
+    r->file_from_ms += uv_now(r->http->options.loop) - r->asleep_ms;
+    pace(r);
+    MHD_resume_connection(r->connection);
+    http_kick(r->http);
+}
+
+/* Whether there can be a file is known before the body is asked for: opened() sees it. */
 static bool begin_file(struct request *r)
 {
-    if (r->http->uploads >= UPLOADS_MOST) {
+    const int error = upload_begin(r, &r->upload);
+    if (error == ERR_FULL)
         request_problem(r, PROBLEM_BUSY, "too many files arrive at once", NULL);
-        return false;
-    }
-    const int error = object_writer_begin(r->http->options.objects, &r->writer);
-    if (error) {
+    else if (error)
         request_trouble(r, error, "no file could be made for the body");
-        return false;
-    }
-    r->http->uploads++;
-    r->uploads = true;
+    if (error) return false;
     r->file_from_ms = uv_now(r->http->options.loop);
-    pace(r);
+    r->opens = true;
     return true;
+}
+
+static void refuse_body(struct request *r, int error)
+{
+    if (error == ERR_TIMEOUT)
+        request_problem(r, PROBLEM_OVERDUE,
+                        "the disk takes too long to write it: nothing of the body is kept", NULL);
+    else
+        request_trouble(r, error, "the body could not be kept");
 }
 
 /* What is packed may unpack to anything: nothing here unpacks. */
@@ -317,8 +338,25 @@ static enum MHD_Result queue(struct request *r)
     return result;
 }
 
-/* Past its cap a body without a stated length can only be cut off. Without memory for it the rest is
- * let pass, so that the answer can be sent. */
+/* Room grows by half: where it must be copied to grow that is a few times a body, not once a read.
+ */
+static bool reserve_body(struct request *r, size_t size_bytes)
+{
+    size_t wanted = r->body_room_bytes + r->body_room_bytes / 2;
+    if (size_bytes <= r->body_room_bytes) return true;
+    if (wanted > json_limit(r) + 1) wanted = json_limit(r) + 1;
+    if (wanted < size_bytes) wanted = size_bytes;
+    crowd_make_body_room(r->http, r, wanted - r->body_room_bytes);
+    char *grown = realloc(r->body, wanted);
+    if (!grown) return false;
+    r->http->body_room_bytes += wanted - r->body_room_bytes;
+    r->body = grown;
+    r->body_room_bytes = wanted;
+    return true;
+}
+
+/* Past its cap a body without a stated length can only be cut off. Without memory for it the rest
+ * is let pass, so that the answer can be sent. */
 static enum MHD_Result take_json(struct request *r, const char *data, size_t size_bytes)
 {
     if (r->status) return MHD_NO; /* cut off meanwhile */
@@ -327,38 +365,41 @@ static enum MHD_Result take_json(struct request *r, const char *data, size_t siz
         peer_abort(r->peer, 413);
         return MHD_NO;
     }
-    crowd_make_body_room(r->http, r, size_bytes);
-    char *grown = realloc(r->body, r->body_bytes + size_bytes + 1);
-    if (!grown) {
-        r->file_error = ERR_MEMORY;
+    if (!reserve_body(r, r->body_bytes + size_bytes + 1)) {
+        r->body_error = ERR_MEMORY;
         return MHD_YES;
     }
-    memcpy(grown + r->body_bytes, data, size_bytes);
-    r->body = grown;
+    memcpy(r->body + r->body_bytes, data, size_bytes);
     r->body_bytes += size_bytes;
-    r->http->body_bytes += size_bytes;
     r->body[r->body_bytes] = '\0';
     return MHD_YES;
 }
 
-/* After a failed write the rest of the body is let pass, so that the answer can be sent. */
-static enum MHD_Result take_file(struct request *r, const char *data, size_t size_bytes)
+/* Where the disk has no time for more the connection sleeps, and what is not taken comes again.
+ * After a failed write the rest of the body is let pass, so that the answer can be sent. */
+static enum MHD_Result take_file(struct request *r, const char *data, size_t *size_bytes)
 {
-    r->file_bytes += size_bytes;
-    pace(r);
-    if (r->file_bytes > LIMIT_ASSET_BYTES) {
+    const size_t bytes = *size_bytes < UPLOAD_PIECE_BYTES ? *size_bytes : UPLOAD_PIECE_BYTES;
+    if (r->file_bytes + *size_bytes > LIMIT_ASSET_BYTES) {
         r->status = 413;
         peer_abort(r->peer, 413);
         return MHD_NO;
     }
-    if (!r->file_error) r->file_error = object_writer_append(r->writer, data, size_bytes);
+    if (!r->response && !upload_take(r->upload, data, bytes)) {
+        sleep_for_disk(r);
+        return MHD_YES;
+    }
+    *size_bytes -= bytes;
+    r->file_bytes += bytes;
+    pace(r);
     return MHD_YES;
 }
 
 /* What never waits is answered whoever else does. */
 static bool may_wait(enum route_id id)
 {
-    return strncmp(route_of(id)->path, "/v1/jobs", 8) == 0 || id == ROUTE_ASSET_PUT;
+    return strncmp(route_of(id)->path, "/v1/jobs", 8) == 0 || id == ROUTE_ASSET_PUT ||
+           id == ROUTE_ASSET_DELETE;
 }
 
 /* From now on held.h looks at how long it takes. */
@@ -367,8 +408,9 @@ static void begin_answer(struct request *r)
     r->handled = true;
     r->handled_ms = uv_now(r->http->options.loop);
     peer_deadline(r->peer, 0);
-    if (r->file_error)
-        request_trouble(r, r->file_error, "the body could not be kept");
+    const int error = r->upload ? upload_error(r->upload) : r->body_error;
+    if (error)
+        refuse_body(r, error);
     else if (may_wait(r->match.id) && !held_has_room(r->http))
         request_problem(r, PROBLEM_BUSY, "too many requests wait for the disk", NULL);
     else
@@ -379,24 +421,50 @@ static void begin_answer(struct request *r)
 static enum MHD_Result handle(struct request *r)
 {
     if (r->status && !r->response) return MHD_NO; /* cut off meanwhile */
-    if (!r->handled) begin_answer(r);
+    if (!r->handled && !r->response && r->upload && !upload_is_written(r->upload)) {
+        sleep_for_disk(r);
+        return MHD_YES;
+    }
+    if (!r->handled && !r->response) begin_answer(r);
     if (r->response) return queue(r);
     r->suspended = true;
     MHD_suspend_connection(r->connection);
     return MHD_YES;
 }
 
+/* With a body that nobody reads the connection cannot go on: the answer is queued at once. Else in
+ * the next call. */
+static enum MHD_Result refuse(struct request *r)
+{
+    if (r->close) return queue(r);
+    r->handled = true;
+    return MHD_YES;
+}
+
+static enum MHD_Result begin(struct request *r, const char *method, const char *version)
+{
+    if (!check(r, method, version)) return refuse(r);
+    if (r->opens) sleep_for_disk(r);
+    return MHD_YES;
+}
+
+/* There is a file for the body now, or there cannot be one. */
+static enum MHD_Result opened(struct request *r)
+{
+    const int error = upload_error(r->upload);
+    r->opens = false;
+    if (error && !r->response) refuse_body(r, error);
+    return r->response ? refuse(r) : MHD_YES;
+}
+
 enum MHD_Result request_step(struct request *r, const char *method, const char *version,
                              const char *data, size_t *size_bytes)
 {
-    if (!r->checked) {
-        if (check(r, method, version)) return MHD_YES;
-        if (r->close) return queue(r);
-        r->handled = true; /* without a body the connection can go on: queued in the next call */
-        return MHD_YES;
-    }
+    if (!r->checked) return begin(r, method, version);
+    if (r->opens) return opened(r);
     if (*size_bytes == 0) return handle(r);
-    size_t n = *size_bytes;
+    if (route_of(r->match.id)->body == BODY_FILE) return take_file(r, data, size_bytes);
+    const size_t bytes = *size_bytes;
     *size_bytes = 0;
-    return route_of(r->match.id)->body == BODY_FILE ? take_file(r, data, n) : take_json(r, data, n);
+    return take_json(r, data, bytes);
 }

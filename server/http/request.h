@@ -12,8 +12,8 @@
 #include "server/http/problem.h"
 #include "server/http/response.h"
 #include "server/http/route.h"
+#include "server/http/upload.h"
 #include "server/job/asker.h"
-#include "server/store/objects.h"
 
 struct request {
     struct http *http; /* NULL: the connection is gone */
@@ -29,25 +29,26 @@ struct request {
     struct asker asker;
     struct digest token; /* its hash; zero without one */
     bool has_token;
-    bool by_cookie;     /* and not by a header */
+    bool by_cookie;             /* and not by a header */
     struct sign_in_ref sign_in; /* then: by which */
-    struct trace trace; /* its id, and the caller's; begun with its head */
-    bool checked;       /* its head was looked at */
-    bool close;         /* its body, if any, is not read: the connection cannot go on */
-    bool handled;       /* its handler was called */
-    bool held;          /* a callback will come */
-    bool overdue;       /* ... for nobody: it was answered meanwhile (held.h) */
-    bool suspended;     /* its connection sleeps */
-    bool streams;       /* its answer has no end in sight */
-    bool uploads;       /* it is counted in http->uploads */
-    bool encodes;       /* and in http->encodings */
+    struct trace trace;         /* its id, and the caller's; begun with its head */
+    bool checked;               /* its head was looked at */
+    bool close;                 /* its body, if any, is not read: the connection cannot go on */
+    bool handled;               /* its handler was called */
+    bool held;                  /* a callback will come */
+    bool overdue;               /* ... for nobody: it was answered meanwhile (held.h) */
+    bool suspended;             /* its connection sleeps */
+    bool streams;               /* its answer has no end in sight */
+    bool opens;                 /* it waits for its file to be made, before its body is let come */
+    bool encodes;               /* and in http->encodings */
     /* The body. */
-    char *body; /* owned; collected when the route's body is JSON */
-    size_t body_bytes;
-    struct object_writer *writer; /* owned; when it is a FILE */
+    char *body;                         /* owned; collected when the route's body is JSON */
+    size_t body_bytes, body_room_bytes; /* what has come, what is allocated */
+    struct upload *upload;              /* owned; when it is a FILE */
     uint64_t file_bytes;
-    uint64_t file_from_ms; /* of the loop's clock: when it began */
-    int file_error;        /* of keeping it */
+    uint64_t file_from_ms; /* of the loop's clock: when it began, without what it waited */
+    uint64_t asleep_ms;    /* since when it waits for the disk */
+    int body_error;        /* of keeping the body */
     /* The answer. */
     struct MHD_Response *response; /* owned until it is queued */
     unsigned status;
@@ -84,6 +85,9 @@ void request_fault(struct request *r, const struct fault *fault);
  * has waited for too long (held.h). */
 void request_hold(struct request *r);
 bool request_back(struct request *r);
+
+/* Wakes one that waits for the disk to take more of its body. */
+void request_go_on(struct request *r);
 
 const char *request_header(const struct request *r, const char *name);
 bool request_is_head(const struct request *r);

@@ -55,11 +55,12 @@ void request_log_end(const struct request *r)
 {
     const bool known = r->match.id < ROUTE_COUNT;
     if (is_asked_all_the_time(r->match.id) && r->status < 500) return;
+    const uint64_t now_us = uv_hrtime() / 1000;
     const struct log_field fields[] = {
         {"method", known ? method_name(r->method) : "", 0},
         {"route", known ? route_of(r->match.id)->path : "none", 0},
         {"status", NULL, r->status},
-        {"duration_seconds", NULL, (double)(uv_hrtime() / 1000 - r->start_us) * 1e-6},
+        {"duration_seconds", NULL, (double)(now_us - r->start_us) * 1e-6},
         {"job", r->job[0] ? r->job : r->match.job, 0},
         {"owner", r->asker.owner, 0},
     };

@@ -89,6 +89,14 @@ static void join_path(struct target *t, char *out)
     *out = '\0';
 }
 
+/* A request line with a space in its target could be taken apart in two ways. */
+static bool is_written_plainly(const char *raw)
+{
+    for (; *raw; raw++)
+        if ((unsigned char)*raw <= 0x20 || *raw == 0x7f) return false;
+    return true;
+}
+
 int target_read(const char *raw, struct target *out, struct fault *fault)
 {
     size_t size_bytes = strnlen(raw, LIMIT_HTTP_URL_BYTES + 1);
@@ -98,6 +106,9 @@ int target_read(const char *raw, struct target *out, struct fault *fault)
                          LIMIT_HTTP_URL_BYTES);
     if (raw[0] != '/')
         return fault_set(fault, ERR_SYNTAX, "", "the request target must begin with a slash");
+    if (!is_written_plainly(raw))
+        return fault_set(fault, ERR_SYNTAX, "",
+                         "the request target has a space or a control character");
     out->text = malloc(2 * size_bytes + 2);
     if (!out->text) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     memcpy(out->text, raw, size_bytes + 1);

@@ -247,7 +247,7 @@ void exr_rows_abort(struct exr_rows **rows)
 int exr_write(const char *path, const struct image *image, const struct exr_metadata *metadata,
               struct fault *fault)
 {
-    struct exr_rows *rows;
+    struct exr_rows *rows = NULL;
     const int error = exr_rows_begin(path, image, metadata, &rows, fault);
-    return error ? error : exr_rows_finish(&rows, fault);
+    return rows ? exr_rows_finish(&rows, fault) : error;
 }

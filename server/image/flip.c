@@ -60,7 +60,7 @@ static void scale(struct convolve_weights *w, double by)
 static int filter_channel(const struct flip_work *f, int c, float *values)
 {
     double share[2], total = 0;
-    struct convolve_weights w[2];
+    struct convolve_weights w[2] = {0};
     int error = 0;
     for (int g = 0; g < 2; g++) {
         const double sum = gaussian(sensitivity[c].b[g], f->ppd, &w[g]);
@@ -124,7 +124,7 @@ static int find_feature(const struct flip_work *f, const float *luminance,
 
 static int find_features(const struct flip_work *f, const struct perceived *p)
 {
-    struct convolve_weights w[3];
+    struct convolve_weights w[3] = {0};
     float *luminance = f->spare[2];
     feature_weights(f->ppd, w);
     for (size_t i = 0; i < f->area; i++) luminance[i] = (float)(((double)p->lab[0][i] + 16) / 116);

@@ -79,6 +79,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
                                   window_tiles(&f->plan), &f->tiles);
     if (!error) error = film_create(&f->plan, f->block_px, block_halo_px(&f->plan), &f->film);
     if (!error) error = scratch_create(&f->scratch);
+    if (!error) film_gather_in(f->film, f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
     if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);

@@ -74,8 +74,8 @@ uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that 
 /* Every pass of a tile (proto/plan.h) counts as a tile: a worker is given one at a time. */
 uint32_t frame_tiles_total(const struct frame *f);
 struct rect frame_tile_rect(const struct frame *f, uint32_t index); /* of one that it gives out */
-uint32_t frame_tile_count(const struct frame *f); /* each once */
-uint32_t frame_tile_passes(const struct frame *f, uint32_t index); /* of one, that have landed */
+uint32_t frame_tile_count(const struct frame *f);                   /* each once */
+uint32_t frame_tile_passes(const struct frame *f, uint32_t index);  /* of one, that have landed */
 uint32_t frame_tiles_planned(const struct frame *f); /* of these, those that the plan tells of */
 uint32_t frame_tiles_landed(const struct frame *f);
 uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now */

@@ -25,7 +25,12 @@ void frame_files_init(struct frame *f)
 
 void frame_files_drop(struct frame *f)
 {
-    for (int k = 0; k < PICTURE_FILE_COUNT; k++) picture_file_drop(&f->files.of[k].picture);
+    for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
+        struct frame_file *file = &f->files.of[k];
+        picture_file_drop(&file->picture);
+        if (file->is_held) objects_release(f->options.objects, &file->digest);
+        file->is_held = false;
+    }
 }
 
 static void file_run(struct team_task *task)
@@ -35,6 +40,7 @@ static void file_run(struct team_task *task)
     file->fault = (struct fault){0};
     file->error = file->is_last ? picture_file_finish(&file->picture, &file->digest, &file->fault)
                                 : picture_file_write(&file->picture, file->end, &file->fault);
+    file->is_held = file->is_last && !file->error;
 }
 
 /* A picture that is drawn is not given up for a disk that is full today. */
@@ -77,6 +83,7 @@ static void conclude(struct frame *f)
     }
     count_wall(f);
     frame_state_go(&f->state, FRAME_FINISHED);
+    for (int k = 0; k < PICTURE_FILE_COUNT; k++) f->files.of[k].is_held = false;
     f->options.events.encoded(f->options.events.ctx, f, &f->files.of[PICTURE_FILE_EXR].digest,
                               &f->files.of[PICTURE_FILE_PNG].digest);
 }

@@ -6,6 +6,7 @@
 #include "server/job/frame_work.h"
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/indirect_rate.h"
+#include "server/reconstruct/scratch.h"
 
 /* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
  * looks at the picture while it forms reads no half-written numbers. */
@@ -14,8 +15,9 @@ struct block_task {
     struct frame *frame;
     uint32_t block;
     struct rect rect;
-    float *pixels;                /* owned; channel by channel, and what is measured of them; before
-                                     it runs those drawn before where these are added to, or NULL */
+    float *pixels;                /* of the frame's scratch; channel by channel, and what is
+                                     measured of them; before it runs those drawn before where
+                                     these are added to, or NULL */
     bool drawn;                   /* the former */
     struct block_measure measure; /* of a frame with a target */
     uint8_t *sides;               /* owned; of a frame that wants them, map by map */
@@ -58,16 +60,17 @@ static int reconstruct(struct block_task *t)
     struct image view;
     const bool measured = frame_has_target(f);
     const size_t area = (size_t)rect_area(t->rect), channels = f->image->channel_count;
-    if (!t->pixels)
-        t->pixels =
-            calloc(area * (channels + (measured ? SOURCE_COUNT + 1 : 0)), sizeof *t->pixels);
-    if (!t->pixels) return ERR_MEMORY;
+    if (!t->pixels) {
+        const size_t planes = channels + (measured ? SOURCE_COUNT + 1 : 0);
+        t->pixels = scratch_take(f->scratch, area * planes * sizeof *t->pixels);
+        if (!t->pixels) return ERR_MEMORY;
+        memset(t->pixels, 0, area * planes * sizeof *t->pixels);
+    }
     make_view(f->image, t->rect, t->pixels, &view);
     for (uint32_t k = 0; k < SOURCE_COUNT; k++)
         t->measure.square[k] = t->pixels + area * (measured ? channels + k : 0);
     t->measure.luminance = t->pixels + area * (measured ? channels + SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
-    if (!error) patch->scratch = f->scratch;
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
     if (!error) patch->lens_drawn = t->drawn;
     if (!error && measured)
@@ -98,10 +101,11 @@ static void copy_pixels(const struct block_task *t, struct image *image)
 }
 
 /* The block as it was drawn before. */
-static int take_pixels(struct block_task *t, const struct image *image)
+static int take_pixels(struct scratch *scratch, struct block_task *t, const struct image *image)
 {
     const size_t width = (size_t)rect_width(t->rect);
-    float *to = malloc((size_t)rect_area(t->rect) * image->channel_count * sizeof *to);
+    float *to =
+        scratch_take(scratch, (size_t)rect_area(t->rect) * image->channel_count * sizeof *to);
     if (!to) return ERR_MEMORY;
     t->pixels = to;
     t->drawn = true;
@@ -139,6 +143,7 @@ static void count_time(struct statistics *sum, const struct block_task *t)
 
 void frame_count_pixels(struct statistics *sum, const struct block_statistics *block)
 {
+    sum->sub_samples_lone += block->sub_samples_lone;
     sum->sub_samples_unmatched += block->sub_samples_unmatched;
     sum->pixels_background += block->pixels_background;
     sum->shadow_pixels_filtered += block->shadow.pixels_filtered;
@@ -203,9 +208,12 @@ static void block_over(struct frame *f, const struct block_task *t)
 static void block_done(struct team_task *task)
 {
     struct block_task *t = (struct block_task *)task;
-    if (frame_task_over(t->frame)) block_over(t->frame, t);
+    struct frame *f = t->frame;
+    f->tasks++; /* held until its scratch has the pixels back */
+    if (frame_task_over(f)) block_over(f, t);
+    scratch_give(f->scratch, t->pixels);
+    (void)frame_task_over(f);
     free(t->sides);
-    free(t->pixels);
     free(t);
 }
 
@@ -222,7 +230,7 @@ static int submit_block(struct frame *f, uint32_t block)
         t->sides = calloc(f->rate.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
         if (!t->sides) error = ERR_MEMORY;
     } else if (f->plan.lens_extra > 0) {
-        error = take_pixels(t, f->image);
+        error = take_pixels(f->scratch, t, f->image);
     }
     if (error) {
         free(t);

@@ -76,6 +76,7 @@ struct frame_file {
     struct digest digest;
     struct fault fault;
     int error;
+    bool is_held; /* stored, and nobody has been told of it who would release it */
 };
 struct frame_files {
     struct frame_file of[PICTURE_FILE_COUNT];
@@ -132,8 +133,8 @@ bool frame_is_behind(const struct frame *f);
 
 /* -- frame_results.c -- */
 
-/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks that
- * are ready go to the team. On failure the frame has failed, and may be gone. */
+/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks
+ * that are ready go to the team. On failure the frame has failed, and may be gone. */
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters);
 

@@ -29,6 +29,7 @@ struct import_process {
     struct import_folder folder;
     struct fault fault; /* code 0: none so far */
     struct digest blob;
+    bool kept; /* the blob is stored, and held */
     uint64_t cpu_us;
 
     uv_process_t child;
@@ -55,7 +56,7 @@ static int error_of_spawn(int error)
 {
     if (error == UV_ENOMEM) return ERR_MEMORY;
     return error == UV_EAGAIN || error == UV_EMFILE || error == UV_ENFILE ? ERR_IO
-                                                                         : ERR_UNSUPPORTED;
+                                                                          : ERR_UNSUPPORTED;
 }
 
 static void start_child(struct import_process *p);
@@ -81,8 +82,8 @@ static void finish_run(struct team_task *task)
     struct import_process *p = (struct import_process *)task;
     if (!p->fault.code && !p->cancelled) {
         int error = objects_adopt(p->options.objects, p->folder.blob, &p->blob);
-        if (error)
-            fault_set(&p->fault, error, "", "the importer's blob could not be stored");
+        if (error) fault_set(&p->fault, error, "", "the importer's blob could not be stored");
+        p->kept = !error;
     }
     import_folder_remove(&p->folder);
 }
@@ -90,7 +91,10 @@ static void finish_run(struct team_task *task)
 static void finish_done(struct team_task *task)
 {
     struct import_process *p = (struct import_process *)task;
-    if (!p->cancelled) p->done(p->ctx, p->fault.code ? &p->fault : NULL, &p->blob, p->cpu_us);
+    if (!p->cancelled)
+        p->done(p->ctx, p->fault.code ? &p->fault : NULL, &p->blob, p->cpu_us);
+    else if (p->kept)
+        objects_release(p->options.objects, &p->blob);
     destroy(p);
 }
 

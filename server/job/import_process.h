@@ -17,7 +17,8 @@ struct import_options {
     uint64_t limit_ms; /* of wall time */
 };
 
-/* fault NULL: *blob is an object. cpu_us: of the child. */
+/* fault NULL: *blob is an object, held (objects.h): the caller releases it. cpu_us: of the child.
+ */
 typedef void (*import_done)(void *ctx, const struct fault *fault, const struct digest *blob,
                             uint64_t cpu_us);
 

@@ -112,6 +112,40 @@ static void tell(struct import *import, const struct fault *fault, const struct 
 
 static void start_waiting(struct imports *s);
 
+/* A blob that is held until the store has it on record. */
+struct remembering {
+    const struct objects *objects;
+    struct digest blob;
+};
+
+static void on_remembered(void *ctx, int error)
+{
+    struct remembering *one = ctx;
+    (void)error; /* a memory only */
+    objects_release(one->objects, &one->blob);
+    free(one);
+}
+
+/* Without memory the import runs again another time. */
+static void remember(const struct import *import, const struct digest *blob)
+{
+    const struct imports *s = import->imports;
+    const struct job *scene = &import->scene;
+    struct remembering *one = malloc(sizeof *one);
+    struct digest *assets = calloc((size_t)scene->file_count + 1, sizeof *assets);
+    if (one && assets) {
+        *one = (struct remembering){.objects = s->options.objects, .blob = *blob};
+        assets[0] = scene->scene;
+        for (uint32_t i = 0; i < scene->file_count; i++) assets[i + 1] = scene->files[i].asset;
+        job_store_remember_blob(s->store, &import->source, blob, assets,
+                                (size_t)scene->file_count + 1, on_remembered, one);
+    } else {
+        objects_release(s->options.objects, blob);
+        free(one);
+    }
+    free(assets);
+}
+
 static void on_imported(void *ctx, const struct fault *fault, const struct digest *blob,
                         uint64_t cpu_us)
 {
@@ -119,7 +153,7 @@ static void on_imported(void *ctx, const struct fault *fault, const struct diges
     struct imports *s = import->imports;
     import->process = NULL;
     s->running--;
-    if (!fault) job_store_remember_blob(s->store, &import->source, blob);
+    if (!fault) remember(import, blob);
     tell(import, fault, blob, cpu_us);
     start_waiting(s);
 }

@@ -297,8 +297,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
     for (unsigned i = 0; i < jobs->open_count; i++)
         statistics_add(&sum, frame_statistics(jobs->open[i].frame->work));
     /* What was traced in an earlier run was told of then. */
-    for (int i = 0; i < COUNTER_COUNT; i++)
-        sum.counters.value[i] -= sum.counters_resumed.value[i];
+    for (int i = 0; i < COUNTER_COUNT; i++) sum.counters.value[i] -= sum.counters_resumed.value[i];
     *out = (struct jobs_totals){.queued = jobs->in_state[JOB_QUEUED],
                                 .importing = jobs->in_state[JOB_IMPORTING],
                                 .running = jobs->in_state[JOB_RUNNING],

@@ -8,11 +8,11 @@
 #include <uv.h>
 
 #include "proto/job.h"
+#include "proto/log.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
 #include "server/job/asker.h"
 #include "server/job/steering.h"
-#include "proto/log.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
 #include "server/store/spools.h"
@@ -56,7 +56,8 @@ void jobs_stop(struct jobs *jobs);
 /* Frees the rest, after all that. */
 void jobs_destroy(struct jobs **jobs);
 
-/* How tenants of one priority share what there is (fair_share.h); weights are taken, NULL: alike. */
+/* How tenants of one priority share what there is (fair_share.h); weights are taken, NULL: alike.
+ */
 struct fair_weights;
 void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
 
@@ -64,9 +65,9 @@ void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
  * such ones (ERR_NOT_FOUND). The asker is copied.
  *
  * Submission. On success `id` names a durable job, existed tells that the key was known. On failure
- * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL, ERR_QUOTA.
- * `job` is taken. The asker becomes the owner, and must have uploaded
- * what the job names. */
+ * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL,
+ * ERR_QUOTA. `job` is taken. The asker becomes the owner, and must have uploaded what the job
+ * names. */
 typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char *id, bool existed);
 void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
                  const char *idempotency_key, const struct digest *body, jobs_submitted done,

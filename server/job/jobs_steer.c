@@ -7,8 +7,8 @@
 #include "server/job/jobs_table.h"
 
 /* Frames of paused jobs keep what has landed, as far as memory for it goes: the last in order of
- * service are dropped beyond that, but for one, and taken from the spool, or traced anew, when their job goes
- * on. */
+ * service are dropped beyond that, but for one, and taken from the spool, or traced anew, when
+ * their job goes on. */
 static const struct open_frame *one_too_many(const struct jobs *jobs)
 {
     unsigned parked = 0;

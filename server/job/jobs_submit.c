@@ -99,6 +99,9 @@ static void on_inserted(void *ctx, int error, const char *existing)
     live_job_release(s->job);
     if (error == ERR_EXISTS) {
         s->done(s->ctx, NULL, existing, true);
+    } else if (error == ERR_NOT_FOUND) {
+        fault_set(&fault, error, "/scene", "an asset that it names was removed meanwhile");
+        s->done(s->ctx, &fault, NULL, false);
     } else {
         fault_set(&fault, error, "",
                   error == ERR_MISMATCH ? "this Idempotency-Key came with another body before"
@@ -138,13 +141,31 @@ static bool look_up_key(struct jobs *jobs, const struct asker *asker, const char
     return true;
 }
 
-static int insert(struct jobs *jobs, const struct job *job, const char *key,
-                  const struct digest *body, struct submission *s)
+/* All that the job names: the scene, its files, the map. Owned by the caller. */
+static struct digest *list_assets(const struct job *job, size_t *count)
 {
-    json_t *document = job_write(job);
+    struct digest *list = calloc((size_t)job->file_count + 2, sizeof *list);
+    if (!list) return NULL;
+    list[0] = job->scene;
+    for (uint32_t i = 0; i < job->file_count; i++) list[i + 1] = job->files[i].asset;
+    *count = (size_t)job->file_count + 1;
+    if (job->environment.kind == ENVIRONMENT_MAP) list[(*count)++] = job->environment.asset;
+    return list;
+}
+
+static int insert(struct jobs *jobs, const struct asker *asker, const struct job *job,
+                  const char *key, const struct digest *body, struct submission *s)
+{
+    struct job_assets assets = {.sees_all = asker->sees_all};
+    struct digest *list = list_assets(job, &assets.count);
+    json_t *document = list ? job_write(job) : NULL;
     char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    assets.items = list;
     json_decref(document);
-    if (!text) return ERR_MEMORY;
+    if (!text) {
+        free(list);
+        return ERR_MEMORY;
+    }
     struct job_row row = {.document = text,
                           .state = job_state_name(JOB_QUEUED),
                           .created_ms = s->job->created_ms,
@@ -155,8 +176,9 @@ static int insert(struct jobs *jobs, const struct job *job, const char *key,
     trace_keep(&s->job->trace, row.trace);
     jobs->live_coming += job->live;
     jobs->coming++;
-    job_store_insert(jobs->options.store, &row, key, body, on_inserted, s);
+    job_store_submit(jobs->options.store, &row, key, body, &assets, on_inserted, s);
     free(text);
+    free(list);
     return 0;
 }
 
@@ -184,7 +206,7 @@ static int submit(struct jobs *jobs, const struct asker *asker, const struct job
     if (live) live->counted = asker->owner[0] != '\0';
     if (s && live && jobs_table_reserve(jobs) == 0) {
         *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
-        if (insert(jobs, job, key, body, s) == 0) return 0;
+        if (insert(jobs, asker, job, key, body, s) == 0) return 0;
     }
     free(s);
     if (live) live_job_release(live);
@@ -197,10 +219,10 @@ void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
 {
     struct refusal refused = {.done = done, .ctx = ctx};
     int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &refused.fault);
-    const bool for_want_of_room = error == ERR_QUOTA || error == ERR_FULL;
+    /* An asset may have gone since. */
+    const bool passes = error == ERR_QUOTA || error == ERR_FULL || error == ERR_NOT_FOUND;
     job_fini(job);
-    if (for_want_of_room && idempotency_key &&
-        look_up_key(jobs, asker, idempotency_key, body, &refused))
+    if (passes && idempotency_key && look_up_key(jobs, asker, idempotency_key, body, &refused))
         return;
     if (error) done(ctx, &refused.fault, NULL, false);
 }

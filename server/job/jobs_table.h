@@ -18,8 +18,9 @@
 #define READY_TENANTS      8  /* of whom only the next few are looked at */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define PROGRESS_EVERY_MS  100
-#define ABANDONED_AFTER_MS 10000 /* without a worker, after the last one was put into quarantine   \
-                                  */
+#define ABANDONED_AFTER_MS                                                                         \
+    10000 /* without a worker, after the last one was put into quarantine                          \
+           */
 
 struct open_frame {
     struct live_job *job;

@@ -136,9 +136,20 @@ void live_job_unshelve_frames(struct live_job *job)
     for (uint32_t i = 0; i < job->frame_count; i++) unshelve(job, &job->frames[i]);
 }
 
+static void release_pictures(const struct jobs *jobs, const struct digest *exr,
+                             const struct digest *png)
+{
+    objects_release(jobs->options.objects, exr);
+    objects_release(jobs->options.objects, png);
+}
+
 void live_job_free_frames(struct live_job *job)
 {
-    for (uint32_t i = 0; i < job->frame_count; i++) free(job->frames[i].shelved);
+    for (uint32_t i = 0; i < job->frame_count; i++) {
+        const struct live_frame *frame = &job->frames[i];
+        if (frame->again == AGAIN_RECORD) release_pictures(job->jobs, &frame->exr, &frame->png);
+        free(frame->shelved);
+    }
     free(job->frames);
     job->frames = NULL;
     job->frame_count = job->frames_opened = job->frames_finished = 0;
@@ -291,6 +302,7 @@ struct recording {
     struct live_job *job;
     unsigned run; /* of the job: another one has other frames */
     struct live_frame *frame;
+    struct digest exr, png; /* held until they are on record, or never will be */
 };
 
 static void on_recorded(void *ctx, int error)
@@ -299,13 +311,16 @@ static void on_recorded(void *ctx, int error)
     struct live_job *job = recording->job;
     struct live_frame *frame = recording->frame;
     const bool is_past = recording->run != job->runs;
+    const bool is_over =
+        job->gone || job->jobs->stopping || job_state_is_final(job->state) || is_past;
+    if (is_over || !error) release_pictures(job->jobs, &recording->exr, &recording->png);
     free(recording);
     job->holds--;
     if (job->gone) {
         live_job_release(job);
         return;
     }
-    if (job->jobs->stopping || job_state_is_final(job->state) || is_past) return;
+    if (is_over) return;
     if (error) {
         live_job_record_again(job, frame);
         return;
@@ -343,7 +358,8 @@ void live_job_record_frame(struct live_job *job, struct live_frame *frame)
         live_job_record_again(job, frame);
         return;
     }
-    *recording = (struct recording){.job = job, .run = job->runs, .frame = frame};
+    *recording = (struct recording){
+        .job = job, .run = job->runs, .frame = frame, .exr = frame->exr, .png = frame->png};
     struct frame_row row = {.number = number_of(job, frame),
                             .state = frame_state_name(FRAME_FINISHED),
                             .exr = frame->exr,

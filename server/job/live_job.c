@@ -92,7 +92,8 @@ static void on_ended(void *ctx, int error)
     job->cancelled = NULL;
     if (!unhold(job)) return;
     if (error && error != ERR_NOT_FOUND) {
-        /* What could not be recorded stays in the table: GET must not fall back to the old state. */
+        /* What could not be recorded stays in the table: GET must not fall back to the old state.
+         */
         live_job_end_again(job);
         return;
     }

@@ -25,9 +25,9 @@ enum again {
 /* One of a job's frames. */
 struct live_frame {
     enum frame_state state;
-    struct digest exr, png; /* zero until stored */
-    struct frame *work;     /* while rendering and encoding */
-    enum again again;       /* AGAIN_STORE, AGAIN_RECORD or 0 */
+    struct digest exr, png;        /* zero until stored */
+    struct frame *work;            /* while rendering and encoding */
+    enum again again;              /* AGAIN_STORE, AGAIN_RECORD or 0 */
     struct shelved_frame *shelved; /* owned; NULL: it is not */
 };
 
@@ -46,9 +46,9 @@ struct live_job {
     struct live_job *before, *after; /* in order of service */
     struct fair_tenant *tenant; /* in whose turns it is served; NULL: it is live, paused, or not in
                                    the table */
-    uint32_t holds;                  /* store callbacks that will come */
-    bool counted;                    /* in its tenant's quota, until it is freed */
-    bool gone;                       /* out of the table; freed with the last hold */
+    uint32_t holds;             /* store callbacks that will come */
+    bool counted;               /* in its tenant's quota, until it is freed */
+    bool gone;                  /* out of the table; freed with the last hold */
 
     unsigned again;    /* of enum again: waits for again_us */
     uint64_t again_us; /* jobs_clock_us */

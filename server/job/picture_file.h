@@ -25,7 +25,8 @@ struct picture_file {
  * an error nothing is left of the file: it can be begun again, with all rows. */
 int picture_file_write(struct picture_file *file, int32_t end, struct fault *fault);
 
-/* Writes what is left and stores it; from the start, if nothing was written. The same on an error.
+/* Writes what is left and stores it, held (objects.h); from the start, if nothing was written. The
+ * same on an error.
  */
 int picture_file_finish(struct picture_file *file, struct digest *out, struct fault *fault);
 

@@ -78,7 +78,8 @@ static int check_strata(const struct job *job, const struct plan *plan, struct f
                      LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS);
 }
 
-/* A tile's samples must fit one frame on the wire: many lights ask for smaller tiles. */
+/* A tile's samples must fit one frame on the wire: many lights ask for smaller tiles. Lone
+ * sub-samples are shaded by squares of LIMIT_TILE_SIDE_MIN_PX, which tiles must not cut. */
 static int fit_tile(struct plan *plan, struct plan_report *report, struct fault *fault)
 {
     struct samples_layout layout;
@@ -89,7 +90,8 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
             return fault_set(fault, ERR_LIMIT, "/sampling/spp",
                              "the samples of the smallest tile do not fit a message");
     }
-    if (plan->tile_px != asked)
+    if (plan->planes & PLANE_BIT(LONE)) plan->tile_px -= plan->tile_px % LIMIT_TILE_SIDE_MIN_PX;
+    if (plan->tile_px < asked - asked % LIMIT_TILE_SIDE_MIN_PX)
         plan_warn(report, "tiles of %d px would hold too many samples; they are %d px", asked,
                   plan->tile_px);
     return 0;
@@ -226,6 +228,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
         plan_lens(job, plan, report);
     else
         plan_paths(job, plan, report);
+    plan_lone(plan, report);
     if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&
         plan->indirect_filter == INDIRECT_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE)
         plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");

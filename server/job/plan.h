@@ -81,6 +81,7 @@ struct plan_report {
     enum plan_integrator integrator;
     struct plan_emitters emitters;
     uint32_t effects;
+    bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */
     char filter_why[PLAN_FILTER_WHY_BYTES];
@@ -176,6 +177,10 @@ extern const char plan_nothing_to_filter[]; /* a why */
 void plan_glossy(const struct job *job, const struct scene *scene, struct plan *plan,
                  struct plan_report *report);
 const char *plan_glossy_filter_name(uint32_t filter);
+
+/* Of a plan with all its other planes: the list of lone sub-samples (proto/lone.h), where pixels
+ * without a lens have sub-samples and light fields for them; else why not. */
+void plan_lone(struct plan *plan, struct plan_report *report);
 
 /* What plan_indirect and plan_glossy have planned stays. */
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);

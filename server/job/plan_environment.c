@@ -54,6 +54,9 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
         return 0;
     }
     plan->environment = out;
+    report->soft_sky = e->kind != ENVIRONMENT_MAP ||
+                       plan_luminance(source->map->maximum) <=
+                           (double)PLAN_SKY_SOFT_TIMES * plan_luminance(source->map->mean);
     report->effects |= EFFECT_ENVIRONMENT;
     plan->capabilities |= CAPABILITY_ENVIRONMENT;
     return 0;

@@ -82,6 +82,8 @@ static void plan_planes(const struct job *job, struct plan *plan, struct plan_re
     if (plan->indirect_filter == INDIRECT_FILTER_RATE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
     if (report->integrator == INTEGRATOR_LENS_FIELD) {
         plan->planes |= PLANE_BIT(LENS_LOBE);
+        plan->lens_rest = plan->lens_light == LENS_LIGHT_SKY && report->soft_sky &&
+                          plan->light_count == 0 && !report->emitters.any_seen;
         plan->planes &= ~PLANE_BIT(SUB_REFLECTANCE);
         plan_skip(report, "plane sub_reflectance", "lens samples make the picture");
     }

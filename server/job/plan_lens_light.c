@@ -122,6 +122,42 @@ static void plan_own(const struct job *job, struct plan *plan, struct plan_repor
         plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
 }
 
+/* Whether points of the material may be a mirror's: worker/trace/mirrors.c decides at each. */
+static bool may_mirror(const struct scene_material *m)
+{
+    if (m->normal_texture.texture != SCENE_NONE || (m->flags & MATERIAL_UNLIT)) return false;
+    if (m->emission[0] > 0 || m->emission[1] > 0 || m->emission[2] > 0) return false;
+    return m->model == MODEL_MIRROR ||
+           (m->model == MODEL_GLTF && m->metallic >= 1 && !(m->roughness > 0) &&
+            m->metallic_roughness_texture.texture == SCENE_NONE);
+}
+
+static bool has_mirror(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        if (may_mirror(&scene->materials[mesh->material])) return true;
+    }
+    return false;
+}
+
+/* How often samples are followed from mirror to mirror. */
+static void plan_mirrors(const struct scene *scene, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t shown = report->layers & (LAYER_DEPTH | LAYER_NORMAL | LAYER_ID);
+    const char *why = NULL;
+    if (!has_mirror(scene))
+        why = "no material is a smooth mirror";
+    else if (shown)
+        why = "a layer shows the mirrors' own depth, normal or id";
+    else if (plan->indirect_filter == INDIRECT_FILTER_SHEARED)
+        why = "the sheared filter of indirect light knows no mirror image";
+    if (why)
+        plan_skip(report, "images in mirrors", "%s", why);
+    else
+        plan->lens_mirrors = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
+}
+
 void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
                      struct plan_report *report)
 {
@@ -143,4 +179,5 @@ void plan_lens_light(const struct job *job, const struct scene *scene, struct pl
     }
     plan_filter_none(job, "direct light comes along the paths of lens samples", report);
     plan_path_lights(job, plan, report);
+    plan_mirrors(scene, plan, report);
 }

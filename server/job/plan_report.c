@@ -67,6 +67,14 @@ static json_t *names_of(uint64_t bits, const char *const *names, unsigned count)
     return list;
 }
 
+/* Of planes, and of the list beside them. */
+static json_t *planes_of(uint64_t planes)
+{
+    json_t *list = names_of(planes, plane_names, PLANE_ID_COUNT);
+    if (planes & PLANE_BIT(LONE)) json_array_append_new(list, json_string("lone"));
+    return list;
+}
+
 static json_t *layers_of(uint32_t layers)
 {
     json_t *list = json_array();
@@ -223,7 +231,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "s:f,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
-        "planes", names_of(plan->planes, plane_names, PLANE_ID_COUNT), "light_planes",
+        "planes", planes_of(plan->planes), "light_planes",
         names_of(plan->light_planes, light_plane_names, LIGHT_PLANE_COUNT), "filter",
         filter_method_name(report->method), "filter_why", report->filter_why, "indirect_filter",
         plan_indirect_filter_name(plan->indirect_filter), "indirect_filter_why",

@@ -35,6 +35,7 @@ void statistics_add(struct statistics *sum, const struct statistics *more)
     sum->tiles_resumed += more->tiles_resumed;
     sum->results_dropped += more->results_dropped;
     sum->results_corrupt += more->results_corrupt;
+    sum->sub_samples_lone += more->sub_samples_lone;
     sum->sub_samples_unmatched += more->sub_samples_unmatched;
     sum->pixels_background += more->pixels_background;
     sum->shadow_pixels_filtered += more->shadow_pixels_filtered;
@@ -125,6 +126,7 @@ static const struct line lines[] = {
     {"results", "dropped", FIELD(results_dropped), false},
     {"results", "corrupt", FIELD(results_corrupt), false},
     {"pixels", "background", FIELD(pixels_background), false},
+    {"pixels", "sub_samples_lone", FIELD(sub_samples_lone), false},
     {"pixels", "sub_samples_unmatched", FIELD(sub_samples_unmatched), false},
     {"shadow", "pixels_filtered", FIELD(shadow_pixels_filtered), false},
     {"shadow", "pixels_alone", FIELD(shadow_pixels_alone), false},

@@ -6,7 +6,7 @@
 #include "proto/counter.h"
 
 struct statistics {
-    struct counters counters; /* summed over accepted results */
+    struct counters counters;         /* summed over accepted results */
     struct counters counters_resumed; /* of these, of an earlier run of the coordinator; not kept */
     uint64_t import_cpu_us;
     uint64_t decode_cpu_us;      /* unpacking and checking samples */
@@ -24,10 +24,10 @@ struct statistics {
     uint64_t frames_wall_us, drawn_late_us, stored_late_us;
     uint64_t bytes_received;                           /* samples as they came over the wire */
     uint64_t tiles_done, tiles_reissued, tiles_copied; /* each pass of a tile counts */
-    uint64_t tiles_resumed;   /* of those done: read from disk */
-    uint64_t results_dropped; /* duplicate, stale, foreign */
+    uint64_t tiles_resumed;                            /* of those done: read from disk */
+    uint64_t results_dropped;                          /* duplicate, stale, foreign */
     uint64_t results_corrupt;
-    uint64_t sub_samples_unmatched, pixels_background;
+    uint64_t sub_samples_lone, sub_samples_unmatched, pixels_background;
     /* By light, of shadow_statistics: what a filter did with pixels and blocks. */
     uint64_t shadow_pixels_filtered, shadow_pixels_alone, shadow_pixels_unlit;
     uint64_t shadow_blocks_skipped;

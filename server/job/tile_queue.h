@@ -54,7 +54,8 @@ bool tile_queue_gives_suspect(const struct tile_queue *q);
 void tile_queue_survived(struct tile_queue *q, uint64_t worker);
 
 /* Leases a copy of a leased tile to another worker. False, and nothing is leased, when that lease
- * is not in force, the worker holds the tile itself, it is a suspect, or there is a copy already. */
+ * is not in force, the worker holds the tile itself, it is a suspect, or there is a copy already.
+ */
 bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
                      uint32_t *generation);
 
@@ -99,7 +100,8 @@ enum tile_cause {
 };
 enum tile_return { TILE_GOES_ON, TILE_CAME_BACK_OFTEN, TILE_IS_DEADLY };
 
-/* Ignored unless the lease is in force. What is not TILE_GOES_ON should be given to nobody any more. */
+/* Ignored unless the lease is in force. What is not TILE_GOES_ON should be given to nobody any
+ * more. */
 enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                    uint32_t generation, enum tile_cause cause);
 

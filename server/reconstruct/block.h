@@ -13,7 +13,8 @@
 #include "server/reconstruct/shadow.h"
 
 struct block_statistics {
-    uint64_t sub_samples_unmatched; /* sub-samples whose surface no pixel around them shows */
+    uint64_t sub_samples_lone;      /* sub-samples that were shaded on their own */
+    uint64_t sub_samples_unmatched; /* others whose surface no pixel around them shows */
     uint64_t pixels_background;     /* no sample shows a surface */
     /* Pixels beside the block whose light its sub-samples borrow count, too. */
     struct shadow_statistics shadow; /* over the lights */

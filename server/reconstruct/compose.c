@@ -82,6 +82,7 @@ static void compose_light(const struct resolver *r, const struct targets *t, str
             resolve_pixel(r, i, &pixel);
             put_resolved(t, x, y, &pixel, emission);
             put_squares(r, &pixel, x, y, squares);
+            statistics->sub_samples_lone += pixel.lone;
             statistics->sub_samples_unmatched += pixel.unmatched;
             statistics->pixels_background += pixel.coverage == 0.0f;
         }
@@ -287,6 +288,7 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
                 add(t->indirect[c], x, y, pixel.indirect[c]);
             }
             put_squares(r, &pixel, x, y, squares);
+            statistics->sub_samples_lone += pixel.lone;
             statistics->sub_samples_unmatched += pixel.unmatched;
         }
     }

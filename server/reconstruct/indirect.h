@@ -20,6 +20,7 @@
 
 struct indirect_statistics {
     uint64_t pixels_filtered;
+    uint64_t pixels_lone;    /* of these: indirect_lone.h */
     uint64_t pixels_skipped; /* no surface, or a black one: nothing was measured */
     uint64_t blocks_skipped; /* blocks of only such pixels: no pass ran */
 };

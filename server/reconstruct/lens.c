@@ -121,17 +121,24 @@ static void count_row(const struct lens_field *f, int32_t y)
     find_next(f->count + at, (int32_t)width, f->pass + at);
 }
 
-/* How far the nearest pixel is that has samples in focus or beyond, in rows or columns, whichever
- * are more; more than LENS_FOCUS_REACH_PX: too far. */
+/* The nearest pixel of row v that has samples in focus or beyond is that far, in rows or columns,
+ * whichever are more; `ring` if none is nearer than that. */
+static float find_in_row(const struct lens_field *f, int32_t x, int32_t y, int32_t v, float ring)
+{
+    if (v < f->seen.y0 || v >= f->seen.y1) return ring;
+    count_row(f, v);
+    const float across = f->pass[lens_seen(f, x, v)], down = (float)(v < y ? y - v : v - y);
+    const float from = across > down ? across : down;
+    return from < ring ? from : ring;
+}
+
+/* How far the nearest such pixel is; more than LENS_FOCUS_REACH_PX: too far. */
 static int32_t find_ring(const struct lens_field *f, int32_t x, int32_t y)
 {
     float ring = LENS_FOCUS_REACH_PX + 1.0f;
-    for (int32_t v = y - LENS_FOCUS_REACH_PX; v <= y + LENS_FOCUS_REACH_PX; v++) {
-        if (v < f->seen.y0 || v >= f->seen.y1) continue;
-        count_row(f, v);
-        const float across = f->pass[lens_seen(f, x, v)], down = (float)(v < y ? y - v : v - y);
-        const float from = across > down ? across : down;
-        ring = from < ring ? from : ring;
+    for (int32_t down = 0; down <= LENS_FOCUS_REACH_PX && (float)down < ring; down++) {
+        ring = find_in_row(f, x, y, y - down, ring);
+        ring = find_in_row(f, x, y, y + down, ring);
     }
     return (int32_t)ring;
 }
@@ -144,6 +151,7 @@ static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct 
     if (k > LENS_FOCUS_REACH_PX) return;
     for (int32_t v = y - k; v <= y + k; v++) {
         if (v < r.y0 || v >= r.y1) continue;
+        count_row(f, v);
         const float *counts = f->count + lens_seen(f, r.x0, v);
         for (int32_t u = x - k; u <= x + k; u += v == y - k || v == y + k ? 1 : 2 * k)
             if (u >= r.x0 && u < r.x1 && counts[u - r.x0] > 0.0f) add_focus(f, u, v, sum);

@@ -3,8 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#define SUMS        LENS_CELL_SUMS
-#define SPARE_LEVEL 2 /* of cells, in digits of their side in pixels */
+#define SUMS LENS_CELL_SUMS
 #define CLOSE_SHARE                                                                                \
     0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
@@ -23,6 +22,7 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
 {
     lens_layer_slopes(layer, &c->low, &c->high);
     c->layer = layer;
+    c->close = c->low - CLOSE_SHARE * fabsf(c->low);
     c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
     const float size = FIXED_SHARE * LENS_SLOPE_MOST;
     c->least = c->fixed ? size : fminf(fabsf(c->low), fabsf(c->high));
@@ -64,21 +64,22 @@ int32_t lens_cells_around_px(uint32_t layer, uint32_t l)
     return look_px(&c) + (1 << c.coarse) + 1;
 }
 
-/* Where in `pixels` the layer's samples are. */
+/* Where in `pixels` the layer's samples are, to the segment. */
 static struct rect find_box(const struct lens_field *f, uint32_t layer, struct rect pixels)
 {
     struct rect box = {pixels.x1, pixels.y1, pixels.x0, pixels.y0};
-    for (int32_t y = pixels.y0; y < pixels.y1; y++)
-        for (uint32_t j = 0; j < f->l * f->l; j++)
-            for (uint32_t k = 0; k < f->segments; k++) {
-                const int32_t x = f->seen.x0 + (int32_t)k * LENS_SEGMENT;
-                if (!(lens_present(f, j, y, k) >> layer & 1u)) continue;
-                box.x0 = x < box.x0 ? x : box.x0;
-                box.x1 = x + LENS_SEGMENT > box.x1 ? x + LENS_SEGMENT : box.x1;
-                box.y0 = y < box.y0 ? y : box.y0;
-                box.y1 = y + 1 > box.y1 ? y + 1 : box.y1;
-            }
-    return box;
+    for (int32_t y = pixels.y0; y < pixels.y1; y++) {
+        const uint32_t *any = lens_any(f, y);
+        for (uint32_t k = lens_segment(f, pixels.x0); k <= lens_segment(f, pixels.x1 - 1); k++) {
+            const int32_t x = lens_segment_x(f, k);
+            if (!(any[k] >> layer & 1u)) continue;
+            box.x0 = x < box.x0 ? x : box.x0;
+            box.x1 = x + LENS_SEGMENT > box.x1 ? x + LENS_SEGMENT : box.x1;
+            box.y0 = y < box.y0 ? y : box.y0;
+            box.y1 = y + 1;
+        }
+    }
+    return rect_intersect(box, pixels);
 }
 
 /* Who can see the layer, which cells they look at, and which pixels those show. */
@@ -100,6 +101,25 @@ static void find_rects(const struct lens_field *f, struct lens_cells *c)
 }
 _Static_assert(LENS_TILE == 1 << 3, "tiles are found by shifts");
 
+/* The pixels whose samples lie in cells, where these lie within `span` of the lens: to the one side
+ * by as much as they move to the other. A pixel more, for what is rounded. */
+static struct rect find_window(const struct lens_cells *c, const struct lens_span *span)
+{
+    const float low = fminf(c->low, c->close), inverse = 1.0f / c->scale; /* a power of two */
+    float least[2], most[2];
+    for (int axis = 0; axis < 2; axis++) {
+        const float a = low * span->low[axis], b = low * span->high[axis];
+        const float d = c->high * span->low[axis], e = c->high * span->high[axis];
+        least[axis] = c->fixed ? 0.0f : fminf(fminf(a, b), fminf(d, e));
+        most[axis] = c->fixed ? 0.0f : fmaxf(fmaxf(a, b), fmaxf(d, e));
+    }
+    const struct rect window = {(int32_t)floorf((float)c->rect.x0 * inverse - most[0]) - 1,
+                                (int32_t)floorf((float)c->rect.y0 * inverse - most[1]) - 1,
+                                (int32_t)ceilf((float)c->rect.x1 * inverse - least[0]) + 1,
+                                (int32_t)ceilf((float)c->rect.y1 * inverse - least[1]) + 1};
+    return rect_intersect(window, c->pixels);
+}
+
 int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out)
 {
     struct lens_cells *c = out;
@@ -114,12 +134,15 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     c->stride = c->columns << c->fine;
     c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
     const size_t tiles = (size_t)rect_area(c->tiles);
-    const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area;
-    c->memory = scratch_take(f->patch->scratch, floats * sizeof(float) + 4 * tiles);
+    const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area, samples = f->l * f->l;
+    c->memory = scratch_take(f->patch->scratch,
+                             floats * sizeof(float) + samples * sizeof *c->windows + 4 * tiles);
     if (!c->memory) return ERR_MEMORY;
     c->sums = c->memory;
     for (int k = 0; k < LENS_CELL_PLANES; k++) c->plane[k] = c->sums + (SUMS + (size_t)k) * c->area;
-    c->near = (uint8_t *)c->memory + floats * sizeof(float);
+    c->windows = (struct rect *)(void *)(c->sums + floats);
+    for (size_t j = 0; j < samples; j++) c->windows[j] = find_window(c, &f->spans[j]);
+    c->near = (uint8_t *)(c->windows + samples);
     c->read = c->near + tiles;
     c->from = c->read + tiles;
     c->spare = c->from + tiles;
@@ -131,229 +154,4 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
 void lens_cells_fini(const struct lens_field *f, struct lens_cells *c)
 {
     scratch_give(f->patch->scratch, c->memory);
-}
-
-/* Where arrays of `seen` have the rows whose samples can lie in cells, and how many pixels. */
-static size_t first_of(const struct lens_field *f, const struct lens_cells *c)
-{
-    return lens_seen(f, f->seen.x0, c->pixels.y0);
-}
-static size_t count_of(const struct lens_field *f, const struct lens_cells *c)
-{
-    return (size_t)rect_width(f->seen) * (size_t)rect_height(c->pixels);
-}
-
-/* No slopes are known yet; samples of a layer that is not projected stay where they are. */
-static void clear_slopes(const struct lens_field *f, const struct lens_cells *c)
-{
-    const size_t first = first_of(f, c), bytes = count_of(f, c) * sizeof(float);
-    memset(f->slopes + first, 0, bytes);
-    memset(f->count + first, 0, bytes);
-    memset(f->pass + first, 0, bytes);
-}
-
-/* Slopes by which pixels' samples pass the layer: those with which others of the pixel lie in it.
- */
-static void find_pass(const struct lens_field *f, const struct lens_cells *c)
-{
-    const size_t first = first_of(f, c);
-    f->kernels->passes(f->slopes + first, f->count + first, c->middle, c->fixed, count_of(f, c),
-                       f->pass + first);
-}
-
-/* 1: every second row says enough of coarse cells. */
-static int32_t last_digit(const struct lens_cells *c)
-{
-    return c->coarse >= SPARE_LEVEL ? 1 : 0;
-}
-
-static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
-                                  bool beyond)
-{
-    return (struct lens_place){
-        .strata_inverse = 1.0f / (float)f->l, /* l is at least 1 */
-        .cells = c->scale,
-        .fine = c->fine,
-        .coarse = c->coarse,
-        .low = c->low,
-        .high = c->high,
-        .close = c->low - CLOSE_SHARE * fabsf(c->low),
-        .beyond = beyond,
-        .fixed = c->fixed,
-        .column = c->rect.x0,
-        .columns = rect_width(c->rect),
-        .rows = rect_height(c->rect),
-        .stride = c->stride,
-        .phase_step = c->columns,
-        .next = (size_t)rect_width(f->patch->rect) << last_digit(c),
-    };
-}
-
-static size_t tile_at(const struct lens_cells *c, int32_t column, int32_t row)
-{
-    return (size_t)(row - c->tiles.y0) * (size_t)rect_width(c->tiles) +
-           (size_t)(column - c->tiles.x0);
-}
-
-/* Can samples of pixels x .. end - 1 of row y lie where somebody looks? */
-static bool is_looked_at(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
-{
-    const struct rect t = c->tiles;
-    int32_t row = y >> c->coarse << c->fine >> 3;
-    row = row < t.y0 ? t.y0 : row >= t.y1 ? t.y1 - 1 : row;
-    for (int32_t k = x >> c->coarse << c->fine >> 3; k <= (end - 1) >> c->coarse << c->fine >> 3;
-         k++)
-        if (c->from[tile_at(c, k < t.x0 ? t.x0 : k >= t.x1 ? t.x1 - 1 : k, row)]) return true;
-    return false;
-}
-
-/* Samples j of columns x .. end - 1 of row y. */
-static void add_run(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t x,
-                    int32_t end, int32_t y, struct lens_place *place)
-{
-    const uint32_t count = (uint32_t)(end - x);
-    const size_t at = lens_seen(f, x, y), line = j / f->l * (size_t)rect_area(f->seen) + at;
-    place->slope = lens_slopes(f, j, x, y);
-    place->along = f->along + at;
-    place->pass = f->pass + at;
-    place->known = f->count + at;
-    place->left = f->left + line;
-    place->chord = f->chord + line;
-    place->height = f->height + line;
-    place->x = x;
-    for (uint32_t k = 0; k < 3; k++) place->light[k] = lens_light(f, j, k, x, y);
-    f->kernels->add(place, count, c->sums);
-    if (!place->beyond)
-        f->kernels->slopes(place->slope, c->low, c->high, count, f->slopes + at, f->count + at);
-}
-
-/* Samples j of row y, by runs of segments that have some. */
-static void add_row(const struct lens_field *f, struct lens_cells *c, uint32_t j, int32_t y,
-                    uint32_t wanted, struct lens_place *place)
-{
-    int32_t from = c->pixels.x1;
-    place->row_phase = (float)(y & ((1 << c->coarse) - 1));
-    place->row = c->rect.y0 - (y >> c->coarse << c->fine);
-    for (uint32_t k = 0; k < f->segments; k++) {
-        const int32_t left = f->seen.x0 + (int32_t)k * LENS_SEGMENT, right = left + LENS_SEGMENT;
-        const int32_t x = left > c->pixels.x0 ? left : c->pixels.x0;
-        const int32_t end = right < c->pixels.x1 ? right : c->pixels.x1;
-        if (x >= end) continue;
-        if ((lens_present(f, j, y, k) & wanted) && (!place->beyond || is_looked_at(c, x, end, y))) {
-            from = x < from ? x : from;
-            if (end < c->pixels.x1) continue;
-            add_run(f, c, j, from, end, y, place);
-        } else if (from < x) {
-            add_run(f, c, j, from, x, y, place);
-        }
-        from = c->pixels.x1;
-    }
-}
-
-/* All samples in the layer, or all beyond it, row by row: the cells of a row's samples are near
- * each other. */
-static void add(const struct lens_field *f, struct lens_cells *c, bool beyond)
-{
-    const uint32_t wanted = beyond ? ~((2u << c->layer) - 1u) : 1u << c->layer;
-    struct lens_place place = place_of(f, c, beyond);
-    const int32_t last = last_digit(c);
-    for (int32_t y = (c->pixels.y0 + last) & ~last; y < c->pixels.y1; y += 1 + last) {
-        for (uint32_t j = 0; j < f->l * f->l; j++) {
-            place.stratum = (float)(j % f->l);
-            add_row(f, c, j, y, wanted, &place);
-        }
-    }
-}
-
-/* Where cell (column, row) of the picture is. */
-static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
-{
-    const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
-    return (size_t)y * (size_t)c->stride + (size_t)((x & c->phase) * c->columns + (x >> c->fine));
-}
-
-static struct lens_finish finish_of(const struct lens_field *f, const struct lens_cells *c)
-{
-    struct lens_finish out = {.sums = c->sums,
-                              .inradius = f->shape.inradius * c->scale,
-                              .middle = c->fixed ? c->most : fabsf(c->middle),
-                              .fixed = c->fixed};
-    for (int k = 0; k < LENS_CELL_PLANES; k++) out.plane[k] = c->plane[k];
-    return out;
-}
-
-/* Does a sample of the layer lie in one of the cells from `column` on? */
-static bool has_samples(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
-{
-    for (int32_t phase = 0; phase <= c->phase && column + phase < end; phase++) {
-        const float *samples = c->sums + SUMS * cell_at(c, column + phase, row) + 4;
-        for (int32_t x = column + phase; x < end; x += 1 << c->fine, samples += SUMS)
-            if (*samples > 0.0f) return true;
-    }
-    return false;
-}
-
-static void mark(struct lens_cells *c)
-{
-    const struct rect r = c->rect, t = c->tiles;
-    for (int32_t y = r.y0; y < r.y1; y++) {
-        uint8_t *near = c->near + tile_at(c, t.x0, y >> 3);
-        for (int32_t k = t.x0; k < t.x1; k++, near++) {
-            const int32_t x = k * LENS_TILE > r.x0 ? k * LENS_TILE : r.x0;
-            const int32_t end = (k + 1) * LENS_TILE < r.x1 ? (k + 1) * LENS_TILE : r.x1;
-            if (!*near) *near = has_samples(c, x, end, y);
-        }
-    }
-}
-
-/* Spreads marks by `tiles` to all sides. */
-static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in, uint8_t *out)
-{
-    const int32_t width = rect_width(c->tiles), height = rect_height(c->tiles);
-    memset(c->spare, 0, (size_t)width * (size_t)height);
-    memset(out, 0, (size_t)width * (size_t)height);
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t x = 0; x < width; x++)
-            for (int32_t k = x - tiles; in[y * width + x] && k <= x + tiles; k++)
-                if (k >= 0 && k < width) c->spare[y * width + k] = 1;
-    for (int32_t y = 0; y < height; y++)
-        for (int32_t k = y - tiles; k <= y + tiles; k++)
-            for (int32_t x = 0; k >= 0 && k < height && x < width; x++)
-                out[k * width + x] |= c->spare[y * width + x];
-}
-
-/* Cells that somebody looks at, row by row, in runs of tiles. */
-static void finish(const struct lens_field *f, struct lens_cells *c)
-{
-    const struct rect r = c->rect, t = c->tiles;
-    const struct lens_finish planes = finish_of(f, c);
-    for (int32_t y = r.y0; y < r.y1; y++) {
-        for (int32_t k = t.x0; k < t.x1; k++) {
-            const int32_t first = k;
-            while (k < t.x1 && c->read[tile_at(c, k, y >> 3)]) k++;
-            const int32_t x = first * LENS_TILE > r.x0 ? first * LENS_TILE : r.x0;
-            const int32_t end = k * LENS_TILE < r.x1 ? k * LENS_TILE : r.x1;
-            if (k == first || x >= end) continue;
-            for (int32_t phase = 0; phase <= c->phase && x + phase < end; phase++)
-                f->kernels->finish(&planes, cell_at(c, x + phase, y),
-                                   (size_t)((end - 1 - x - phase) >> c->fine) + 1);
-        }
-    }
-}
-
-void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
-{
-    const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
-    clear_slopes(f, c);
-    add(f, c, false);
-    mark(c);
-    memcpy(c->read, c->near, (size_t)rect_area(c->tiles));
-    dilate(c, tiles, c->read, c->near);
-    dilate(c, tiles, c->near, c->read);
-    dilate(c, tiles, c->read, c->from);
-    if (f->all & ~((2u << c->layer) - 1u)) {
-        find_pass(f, c);
-        add(f, c, true);
-    }
-    finish(f, c);
 }

@@ -11,6 +11,7 @@
 struct lens_cells {
     uint32_t layer;
     float low, high;      /* slopes */
+    float close;          /* below `low`: from there on samples pass by their own slope */
     float least, most;    /* of their sizes */
     float middle;         /* of them */
     bool fixed;           /* too far out of focus to be projected */
@@ -20,6 +21,7 @@ struct lens_cells {
     struct rect targets;  /* pixels of the field's `wide` that can see the layer; may be empty */
     struct rect rect;     /* cells, in those of the whole picture */
     struct rect pixels;   /* whose samples can lie in them */
+    struct rect *windows; /* of each sample: of which pixels it can */
     int32_t columns;      /* of one phase */
     int32_t stride;       /* of rows */
     size_t area;          /* of a plane */

@@ -39,34 +39,75 @@ int32_t lens_cell_level(float most, uint32_t l)
 static void place_lines(struct lens_field *f)
 {
     const size_t area = (size_t)rect_area(f->seen);
-    const uint32_t width = (uint32_t)rect_width(f->seen);
+    const uint32_t width = (uint32_t)rect_width(f->seen), l = f->l;
     const struct lens_aperture *aperture = &f->pattern.aperture;
     float *across = (float *)(void *)f->row; /* a row; nothing is placed yet */
     for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
         const size_t row = lens_seen(f, f->seen.x0, y);
         lens_pattern_jitters(&f->pattern, f->seen.x0, y, width, f->along + row, across);
-        for (uint32_t i = 0; i < f->l; i++) {
+        for (uint32_t i = 0; i < l; i++) {
             float *height = f->height + i * area + row, *left = f->left + i * area + row;
             float *chord = f->chord + i * area + row;
-            f->kernels->lines(aperture, f->l, i, width, across, height, left, chord);
+            f->kernels->lines(aperture, l, i, width, across, height, left, chord);
         }
     }
 }
 
-static void find_layers(struct lens_field *f)
+/* Bits of the layers of a row's samples, segment by segment, and those of all segments. */
+static uint32_t find_row(const struct lens_field *f, uint32_t sample, int32_t y, uint32_t *out)
 {
-    const int32_t width = rect_width(f->seen);
-    uint32_t *out = f->present;
+    const float *slope = lens_slopes(f, sample, f->known.x0, y);
+    const uint32_t width = (uint32_t)rect_width(f->known);
+    uint32_t all = 0;
+    for (uint32_t x = 0; x < width; x += LENS_SEGMENT) {
+        const uint32_t left = width - x;
+        *out = f->kernels->layers(slope + x, left < LENS_SEGMENT ? left : LENS_SEGMENT);
+        all |= *out++;
+    }
+    return all;
+}
+
+/* Layers of what lies in `rect`. */
+static void find_layers(struct lens_field *f, struct rect rect)
+{
+    f->known = rect;
+    f->segments = ((uint32_t)rect_width(rect) + LENS_SEGMENT - 1) / LENS_SEGMENT;
     f->all = 0;
-    for (int32_t y = f->seen.y0; y < f->seen.y1; y++) {
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const size_t row = (size_t)(y - rect.y0);
+        uint32_t *any = f->any + row * f->segments;
+        memset(any, 0, f->segments * sizeof *any);
         for (uint32_t j = 0; j < f->l * f->l; j++) {
-            const float *slope = lens_slopes(f, j, f->seen.x0, y);
-            for (int32_t x = 0; x < width; x += LENS_SEGMENT) {
-                const int32_t left = width - x;
-                *out = f->kernels->layers(slope + x,
-                                          (uint32_t)(left < LENS_SEGMENT ? left : LENS_SEGMENT));
-                f->all |= *out++;
-            }
+            uint32_t *present = f->present + (row * f->l * f->l + j) * f->segments;
+            f->all |= find_row(f, j, y, present);
+            for (uint32_t k = 0; k < f->segments; k++) any[k] |= present[k];
+        }
+    }
+}
+
+/* Layers of columns x to end - 1 of a row, which lie in one segment. */
+static uint32_t layers_within(const struct lens_field *f, int32_t x, int32_t end, int32_t y)
+{
+    uint32_t layers = 0;
+    for (uint32_t j = 0; j < f->l * f->l; j++)
+        layers |= f->kernels->layers(lens_slopes(f, j, x, y), (uint32_t)(end - x));
+    return layers;
+}
+
+/* Layers of what lies in `seen`, to the pixel. */
+static void find_all(struct lens_field *f)
+{
+    const struct rect r = f->seen;
+    f->all = 0;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        const uint32_t *any = lens_any(f, y);
+        for (uint32_t k = lens_segment(f, r.x0); k <= lens_segment(f, r.x1 - 1); k++) {
+            const int32_t left = lens_segment_x(f, k), right = left + LENS_SEGMENT;
+            const bool whole = left >= r.x0 && right <= r.x1;
+            if ((any[k] | f->all) == f->all) continue;
+            f->all |=
+                whole ? any[k]
+                      : layers_within(f, left > r.x0 ? left : r.x0, right < r.x1 ? right : r.x1, y);
         }
     }
 }
@@ -82,8 +123,12 @@ static int allocate(struct lens_field *f)
                  lines = padded(f->l * (size_t)rect_area(f->seen));
     const size_t wide = padded((size_t)rect_area(f->wide));
     const size_t row = padded((size_t)rect_width(f->seen));
-    const size_t present = padded((size_t)rect_height(f->seen) * f->l * f->l * f->segments);
-    const size_t floats = 4 * seen + 3 * lines + LENS_VIEWS * wide + row + present;
+    const uint32_t samples = f->l * f->l;
+    const size_t segments = ((size_t)rect_width(f->seen) + LENS_SEGMENT - 1) / LENS_SEGMENT;
+    const size_t any = padded((size_t)rect_height(f->seen) * segments);
+    const size_t present = padded((size_t)rect_height(f->seen) * segments * samples);
+    const size_t spans = padded(samples * sizeof *f->spans / sizeof(float));
+    const size_t floats = 4 * seen + 3 * lines + LENS_VIEWS * wide + row + present + any + spans;
     float *at = f->memory = scratch_take(f->patch->scratch, floats * sizeof *at);
     if (!at) return ERR_MEMORY;
     f->along = at;
@@ -95,19 +140,13 @@ static int allocate(struct lens_field *f)
     f->chord = f->left + lines;
     f->row = (uint32_t *)(void *)(f->chord + lines);
     f->present = (uint32_t *)(void *)(f->row + row);
-    at = (float *)(void *)(f->present + present);
+    f->any = f->present + present;
+    f->spans = (struct lens_span *)(void *)(f->any + any);
+    at = (float *)(void *)(f->any + any) + spans;
     for (size_t k = 0; k < LENS_VIEWS; k++) f->view[k] = at + k * wide;
     memset(f->light[0], 0, (LENS_LIGHTS + 2) * wide * sizeof(float));
     for (size_t k = 0; k < LENS_GROUPS * wide; k++) f->through[0][k] = 1.0f;
     return 0;
-}
-
-/* Layers of what is seen: of `rect`, for which there is room. */
-static void look_over(struct lens_field *f, struct rect rect)
-{
-    f->seen = rect;
-    f->segments = ((uint32_t)rect_width(rect) + LENS_SEGMENT - 1) / LENS_SEGMENT;
-    find_layers(f);
 }
 
 /* Pixels that samples of the layers that there are reach over. */
@@ -130,14 +169,14 @@ int lens_field_create(const struct plan *plan, const struct patch *patch, struct
                                .l = plan->lens_strata_per_axis,
                                .wide = wide,
                                .seen = seen};
-    out->segments = ((uint32_t)rect_width(out->seen) + LENS_SEGMENT - 1) / LENS_SEGMENT;
     const int error = allocate(out);
     if (error) return error;
     lens_pattern_init(&out->pattern, plan);
     lens_shape_init(&out->shape, &out->pattern.aperture);
-    look_over(out, seen);
-    const struct rect near = rect_intersect(rect_grow(wide, reach_of(out)), seen);
-    if (rect_area(near) < rect_area(seen)) look_over(out, near);
+    find_layers(out, seen);
+    out->seen = rect_intersect(rect_grow(wide, reach_of(out)), seen);
+    find_all(out);
+    lens_spans(&out->pattern.aperture, out->l, out->spans);
     if (out->all != 1u << LENS_FOCUS) place_lines(out);
     return 0;
 }

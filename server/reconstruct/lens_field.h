@@ -3,6 +3,7 @@
  * filtered what the layers so far have brought. */
 #include "server/reconstruct/lens_layer.h"
 #include "server/reconstruct/lens_shape.h"
+#include "server/reconstruct/lens_span.h"
 #include "server/reconstruct/patch.h"
 
 #define LENS_SEGMENT 32 /* pixels of a row that are looked through together */
@@ -19,10 +20,14 @@ struct lens_field {
 
     /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
     float *along, *height, *left, *chord;
-    uint32_t *present; /* bits of layers; of each row, sample and segment of `seen` */
-    uint32_t segments; /* of a row: LENS_SEGMENT pixels each */
-    uint32_t all;      /* of them all */
-    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass. */
+    struct lens_span *spans; /* of each sample: where all pixels' lie on the lens */
+    struct rect known;       /* whose layers are known: `seen` and more */
+    uint32_t *present;       /* bits of layers; of each row, sample and segment of `known` */
+    uint32_t *any;           /* of each row and segment: those of all samples */
+    uint32_t segments;       /* of a row: LENS_SEGMENT pixels each */
+    uint32_t all;            /* bits of the layers of `seen` */
+    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass. Of
+     * a row, or of `seen`. */
     float *slopes, *count, *pass;
     uint32_t *row; /* numbers of a row of `seen` */
 
@@ -46,12 +51,25 @@ static inline size_t lens_wide(const struct lens_field *f, int32_t x, int32_t y)
     return (size_t)(y - f->wide.y0) * (size_t)rect_width(f->wide) + (size_t)(x - f->wide.x0);
 }
 
-/* Layers that sample j has in segment k of row y. */
-static inline uint32_t lens_present(const struct lens_field *f, uint32_t sample, int32_t y,
-                                    uint32_t segment)
+/* The segment that column x lies in, and the first column of one. */
+static inline uint32_t lens_segment(const struct lens_field *f, int32_t x)
 {
-    const uint32_t row = (uint32_t)(y - f->seen.y0);
-    return f->present[(row * f->l * f->l + sample) * f->segments + segment];
+    return (uint32_t)(x - f->known.x0) / LENS_SEGMENT;
+}
+static inline int32_t lens_segment_x(const struct lens_field *f, uint32_t segment)
+{
+    return f->known.x0 + (int32_t)segment * LENS_SEGMENT;
+}
+
+/* Layers that sample j has in the segments of row y, and those of all samples. */
+static inline const uint32_t *lens_present(const struct lens_field *f, uint32_t sample, int32_t y)
+{
+    const uint32_t row = (uint32_t)(y - f->known.y0);
+    return f->present + (size_t)(row * f->l * f->l + sample) * f->segments;
+}
+static inline const uint32_t *lens_any(const struct lens_field *f, int32_t y)
+{
+    return f->any + (size_t)(y - f->known.y0) * f->segments;
 }
 
 /* Samples of a row of the patch from column x on. */

@@ -60,6 +60,7 @@ struct lens_place {
     int32_t column, row;        /* of the first cell; row: from the pixels' own */
     int32_t columns, rows;      /* of all cells */
     size_t next;                /* from a row's samples to those of the row added after it */
+    int32_t spare;              /* cell from which on LENS_LANES are nobody's: they take anything */
     int32_t stride, phase_step; /* cell (c, r): r stride + (c & (2^fine - 1)) phase_step + (c >>
                                    fine) */
 };
@@ -99,6 +100,7 @@ struct lens_composite {
     float share[LENS_GROUPS]; /* of the cells that make up the lens */
     float lens[LENS_GROUPS];  /* of the lens itself */
     float slope;              /* its size */
+    uint32_t near;            /* bits of pixels that may see it; others stay as they are */
 };
 
 struct lens_kernels {

@@ -1,6 +1,7 @@
 /* The table of kernels, compiled once for each instruction set: define LENS_KERNELS as its name and
  * include this. The same operations in the same order everywhere: pictures do not depend on the
  * CPU. */
+#include "server/reconstruct/lens_add_lanes.h"
 #include "server/reconstruct/lens_cell_lanes.h"
 #include "server/reconstruct/lens_lanes.h"
 #include "server/reconstruct/lens_view_lanes.h"

@@ -103,8 +103,8 @@ static inline struct likeness compare(const struct lens_lender *a, const struct 
 
 /* How near a pixel's point is to the plane of the sample: 1 up to 1.5 pixels and a little of the
  * way between them, 0 from 1.5 times that. However a surface bends, a pixel aside it is as near. */
-static float near_plane(const struct lens_lenders *l, const struct surface *sample,
-                        const struct surface *pixel)
+static float near_plane(const struct lens_lenders *l, const struct shown_surface *sample,
+                        const struct shown_surface *pixel)
 {
     float off = 0.0f, square = 0.0f;
     for (int c = 0; c < 3; c++) {
@@ -118,12 +118,12 @@ static float near_plane(const struct lens_lenders *l, const struct surface *samp
     return near > 0.0f ? fminf(near, 1.0f) : 0.0f;
 }
 
-static float match(const struct lens_lenders *l, const struct surface *sample,
+static float match(const struct lens_lenders *l, const struct shown_surface *sample,
                    const struct lens_lender *pixel)
 {
     const float distance = pixel->light[3];
-    struct surface surface = {.distance = distance,
-                              .normal = {pixel->plane[0], pixel->plane[1], pixel->plane[2]}};
+    struct shown_surface surface = {.distance = distance,
+                                    .normal = {pixel->plane[0], pixel->plane[1], pixel->plane[2]}};
     if (!(distance > 0.0f)) return 0.0f;
     for (int c = 0; c < 3; c++) surface.point[c] = pixel->point[c];
     return fminf(surface_match(&l->view, sample, &surface), near_plane(l, sample, &surface));
@@ -138,7 +138,7 @@ struct weights {
 static struct weights weigh(const struct lens_lenders *l, const struct lens_light_row *s,
                             uint32_t i, struct likeness like)
 {
-    const struct surface sample = {
+    const struct shown_surface sample = {
         .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
         .normal = {s->normal[0][i], s->normal[1][i], s->normal[2][i]},
         .distance = s->distance[i],

@@ -38,8 +38,9 @@ struct lit_lens {
     struct lens_lenders lenders;
     struct lens_row row;
     struct lens_hidden hidden;
-    bool shares; /* other filters do not read far enough around a block */
-    int error;   /* the first */
+    bool shares_rest; /* what samples send besides is of glossy lobes, and of nothing sharper */
+    bool shares;      /* other filters do not read far enough around a block */
+    int error;        /* the first */
     struct rect seen, block;
     float *least, *light[3]; /* of the row: slopes that are read, and what falls on samples */
     float *gloss[3];         /* and what their glossy lobes see */
@@ -96,15 +97,47 @@ static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
                           r->y_low + (float)r->row[i]);
 }
 
-/* A sample that no field lights. What its path has found waits for that of others around. */
-static void hide(struct lit_lens *f, uint32_t sample, uint32_t i)
+/* A sample that no field lights, or not its sharp lobe. What its path has found waits for that of
+ * others around. */
+static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t shares)
 {
     const float own[3] = {f->light[0][i], f->light[1][i], f->light[2][i]};
+    const size_t area = (size_t)rect_area(f->patch->rect), at = sample_at(f, sample) + i;
+    const float *sent = f->patch->lens_radiance + at + 2 * sample * area;
+    const float rest[3] = {sent[0], sent[area], sent[2 * area]};
     if (f->error) return;
-    const int shares =
-        lens_hidden_add(&f->hidden, &f->row.samples, i, own, sample_at(f, sample) + i);
-    for (int c = 0; shares > 0 && c < 3; c++) f->light[c][i] = 0.0f;
-    f->error = shares < 0 ? shares : 0;
+    const int hidden = lens_hidden_add(&f->hidden, &f->row.samples, i, own, rest, shares, at);
+    for (int c = 0; hidden > 0 && c < 3; c++) f->light[c][i] = 0.0f;
+    f->error = hidden < 0 ? hidden : 0;
+}
+
+/* Is the pixel plainly on another surface than sample i of the row? */
+static bool is_other(const struct lens_light_row *r, uint32_t i, const struct lens_lender *l)
+{
+    float cosine = 0.0f, off = -l->plane[3];
+    for (int c = 0; c < 3; c++) {
+        cosine += l->plane[c] * r->normal[c][i];
+        off += l->plane[c] * r->point[c][i];
+    }
+    return cosine < SURFACE_COS_NONE || fabsf(off) > SURFACE_FADE * r->off[i];
+}
+
+/* Have the pixels around sample i of the row that are on its surface glossy lobes, all of them?
+ * Where a surface has lobes here and there, what they reflect is not for all of it. */
+static bool has_lobe(const struct lit_lens *f, uint32_t i)
+{
+    const struct lens_light_row *r = &f->row.samples;
+    const size_t first = (size_t)r->row[i] * f->lenders.width + (size_t)r->column[i];
+    bool any = false;
+    for (size_t k = 0; k < 4; k++) {
+        const size_t at = first + (k & 1) + (k >> 1) * f->lenders.width;
+        const bool lobe = f->lenders.lobes[at][3] > 0.0f;
+        const struct lens_lender *l = f->lenders.pixels + at;
+        if (!(l->light[3] > 0.0f) || is_other(r, i, l)) continue;
+        if (!lobe) return false;
+        any = true;
+    }
+    return any;
 }
 
 /* By fields. Samples that find none keep what their paths have found, or share it. */
@@ -121,11 +154,15 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         float light[3], gloss[3] = {0};
         for (int c = 0; c < 3; c++) f->gloss[c][i] = 0.0f;
         const bool takes = takes_light(albedo[i]) || (lobe && takes_light(lobe[i]));
-        if (!takes || !is_read(f, i, near)) continue;
+        if (!(takes || f->shares_rest) || !is_read(f, i, near)) continue;
         const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
-        const bool lit = known && lens_lend(&f->lenders, r, i, light, gloss);
+        const bool lit = known && takes && lens_lend(&f->lenders, r, i, light, gloss);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];
-        if (known && !lit && f->shares) hide(f, sample, i);
+        const bool sharp =
+            f->shares_rest && known && lobe && !takes_light(lobe[i]) && has_lobe(f, i);
+        const uint32_t shares =
+            (lit || !takes ? 0u : LENS_HIDDEN_LIGHT) | (sharp ? LENS_HIDDEN_REST : 0u);
+        if (known && shares && f->shares) hide(f, sample, i, shares);
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;
         f->statistics->samples_lit += lit ? 1 : 0;
         f->statistics->samples_own += lit ? 0 : 1;
@@ -221,11 +258,11 @@ static void light_hidden(const struct lit_lens *f)
     const size_t area = (size_t)rect_area(f->patch->rect);
     for (size_t k = 0; k < f->hidden.count; k++) {
         const size_t at = f->hidden.list[k].at, plane = at + 2 * (at / area) * area;
-        float light[3];
-        lens_hidden_share(&f->hidden, f->hidden.list[k].cell, light);
+        float light[3], rest[3];
+        lens_hidden_share(&f->hidden, f->lenders.pixels, &f->hidden.list[k], light, rest);
         for (uint32_t c = 0; c < 3; c++) {
             float *out = f->radiance + plane + c * area;
-            f->row.kernels->add(f->patch->lens_albedo + at, light + c, out, c, 1, out);
+            f->row.kernels->add(f->patch->lens_albedo + at, light + c, rest + c, c, 1, out);
         }
     }
 }
@@ -237,6 +274,7 @@ int lens_light_take(const struct plan *plan, const struct patch *patch,
     struct lit_lens f = {.plan = plan,
                          .patch = patch,
                          .shares = plan->lens_filter == LENS_FILTER_SHEARED,
+                         .shares_rest = plan->lens_rest != 0,
                          .seen = seen,
                          .block = block,
                          .radiance = radiance,

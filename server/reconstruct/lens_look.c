@@ -8,7 +8,6 @@
 #define TAPS_MOST 1024 /* a disc of 17 cells' radius */
 #define EVEN      0x88 /* of eight numbers */
 #define ODD       0xdd
-#define ALL_NEAR  ((1u << LENS_LANES) - 1u)
 
 struct tap {
     struct lens_tap tap;
@@ -95,27 +94,38 @@ static void find_taps(struct look *look, float px, float py)
     find_shares(look);
 }
 
-/* Is the layer near any of the cells from `column` on? */
-static bool is_near(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
+/* Bits of those of LENS_LANES pixels that are near the layer: their cells are every 2^fine-th from
+ * `column` on, those before `end`. */
+static uint32_t near_lanes(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
 {
     const uint8_t *tiles =
         c->near + (size_t)((row >> 3) - c->tiles.y0) * (size_t)rect_width(c->tiles);
-    for (int32_t x = column >> 3; x <= (end - 1) >> 3; x++)
-        if (tiles[x - c->tiles.x0]) return true;
-    return false;
+    uint32_t near = 0;
+    for (int32_t k = column >> 3; k <= (end - 1) >> 3; k++) {
+        const int32_t from = k * LENS_TILE > column ? k * LENS_TILE - column : 0;
+        const int32_t to = (k + 1) * LENS_TILE < end ? (k + 1) * LENS_TILE - column : end - column;
+        const uint32_t first = (uint32_t)(from + c->phase) >> c->fine;
+        const uint32_t last = (uint32_t)(to + c->phase) >> c->fine;
+        if (tiles[k - c->tiles.x0]) near |= (1u << last) - (1u << first);
+    }
+    return near;
 }
 
 /* A plane's pixels, `step` apart, of `count` lanes; others are 0. */
 static void load_lanes(const float *from, size_t step, size_t count, float to[LENS_LANES])
 {
-    if (step == 1 && count == LENS_LANES) {
+    if (count < LENS_LANES) {
+        for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+    } else if (step == 1) {
         memcpy(to, from, LENS_LANES * sizeof *to);
-    } else if (step == 2 && count == LENS_LANES) {
+    } else if (step == 2) {
         for (size_t i = 0; i < LENS_LANES; i += 4)
             _mm_storeu_ps(to + i, _mm_shuffle_ps(_mm_loadu_ps(from + 2 * i),
                                                  _mm_loadu_ps(from + 2 * i + 4), EVEN));
     } else {
-        for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            _mm_storeu_ps(to + i, _mm_setr_ps(from[i * step], from[(i + 1) * step],
+                                              from[(i + 2) * step], from[(i + 3) * step]));
     }
 }
 
@@ -131,55 +141,59 @@ static void store_second(const float from[LENS_LANES], float *to)
     }
 }
 
-/* The reverse, of those lanes that are near the layer. */
-static void store_lanes(const float from[LENS_LANES], uint32_t near, size_t step, float *to)
+/* The reverse. What lies between pixels may be written as it was. */
+static void store_lanes(const float from[LENS_LANES], size_t step, size_t count, float *to)
 {
-    if (step == 1 && near == ALL_NEAR) {
+    if (count < LENS_LANES) {
+        for (size_t i = 0; i < count; i++) to[i * step] = from[i];
+    } else if (step == 1) {
         memcpy(to, from, LENS_LANES * sizeof *to);
-        return;
-    }
-    if (step == 2 && near == ALL_NEAR) {
+    } else if (step == 2) {
         store_second(from, to);
-        return;
-    }
-    for (; near; near &= near - 1) {
-        const size_t i = (size_t)__builtin_ctz(near);
-        to[i * step] = from[i];
+    } else {
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            for (size_t k = 0; k < 4; k++) to[(i + k) * step] = from[i + k];
     }
 }
 
-/* The row buffer's pixels, of which the first is pixel p of `wide`. */
-static void composite(struct look *look, uint32_t near, size_t count, size_t p)
+/* What pixels have seen: of which the first is pixel p of `wide`. Does any of them see on? */
+static bool load_seen(const struct look *look, size_t count, size_t p,
+                      float seen[LENS_VIEWS][LENS_LANES])
 {
-    struct lens_field *f = look->f;
+    const struct lens_field *f = look->f;
     const size_t step = (size_t)1 << look->c->coarse;
-    float seen[LENS_VIEWS][LENS_LANES];
-    for (int k = 0; k < LENS_VIEWS; k++) load_lanes(f->view[k] + p, step, count, seen[k]);
-    f->kernels->composite(&look->composite, seen);
-    for (int k = 0; k < LENS_VIEWS; k++) store_lanes(seen[k], near, step, f->view[k] + p);
+    __m128 through = _mm_setzero_ps();
+    for (int g = 0; g < LENS_GROUPS; g++) {
+        load_lanes(f->through[g] + p, step, count, seen[g]);
+        for (int i = 0; i < LENS_LANES; i += 4)
+            through = _mm_or_ps(through, _mm_loadu_ps(seen[g] + i));
+    }
+    if (_mm_movemask_ps(_mm_cmpgt_ps(through, _mm_setzero_ps())) == 0) return false;
+    for (int k = LENS_GROUPS; k < LENS_VIEWS; k++) load_lanes(f->view[k] + p, step, count, seen[k]);
+    return true;
 }
 
-/* Pixels x, x + step, ... of row y. */
+/* Pixels x, x + step, ... of row y. Those that see nothing through what is nearer are done. */
 static void look_row(struct look *look, int32_t x, int32_t y)
 {
     const struct lens_cells *c = look->c;
     const struct rect targets = c->targets;
-    const int32_t step = 1 << c->coarse, cells = LENS_LANES << c->fine;
-    const int32_t row = y >> c->coarse << c->fine;
+    const int32_t step = 1 << c->coarse, row = y >> c->coarse << c->fine;
+    const struct lens_kernels *kernels = look->f->kernels;
     for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
         const int32_t column = first >> c->coarse << c->fine;
         const int32_t left = (targets.x1 - first + step - 1) / step;
         const int32_t count = left < LENS_LANES ? left : LENS_LANES;
-        const int32_t end = column + cells < c->rect.x1 ? column + cells : c->rect.x1;
-        uint32_t near = 0; /* a bit of each pixel */
-        if (!is_near(c, column, end, row)) continue;
+        const size_t p = lens_wide(look->f, first, y);
+        float seen[LENS_VIEWS][LENS_LANES];
+        look->composite.near = near_lanes(c, column, column + (count << c->fine), row);
+        if (!look->composite.near || !load_seen(look, (size_t)count, p, seen)) continue;
         const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
                           (size_t)((column - c->rect.x0) >> c->fine);
-        look->f->kernels->gather(&look->gather, at, LENS_LANES, look->sums, LENS_LANES);
-        for (int32_t i = 0; i < count; i++)
-            near |= (uint32_t)is_near(c, column + (i << c->fine), column + (i << c->fine) + 1, row)
-                    << i;
-        composite(look, near, (size_t)count, lens_wide(look->f, first, y));
+        kernels->gather(&look->gather, at, LENS_LANES, look->sums, LENS_LANES);
+        kernels->composite(&look->composite, seen);
+        for (int k = 0; k < LENS_VIEWS; k++)
+            store_lanes(seen[k], (size_t)step, (size_t)count, look->f->view[k] + p);
     }
 }
 

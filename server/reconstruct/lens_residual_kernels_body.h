@@ -1,9 +1,8 @@
 /* The table of kernels, compiled once for each instruction set: define LENS_RESIDUAL_KERNELS as its
  * name and include this. Plain loops whose turns do not depend on each other: the compiler makes
  * vectors of them, of the same operations in the same order everywhere. */
+#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lens_residual_kernels.h"
-
-#define RUN 16 /* pixels that are worked on side by side */
 
 static void average_few(const float *in, size_t step, uint32_t n, size_t count, float *out,
                         float *squares)
@@ -24,16 +23,15 @@ static void kernel_average(const float *in, size_t step, uint32_t n, size_t coun
                            float *squares)
 {
     size_t x = 0;
-    for (; x + RUN <= count; x += RUN) {
-        float sum[RUN] = {0}, square[RUN] = {0};
-        for (size_t j = 0; j < n; j++)
-            for (size_t i = 0; i < RUN; i++) {
-                const float v = in[j * step + x + i];
-                sum[i] += v;
-                square[i] += v * v;
-            }
-        for (size_t i = 0; i < RUN; i++) out[x + i] = sum[i] / (float)n;
-        for (size_t i = 0; i < RUN; i++) squares[x + i] += square[i];
+    for (; x + LANES_PER_VECTOR <= count; x += LANES_PER_VECTOR) {
+        lanes_vector sum = {0}, square = {0};
+        for (size_t j = 0; j < n; j++) {
+            const lanes_vector v = lanes_load_vector(in + j * step + x);
+            sum += v;
+            square += v * v;
+        }
+        *(lanes_stored *)(out + x) = sum / (float)n;
+        *(lanes_stored *)(squares + x) += square;
     }
     average_few(in + x, step, n, count - x, out + x, squares + x);
 }

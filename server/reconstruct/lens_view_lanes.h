@@ -75,6 +75,15 @@ static inline lanes_vector lens_left(const float share[LENS_GROUPS],
     return all;
 }
 
+/* Lanes whose bits are set, the first lane's lowest. */
+static inline lanes_mask lens_bits(uint32_t bits)
+{
+    static const int32_t own[] = {1,       1 << 1,  1 << 2,  1 << 3, 1 << 4,  1 << 5,
+                                  1 << 6,  1 << 7,  1 << 8,  1 << 9, 1 << 10, 1 << 11,
+                                  1 << 12, 1 << 13, 1 << 14, 1 << 15};
+    return (lanes_load_mask(own) & (int32_t)bits) != 0;
+}
+
 /* Of quarters of the lens through which nobody looked at the layer the others tell. Cells on the
  * lines between quarters are all one quarter's: what the layer takes of the lens is what its cells
  * say, and what it leaves, quarter by quarter, is made to be the rest of it. */
@@ -87,7 +96,8 @@ static inline void lens_composite_vector(const struct lens_composite *c, size_t 
         for (size_t k = 0; k < LENS_SUMS; k++)
             total[k] += lanes_load_vector(c->sums + (g * LENS_SUMS + k) * LENS_LANES + i);
     }
-    const lanes_mask any = total[LENS_SUM_SHARE] > 0.0f; /* then there is weight, too */
+    const lanes_mask near = lens_bits(c->near >> i);
+    const lanes_mask any = near & (total[LENS_SUM_SHARE] > 0.0f); /* then there is weight, too */
     const lanes_vector left = lens_left(c->lens, before), cells = lens_left(c->share, before);
     const lanes_vector scale = lanes_where(cells > 0.0f, left / cells);
     lanes_vector taken = {0};

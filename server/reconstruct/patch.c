@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "proto/samples.h"
+#include "server/reconstruct/scratch.h"
 
 /* Arrays start on cache lines, so that vector loops start aligned. */
 #define ALIGN_BYTES 64u
@@ -159,17 +160,19 @@ size_t patch_bytes(const struct plan *plan, size_t area)
     return carver.used_bytes;
 }
 
-int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
+int patch_create_in(struct scratch *scratch, const struct plan *plan, struct rect rect,
+                    struct patch **out)
 {
     *out = NULL;
     if (rect_is_empty(rect)) return ERR_RANGE;
     struct patch *p = calloc(1, sizeof *p);
     if (!p) return ERR_MEMORY;
     p->rect = p->core = rect;
+    p->scratch = scratch;
     struct carver carver = {.area = (size_t)rect_area(rect)};
     const size_t bytes = patch_bytes(plan, carver.area);
     if (bytes > 0) {
-        carver.memory = p->memory = aligned_alloc(ALIGN_BYTES, bytes);
+        carver.memory = p->memory = scratch_take(scratch, bytes);
         if (!p->memory) {
             free(p);
             return ERR_MEMORY;
@@ -180,10 +183,16 @@ int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
     return 0;
 }
 
+int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
+{
+    return patch_create_in(NULL, plan, rect, out);
+}
+
 void patch_destroy(struct patch **patch)
 {
     if (!*patch) return;
-    free((*patch)->memory);
+    scratch_give((*patch)->scratch, (*patch)->lone.entries);
+    scratch_give((*patch)->scratch, (*patch)->memory);
     free(*patch);
     *patch = NULL;
 }

@@ -2,16 +2,17 @@
 /* The samples of a block and its halo as float arrays: what reconstruction reads.
  *
  * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
- * not have their plane. One allocation, owned by the patch. The halo is cut at the image's border.
- * Under a filter, and where halves tell of errors, there are in the far halo, outside `core`, only
- * depth, normal and what the plan's filters read: of shadows the lights' visibility and slopes; of
- * indirect light id, indirect light, reflector and open shares; of glossy lobes id, light and its
- * half, alpha and how far they see; lens samples; and what tells of errors of paths. The other
- * arrays are not set there. Distances are at most 1e16, so that their squares are finite; normals
- * are 0 without surface. */
+ * not have their plane. One allocation, owned by the patch, and one of what lone sub-samples have.
+ * The halo is cut at the image's border. Under a filter, and where halves tell of errors, there are
+ * in the far halo, outside `core`, only depth, normal and what the plan's filters read: of shadows
+ * the lights' visibility and slopes; of indirect light id, indirect light, reflector and open
+ * shares; of glossy lobes id, light and its half, alpha and how far they see; lens samples; and
+ * what tells of errors of paths. The other arrays are not set there. Distances are at most 1e16, so
+ * that their squares are finite; normals are 0 without surface. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/lone_share.h"
 #include "server/reconstruct/scratch.h"
 
 struct patch_light {
@@ -78,19 +79,23 @@ struct patch {
     float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
     float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
     bool lens_drawn;   /* the picture has what the first sets show, filtered */
-    uint8_t *lens_levels; /* borrowed: for how much the pixels of a block that is composed need a
-                             second set (lens_extra.h), row by row; NULL: nobody asks */
+    uint8_t *lens_levels;   /* borrowed: for how much the pixels of a block that is composed need a
+                               second set (lens_extra.h), row by row; NULL: nobody asks */
+    struct lone_share lone; /* of the core; entries owned */
     struct patch_light lights[LIMIT_LIGHTS];
     struct patch_paths paths;
-    struct scratch *scratch; /* borrowed: for work on the patch; NULL: the heap */
-    void *memory;            /* owned */
+    struct scratch *scratch; /* borrowed: of the patch, and for work on it; NULL: the heap */
+    void *memory;            /* owned; taken from there */
 };
 
 /* Bytes of the arrays that the plan has for so many pixels. */
 size_t patch_bytes(const struct plan *plan, size_t area);
 
-/* Allocates all arrays that the plan has for `rect`, which is all core. */
-int patch_create(const struct plan *plan, struct rect rect, struct patch **out);
+/* Allocates all arrays that the plan has for `rect`, which is all core. They and what work on the
+ * patch takes come from the scratch, which must outlive the patch; from the heap if it is NULL. */
+int patch_create_in(struct scratch *scratch, const struct plan *plan, struct rect rect,
+                    struct patch **out);
+int patch_create(const struct plan *plan, struct rect rect, struct patch **out); /* in the heap */
 void patch_destroy(struct patch **patch);
 
 /* Whether halves, and what it takes to smooth them, tell of errors of indirect light. */

@@ -2,12 +2,6 @@
 
 #include <math.h>
 
-/* Less than this is nobody's surface. */
-#define WEIGHT_MIN 1e-6f
-
-/* Even a far corner of the neighbourhood counts where it is the only match. */
-#define TENT_MIN 0.05f
-
 /* Points that are spread over a pixel err at edges as the power -3/2 of their number, squared,
  * where random ones err as the power -1: half as much for the four that there are. */
 #define STRATIFIED 0.5f
@@ -55,29 +49,24 @@ static struct rect around(const struct patch *patch, size_t i)
                          y + 1 < height ? 2 : 1};
 }
 
-static float tent(float offset, int32_t step)
-{
-    return fmaxf(1.5f - fabsf(offset - 0.5f - (float)step), TENT_MIN);
-}
-
 /* Pixel i + (dx, dy) of the patch. */
 static size_t neighbour(const struct patch *patch, size_t i, int32_t dx, int32_t dy)
 {
     return (size_t)((int64_t)i + (int64_t)dy * rect_width(patch->rect) + dx);
 }
 
-static void weigh_neighbours(const struct resolver *r, size_t i, const struct surface *sub,
+static void weigh_neighbours(const struct resolver *r, size_t i, const struct shown_surface *sub,
                              const float offset[2], float left, struct lenders *l)
 {
     struct rect a = around(r->patch, i);
     for (int32_t dy = a.y0; dy < a.y1; dy++) {
         for (int32_t dx = a.x0; dx < a.x1; dx++) {
-            struct surface pixel;
+            struct shown_surface pixel;
             if (dx == 0 && dy == 0) continue;
             size_t q = neighbour(r->patch, i, dx, dy);
             if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
-            float k = tent(offset[0], dx) * tent(offset[1], dy) * 0.125f;
-            add_lender(l, q, left * k * surface_match(&r->view, sub, &pixel));
+            const float k = left * surface_share(offset, dx, dy);
+            add_lender(l, q, k * surface_match(&r->view, sub, &pixel));
         }
     }
 }
@@ -93,13 +82,13 @@ static bool is_lit(const struct patch *patch, size_t i, int32_t dx, int32_t dy)
 }
 
 /* Of the pixels k columns or rows away, weighted by how near they are. */
-static void weigh_ring(const struct resolver *r, size_t i, const struct surface *sub,
+static void weigh_ring(const struct resolver *r, size_t i, const struct shown_surface *sub,
                        const float offset[2], int32_t k, struct lenders *l)
 {
     l->count = 0;
     for (int32_t dy = -k; dy <= k; dy++) {
         for (int32_t dx = -k; dx <= k; dx += dy == -k || dy == k ? 1 : 2 * k) {
-            struct surface pixel;
+            struct shown_surface pixel;
             if (!is_lit(r->patch, i, dx, dy)) continue;
             const size_t q = neighbour(r->patch, i, dx, dy);
             if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
@@ -110,7 +99,7 @@ static void weigh_ring(const struct resolver *r, size_t i, const struct surface 
     }
 }
 
-static void take_nearest(const struct resolver *r, size_t i, const struct surface *sub,
+static void take_nearest(const struct resolver *r, size_t i, const struct shown_surface *sub,
                          struct lenders *l)
 {
     struct rect a = around(r->patch, i);
@@ -118,7 +107,7 @@ static void take_nearest(const struct resolver *r, size_t i, const struct surfac
     l->count = 0;
     for (int32_t dy = a.y0; dy < a.y1; dy++) {
         for (int32_t dx = a.x0; dx < a.x1; dx++) {
-            struct surface pixel;
+            struct shown_surface pixel;
             size_t q = neighbour(r->patch, i, dx, dy);
             if (!surface_of_pixel(&r->view, r->patch, q, &pixel)) continue;
             float mismatch = surface_mismatch(&r->view, sub, &pixel);
@@ -135,15 +124,15 @@ static bool normalise(struct lenders *l)
 {
     float sum = 0.0f;
     for (int n = 0; n < l->count; n++) sum += l->items[n].weight;
-    if (!(sum >= WEIGHT_MIN)) return false;
+    if (!(sum >= SURFACE_WEIGHT_MIN)) return false;
     for (int n = 0; n < l->count; n++) l->items[n].weight /= sum;
     return true;
 }
 
-static void find_lenders(const struct resolver *r, size_t i, const struct surface *sub,
+static void find_lenders(const struct resolver *r, size_t i, const struct shown_surface *sub,
                          const float offset[2], struct lenders *l)
 {
-    struct surface own;
+    struct shown_surface own;
     *l = (struct lenders){.count = 0};
     float match = 0.0f;
     if (surface_of_pixel(&r->view, r->patch, i, &own)) match = surface_match(&r->view, sub, &own);
@@ -210,6 +199,29 @@ static void add_shine(const struct resolver *r, const struct lenders *l, uint32_
     }
 }
 
+/* The light of a lone sub-sample, as add_lit and add_shine do with what pixels lend. */
+static void add_lone(const struct resolver *r, const struct lone_entry *e, uint32_t k, size_t i,
+                     const float albedo[3], float sent[3], struct resolved *sum)
+{
+    const struct lone_share *lone = &r->patch->lone;
+    float *const *reflectance = r->patch->sub_reflectance[k];
+    for (int c = 0; c < 3; c++) {
+        const float lobe = reflectance[0] ? reflectance[c][i] : 0.0f;
+        const float shine = lobe * e->light[LONE_GLOSSY][c];
+        const float direct = albedo[c] * e->light[LONE_DIRECT][c];
+        const float indirect = albedo[c] * e->light[LONE_INDIRECT][c] + shine;
+        sum->direct[c] += direct;
+        sum->indirect[c] += indirect;
+        sum->total[c] += direct + indirect;
+        sent[c] = direct + indirect;
+        if (!r->errors) continue;
+        sum->error[c] +=
+            albedo[c] * lone_entry_error(lone, e, LONE_INDIRECT, LONE_INDIRECT_HALF, c);
+        sum->glossy_error[c] += lobe * lone_entry_error(lone, e, LONE_GLOSSY, LONE_GLOSSY_HALF, c);
+    }
+    sum->lone++;
+}
+
 static void pixel_offset(const struct resolver *r, size_t i, uint32_t k, float offset[2])
 {
     const struct rect *rect = &r->patch->rect;
@@ -221,21 +233,26 @@ static void pixel_offset(const struct resolver *r, size_t i, uint32_t k, float o
 /* A sub-sample that is not plainly its own pixel's surface. */
 static void add_foreign_sub(const struct resolver *r, size_t i, uint32_t k, struct resolved *sum)
 {
-    struct surface sub;
+    struct shown_surface sub;
     struct lenders lenders;
     float offset[2], albedo[3], sent[3] = {0.0f, 0.0f, 0.0f};
+    const struct lone_entry *lone = lone_share_find(&r->patch->lone, i * r->plan->sub_samples + k);
     pixel_offset(r, i, k, offset);
     if (!surface_of_sub(&r->view, r->patch, i, k, offset, &sub)) return;
     for (int c = 0; c < 3; c++) albedo[c] = r->patch->sub_albedo[k][c][i];
-    find_lenders(r, i, &sub, offset, &lenders);
-    add_lit(r, &lenders, albedo, sent, sum);
-    add_shine(r, &lenders, k, i, sent, sum);
+    if (lone) {
+        add_lone(r, lone, k, i, albedo, sent, sum);
+    } else {
+        find_lenders(r, i, &sub, offset, &lenders);
+        add_lit(r, &lenders, albedo, sent, sum);
+        add_shine(r, &lenders, k, i, sent, sum);
+        sum->unmatched += lenders.unmatched;
+    }
     for (int c = 0; c < 3; c++) {
         sum->albedo[c] += albedo[c];
         if (r->errors) sum->spread[c] += sent[c] * sent[c];
     }
     sum->coverage += 1.0f;
-    sum->unmatched += lenders.unmatched;
 }
 
 static void add_own(const struct resolver *r, size_t i, const float albedo[3], float samples,

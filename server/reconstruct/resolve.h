@@ -14,7 +14,8 @@ struct resolved {
     float glossy_error[3]; /* of what glossy lobes send on; the same */
     float spread[3]; /* squared standard error of total, as a mean of so few samples of the pixel; 0
                         unless wanted */
-    uint32_t unmatched; /* sub-samples whose surface no pixel around them shows */
+    uint32_t lone;   /* sub-samples that have light of their own */
+    uint32_t unmatched; /* others whose surface no pixel around them shows */
 };
 
 struct resolver {
@@ -31,6 +32,8 @@ void resolver_init(struct resolver *r, const struct plan *plan, const struct pat
                    const struct lighting *lighting);
 
 /* Pixel i of the patch. Reads the pixels around it as far as the patch has them.
+ *
+ * A lone sub-sample (proto/lone.h) has the light that it was shaded with.
  *
  * A sub-sample that fully matches its own pixel (surface_match 1) takes that pixel's lighting as it
  * is: flat regions are not blurred. Otherwise with m its match to its own pixel, the lighting is

@@ -40,7 +40,7 @@ static int carve(struct v_plane_place *p)
 static void load_source(const struct surface_view *view, const struct patch *patch, size_t i,
                         struct v_plane_source *out)
 {
-    struct surface s;
+    struct shown_surface s;
     if (!patch_is_measured(patch, i) || !surface_of_pixel(view, patch, i, &s)) return;
     const float pixel = surface_pixel_size(view, s.distance);
     out->pixel = pixel > TINY ? pixel : TINY;

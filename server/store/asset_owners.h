@@ -10,7 +10,11 @@
  * name (job_store.h). */
 int asset_owners_add(const struct objects *o, const char *owner, const struct digest *d,
                      bool *existed);
+/* Durable with 0. ERR_NOT_FOUND when it was not there. */
+int asset_owners_remove(const struct objects *o, const char *owner, const struct digest *d);
 bool asset_owners_have(const struct objects *o, const char *owner, const struct digest *d);
+/* Has anybody? True, too, when that cannot be found out. */
+bool asset_owners_any(const struct objects *o, const struct digest *d);
 /* Bytes of all that the owner has, whoever else has it. ERR_IO, ERR_LIMIT. */
 int asset_owners_sum(const struct objects *o, const char *owner, uint64_t *bytes);
 

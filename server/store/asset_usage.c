@@ -64,6 +64,15 @@ static int find(struct asset_usage *usage, const char *owner, struct tenant_usag
     return 0;
 }
 
+int asset_usage_learn(struct asset_usage *usage, const char *owner)
+{
+    struct tenant_usage *one;
+    pthread_mutex_lock(&usage->lock);
+    const int error = find(usage, owner, &one);
+    pthread_mutex_unlock(&usage->lock);
+    return error;
+}
+
 int asset_usage_take(struct asset_usage *usage, const char *owner, uint64_t size_bytes)
 {
     struct tenant_usage *one;
@@ -80,6 +89,7 @@ void asset_usage_give(struct asset_usage *usage, const char *owner, uint64_t siz
 {
     struct tenant_usage *one;
     pthread_mutex_lock(&usage->lock);
-    if (find(usage, owner, &one) == 0) one->bytes -= size_bytes;
+    if (find(usage, owner, &one) == 0)
+        one->bytes -= size_bytes < one->bytes ? size_bytes : one->bytes;
     pthread_mutex_unlock(&usage->lock);
 }

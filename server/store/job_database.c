@@ -5,6 +5,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "server/store/asset_uses.h"
 #include "server/store/job_schema.h"
 
 /* Prepared when first needed, kept until the end. */
@@ -367,13 +368,38 @@ int job_database_remove(struct job_database *db, const char *id)
 }
 
 int job_database_remember_blob(struct job_database *db, const struct digest *source,
-                               const struct digest *blob)
+                               const struct digest *blob, const struct digest *assets,
+                               size_t asset_count)
 {
     sqlite3_stmt *s = statement(db, QUERY_REMEMBER_BLOB);
     if (!s) return finish(db, s);
     sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
     sqlite3_bind_blob(s, 2, blob->bytes, DIGEST_BYTES, SQLITE_STATIC);
-    return finish(db, s);
+    const int error = finish(db, s);
+    return error ? error : asset_uses_note_import(db->db, source, assets, asset_count);
+}
+
+int job_database_remove_asset(struct job_database *db, const struct asset_room *room,
+                              const struct asset_claim *claim, struct asset_users *users)
+{
+    return asset_removal_run(db->db, room, claim, users);
+}
+
+void job_database_resume_removals(struct job_database *db, const struct asset_room *room)
+{
+    asset_removal_resume(db->db, room);
+}
+
+void job_database_pass_removals(struct job_database *db, const struct asset_room *room,
+                                struct removal_pass *pass)
+{
+    asset_removal_pass(db->db, room, pass);
+}
+
+int job_database_check_import(struct job_database *db, const struct asset_room *room,
+                              const struct digest *assets, size_t count, const struct digest *blob)
+{
+    return asset_removal_check_import(db->db, room, assets, count, blob);
 }
 
 int job_database_find_blob(struct job_database *db, const struct digest *source,

@@ -1,6 +1,7 @@
 #pragma once
 /* The queries of the job store, blocking. One connection, one thread at a time. job_store.h says
  * what they mean; job_store.c runs them elsewhere than on the loop. */
+#include "server/store/asset_removal.h"
 #include "server/store/job_record.h"
 
 struct job_database;
@@ -39,9 +40,19 @@ int job_database_update_frame(struct job_database *db, const char *id,
 int job_database_update_document(struct job_database *db, const char *id, const char *document);
 int job_database_remove(struct job_database *db, const char *id);
 int job_database_remember_blob(struct job_database *db, const struct digest *source,
-                               const struct digest *blob);
+                               const struct digest *blob, const struct digest *assets,
+                               size_t asset_count);
 int job_database_find_blob(struct job_database *db, const struct digest *source,
                            struct digest *blob);
+
+/* asset_removal.h, on this connection. */
+int job_database_remove_asset(struct job_database *db, const struct asset_room *room,
+                              const struct asset_claim *claim, struct asset_users *users);
+void job_database_resume_removals(struct job_database *db, const struct asset_room *room);
+void job_database_pass_removals(struct job_database *db, const struct asset_room *room,
+                                struct removal_pass *pass);
+int job_database_check_import(struct job_database *db, const struct asset_room *room,
+                              const struct digest *assets, size_t count, const struct digest *blob);
 
 /* Each fills an empty *out; job_records_fini in any case. */
 int job_database_get(struct job_database *db, const char *id, struct job_records *out);

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/store/asset_owners.h"
+
 struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx)
 {
     struct job_request *r = calloc(1, sizeof *r);
@@ -23,6 +25,7 @@ void job_request_free(struct job_request *r)
     free(r->key);
     free(r->cursor);
     free(r->text);
+    free(r->assets);
     job_records_fini(&r->records);
     free(r);
 }
@@ -34,9 +37,51 @@ char *job_request_copy(const char *text, int *error)
     return out;
 }
 
+int job_request_take_assets(struct job_request *r, const struct digest *assets, size_t count)
+{
+    r->assets = malloc((count ? count : 1) * sizeof *r->assets);
+    if (!r->assets) return ERR_MEMORY;
+    if (count) memcpy(r->assets, assets, count * sizeof *assets);
+    r->asset_count = count;
+    return 0;
+}
+
+static void take_text(char **text, char **newer)
+{
+    if (!*newer) return;
+    free(*text);
+    *text = *newer;
+    *newer = NULL;
+}
+
+void job_request_take_texts(struct job_request *r, struct job_request *newer)
+{
+    take_text(&r->state, &newer->state);
+    take_text(&r->fault, &newer->fault);
+    take_text(&r->report, &newer->report);
+    take_text(&r->document, &newer->document);
+}
+
 bool job_request_is_write(const struct job_request *r)
 {
     return r->kind <= REQUEST_REMEMBER_BLOB;
+}
+
+bool job_request_may_wait(const struct job_request *r)
+{
+    return r->kind == REQUEST_REMOVE_ASSET || (r->kind == REQUEST_REMEMBER_BLOB && r->error);
+}
+
+/* Who submitted it was asked before; since then an asset may have gone. From now on it cannot: the
+ * row that names it is there. */
+static int check_assets(const struct job_request *r)
+{
+    const struct objects *objects = r->room.objects;
+    for (size_t i = 0; i < r->asset_count; i++)
+        if (!objects_have(objects, &r->assets[i], NULL) ||
+            !(r->claim.sees_all || asset_owners_have(objects, r->owner, &r->assets[i])))
+            return ERR_NOT_FOUND;
+    return 0;
 }
 
 static int perform_insert(struct job_database *db, struct job_request *r)
@@ -52,7 +97,17 @@ static int perform_insert(struct job_database *db, struct job_request *r)
     memcpy(row.id, r->id, sizeof row.id);
     memcpy(row.owner, r->owner, sizeof row.owner);
     memcpy(row.trace, r->trace, sizeof row.trace);
-    return job_database_insert(db, &row, r->key, &r->body, r->existing);
+    const int error = job_database_insert(db, &row, r->key, &r->body, r->existing);
+    return error ? error : check_assets(r); /* the row is undone then */
+}
+
+static int perform_remember_blob(struct job_database *db, struct job_request *r)
+{
+    const int error = !r->room.objects ? 0
+                                       : job_database_check_import(db, &r->room, r->assets,
+                                                                   r->asset_count, &r->blob);
+    if (error) return error;
+    return job_database_remember_blob(db, &r->source, &r->blob, r->assets, r->asset_count);
 }
 
 static int perform_update_frame(struct job_database *db, struct job_request *r)
@@ -81,7 +136,7 @@ int job_request_perform(struct job_request *r, struct job_database *db)
     case REQUEST_REMOVE:
         return job_database_remove(db, r->id);
     case REQUEST_REMEMBER_BLOB:
-        return job_database_remember_blob(db, &r->source, &r->blob);
+        return perform_remember_blob(db, r);
     case REQUEST_GET:
         return job_database_get(db, r->id, &r->records);
     case REQUEST_LIST:
@@ -94,6 +149,11 @@ int job_request_perform(struct job_request *r, struct job_database *db)
                                  &r->records);
     case REQUEST_FIND_BLOB:
         return job_database_find_blob(db, &r->source, &r->blob);
+    case REQUEST_REMOVE_ASSET:
+        return job_database_remove_asset(db, &r->room, &r->claim, &r->users);
+    case REQUEST_PASS_REMOVALS:
+        job_database_pass_removals(db, &r->room, &r->pass);
+        return 0;
     }
     return ERR_STATE;
 }
@@ -148,6 +208,12 @@ void job_request_answer(const struct job_request *r)
         break;
     case REQUEST_FIND_BLOB:
         answer_blob(r);
+        break;
+    case REQUEST_REMOVE_ASSET:
+        r->call.gave_up(r->ctx, r->error, &r->users);
+        break;
+    case REQUEST_PASS_REMOVALS:
+        r->call.passed(r->ctx, r->error, &r->pass);
         break;
     }
 }

@@ -14,7 +14,11 @@ enum request_kind {
     REQUEST_GET,
     REQUEST_LIST,
     REQUEST_FIND_BLOB,
+    REQUEST_REMOVE_ASSET, /* after the batch's changes; what it changes itself is durable at once */
+    REQUEST_PASS_REMOVALS, /* so do these */
 };
+
+typedef void (*job_store_passed)(void *ctx, int error, const struct removal_pass *pass);
 
 /* What is asked, and then what came of it. Written by the loop's thread, then by the store's, then
  * read by the loop's: the team's queue hands it over. Texts are owned copies, NULL where absent. */
@@ -31,6 +35,12 @@ struct job_request {
     bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
     struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;
+    struct digest *assets; /* owned; of REQUEST_INSERT and REQUEST_REMEMBER_BLOB */
+    size_t asset_count;
+    struct asset_room room;   /* of what looks at stored files; REQUEST_INSERT: if it has assets */
+    struct asset_claim claim; /* of REQUEST_REMOVE_ASSET; `sees_all` of REQUEST_INSERT, too */
+    struct removal_pass pass; /* of REQUEST_PASS_REMOVALS: the last one, then this one */
+    struct asset_users users;
     size_t limit;
     char existing[JOB_ID_BYTES];
     struct job_records records;
@@ -40,6 +50,8 @@ struct job_request {
         job_store_found found;
         job_store_listed listed;
         job_store_blob blob;
+        job_store_gave_up gave_up;
+        job_store_passed passed;
     } call;
 };
 
@@ -50,7 +62,15 @@ void job_request_free(struct job_request *r);
 /* Copies text (NULL: none); notes a failed copy in *error. */
 char *job_request_copy(const char *text, int *error);
 
+/* Copies these to r->assets. ERR_MEMORY. */
+int job_request_take_assets(struct job_request *r, const struct digest *assets, size_t count);
+
+/* Puts those texts that a newer request of its kind has in place of its own. */
+void job_request_take_texts(struct job_request *r, struct job_request *newer);
+
 bool job_request_is_write(const struct job_request *r);
+/* Performed, it may have left a removal that waits. */
+bool job_request_may_wait(const struct job_request *r);
 
 /* On the store's thread: runs the query, returns its error. */
 int job_request_perform(struct job_request *r, struct job_database *db);

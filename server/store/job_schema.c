@@ -44,6 +44,14 @@ static const char *const migrations[] = {
     "CREATE INDEX jobs_by_owner ON jobs (owner, id);"
     "CREATE INDEX jobs_by_owner_state ON jobs (owner, state, id);",
     "ALTER TABLE jobs ADD COLUMN trace TEXT NOT NULL DEFAULT '';",
+    "CREATE TABLE blob_assets ("
+    "  source BLOB NOT NULL REFERENCES blobs (source) ON DELETE CASCADE,"
+    "  asset BLOB NOT NULL,"
+    "  PRIMARY KEY (source, asset)) WITHOUT ROWID;"
+    "CREATE INDEX blob_assets_by_asset ON blob_assets (asset);"
+    "CREATE INDEX blobs_by_blob ON blobs (blob);"
+    "CREATE INDEX frames_by_exr ON frames (exr);"
+    "CREATE INDEX frames_by_png ON frames (png);",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

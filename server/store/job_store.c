@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "server/store/job_request.h"
+#include "server/store/removal_timer.h"
 #include "server/team/team.h"
 
 /* Requests that one commit makes durable together: bounds how long an early one waits. */
@@ -26,6 +27,9 @@ struct job_store {
     bool commit_failed;
     struct duration_histogram commits;
     uint64_t failures, waiting;
+    struct asset_room room;
+    struct removal_timer removals;
+    struct removal_pass pass; /* the last one */
 };
 
 /* -- on the store's thread -- */
@@ -138,13 +142,31 @@ static void batch_done(struct team_task *task)
         struct job_request *r = batch;
         batch = r->next;
         if (r->text) store->searching = false;
+        if (job_request_may_wait(r)) job_store_look_at_removals(store);
         job_request_answer(r);
         job_request_free(r);
     }
 }
 
+/* A report takes the place of an older one that still waits, so that on a disk that hangs for hours
+ * each job has one. Nobody is called back for it, and what lies between is not about these texts.
+ */
+static bool join_waiting(struct job_store *store, struct job_request *r)
+{
+    struct job_request *last = NULL;
+    if ((r->kind != REQUEST_UPDATE && r->kind != REQUEST_UPDATE_DOCUMENT) || r->call.done)
+        return false;
+    for (struct job_request *w = store->first; w; w = w->next)
+        if (w->kind == r->kind && strcmp(w->id, r->id) == 0) last = w;
+    if (!last) return false;
+    job_request_take_texts(last, r);
+    job_request_free(r);
+    return true;
+}
+
 static void enqueue(struct job_store *store, struct job_request *r)
 {
+    if (join_waiting(store, r)) return;
     if (store->last)
         store->last->next = r;
     else
@@ -169,6 +191,13 @@ static void submit(struct job_store *store, struct job_request *r, int error)
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx)
 {
+    job_store_submit(s, row, idempotency_key, body, NULL, done, ctx);
+}
+
+void job_store_submit(struct job_store *s, const struct job_row *row, const char *idempotency_key,
+                      const struct digest *body, const struct job_assets *assets,
+                      job_store_inserted done, void *ctx)
+{
     struct job_request *r = job_request_create(REQUEST_INSERT, row->id, ctx);
     if (!r) {
         if (done) done(ctx, ERR_MEMORY, NULL);
@@ -187,6 +216,11 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
     memcpy(r->owner, row->owner, sizeof r->owner);
     memcpy(r->trace, row->trace, sizeof r->trace);
     if (body) r->body = *body;
+    if (assets) {
+        r->room = s->room;
+        r->claim.sees_all = assets->sees_all;
+        if (!error) error = job_request_take_assets(r, assets->items, assets->count);
+    }
     r->call.inserted = done;
     submit(s, r, error);
 }
@@ -312,13 +346,19 @@ void job_store_list(struct job_store *s, const struct job_listing *listing, job_
 }
 
 void job_store_remember_blob(struct job_store *s, const struct digest *source,
-                             const struct digest *blob)
+                             const struct digest *blob, const struct digest *assets,
+                             size_t asset_count, job_store_done done, void *ctx)
 {
-    struct job_request *r = job_request_create(REQUEST_REMEMBER_BLOB, NULL, NULL);
-    if (!r) return; /* a memory only: without it the import runs again */
+    struct job_request *r = job_request_create(REQUEST_REMEMBER_BLOB, NULL, ctx);
+    if (!r) { /* a memory only: without it the import runs again */
+        if (done) done(ctx, ERR_MEMORY);
+        return;
+    }
     r->source = *source;
     r->blob = *blob;
-    submit(s, r, 0);
+    r->room = s->room;
+    r->call.done = done;
+    submit(s, r, job_request_take_assets(r, assets, asset_count));
 }
 
 void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
@@ -351,6 +391,59 @@ int job_store_unfinished(struct job_store *s,
     return error;
 }
 
+void job_store_set_assets(struct job_store *s, const struct objects *objects,
+                          struct asset_usage *usage)
+{
+    s->room = (struct asset_room){.objects = objects, .usage = usage};
+}
+
+void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim,
+                            job_store_gave_up done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_REMOVE_ASSET, NULL, ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY, &(struct asset_users){0});
+        return;
+    }
+    r->room = s->room;
+    r->claim = *claim;
+    r->call.gave_up = done;
+    submit(s, r, 0);
+}
+
+void job_store_resume_removals(struct job_store *s)
+{
+    job_database_resume_removals(s->db, &s->room);
+    job_store_look_at_removals(s);
+}
+
+void job_store_look_at_removals(struct job_store *s)
+{
+    if (s->room.objects) removal_timer_soon(&s->removals);
+}
+
+/* On a disk that fails the round is left, and comes again. */
+static void on_passed(void *ctx, int error, const struct removal_pass *pass)
+{
+    struct job_store *store = ctx;
+    store->pass = error ? (struct removal_pass){.left = 1} : *pass;
+    removal_timer_over(&store->removals, &store->pass);
+}
+
+static void on_removals_due(void *ctx)
+{
+    struct job_store *store = ctx;
+    struct job_request *r = job_request_create(REQUEST_PASS_REMOVALS, NULL, store);
+    if (!r) {
+        on_passed(store, ERR_MEMORY, NULL);
+        return;
+    }
+    r->room = store->room;
+    r->pass = store->pass;
+    r->call.passed = on_passed;
+    submit(store, r, 0);
+}
+
 /* Two coordinators on one folder would undo each other's work. */
 static int lock_dir(const char *dir, int *fd)
 {
@@ -363,6 +456,12 @@ static int lock_dir(const char *dir, int *fd)
     close(*fd);
     *fd = -1;
     return error;
+}
+
+static void close_files(struct job_store *store)
+{
+    job_database_close(&store->db);
+    if (store->lock_fd >= 0) close(store->lock_fd);
 }
 
 int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out)
@@ -379,11 +478,18 @@ int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out)
     if (!error) error = job_database_open(path, &store->db);
     if (!error) error = team_create(loop, "store", 1, &store->team);
     if (error) {
-        job_store_close(&store);
+        close_files(store);
+        free(store);
         return error;
     }
+    removal_timer_init(&store->removals, loop, on_removals_due, store);
     *out = store;
     return 0;
+}
+
+static void on_closed(uv_handle_t *handle)
+{
+    free(handle->data);
 }
 
 void job_store_close(struct job_store **out)
@@ -391,8 +497,8 @@ void job_store_close(struct job_store **out)
     struct job_store *store = *out;
     if (!store) return;
     team_destroy(&store->team);
-    job_database_close(&store->db);
-    if (store->lock_fd >= 0) close(store->lock_fd);
-    free(store);
+    close_files(store);
+    store->removals.handle.data = store;
+    uv_close((uv_handle_t *)&store->removals.handle, on_closed);
     *out = NULL;
 }

@@ -10,6 +10,7 @@
 #include "proto/error.h"
 #include "proto/trace.h"
 #include "server/metric/duration_histogram.h"
+#include "server/store/objects.h"
 
 struct job_store;
 
@@ -27,7 +28,7 @@ struct job_row {
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool paused;
-    char owner[JOB_OWNER_BYTES]; /* the tenant who submitted it; "": of before there were any */
+    char owner[JOB_OWNER_BYTES];  /* the tenant who submitted it; "": of before there were any */
     char trace[TRACE_TEXT_BYTES]; /* of the request that did (trace_keep); "": not known */
 };
 
@@ -64,13 +65,25 @@ typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
 
-/* The same for who would be refused a new job: ERR_EXISTS with `existing`, ERR_MISMATCH, 0 for a key
- * that is not known. */
+/* The same for a job whose assets must be there when it is: ERR_NOT_FOUND when one of them is not
+ * (any more), or not the owner's, who needs no mark of his if he sees_all. They are copied. */
+struct job_assets {
+    const struct digest *items;
+    size_t count;
+    bool sees_all;
+};
+void job_store_submit(struct job_store *s, const struct job_row *row, const char *idempotency_key,
+                      const struct digest *body, const struct job_assets *assets,
+                      job_store_inserted done, void *ctx);
+
+/* The same for who would be refused a new job: ERR_EXISTS with `existing`, ERR_MISMATCH, 0 for a
+ * key that is not known. */
 void job_store_find_key(struct job_store *s, const char *owner, const char *idempotency_key,
                         const struct digest *body, job_store_inserted done, void *ctx);
 
 /* Sets state, error, report (each if not NULL). ERR_NOT_FOUND when there is no such job, here and
- * below. done may be NULL. */
+ * below. done may be NULL: then it may be done together with one before it that still waits, and a
+ * job has one that waits at most. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
                       const char *report, job_store_done done, void *ctx);
 /* Sets priority and paused (each if not NULL). ERR_NOT_FOUND for a job that has ended, too. */
@@ -111,9 +124,43 @@ int job_store_unfinished(struct job_store *s,
                          void *ctx);
 
 /* Which blob an import gave. `source` is a digest over the importer's build, the scene asset and
- * its files. */
+ * its files, which are `assets`. ERR_NOT_FOUND when one of these has gone meanwhile: the blob goes,
+ * too. done may be NULL. */
 void job_store_remember_blob(struct job_store *s, const struct digest *source,
-                             const struct digest *blob);
+                             const struct digest *blob, const struct digest *assets,
+                             size_t asset_count, job_store_done done, void *ctx);
 typedef void (*job_store_blob)(void *ctx, int error, const struct digest *blob); /* NULL: unknown */
 void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
                          void *ctx);
+
+/* Where the assets of jobs are: for what is below, and for job_store_submit. objects and usage
+ * (NULL: no quota) are borrowed. Before the loop runs. */
+struct asset_usage;
+void job_store_set_assets(struct job_store *s, const struct objects *objects,
+                          struct asset_usage *usage);
+
+/* Who gives up what. */
+struct asset_claim {
+    struct digest asset;
+    char owner[JOB_OWNER_BYTES]; /* "": nobody can be told apart */
+    bool sees_all;
+};
+
+/* The jobs that keep an asset. */
+#define ASSET_USERS_NAMED 4
+struct asset_users {
+    size_t count;
+    char ids[ASSET_USERS_NAMED][JOB_ID_BYTES]; /* the oldest of them */
+};
+
+/* Gives an asset up: asset_removal.h says when it may be, and what goes with it. users is borrowed.
+ */
+typedef void (*job_store_gave_up)(void *ctx, int error, const struct asset_users *users);
+void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim,
+                            job_store_gave_up done, void *ctx);
+
+/* Start-up, blocking: ends removals that a crash has cut off. */
+void job_store_resume_removals(struct job_store *s);
+
+/* Somebody else has left a note of a removal (removal_notes.h): it is looked at in a second. */
+void job_store_look_at_removals(struct job_store *s);

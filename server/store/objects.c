@@ -29,6 +29,17 @@ static int sync_dir(const char *path)
     return error;
 }
 
+int objects_sync_parent(const char *path)
+{
+    char parent[OBJECTS_PATH_BYTES];
+    const char *slash = strrchr(path, '/');
+    const size_t n = slash ? (size_t)(slash - path) : 0;
+    if (n == 0 || n >= sizeof parent) return ERR_LIMIT;
+    memcpy(parent, path, n);
+    parent[n] = '\0';
+    return sync_dir(parent);
+}
+
 /* Makes a folder and its missing parents. */
 static int make_dirs(const char *path)
 {
@@ -71,6 +82,8 @@ static void tmp_path(const struct objects *o, char out[OBJECTS_PATH_BYTES], cons
 int objects_open(struct objects *o, const char *dir)
 {
     if (snprintf(o->dir, sizeof o->dir, "%s", dir) >= (int)sizeof o->dir) return ERR_LIMIT;
+    o->holds = &o->own_holds;
+    object_holds_init(o->holds);
     char path[OBJECTS_PATH_BYTES];
     snprintf(path, sizeof path, "%s/objects", o->dir);
     int error = make_dirs(path);
@@ -122,7 +135,8 @@ static bool is_there(const char *path, off_t size)
 
 /* Gives the finished and synced file at `from` its name. Two writers of one digest may meet here:
  * whoever renames last replaces equal bytes by equal bytes. */
-static int place(const struct objects *o, const char *from, const struct digest *d, bool *existed)
+static int place_locked(const struct objects *o, const char *from, const struct digest *d,
+                        bool *existed)
 {
     char dir[OBJECTS_PATH_BYTES], path[OBJECTS_PATH_BYTES];
     struct stat st;
@@ -137,6 +151,41 @@ static int place(const struct objects *o, const char *from, const struct digest 
         return error_of_errno(errno);
     /* Also when it was there: its writer may not have come to this line yet. */
     return sync_dir(dir);
+}
+
+/* Held before somebody else may remove it. */
+static int place(const struct objects *o, const char *from, const struct digest *d, bool *existed)
+{
+    object_holds_lock(o->holds, d);
+    const int error = place_locked(o, from, d, existed);
+    if (!error) object_holds_add(o->holds, d);
+    object_holds_unlock(o->holds, d);
+    return error;
+}
+
+void objects_release(const struct objects *o, const struct digest *d)
+{
+    object_holds_release(o->holds, d);
+}
+
+static int remove_locked(const struct objects *o, const struct digest *d, objects_is_free is_free,
+                         void *ctx)
+{
+    char path[OBJECTS_PATH_BYTES];
+    if (object_holds_any(o->holds, d)) return ERR_STATE;
+    if (!is_free(ctx, d)) return ERR_EXISTS;
+    objects_path(o, d, path);
+    if (unlink(path) == 0) return objects_sync_parent(path);
+    return errno == ENOENT ? 0 : error_of_errno(errno);
+}
+
+int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
+                   void *ctx)
+{
+    object_holds_lock(o->holds, d);
+    const int error = remove_locked(o, d, is_free, ctx);
+    object_holds_unlock(o->holds, d);
+    return error;
 }
 
 static int hash_file(int fd, struct digest *out)

@@ -4,24 +4,42 @@
  *
  *   DIR/objects/ab/cdef...   the files         DIR/tmp/   what is being written, swept at start
  *
- * Plain blocking calls without shared state: any thread may use one struct objects. */
+ * Plain blocking calls: any thread may use one struct objects. What finish and adopt have placed is
+ * held until objects_release: so long that whatever refers to it is on record, and objects_remove
+ * leaves it meanwhile. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "server/store/object_holds.h"
 
 #define OBJECTS_PATH_BYTES 4352
 
 struct objects {
     char dir[4096];
+    struct object_holds *holds; /* points to the one below: it changes where the rest is const */
+    struct object_holds own_holds;
 };
 
-/* Makes the folders, sweeps tmp. */
+/* Makes the folders, sweeps tmp. The struct stays where it is from then on. */
 int objects_open(struct objects *o, const char *dir);
 bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
 void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES]);
+
+/* Lets go of what finish or adopt gave. Waits for nothing. */
+void objects_release(const struct objects *o, const struct digest *d);
+
+/* Removes a file that nothing holds and of which is_free, which is asked while nobody places it,
+ * says that nothing else has it. 0, also when there is none: then it is durably gone. ERR_STATE:
+ * held; ERR_EXISTS: not free; ERR_IO, ... */
+typedef bool (*objects_is_free)(void *ctx, const struct digest *d);
+int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
+                   void *ctx);
+
+/* The entry of `path` in its folder is on the disk. */
+int objects_sync_parent(const char *path);
 
 /* A file being written. Owned by the caller; finish and abort free it and null the pointer. */
 struct object_writer;
@@ -33,7 +51,7 @@ const char *object_writer_path(const struct object_writer *w);
 
 /* Syncs and renames. With `expected`, ERR_MISMATCH (and nothing kept) when the bytes' digest is
  * another. *out is the digest in any case. A file that is already there is kept and this one
- * dropped: 0 with *existed = true. */
+ * dropped: 0 with *existed = true. With 0 it is held. */
 int object_writer_finish(struct object_writer **w, const struct digest *expected,
                          struct digest *out, bool *existed);
 void object_writer_abort(struct object_writer **w);
@@ -42,7 +60,8 @@ void object_writer_abort(struct object_writer **w);
  * the disk has it. */
 int objects_probe(const struct objects *o);
 
-/* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. */
+/* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. With
+ * 0 it is held. */
 int objects_adopt(const struct objects *o, const char *path, struct digest *out);
 
 /* A fresh private folder under tmp/ for the importer's work; the caller removes it with

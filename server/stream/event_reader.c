@@ -18,11 +18,12 @@ struct event_reader {
     bool greeted;
 };
 
-static ssize_t copy_small(char *out, size_t max_bytes, const char *text, size_t size_bytes)
+static ssize_t send_small(struct event_reader *r, char *out, size_t max_bytes, const char *text,
+                          size_t size_bytes)
 {
     if (max_bytes < size_bytes) return MHD_CONTENT_READER_END_WITH_ERROR;
     memcpy(out, text, size_bytes);
-    return (ssize_t)size_bytes;
+    return reader_gives(&r->base, size_bytes);
 }
 
 static size_t send_text(struct event_reader *r, char *out, size_t max_bytes)
@@ -56,7 +57,8 @@ static bool is_over(const struct event_reader *r)
 static bool fell_behind(const struct event_reader *r)
 {
     const struct stream *stream = r->base.stream;
-    return stream && !r->base.ending && !event_ring_has_after(&stream->ring, r->cursor);
+    return stream && r->base.streams && !r->base.ending &&
+           !event_ring_has_after(&stream->ring, r->cursor);
 }
 
 static ssize_t end_reader(struct event_reader *r)
@@ -79,16 +81,17 @@ static ssize_t read_events(void *ctx, uint64_t position, char *out, size_t max_b
 {
     struct event_reader *r = ctx;
     (void)position;
+    if (r->base.streams) (void)meter_switch(&r->base.streams->meter, METER_EVENTS);
     if (!r->greeted) {
         r->greeted = true;
-        return copy_small(out, max_bytes, preface, sizeof preface - 1);
+        return send_small(r, out, max_bytes, preface, sizeof preface - 1);
     }
     const size_t n = send_events(r, out, max_bytes);
-    if (n > 0) return (ssize_t)n;
+    if (n > 0) return reader_gives(&r->base, n);
     if (is_over(r)) return end_reader(r);
     if (r->base.beat) {
         r->base.beat = false;
-        return copy_small(out, max_bytes, heartbeat, sizeof heartbeat - 1);
+        return send_small(r, out, max_bytes, heartbeat, sizeof heartbeat - 1);
     }
     return reader_sleep(&r->base);
 }

@@ -1,12 +1,13 @@
 #pragma once
-/* How many bytes of pixels all feeds together are sent a second while pictures are in work.
+/* How many bytes of pixels all feeds together are sent a second while pictures are in work, and how
+ * much CPU time that may take.
  *
  * Watching must not slow what is watched. Who wants to send takes a turn of PACE_TURN_BYTES; when
- * the budget is spent, readers wait in line, and get their turns in the order in which they came.
- * Each is sent what is newest when its turn comes, so many watchers see fewer states on the way and
- * all of them the last. What is not used adds up to the budget of one second: a few readers never
- * wait. When no picture is in work there is nothing to slow, and no limit; nor for a handful of
- * readers. */
+ * bytes or time (share.h) are spent, readers wait in line, and get their turns in the order in
+ * which they came. Each is sent what is newest when its turn comes, so many watchers see fewer
+ * states on the way and all of them the last. Bytes that are not used add up to those of one
+ * second: a few readers never wait. When no picture is in work there is nothing to slow, and no
+ * limit; nor for a handful of readers. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -19,14 +20,17 @@ struct reader;
 struct pace {
     int64_t bytes_per_s; /* 0: no limit */
     int64_t credit_bytes;
+    bool timed;                   /* CPU time is limited */
+    int64_t room_us;              /* of CPU time, for turns that are given from now on */
+    int64_t turn_us;              /* that a turn takes, as far as is known */
     uint64_t at_us;               /* when credit was last given */
-    unsigned pictures;            /* in work */
+    unsigned pictures;            /* in work: until all that is to be made of them is there */
     unsigned readers;             /* of pixels */
     struct reader *first, **last; /* who waits, by wait_next */
     uint64_t turns, waits;        /* taken; of them those that had to wait */
 };
 
-/* Begins with the budget of a second. */
+/* Begins with the bytes of a second, and without limit of time. */
 void pace_init(struct pace *pace, int64_t bytes_per_s, uint64_t now_us);
 
 bool pace_is_on(const struct pace *pace);
@@ -36,6 +40,12 @@ bool pace_ask(struct pace *pace, struct reader *reader, uint64_t now_us);
 
 /* Gives turns to those who wait, and wakes them; true when others still do. */
 bool pace_deal(struct pace *pace, uint64_t now_us);
+
+/* So much CPU time there is for turns until this is called again; INT64_MAX: no limit. */
+void pace_set_room(struct pace *pace, int64_t room_us);
+
+/* Learns from bytes that were sent how long a turn takes. */
+void pace_learn(struct pace *pace, uint64_t bytes, uint64_t spent_us);
 
 /* Bytes of a turn that found no use. */
 void pace_return(struct pace *pace, int64_t bytes);

@@ -118,6 +118,7 @@ static bool has_turn(struct pixel_reader *r)
 {
     struct pace *pace = &r->base.streams->pace;
     if (r->base.turn_bytes > 0 || !pace_is_on(pace)) return true;
+    streams_settle_when_due(r->base.streams);
     return !r->base.waits && pace_ask(pace, &r->base, streams_clock_us());
 }
 
@@ -182,7 +183,7 @@ static size_t copy_out(struct pixel_reader *r, char *out, size_t max_bytes)
     }
     const size_t left = message_bytes(r) - r->sent_bytes - done;
     const size_t more = left < max_bytes - done ? left : max_bytes - done;
-    if (more > 0) memcpy(out + done, r->block->bytes + r->sent_bytes + done, more);
+    if (more > 0 && r->block) memcpy(out + done, r->block->bytes + r->sent_bytes + done, more);
     r->sent_bytes += done + more;
     return done + more;
 }
@@ -191,13 +192,14 @@ static ssize_t read_pixels(void *ctx, uint64_t position, char *out, size_t max_b
 {
     struct pixel_reader *r = ctx;
     (void)position;
+    if (r->base.streams) (void)meter_switch(&r->base.streams->meter, METER_PIXELS);
     if (r->sent_bytes == message_bytes(r) && !next_message(r))
         return MHD_CONTENT_READER_END_OF_STREAM;
     if (r->sent_bytes == message_bytes(r)) return reader_sleep(&r->base);
     const size_t n = copy_out(r, out, max_bytes);
     reader_moved(&r->base);
     if (r->base.streams) r->base.streams->pixel_bytes += n;
-    return (ssize_t)n;
+    return reader_gives(&r->base, n);
 }
 
 /* ---- what outlasts the image ---- */

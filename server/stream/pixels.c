@@ -68,8 +68,9 @@ int pixel_changes_init(struct pixel_changes *c, int32_t width_px, int32_t height
 {
     *c = (struct pixel_changes){.width_px = width_px, .height_px = height_px};
     struct rect all = blocks_of((struct rect){0, 0, width_px, height_px}, width_px, height_px);
-    if (rect_is_empty(all)) return 0;
-    c->revision = calloc((size_t)rect_area(all), sizeof *c->revision);
+    const size_t count = (size_t)rect_area(all);
+    if (count == 0) return 0;
+    c->revision = calloc(count, sizeof *c->revision);
     return c->revision ? 0 : ERR_MEMORY;
 }
 

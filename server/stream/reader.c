@@ -27,7 +27,6 @@ void reader_join(struct reader *r, struct streams *streams, struct stream *strea
     reader_moved(r);
     link_into(r, list);
     streams->readers++;
-    streams->event_readers += r->kind == READER_EVENTS;
     streams->pace.readers += r->kind == READER_PIXELS;
 }
 
@@ -39,7 +38,6 @@ void reader_leave(struct reader *r)
     *r->link = r->next;
     if (r->next) r->next->link = r->link;
     r->streams->readers--;
-    r->streams->event_readers -= r->kind == READER_EVENTS;
     r->streams->pace.readers -= r->kind == READER_PIXELS;
     r->stream = NULL;
     if (stream) stream_settle(stream);
@@ -48,6 +46,12 @@ void reader_leave(struct reader *r)
 void reader_moved(struct reader *r)
 {
     if (r->streams) r->moved_ms = r->streams->now_ms;
+}
+
+ssize_t reader_gives(struct reader *r, size_t bytes)
+{
+    if (r->streams) r->streams->due = r->kind == READER_PIXELS ? METER_PIXELS : METER_EVENTS;
+    return (ssize_t)bytes;
 }
 
 /* Bytes that the other side has not acknowledged; 0 where the system does not tell. */

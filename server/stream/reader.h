@@ -41,6 +41,10 @@ void reader_leave(struct reader *r);
 /* It took bytes: what a callback does that gives some. */
 void reader_moved(struct reader *r);
 
+/* What a callback returns that has something to send: MHD does so when it runs next, on the kind's
+ * time. */
+ssize_t reader_gives(struct reader *r, size_t bytes);
+
 /* Is it awake, and has taken nothing for so long? Then its socket is full, and as full as it was: a
  * slow link takes bytes out of it long before there is room for more. Asked at each tick. */
 bool reader_is_stuck(struct reader *r, uint64_t now_ms, uint64_t after_ms);

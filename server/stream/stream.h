@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "server/image/image.h"
+#include "server/stream/meter.h"
 #include "server/stream/pace.h"
 #include "server/stream/pixels.h"
 #include "server/stream/reader.h"
@@ -87,10 +88,22 @@ struct MHD_Response *stream_still_response(struct streams *streams,
                                            struct MHD_Connection *connection, struct image *image,
                                            const struct pixels_wish *wish);
 
-/* All feeds of pixels together are sent at most so many bytes a second while pictures are in work
- * (pace.h; 0: no limit); a reader whose socket has taken nothing for stuck_ms is cut. Without this
- * call there is neither limit. */
-void streams_limit(struct streams *streams, int64_t feed_bytes_per_s, uint64_t stuck_ms);
+/* Without a call of streams_limit there is none of these limits. */
+struct streams_limits {
+    int64_t feed_bytes_per_s; /* of all feeds, while pictures are in work (pace.h); 0: no limit */
+    int64_t cpu_us_per_s;     /* of all streams (share.h); 0: no limit */
+    uint64_t stuck_ms;        /* a reader whose socket has taken nothing for so long is cut */
+};
+void streams_limit(struct streams *streams, const struct streams_limits *limits);
+
+/* Whose the time of the loop's thread is from here on; returned is whose it was. Streams switch by
+ * themselves when they are called. */
+enum meter_kind streams_meter(struct streams *streams, enum meter_kind kind);
+
+/* Around MHD, which sends for them: what it has of theirs to send from before it sends on their
+ * time, until streams_meter says that it does something else. */
+void streams_meter_run(struct streams *streams);
+void streams_meter_ran(struct streams *streams);
 
 /* Readers of pixels wait for their turn: then streams_pace is called every PACE_EVERY_MS, and MHD
  * runs behind it. True when some wait still. */
@@ -108,5 +121,7 @@ struct streams_totals {
     uint64_t blocks_made, blocks_sent; /* of pictures in work: those made once serve many */
     uint64_t kept_bytes;               /* of blocks that are kept for all feeds */
     uint64_t waits;                    /* turns of feeds that had to wait */
+    uint64_t tells_late;               /* times that events waited because events owe time */
+    uint64_t events_cpu_us, pixels_cpu_us;
 };
-void streams_totals(const struct streams *streams, struct streams_totals *out);
+void streams_totals(struct streams *streams, struct streams_totals *out);

@@ -7,8 +7,6 @@
 #define BEAT_MS     15000u
 #define PEEK_MS     2000u
 #define PROGRESS_MS 100u /* readers are woken for progress at most this often */
-/* ... and all together so often a second: to wake one costs some ten microseconds. */
-#define PROGRESS_WAKES_PER_S 3000u
 
 static uint64_t now_ms(void)
 {
@@ -36,22 +34,6 @@ int streams_create(struct streams **out)
     s->sheet_budget.most_bytes = LIMIT_PIXELS_BYTES;
     *out = s;
     return 0;
-}
-
-uint64_t streams_clock_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
-
-void streams_limit(struct streams *s, int64_t feed_bytes_per_s, uint64_t stuck_ms)
-{
-    const struct pace was = s->pace;
-    pace_init(&s->pace, feed_bytes_per_s, streams_clock_us());
-    s->pace.pictures = was.pictures;
-    s->pace.readers = was.readers;
-    s->stuck_ms = stuck_ms;
 }
 
 static struct stream **bucket_of(struct streams *s, const char *job)
@@ -107,7 +89,7 @@ static void stream_destroy(struct stream *stream)
     struct stream **at = bucket_of(s, stream->job);
     while (*at != stream) at = &(*at)->next;
     *at = stream->next;
-    s->pace.pictures -= stream->image != NULL;
+    stream_set_in_work(stream, false);
     pixel_readers_orphan(stream);
     detach_all(s, &stream->event_readers);
     detach_all(s, &stream->pixel_readers);
@@ -144,16 +126,6 @@ void streams_set_told_cut(struct streams *s,
     s->told_cut = told;
 }
 
-bool streams_pace(struct streams *s)
-{
-    return s->pace.first && pace_deal(&s->pace, streams_clock_us());
-}
-
-bool streams_wait(const struct streams *s)
-{
-    return s->pace.first != NULL;
-}
-
 void streams_set_kick(struct streams *s, void (*kick)(void *ctx), void *ctx)
 {
     s->kick = kick;
@@ -184,15 +156,14 @@ void streams_end_all(struct streams *s)
     streams_kick(s);
 }
 
-/* Progress and tiles wake readers ten times a second at most, and more seldom the more readers
- * there are; what waits is told by the tick. */
+/* Progress and tiles wake readers ten times a second at most, and not while events owe time (the
+ * more readers there are the more they cost); what waits is told by the tick. */
 static bool may_wake(struct stream *stream, const char *name)
 {
     if (strcmp(name, "progress") != 0 && strcmp(name, "tile") != 0) return true;
     const uint64_t now = now_ms();
-    const uint64_t apart_ms = stream->streams->event_readers * 1000u / PROGRESS_WAKES_PER_S;
     stream->progress_waits =
-        now - stream->progress_ms < (apart_ms > PROGRESS_MS ? apart_ms : PROGRESS_MS);
+        now - stream->progress_ms < PROGRESS_MS || !streams_may_tell(stream->streams);
     if (!stream->progress_waits) stream->progress_ms = now;
     return !stream->progress_waits;
 }
@@ -201,11 +172,16 @@ void stream_event(struct streams *s, const char *job, const char *name, json_t *
 {
     struct stream *stream = streams_obtain(s, job);
     if (!stream) return; /* out of memory: readers find out from the job's state */
+    const enum meter_kind was = meter_switch(&s->meter, METER_EVENTS);
     (void)event_ring_push(&stream->ring, name, data); /* a failure counts as lost there */
     stream->final |= final;
     if (may_wake(stream, name) || final) readers_wake(stream->event_readers);
-    if (final) readers_wake(stream->pixel_readers);
+    if (final) {
+        stream_set_in_work(stream, false);
+        readers_wake(stream->pixel_readers);
+    }
     stream_settle(stream);
+    (void)meter_switch(&s->meter, was);
     streams_kick(s);
 }
 
@@ -235,14 +211,15 @@ static struct stream *set_image(struct streams *s, const char *job, const struct
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
     if (!stream) return NULL;
+    const enum meter_kind was = meter_switch(&s->meter, METER_PIXELS);
     let_go_of_image(stream, image != NULL);
     if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
-    s->pace.pictures += image != NULL;
-    s->pace.pictures -= stream->image != NULL;
+    stream_set_in_work(stream, !stream->final && (image || stream->kept));
     stream->image = image;
     stream->view = (struct stream_view){0};
     stream->revision++;
+    (void)meter_switch(&s->meter, was);
     return stream;
 }
 
@@ -276,12 +253,14 @@ void stream_pixels(struct streams *s, const char *job, struct rect changed)
 {
     struct stream *stream = streams_find(s, job);
     if (!stream || !stream->image) return;
+    const enum meter_kind was = meter_switch(&s->meter, METER_PIXELS);
     stream->revision++;
     pixel_changes_mark(&stream->changes, changed, stream->revision);
     for (struct reader *r = stream->pixel_readers; r; r = r->next) {
         pixel_reader_mark(r, changed);
         if (!r->waits) reader_wake(r);
     }
+    (void)meter_switch(&s->meter, was);
     streams_kick(s);
 }
 
@@ -294,6 +273,8 @@ void stream_forget(struct streams *s, const char *job)
 
 static void tick_readers(struct streams *s, struct reader *list, bool beat, bool peek)
 {
+    const enum meter_kind kind = list && list->kind == READER_PIXELS ? METER_PIXELS : METER_EVENTS;
+    const enum meter_kind was = list ? meter_switch(&s->meter, kind) : METER_NOBODY;
     for (struct reader *r = list; r; r = r->next) {
         if (reader_is_stuck(r, s->now_ms, s->stuck_ms)) reader_cut(r);
         if (!r->suspended) continue;
@@ -301,6 +282,7 @@ static void tick_readers(struct streams *s, struct reader *list, bool beat, bool
         r->beat |= beat;
         if (beat || r->ending) reader_wake(r);
     }
+    if (list) (void)meter_switch(&s->meter, was);
 }
 
 void streams_tick(struct streams *s)
@@ -313,7 +295,7 @@ void streams_tick(struct streams *s)
         for (struct stream *stream = s->bucket[i]; stream; stream = stream->next) {
             tick_readers(s, stream->event_readers, beat, peek);
             tick_readers(s, stream->pixel_readers, beat, peek);
-            if (stream->progress_waits) {
+            if (stream->progress_waits && streams_may_tell(s)) {
                 stream->progress_waits = false;
                 stream->progress_ms = now;
                 readers_wake(stream->event_readers);
@@ -323,7 +305,7 @@ void streams_tick(struct streams *s)
     if (s->readers > 0) streams_kick(s);
 }
 
-void streams_totals(const struct streams *s, struct streams_totals *out)
+void streams_totals(struct streams *s, struct streams_totals *out)
 {
     *out = (struct streams_totals){.readers = s->readers,
                                    .cut_events = s->cut[READER_EVENTS],
@@ -332,7 +314,10 @@ void streams_totals(const struct streams *s, struct streams_totals *out)
                                    .blocks_made = s->blocks_made,
                                    .blocks_sent = s->blocks_sent,
                                    .kept_bytes = s->sheet_budget.kept_bytes,
-                                   .waits = s->pace.waits};
+                                   .waits = s->pace.waits,
+                                   .tells_late = s->tells_late,
+                                   .events_cpu_us = meter_us(&s->meter, METER_EVENTS),
+                                   .pixels_cpu_us = meter_us(&s->meter, METER_PIXELS)};
 }
 
 uint64_t streams_event_id(const struct streams *s, const char *text)

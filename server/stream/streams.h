@@ -5,10 +5,12 @@
  * reader, or when it is forgotten. Readers that outlive their stream end. */
 #include "proto/limits.h"
 #include "server/stream/events.h"
+#include "server/stream/meter.h"
 #include "server/stream/pace.h"
 #include "server/stream/pixel_sheet.h"
 #include "server/stream/pixels.h"
 #include "server/stream/reader.h"
+#include "server/stream/share.h"
 #include "server/stream/stream.h"
 
 #define STREAM_JOB_BYTES 32
@@ -29,7 +31,13 @@ struct stream {
     uint64_t revision;            /* of its pixels: grows, also over lives of the coordinator */
     uint64_t progress_ms;         /* when readers were last woken for progress */
     bool progress_waits;          /* an event that streams_tick will wake readers for */
+    bool in_work; /* its pictures: until the event that ends it, also when the image is gone */
     bool final;
+};
+
+/* What has been told of spending: the rest is new. */
+struct settled {
+    uint64_t events_us, pixels_us, pixel_bytes;
 };
 
 struct streams {
@@ -38,6 +46,10 @@ struct streams {
     void (*kick)(void *ctx);
     void *kick_ctx;
     void (*told_cut)(void *ctx, enum reader_kind kind, const char *job); /* of the same ctx */
+    struct meter meter;
+    enum meter_kind due; /* the kind of the last that gave MHD bytes, which it has yet to send */
+    struct share share;
+    struct settled settled;
     struct pace pace;
     struct pixel_budget sheet_budget; /* of all streams' sheets */
     uint64_t now_ms;                  /* as of the last tick */
@@ -45,7 +57,7 @@ struct streams {
     uint64_t cut[READER_KINDS];
     uint64_t pixel_bytes; /* given to readers */
     uint64_t blocks_made, blocks_sent;
-    unsigned event_readers;
+    uint64_t tells_late;       /* events that can wait had to */
     uint64_t beat_ms, peek_ms; /* when these were last done */
     uint32_t epoch;
     unsigned readers;
@@ -59,4 +71,14 @@ struct stream *streams_obtain(struct streams *streams, const char *job);
 /* Frees the stream if nobody needs it any more. */
 void stream_settle(struct stream *stream);
 void streams_kick(struct streams *streams);
+
+/* stream_limits.c: what was spent since the last time is counted, and what there is for feeds is
+ * told to the pace. */
+void streams_settle(struct streams *streams);
+/* As often as turns are dealt. */
+void streams_settle_when_due(struct streams *streams);
+/* Are its pictures in work? While any are, feeds are paced. */
+void stream_set_in_work(struct stream *stream, bool in_work);
+/* May readers be woken for events that can wait? */
+bool streams_may_tell(struct streams *streams);
 uint64_t streams_clock_us(void);

@@ -27,7 +27,7 @@ export async function test(text, run) {
 export function expect(condition, text) { if (!condition) throw new Error(text); }
 
 // How long it may take is no bound of what is awaited: the machine may be busy. Bounds are measured.
-export async function until(what, read, seconds = 60) {
+export async function until(what, read, seconds = 60, seen = async () => "") {
   const end = Date.now() + seconds * 1000;
   let last;
   while (Date.now() < end) {
@@ -35,7 +35,7 @@ export async function until(what, read, seconds = 60) {
     if (last) return last;
     await new Promise((done) => setTimeout(done, 20));
   }
-  throw new Error(`${what}: not within ${seconds} s`);
+  throw new Error(`${what}: not within ${seconds} s ${await seen()}`);
 }
 
 // The view, "ZOOM X Y WIDTH HEIGHT", when all that was pressed is drawn; a page just opened has drawn none.

@@ -103,6 +103,17 @@ const fault = async (promise) => { try { await promise; } catch (error) { return
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
 const view = async (page) => (await viewText(page)).split(" ").map(Number);
 const mean = async (page) => { await settle(page, 150); return (await look(page)).mean; };
+// Of layers that were flicked through before some may be asked for again, while the server is busy.
+async function meanAtRest(page) {
+  let first = NaN;
+  await until("a picture that stands still", async () => {
+    const last = first;
+    await settle(page, 800);
+    first = await mean(page);
+    return first === last;
+  });
+  return first;
+}
 const save = (page, name) => page.screenshot({ path: join(shots, `picture-${name}.png`), fullPage: true });
 
 await runAll(async () => {
@@ -277,14 +288,7 @@ await runAll(async () => {
   });
 
   await test("two layers: wipe at an angle, toggle, difference", async () => {
-    // Of layers that were flicked through before some may be asked for again, while the server is busy.
-    let first = NaN;
-    await until("a picture that stands still", async () => {
-      const last = first;
-      await settle(page, 800);
-      first = await mean(page);
-      return first === last;
-    });
+    const first = await meanAtRest(page);
     await press(page, "w");
     await page.selectOption("#other-layer", "albedo");
     await until("albedo", async () => Math.abs(await mean(page) - first) > 3);
@@ -314,19 +318,21 @@ await runAll(async () => {
     await page.press("#other-job", "Enter");
     await page.selectOption("#other-layer", "beauty");
     await press(page, "f");
-    const said = await until("figures", async () => /^RMSE .* over 102400 pixels in sight$/.test(await text(page, "figures")) && text(page, "figures"));
     const files = [];
     for (const job of [id, plain]) {
+      await until("a finished job", async () => (await (await page.request.get(`${url}/v1/jobs/${job}`)).json()).state === "finished");
       const file = join(tmp, `${job}.exr`);
       writeFileSync(file, await (await page.request.get(`${url}/v1/jobs/${job}/frames/1/image.exr`)).body());
       files.push(file);
     }
     const told = execFileSync(join(build, "shearwater"), ["compare", ...files]).toString();
     const number = (from, name) => Number(new RegExp(`${name}"?[\\s:]+([0-9.e+-]+)`, "i").exec(from)?.[1]);
-    for (const name of ["rmse", "relmse"]) {
-      const here = number(said, name), there = number(told, name);
-      expect(Math.abs(here / there - 1) < 5e-3, `${name}: ${said} here, ${told}`); // half floats here
-    }
+    const alike = (said) => ["rmse", "relmse"].every((name) => Math.abs(number(said, name) / number(told, name) - 1) < 5e-3); // half floats here
+    const shown = () => text(page, "figures"); // of the layer before, until the page finds the time
+    await until("figures like the command's", async () => {
+      const said = await shown();
+      return /^RMSE .* over 102400 pixels in sight$/.test(said) && alike(said);
+    }, 60, async () => `${await shown()} here, ${told}`);
     await save(page, "filtered-unfiltered");
     await page.fill("#other-job", "nonsense");
     await page.press("#other-job", "Tab");
@@ -335,7 +341,7 @@ await runAll(async () => {
   });
 
   await test("filtered and unfiltered at one key, of the same samples", async () => {
-    const before = await mean(page);
+    const before = await meanAtRest(page);
     await press(page, "u");
     await until("the twin's picture", async () => Number((/RMSE ([0-9.]+), .* over 102400 pixels in sight$/.exec(await text(page, "figures")) ?? [])[1]) > 0.002, 60);
     const twin = await page.inputValue("#other-job");
@@ -347,7 +353,7 @@ await runAll(async () => {
     await save(page, "unfiltered");
     await press(page, "u");
     expect(await page.getAttribute("#flip", "aria-pressed") === "false", "the key does not go back");
-    await until("the filtered picture, back", async () => Math.abs(await mean(page) - before) < 0.2);
+    await until("the filtered picture, back", async () => Math.abs(await mean(page) - before) < 0.2, 60, async () => `${await mean(page)}, ${before} before`);
     await press(page, "x");
     await page.selectOption("#shown-as", "sign");
     await settle(page, 600);

@@ -148,8 +148,19 @@ static void put_nan(struct samples *s)
 }
 
 /* Samples that hold nothing, validly packed (or with one NaN). */
+/* Lone sub-samples whose places do not ascend, or whose light is not finite, by turns. */
+static void put_lone(struct samples *s, uint64_t turn)
+{
+    if (s->layout.lone_parts == 0 || lone_create(s->layout.lone_parts, 2, &s->lone) != 0) return;
+    s->lone->words[1] = turn % 2;
+    for (uint32_t part = 0; part < LONE_PART_COUNT; part++)
+        if (turn % 2 && lone_values(s->lone, part, 0)) lone_values(s->lone, part, 0)[1] = INFINITY;
+}
+
+enum lie { LIE_NONE, LIE_NAN, LIE_LONE };
+
 static void pack(struct fake *f, const struct message_tile *tile, int32_t width, int32_t height,
-                 bool nan, struct bytes_writer *out)
+                 enum lie lie, struct bytes_writer *out)
 {
     struct samples_layout layout;
     struct samples *s = NULL;
@@ -159,7 +170,8 @@ static void pack(struct fake *f, const struct message_tile *tile, int32_t width,
     if (!plan || samples_layout_init(&layout, plan, tile->pass.number, width, height) != 0 ||
         samples_create(&layout, &s) != 0)
         return;
-    if (nan) put_nan(s);
+    if (lie == LIE_NAN) put_nan(s);
+    if (lie == LIE_LONE) put_lone(s, f->answers);
     samples_pack(s, out, &dropped);
     samples_destroy(&s);
 }
@@ -308,10 +320,10 @@ static void tile_die(struct fake *f, uint64_t request_id, const struct message_t
 }
 
 static void answer_once(struct fake *f, uint64_t request_id, const struct message_tile *tile,
-                        int32_t width, int32_t height, bool nan)
+                        int32_t width, int32_t height, enum lie lie)
 {
     struct bytes_writer packed;
-    pack(f, tile, width, height, nan, &packed);
+    pack(f, tile, width, height, lie, &packed);
     send_result(f, request_id, tile, &packed);
     bytes_writer_fini(&packed);
     send_want(f, 1);
@@ -319,12 +331,17 @@ static void answer_once(struct fake *f, uint64_t request_id, const struct messag
 
 static void tile_lie(struct fake *f, uint64_t request_id, const struct message_tile *tile)
 {
-    answer_once(f, request_id, tile, rect_width(tile->rect) + 1, rect_height(tile->rect), false);
+    answer_once(f, request_id, tile, rect_width(tile->rect) + 1, rect_height(tile->rect), LIE_NONE);
 }
 
 static void tile_nan(struct fake *f, uint64_t request_id, const struct message_tile *tile)
 {
-    answer_once(f, request_id, tile, rect_width(tile->rect), rect_height(tile->rect), true);
+    answer_once(f, request_id, tile, rect_width(tile->rect), rect_height(tile->rect), LIE_NAN);
+}
+
+static void tile_lone(struct fake *f, uint64_t request_id, const struct message_tile *tile)
+{
+    answer_once(f, request_id, tile, rect_width(tile->rect), rect_height(tile->rect), LIE_LONE);
 }
 
 static void tile_stale(struct fake *f, uint64_t request_id, const struct message_tile *tile)
@@ -385,6 +402,8 @@ static const struct script scripts[] = {
     {"die", "takes a tile and is gone", tile_die, false},
     {"lie", "samples of another tile size", tile_lie, false},
     {"nan", "samples that are not finite", tile_nan, false},
+    {"lone", "lists of lone sub-samples out of order, or with light that is not finite", tile_lone,
+     false},
     {"stale", "a result of an older generation", tile_stale, false},
     {"foreign", "a result for a tile that nobody leased", tile_foreign, false},
     {"wrong-build", "another build id", tile_ignored, false},

@@ -6,9 +6,10 @@
  *
  * The block is of 64-bit numbers, little-endian: for each kind (write, fsync, rename, allocation,
  * make, send) calls so far, the first call that fails (from 1; 0: none), how many do in a row, with
- * which errno; and then seconds by which CLOCK_REALTIME is off. `write` counts those to regular
- * files, `make` what creates a file, a folder or a name of one, `send` what goes into a socket. An
- * errno of 0: the call does not fail but hangs for as long as the block says so. */
+ * which errno; then seconds by which CLOCK_REALTIME is off; then the same four numbers for writes
+ * of the log. `write` counts those to regular files but for standard streams, which are the log's,
+ * `make` what creates a file, a folder or a name of one, `send` what goes into a socket. An errno
+ * of 0: the call does not fail but hangs for as long as the block says so. */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -32,6 +33,7 @@ struct fault_plan {
 struct control {
     struct fault_plan plans[KINDS];
     int64_t clock_offset_s;
+    struct fault_plan log;
 };
 
 static struct control *control; /* NULL: nothing fails */
@@ -63,17 +65,21 @@ static int is_hit(const struct fault_plan *plan, int64_t call)
 }
 
 /* Counts a call; true, with errno set, when it is to fail. */
-static int fails(enum kind kind)
+static int plan_fails(struct fault_plan *plan)
 {
-    if (!control) return 0;
-    struct fault_plan *plan = &control->plans[kind];
     const int64_t call = __atomic_add_fetch(&plan->calls, 1, __ATOMIC_RELAXED);
     if (!is_hit(plan, call)) return 0;
     const struct timespec pause = {.tv_nsec = 10000000};
     while (plan->error == 0 && is_hit(plan, call)) nanosleep(&pause, NULL);
-    if (plan->error == 0) return 0;
+    for (int64_t ms = plan->error; ms < 0 && is_hit(plan, call); ms += 10) nanosleep(&pause, NULL);
+    if (plan->error <= 0) return 0;
     errno = (int)plan->error;
     return 1;
+}
+
+static int fails(enum kind kind)
+{
+    return control && plan_fails(&control->plans[kind]);
 }
 
 static int write_fails(int fd)
@@ -82,7 +88,8 @@ static int write_fails(int fd)
     struct stat st;
     const int known = control && fstat(fd, &st) == 0;
     errno = saved;
-    if (known && S_ISREG(st.st_mode)) return fails(WRITE);
+    if (known && S_ISREG(st.st_mode))
+        return fd > STDERR_FILENO ? fails(WRITE) : plan_fails(&control->log);
     return known && S_ISSOCK(st.st_mode) && fails(SEND);
 }
 

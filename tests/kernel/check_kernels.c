@@ -272,8 +272,8 @@ static void time_lens(uint32_t tier_count)
 {
     struct lens_case k;
     lens_case_init(&k, TIMED_SIDE, TIMED_SIDE, 5, 0);
-    float *out = field_memory(lens_case_size(&k) * sizeof *out);
     for (enum lens_kernel i = 0; i < LENS_KERNEL_COUNT; i++) {
+        float *out = field_memory(lens_case_size(&k, i) * sizeof *out);
         double first = 0.0;
         for (uint32_t t = 0; t < tier_count; t++) {
             double best = 1e30, cycles = 0.0;
@@ -289,8 +289,8 @@ static void time_lens(uint32_t tier_count)
             printf("lens, %-10s %-8s %10.1f %10.0f %9.2f\n", lens_kernel_names[i], tiers[t].name,
                    best, cycles, first / best);
         }
+        free(out);
     }
-    free(out);
     lens_case_fini(&k);
 }
 

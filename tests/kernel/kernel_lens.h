@@ -61,6 +61,7 @@ static inline void lens_case_place(int32_t level, struct lens_case *out)
         .rows = 9,
         .stride = out->stride << 2,
         .phase_step = out->stride,
+        .spare = 9 * (out->stride << 2),
     };
 }
 
@@ -94,10 +95,11 @@ static inline void lens_case_fini(struct lens_case *c)
     for (int k = 0; k < LENS_CASE_ARRAYS; k++) free(c->array[k]);
 }
 
-/* What lens_case_run writes. */
-static inline size_t lens_case_size(const struct lens_case *k)
+/* What lens_case_run writes, and cells that take anything. */
+static inline size_t lens_case_size(const struct lens_case *k, enum lens_kernel kernel)
 {
-    return LENS_GROUPS * LENS_SUMS * k->area;
+    return kernel == LENS_GATHER ? LENS_GROUPS * LENS_SUMS * k->area
+                                 : LENS_CELL_SUMS * (size_t)(k->place.spare + LENS_LANES);
 }
 
 static inline void lens_case_run(const struct lens_case *k, const struct lens_kernels *kernels,
@@ -106,7 +108,7 @@ static inline void lens_case_run(const struct lens_case *k, const struct lens_ke
     const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
     struct lens_place place = k->place;
     place.beyond = kernel == LENS_ADD_BEYOND;
-    if (kernel != LENS_GATHER) memset(out, 0, lens_case_size(k) * sizeof *out);
+    if (kernel != LENS_GATHER) memset(out, 0, lens_case_size(k, kernel) * sizeof *out);
     for (int32_t y = 0; y < k->height; y++) {
         const size_t row = (size_t)(y * k->stride);
         const float **const arrays[] = {
@@ -126,13 +128,14 @@ static inline void lens_case_run(const struct lens_case *k, const struct lens_ke
 static inline float lens_case_compare(const struct lens_case *k, const struct lens_kernels *tested,
                                       enum lens_kernel kernel)
 {
-    const size_t size = lens_case_size(k);
+    const size_t size = lens_case_size(k, kernel);
+    const size_t cells = LENS_CELL_SUMS * (size_t)k->place.spare;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
     lens_case_run(k, &lens_kernels_c, kernel, a);
     lens_case_run(k, tested, kernel, b);
-    const float difference = kernel == LENS_GATHER            ? field_difference(a, b, size)
-                             : memcmp(a, b, size * sizeof *a) ? INFINITY
-                                                              : 0.0f;
+    const float difference = kernel == LENS_GATHER             ? field_difference(a, b, size)
+                             : memcmp(a, b, cells * sizeof *a) ? INFINITY
+                                                               : 0.0f;
     free(a);
     free(b);
     return difference;

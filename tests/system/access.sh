@@ -99,7 +99,7 @@ check "... nor to a name that begins like ours" in_clear 127.0.0.1.evil.example
 
 # SIGHUP.
 status() { curl -sS --noproxy '*' --max-time 10 -o "$tmp/body" -w '%{http_code}' -H "Authorization: Bearer ${token[$1]}" "$url$2"; }
-said() { local i; for i in $(seq 100); do [ "$(grep -c "$1" "$tmp/data/stderr")" -ge "$2" ] && return 0; sleep 0.05; done; return 1; }
+said() { local i; for i in $(tries 100); do [ "$(grep -c "$1" "$tmp/data/stderr")" -ge "$2" ] && return 0; sleep 0.05; done; return 1; }
 # A job that stays: the stream of an ended one ends by itself.
 long=$(curl -sS --noproxy '*' -H "Authorization: Bearer ${token[a_submitter]}" -H 'Content-Type: application/json' "$url/v1/jobs" -d \
     "{\"scene\": {\"asset\": \"$(sha256sum <"$scene/cornell-box.glb" | cut -c1-64)\"}, \"image\": {\"width\": 1536, \"height\": 1536}, \"sampling\": {\"spp\": 4096}, \"priority\": 50, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
@@ -110,7 +110,7 @@ curl -sN --noproxy '*' -H "Authorization: Bearer ${token[a_submitter]}" "$url/v1
 kept=$!
 track $kept
 streams_on() { [ -s "$tmp/stream" ] && [ -s "$tmp/kept" ]; }
-for _ in $(seq 100); do streams_on && break; sleep 0.05; done
+for _ in $(tries 100); do streams_on && break; sleep 0.05; done
 check "two streams go on" streams_on
 # Streams that a browser's sign-in let in: they end with it, and no other does.
 sign_in() { # sign_in TOKEN-NAME: prints the cookie
@@ -122,9 +122,9 @@ follow() { # follow COOKIE FEED FILE: sets $follower
     curl -sN --noproxy '*' -H "Cookie: $1" "$url/v1/jobs/$long/$2" >"$3" &
     follower=$!
     track $follower
-    local i; for i in $(seq 100); do [ -s "$3" ] && return 0; sleep 0.05; done
+    local i; for i in $(tries 100); do [ -s "$3" ] && return 0; sleep 0.05; done
 }
-gone() { local i; for i in $(seq 40); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; } # within 2 s
+gone() { local i; for i in $(tries 40); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; } # within 2 s
 first=$(sign_in a_viewer) second=$(sign_in a_viewer) third=$(sign_in a_submitter)
 follow "$first" events "$tmp/events1"; events1=$follower
 follow "$first" pixels "$tmp/pixels1"; pixels1=$follower
@@ -184,13 +184,16 @@ follow "$short" events "$tmp/short"
 check "a browser follows" kill -0 $follower
 sleep 1.5
 check "... as long as it is signed in" kill -0 $follower
-over() { local i; for i in $(seq 80); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; }
+over() { local i; for i in $(tries 80); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; }
 check "... and no longer" over $follower
 check "... since the cookie is nobody's then" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $short" "$url/v1/jobs")" = 401
 serve_stop
 
 # Without tokens a restart serves all of it, as before there were any.
 serve_start "$tmp/data" --workers 0
+kill -HUP $server_pid
+check "a hangup finds nothing to read again" said 'started without --tokens' 1
+check "... and ends nothing" kill -0 $server_pid
 check "without tokens everybody sees all" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' "$url/v1/jobs/$long")" = 200
 serve_stop
 beyond() { refuses "$1" --listen 0.0.0.0:0 "${@:2}"; }

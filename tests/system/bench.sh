@@ -50,6 +50,9 @@ check "the arithmetic of the gate" node --input-type=module -e '
     assert.deepEqual([1, 1.0005, 1.01, 1.03, 0.99, 0.9].map((v) => verdict("error", v)), ["still", "still", "moved", "worse", "moved", "better"]);
     assert.deepEqual([1.5, 1.9, 2.1].map((v) => verdict("time", v)), ["moved", "moved", "worse"]);
     assert.equal(verdict("time", 2.1, 0.3), "moved");
+    const [any] = compared(of({ x: { value: 1, kind: "time" } }), { x: { value: 50, kind: "time" } }, Infinity).moved;
+    assert.equal(any.verdict, "moved");
+    assert.match(sentence(any), /not judged/);
     assert.equal(verdict("error", NaN), "worse");
     const missing = compared(of({ x: { value: 1, kind: "error" } }), { y: { value: 1, kind: "error" } });
     assert.deepEqual([missing.missing, missing.added], [["x"], ["y"]]);

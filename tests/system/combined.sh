@@ -175,6 +175,51 @@ check "one worker" render sun-glossy a --workers 1 --worker-threads 1 --tile 32
 check "three workers, other tiles" render sun-glossy b --workers 3 --tile 16
 check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
 
+# The box with a mirror for its back wall and another for its right one, which show each other: what they
+# show is lit as it is beside them, and counts as many scatterings as paths do.
+node --input-type=module -e '
+import { readFileSync, writeFileSync } from "node:fs";
+const plain = readFileSync(process.argv[1]), length = plain.readUInt32LE(12), document = JSON.parse(plain.subarray(20, 20 + length));
+for (const m of document.materials.filter((m) => /BackWall|RightWall/.test(m.name))) {
+    m.pbrMetallicRoughness = { metallicFactor: 1, roughnessFactor: 0, baseColorFactor: [0.9, 0.7, 0.8, 1] };
+    delete m.extensions;
+}
+let text = JSON.stringify(document);
+text += " ".repeat((4 - text.length % 4) % 4);
+const head = Buffer.from(plain.subarray(0, 20)), rest = plain.subarray(20 + length);
+head.writeUInt32LE(20 + text.length + rest.length, 8);
+head.writeUInt32LE(text.length, 12);
+writeFileSync(process.argv[2], Buffer.concat([head, Buffer.from(text), rest]));' "$tmp/lambert.glb" "$tmp/mirror.glb"
+for bounces in 1 2 4; do
+    name=mirror-$bounces
+    jq --arg sky "$tmp/soft.hdr" --arg scene "$tmp/mirror.glb" --argjson n $bounces '.environment = {file: $sky} | .lights = []
+        | .scene.file = $scene | .effects.indirect_bounces = $n | .lens = {aperture_radius: 0.05, focus_distance: 3.1}' "$tmp/all.json" >"$tmp/$name.json"
+    jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$name.json" >"$tmp/$name-none.json"
+    check "mirrors, $bounces bounces: paths" render $name-none $name-paths --spp 2048
+    for spp in 4 9 16 36; do check "... $spp samples that fields light" render $name $name-n$spp --spp $spp; done
+    check "... through mirrors, too" counts $name-n9 '.rays.lens_mirrors > 0 and .lens.samples_lit > 8 * .lens.samples_own'
+    check "... the error falls with every step" falling_sky $name
+    for spp in 9 36; do check "... $spp samples: the light is that of paths within 0.5 %" lit_like_paths $name-paths $name-n$spp 0.5; done
+done
+check "no ray goes on from mirrors where there is none" counts soft-lambert-n9 '.rays.lens_mirrors == 0'
+jq '.layers += ["normal"]' "$tmp/mirror-2.json" >"$tmp/mirror-own.json"
+check "a layer that shows mirrors' own normals" render mirror-own mirror-own
+check "... leaves what they show to paths" counts mirror-own '.rays.lens_mirrors == 0 and .lens.samples_lit > 0'
+cleaner() {
+    local seen own
+    seen=$(figure mirror-2-paths mirror-2-n9 | jq .rmse) own=$(figure mirror-2-paths mirror-own | jq .rmse)
+    echo "lit by fields $seen, by paths $own" && awk "BEGIN {exit !($seen * 1.8 < $own)}"
+}
+check "... with more than 1.8 times the error" cleaner
+jq '.lights = [{type: "rectangle", center: [0, 1.9, 0.2], half_u: [0.25, 0, 0], half_v: [0, 0, 0.25], radiance: [12, 11, 9]}]' "$tmp/mirror-2.json" >"$tmp/mirror-light.json"
+jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/mirror-light.json" >"$tmp/mirror-light-none.json"
+check "a light that mirrors show: paths" render mirror-light-none mirror-light-paths --spp 2048
+check "... 36 samples that fields light" render mirror-light mirror-light-n36 --spp 36
+check "... the light is that of paths within 0.5 %" lit_like_paths mirror-light-paths mirror-light-n36 0.5
+check "one worker" render mirror-light a --workers 1 --worker-threads 1 --tile 32
+check "three workers, other tiles" render mirror-light b --workers 3 --tile 16
+check "... give the same bytes" cmp "$tmp/a.exr" "$tmp/b.exr"
+
 # Second sets of paths through the lens, beside samples that fields light.
 jq '.sampling.lens_extra = 9' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/extra.json"
 for spp in 9 36; do

@@ -18,6 +18,7 @@ const [build, size] = process.argv.slice(2), all = size === "all";
 const scene = resolve("tests/scenes/cornell-box/cornell-box.glb");
 const temporary = mkdtempSync(join(tmpdir(), "determinism-"));
 const children = new Set();
+const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)
 let tests = 0, failures = 0;
 
 // ---- what is varied ----
@@ -163,12 +164,12 @@ const disturb = {
 };
 
 async function finish(job) {
-    const until = Date.now() + 90000;
+    const until = Date.now() + 90000 * slower;
     for (;;) {
         const now = await get(job);
         if (now.state === "finished") return now;
         if (["failed", "cancelled"].includes(now.state)) throw new Error(`${now.state}: ${JSON.stringify(now.error)}`);
-        if (Date.now() > until) throw new Error(`not finished after 90 s: ${JSON.stringify(now.progress)}`);
+        if (Date.now() > until) throw new Error(`not finished after ${90 * slower} s: ${JSON.stringify(now.progress)}`);
         await sleep(10);
     }
 }

@@ -9,14 +9,14 @@ scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 asset=$(sha256sum <"$scene" | cut -c1-64)
 http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
 is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
-eventually() { local end=$((SECONDS + $1)); shift
+eventually() { local end=$((SECONDS + $1 * slower)); shift
     until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done; }
 says() { # says PATH STATUS [SLUG]: "ok" without a slug
     is "$(http -o "$tmp/body" -w '%{http_code}' "$url$1")" "$2" &&
         is "$(jq -r '.type // .status' "$tmp/body")" "${3:+urn:shearwater:problem:}${3:-ok}"
 }
 ended() { # ended STATUS SECONDS: of the server
-    local end=$((SECONDS + $2))
+    local end=$((SECONDS + $2 * slower))
     while kill -0 $server_pid 2>/dev/null; do [ $SECONDS -lt $end ] || { echo "still there"; return 1; }; sleep 0.05; done
     wait $server_pid; is $? "$1"
 }
@@ -28,7 +28,7 @@ fault() { # fault KIND ERRNO: from now on; 0: not any more
         const plan = Buffer.from(new BigInt64Array(error === "0" ? [0n, 0n, 0n] : [1n, 1n << 60n, BigInt(error)]).buffer);
         const file = fs.openSync(path, "r+"); fs.writeSync(file, plan, 0, 24, kind * 32 + 8);' "$tmp/control" "$1" "$2"
 }
-if nm "$build/shearwater" | grep -q __[at]san_init; then
+if is_sanitized; then
     skip "readyz and a failing disk" "a sanitizer's allocator cannot be preloaded before"
 else
     head -c 168 /dev/zero >"$tmp/control"

@@ -24,7 +24,7 @@ early() {
     done
     return 1
 }
-gone() { local i; for i in $(seq 600); do [ "$(files)" -eq 0 ] && return 0; sleep 0.05; done; find "$tmp/data/tmp"; return 1; }
+gone() { local i; for i in $(tries 600); do [ "$(files)" -eq 0 ] && return 0; sleep 0.05; done; find "$tmp/data/tmp"; return 1; }
 
 serve_start "$tmp/data" --workers 1 --worker-threads 1
 submit 1 36

@@ -109,7 +109,7 @@ finish_with_killed_worker() {
     worker "$data" a; worker "$data" b
     local id done_tiles
     id=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
-    for _ in $(seq 400); do
+    for _ in $(tries 400); do
         done_tiles=$(curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq '.progress.tiles_done // 0')
         [ "$done_tiles" -ge 20 ] && break
         sleep 0.02

@@ -11,6 +11,7 @@ import { Worker, isMainThread, parentPort, workerData } from "node:worker_thread
 import { fileURLToPath } from "node:url";
 
 const P99_MS = 100, GROWTH_BYTES = 64 << 20, LEAST_MS = 2500;
+const slower = Number(process.env.TEST_SLOWER ?? 1); // above 1 (tests/run) missed figures are skipped, answers are not
 const sleep = (ms) => new Promise((go) => setTimeout(go, ms));
 
 // Whoever asks honestly, on a thread of his own: over a kept connection and over a fresh one each time.
@@ -40,11 +41,15 @@ if (!isMainThread) {
     for (const line of wrong.slice(0, 12)) console.log(`#   ${line}`);
     if (wrong.length) failed++;
   };
+  const figure = (text, held) => {
+    if (held || slower === 1) check(text, held ? [] : ["missed"]);
+    else console.log(`ok ${++count} - ${text} # SKIP missed, by a build that is slow for its sanitizer`);
+  };
 
   // ---- raw connections ----
   const open = new Set();
   // Sends bytes as they are; gives what came back when the server has closed or `ms` have passed.
-  const raw = (bytes, { ms = requestMs + 4000, drip = null, everyMs = 200 } = {}) => new Promise((done) => {
+  const raw = (bytes, { ms = requestMs + 4000 * slower, drip = null, everyMs = 200 } = {}) => new Promise((done) => {
     const start = performance.now(), parts = [];
     const socket = createConnection(port, "127.0.0.1");
     open.add(socket);
@@ -71,7 +76,7 @@ if (!isMainThread) {
   const expectAll = async (cases) => {
     const wrong = [];
     const one = async ([name, bytes, wanted]) => {
-      const got = await raw(bytes, { ms: 3000 });
+      const got = await raw(bytes, { ms: 3000 * slower });
       if (![wanted].flat().includes(got.status)) wrong.push(`${name}: ${got.status || got.how}, not ${wanted}`);
       // What came behind it in its body must not be taken for a request.
       if (got.served > (got.status === 200 ? 1 : 0)) wrong.push(`${name}: ${got.served} are served`);
@@ -136,7 +141,7 @@ if (!isMainThread) {
     check(name, [...wrong, ...unserved.map((line) => `healthy: ${line}`)]);
   };
   const many = (n, make) => Promise.all(Array.from({ length: n }, (_, i) => make(i)));
-  const late = requestMs + 2000;
+  const late = requestMs + 2000 * slower;
   // A crowd that holds the line is cut within its deadline, with 408 where there was a request to answer.
   const cutInTime = (results, statuses) => results.flatMap((r) =>
     r.how !== "closed" || r.tookMs > late ? [`${r.how} after ${r.tookMs.toFixed(0)} ms`] : statuses.includes(r.status) ? [] : [`status ${r.status}`]);
@@ -155,18 +160,20 @@ if (!isMainThread) {
   await healthy("120 uploads that trickle in", async () =>
     cutInTime(await many(120, () => raw(`PUT /v1/assets/${asset} HTTP/1.1\r\n${H}Content-Length: 1000000\r\n\r\n`, { drip: "abc" })), [408, 503]));
   await healthy("an upload after them has a place", async () => (await ask("PUT", `/v1/assets/${asset}`, scene)).status === 200 ? [] : ["none"]);
-  await healthy("100 readers that ask for much and never read", async () => {
-    const sockets = await many(100, () => new Promise((go) => {
-      const socket = createConnection(port, "127.0.0.1");
-      socket.on("error", () => {});
-      socket.on("connect", () => {
-        socket.pause();
-        socket.write(`GET /v1/jobs/${id}/frames/1/image.exr HTTP/1.1\r\n${H}\r\n`.repeat(50) + `GET /v1/jobs/${id}/pixels HTTP/1.1\r\n${H}\r\n`);
-        go(socket);
-      });
-    }));
-    await sleep(3000);
-    sockets.forEach((socket) => socket.destroy());
+  await healthy("100 readers that ask for much and never read, six times anew", async () => {
+    for (let i = 0; i < 6; i++) {
+      const sockets = await many(100, () => new Promise((go) => {
+        const socket = createConnection(port, "127.0.0.1");
+        socket.on("error", () => {});
+        socket.on("connect", () => {
+          socket.pause();
+          socket.write(`GET /v1/jobs/${id}/frames/1/image.exr HTTP/1.1\r\n${H}\r\n`.repeat(50) + `GET /v1/jobs/${id}/pixels HTTP/1.1\r\n${H}\r\n`);
+          go(socket);
+        });
+      }));
+      await sleep(500);
+      sockets.forEach((socket) => socket.destroy());
+    }
     return [];
   });
 
@@ -349,9 +356,19 @@ if (!isMainThread) {
       const document = bomb.scene ? { scene: { asset: await put(bomb.scene) } } : { scene: { asset }, environment: { asset: await put(bomb.environment) } };
       const { status, detail } = await plan(document);
       if (status !== 422 && status !== bomb.also) wrong.push(`${name}: ${status} ${detail}`);
-      if (performance.now() - start > 30000) wrong.push(`${name}: ${(performance.now() - start).toFixed(0)} ms`);
+      if (performance.now() - start > 30000 * slower) wrong.push(`${name}: ${(performance.now() - start).toFixed(0)} ms`);
     }
     return wrong;
+  });
+
+  // assimp 5.2 falls over a texture that comes before the first material; whatever it does, the importer
+  // alone ends, and the answer says so.
+  await healthy("a scene that a library falls over is refused, and says why", async () => {
+    const texture = await put(Buffer.from("map_Kd a.png\n")), triangle = Buffer.from("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const { status, detail } = await plan({ scene: { asset: await put(triangle), files: { "a.mtl": texture } } });
+    const told = /ended by signal 11 .*too large or damaged/.test(detail);
+    const { status: after } = await plan({ scene: { asset } });
+    return [...(status === 422 && told ? [] : [`${status} ${detail}`]), ...(after === 200 ? [] : [`then ${after}`])];
   });
 
   check("the server has asked nobody for anything", visits.map((from) => `a visit from port ${from}`));
@@ -363,8 +380,8 @@ if (!isMainThread) {
   const p99 = all[Math.floor(all.length * 0.99)], growth = most - before;
   console.log(`# healthy requests: ${all.length}, p50 ${all[all.length >> 1].toFixed(1)} ms, p99 ${p99.toFixed(1)} ms, most ${all.at(-1).toFixed(1)} ms; p99 under the worst attack ${worst.toFixed(1)} ms`);
   console.log(`# memory: ${(before / 1048576).toFixed(1)} MB at the start, at most ${(growth / 1048576).toFixed(1)} MB more`);
-  check(`healthy requests' p99 is ${worst.toFixed(1)} ms under the worst of them (bound ${P99_MS})`, worst <= P99_MS ? [] : ["too slow"]);
-  check(`memory grows by ${(growth / 1048576).toFixed(1)} MB (bound ${GROWTH_BYTES >> 20})`, growth <= GROWTH_BYTES ? [] : ["too much"]);
+  figure(`healthy requests' p99 is ${worst.toFixed(1)} ms under the worst of them (bound ${P99_MS})`, worst <= P99_MS);
+  figure(`memory grows by ${(growth / 1048576).toFixed(1)} MB (bound ${GROWTH_BYTES >> 20})`, growth <= GROWTH_BYTES);
   console.log(`1..${count}`);
   process.exit(failed ? 1 : 0);
 }

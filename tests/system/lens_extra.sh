@@ -67,7 +67,7 @@ survives() {
     local id first
     worker; first=$worker_pid
     id=$("$build/shearwater" submit "$tmp/large.json" --server "$url" --quiet) || return 1
-    for _ in $(seq 600); do # until the second set is out
+    for _ in $(tries 600); do # until the second set is out
         [ "$(total "$id" '.progress.tiles_total')" -gt 256 ] && break
         sleep 0.02
     done

@@ -28,8 +28,8 @@ worker() { # worker NAME PORT ARGS...: in the background; its pid is in $worker
     track $worker
 }
 roster() { curl -sS --noproxy '*' "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
-roster_is() { local i; for i in $(seq 100); do [ "$(roster)" = "$1" ] && return 0; sleep 0.05; done; roster; return 1; }
-says() { local i; for i in $(seq 100); do grep -q "$2" "$tmp/$1.log" && return 0; sleep 0.05; done; cat "$tmp/$1.log"; return 1; }
+roster_is() { local i; for i in $(tries 100); do [ "$(roster)" = "$1" ] && return 0; sleep 0.05; done; roster; return 1; }
+says() { local i; for i in $(tries 100); do grep -q "$2" "$tmp/$1.log" && return 0; sleep 0.05; done; cat "$tmp/$1.log"; return 1; }
 worker wrong "$port" --key "$tmp/other"; wrong=$worker
 worker keyless "$port"; keyless=$worker
 check "a worker with another key is told so" says wrong 'does not have this key'
@@ -37,7 +37,7 @@ check "a worker without one does not get in" says keyless 'closed the link'
 check "neither is in the roster" roster_is ''
 kill $wrong $keyless
 node tests/fake/tap.mjs "$port" "$tmp/seen" >"$tmp/tap.port" & track $!
-for _ in $(seq 100); do [ -s "$tmp/tap.port" ] && break; sleep 0.05; done
+for _ in $(tries 100); do [ -s "$tmp/tap.port" ] && break; sleep 0.05; done
 worker right "$(cat "$tmp/tap.port")" --key "$tmp/key"; right=$worker
 check "a worker with the key gets in" roster_is right
 check "it renders" render "$tmp/keyed.exr"
@@ -52,7 +52,7 @@ check "it leaves" roster_is ''
 for at in 40 300 20000; do
     node tests/fake/tap.mjs "$port" "$tmp/flipped" $at >"$tmp/flip.port" & flip=$!
     track $flip
-    for _ in $(seq 100); do [ -s "$tmp/flip.port" ] && break; sleep 0.05; done
+    for _ in $(tries 100); do [ -s "$tmp/flip.port" ] && break; sleep 0.05; done
     worker "flipped$at" "$(cat "$tmp/flip.port")" --key "$tmp/key"
     check "with a bit flipped at byte $at the job ends well" render "$tmp/flipped.exr"
     check "... the link was lost over it" says "flipped$at" 'lost\|closed the link\|key\|again'
@@ -69,7 +69,7 @@ closed_within() { # closed_within SECONDS BYTES
     printf '%b' "$2" >&9
     timeout 20 cat <&9 >/dev/null
     exec 9>&- 9<&-
-    [ $((SECONDS - start)) -le "$1" ] || { echo "after $((SECONDS - start)) s"; return 1; }
+    [ $((SECONDS - start)) -le $(($1 * slower)) ] || { echo "after $((SECONDS - start)) s"; return 1; }
 }
 check "noise is cut off at once" closed_within 2 'this is no handshake, but a sentence\n'
 check "a handshake that stops half-way is cut off" closed_within 8 '\x16\x03\x01\x02'

@@ -1,6 +1,8 @@
 // A reader of a live job's pixel feed, and what it hears, with the time of each message.
 import http from "node:http";
 
+const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)
+
 // {kind: "view" | "size" | "block", view, x, y, w, h, ms, bytes}; `view` is the one in whose part of
 // the feed the message came.
 export class LiveFeed {
@@ -42,7 +44,7 @@ export class LiveFeed {
   }
 
   // The first message, from now on, of which `when` is true.
-  next(when, seconds = 30) {
+  next(when, seconds = 30 * slower) {
     return new Promise((done, fail) => {
       const wait = { when, done: (heard) => { clearTimeout(timer); done(heard); } };
       const timer = setTimeout(() => { this.waiting.delete(wait); fail(new Error(`not heard within ${seconds} s`)); }, seconds * 1000);

@@ -11,7 +11,7 @@ is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 header() { sed -n "s/^$1: //Ip" "$tmp/head" | tr -d '\r'; }
 lines() { jq -c "$@" "$log"; }
 has() { # has FILTER: some line of the log, soon
-    local end=$((SECONDS + 5))
+    local end=$((SECONDS + 5 * slower))
     until lines "select($1)" | grep -q .; do
         [ $SECONDS -lt $end ] || { echo "no line with $1"; tail -n 5 "$log"; return 1; }
         sleep 0.1
@@ -115,4 +115,59 @@ http -o "$tmp/body" "$url/v1/jobs"
 serve_stop
 check "--quiet says nothing of what went well" [ ! -s "$log" ]
 check "a format that is none is refused" bash -c "'$build/shearwater' serve --log-format xml 2>&1 | grep -q 'text and json'"
+
+# A disk on which the log's writes hang: tests/fake/preload_faults.c.
+hang_log() { # hang_log CALLS: so many from now on; 0: not any more
+    node -e 'const fs = require("fs"), [path, count] = process.argv.slice(1), file = fs.openSync(path, "r+");
+        const calls = Buffer.alloc(8);
+        fs.readSync(file, calls, 0, 8, 200);
+        const first = count === "0" ? 0n : calls.readBigInt64LE() + 1n;
+        fs.writeSync(file, Buffer.from(new BigInt64Array([first, BigInt(count), 0n]).buffer), 0, 24, 208);' "$tmp/control" "$1"
+}
+faulty_start() { # faulty_start PROGRAM ARGS...
+    local program=$1; shift
+    head -c 232 /dev/zero >"$tmp/control"
+    LD_PRELOAD=$(realpath "$build/tests/fake/preload_faults.so") FAULTS_FOR=$program FAULTS_CONTROL=$tmp/control \
+        serve_start "$tmp/data" --log-format json "$@" || echo "Bail out! the server did not start again"
+}
+answers() { # answers COUNT: so many requests, each with a line
+    is "$(timeout 60 curl -sS --noproxy '*' -o /dev/null -w '%{http_code}\n' "$url/v1/jobs?limit=1&text=[1-$1]" | sort | uniq -c | tr -s ' ')" " $1 200"
+}
+lost() { curl -sS --noproxy '*' --max-time 20 "$url/metrics" | sed -n 's/^shearwater_log_lines_dropped_total //p'; }
+all_or_told() { # of N requests each has a line, or is among those that are said to be lost
+    local told; told=$(lines 'select(.message == "lines of the log were lost").lines' | paste -sd+ | bc)
+    is "$(($(lines 'select(.message == "request")' | wc -l) + ${told:-0}))" "$1"
+}
+in_order() { is "$(lines -r 'select(.message == "request").time' | sort -c 2>&1)" ""; }
+if is_sanitized; then
+    skip "a log that hangs" "a sanitizer's allocator cannot be preloaded before"
+else
+    : >"$log"
+    faulty_start shearwater --workers 0
+    check "with a log that is read all is answered" answers 100
+    hang_log 1000000000
+    check "a log that hangs keeps nobody waiting" answers 4000
+    dropped=$(lost)
+    check "... and lines are lost and counted" [ "${dropped:-0}" -gt 1000 ]
+    hang_log 0
+    sleep 0.5
+    check "afterwards all is answered" answers 10
+    check "... and it is said how many were lost" has ".message == \"lines of the log were lost\" and .lines > 0" # all of them: below
+    serve_stop
+    check "every request has a line or is among them" all_or_told 4110
+    check "... in order" in_order
+    check "the end is told after that" has '.message == "stopped"'
+    faulty_start shearwater --workers 0
+    hang_log 1000000000
+    start=$SECONDS
+    answers 10 >/dev/null
+    serve_stop
+    check "a log that hangs lets the server end" [ $((SECONDS - start)) -le $((8 * slower)) ]
+    faulty_start shearwater-worker --workers 1
+    hang_log 1000000000
+    submit 4
+    check "a worker whose log hangs works on" await_state "$id" finished 30
+    hang_log 0
+    serve_stop
+fi
 tap_done

@@ -31,7 +31,7 @@ same_bytes() { curl -sSf --noproxy '*' -o "$tmp/got.exr" "$url/v1/jobs/$1/frames
 # One takes tiles and answers none; its tiles would come back after 30 s.
 beside_one_that_hangs() {
     local id
-    "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script hang --seconds 60 >"$tmp/hang.log" 2>&1 &
+    "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script hang --seconds $((60 * slower)) >"$tmp/hang.log" 2>&1 &
     hang=$!
     track $hang
     sleep 0.3

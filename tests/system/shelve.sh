@@ -16,7 +16,7 @@ submit() { # submit MEMBERS: a job of the box; prints its id
 }
 is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 eventually() { # eventually SECONDS COMMAND...
-    local end=$((SECONDS + $1)); shift
+    local end=$((SECONDS + $1 * slower)); shift
     until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done
 }
 shows() { get "$1" | jq -e "$2"; }

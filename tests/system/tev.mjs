@@ -8,6 +8,7 @@ import { join, resolve } from "node:path";
 import { readExr } from "../../web/exr_file.js";
 import { FakeTev } from "../fake/tev.mjs";
 
+const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)
 const shearwater = join(resolve(process.argv[2] ?? "build"), "shearwater"), tmp = mkdtempSync(join(tmpdir(), "shearwater-tev-"));
 let count = 0, failed = 0;
 const expect = (condition, text) => { if (!condition) throw new Error(text); };
@@ -18,7 +19,7 @@ async function test(text, run) {
     console.log(`not ok ${count} - ${text}\n#   ${String(error.stack).split("\n").join("\n#   ")}`);
   }
 }
-const run = (...args) => new Promise((done) => execFile(shearwater, args, { timeout: 120000 }, (error, out, complaint) => done({ code: error ? error.code ?? 1 : 0, complaint })));
+const run = (...args) => new Promise((done) => execFile(shearwater, args, { timeout: 120000 * slower }, (error, out, complaint) => done({ code: error ? error.code ?? 1 : 0, complaint })));
 
 const server = spawn(shearwater, ["serve", "--listen", "127.0.0.1:0", "--data", join(tmp, "data"), "--workers", "2"], { stdio: ["ignore", "pipe", "ignore"], env: { ...process.env, SHEARWATER_LIVE_IDLE_MS: "2000" } });
 const url = await new Promise((done) => server.stdout.on("data", (chunk) => { const found = /listening on (\S+)/.exec(String(chunk)); if (found) done(found[1]); }));
@@ -55,7 +56,7 @@ try {
   });
 
   await test("a job that renders: what comes at last is the picture", async () => {
-    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: 200 }, image: { width: 300, height: 300 }, layers: ["beauty", "depth"] });
+    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(200 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty", "depth"] });
     const { code, complaint } = await watch(job, port);
     expect(code === 0, complaint);
     await equal(tev, job);
@@ -64,9 +65,9 @@ try {
   });
 
   await test("a tev that is closed and started again is shown all of it", async () => {
-    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: 300 }, image: { width: 300, height: 300 }, layers: ["beauty"] });
+    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(300 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty"] });
     const done = watch(job, port);
-    const end = Date.now() + 30000;
+    const end = Date.now() + 30000 * slower;
     while (tev.updates === 0 && Date.now() < end) await new Promise((again) => setTimeout(again, 20));
     await tev.close();
     const another = new FakeTev();
@@ -91,7 +92,7 @@ try {
     let calls = 0;
     const peer = createServer((socket) => { calls++; socket.on("error", () => {}); socket.destroy(); });
     await new Promise((done) => peer.listen(0, "127.0.0.1", done));
-    const job = submit({ sampling: { spp: 100 }, image: { width: 200, height: 200 }, layers: ["beauty"] });
+    const job = submit({ sampling: { spp: Math.ceil(100 / slower) }, image: { width: 200, height: 200 }, layers: ["beauty"] });
     const watching = spawn(shearwater, ["watch", job, "--server", url, "--quiet", "--tev", `127.0.0.1:${peer.address().port}`], { stdio: "ignore" });
     await new Promise((done) => setTimeout(done, 2000));
     watching.kill();

@@ -7,6 +7,7 @@
 #include "worker/shade/direction.h"
 #include "worker/shade/glossy.h"
 #include "worker/trace/block_store.h"
+#include "worker/trace/field_record.h"
 #include "worker/trace/lane_kernels.h"
 
 /* Darker lobes' light would not fit halves when divided by their reflectance. */
@@ -156,6 +157,7 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
     const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
     float u[2], wi[3], weight[3];
     path_pair(g->frame_key, g->first[i] + sample, PATH_DIRECTION, &u[0], &u[1]);
+    if (g->context->record) field_record_draw(g->context->record, u);
     if (!glossy_sample(&v->bsdf[i], wo, u, wi, weight)) return;
     /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
     const float whole = (weight[0] + weight[1] + weight[2]) * g->whole[i];
@@ -164,6 +166,7 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
     weight[0] *= g->inverse.x[i];
     weight[1] *= g->inverse.y[i];
     weight[2] *= g->inverse.z[i];
+    if (g->context->record) field_record_lobe(g->context->record, v, wi, weight, whole);
     uint32_t lane;
     struct path_packet *p = path_pool_add(pool, &lane);
     if (!aim(g, i, wi, &p->rays.ray, lane)) {
@@ -211,6 +214,7 @@ static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
     struct path_pool *pool = &paths->pools[0];
     pool->count = 0;
     path_harvest_clear_field(&paths->harvest, count);
+    if (g->context->mirrors) path_harvest_mirrors(&paths->harvest, count, g->from);
     for (uint32_t k = 0; k < count; k++)
         for (int i = 0; i < LANES; i++)
             if (g->on.on[i] && first + k < g->rays[i])
@@ -273,6 +277,18 @@ static void store_span(const struct gloss *g, const struct glossy_sums *sums,
     block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
 }
 
+/* The sample that is asked for, alone. */
+PATH_RECORD_COLD static void trace_one(const struct gloss *g, struct glossy_scratch *scratch,
+                                       struct path_scratch *paths)
+{
+    struct path_record *record = g->context->record;
+    const uint32_t sample = record->field.sample;
+    if (record->kind != PATH_RECORD_GLOSSY || sample >= g->most) return;
+    trace_batch(g, sample, 1, &scratch->sums, paths);
+    field_record_radiance(record, &paths->harvest);
+    field_record_shone(record, scratch, is_half(g, sample, (int)record->field.lane));
+}
+
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples)
@@ -281,6 +297,10 @@ void glossy_trace(const struct path_context *c, const struct block *block,
     gloss_init(c, block, from, &scratch->lobes, &g);
     memset(&scratch->sums, 0, sizeof scratch->sums);
     for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
+    if (c->record) {
+        trace_one(&g, scratch, paths);
+        return;
+    }
     for (uint32_t done = 0; done < g.most;) {
         const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;

@@ -13,6 +13,8 @@ struct hit_lanes {
     const struct scene_instance *instance[LANES];
     const struct mesh_view **mesh; /* the surface's */
     bool any_hit, any_placed, any_emissive;
+    bool any_bent; /* normals other than the facets' */
+    bool one;      /* all sixteen met the same instance */
 };
 
 static void cross(const float a[3], const float b[3], float out[3])
@@ -113,9 +115,33 @@ static void shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *
     put(&out->emission, i, v);
 }
 
+static void spread(const float v[3], struct lanes3 *out)
+{
+    const float x = v[0], y = v[1], z = v[2];
+    for (int i = 0; i < LANES; i++) {
+        out->x[i] = x;
+        out->y[i] = y;
+        out->z[i] = z;
+    }
+}
+
+/* All lanes on one material without textures. */
+static void shade_alike(const struct material *m, struct surface *out)
+{
+    float radiance[3];
+    if (!m->unlit) spread(m->lambert ? m->base_color : white, &out->albedo);
+    if (!m->emissive) return;
+    material_emission(m, NULL, radiance);
+    spread(radiance, &out->emission);
+}
+
 /* In the mesh's space: normal maps bend there. */
 static void shade(const struct hit_lanes *lanes, const struct RTCHit16 *hit, struct surface *out)
 {
+    if (lanes->one && !lanes->mesh[0]->material->textured) {
+        shade_alike(lanes->mesh[0]->material, out);
+        return;
+    }
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *mesh = lanes->mesh[i];
         if (!mesh) continue;
@@ -165,8 +191,44 @@ static void find_lane(const struct render_scene *scene, const struct RTCHit16 *h
     lanes->placed.on[i] = placed ? -1 : 0;
     lanes->any_placed |= placed;
     lanes->any_emissive |= mesh->material->emissive;
+    lanes->any_bent |= mesh->normals || mesh->tangents;
     out->id[i] = index + 1;
     out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
+}
+
+/* Whether all lanes met one instance, as those of a block mostly do. */
+static bool is_one(const struct lanes_mask *valid, const struct RTCRayHit16 *rays)
+{
+    const struct RTCHit16 *hit = &rays->hit;
+    uint32_t differs = 0;
+    int32_t all = -1;
+    for (int i = 0; i < LANES; i++) {
+        differs |= hit->geomID[i] ^ hit->geomID[0];
+        differs |= hit->instID[0][i] ^ hit->instID[0][0];
+        all &= valid->on[i] & -(rays->ray.tfar[i] < INFINITY);
+    }
+    return all && differs == 0 && hit->geomID[0] != RTC_INVALID_GEOMETRY_ID;
+}
+
+/* The first lane's instance is everyone's. */
+static void find_one(const struct render_scene *scene, const struct RTCRayHit16 *rays,
+                     struct hit_lanes *lanes, struct surface *out)
+{
+    lanes->any_hit = true;
+    find_lane(scene, &rays->hit, 0, lanes, out);
+    const struct mesh_view *mesh = lanes->mesh[0];
+    const struct scene_instance *instance = lanes->instance[0];
+    const uint32_t id = out->id[0];
+    const int32_t placed = lanes->placed.on[0], light = out->light.on[0];
+    for (int i = 0; i < LANES; i++) {
+        lanes->mesh[i] = mesh;
+        lanes->instance[i] = instance;
+        lanes->placed.on[i] = placed;
+        out->id[i] = id;
+        out->light.on[i] = light;
+        out->distance[i] = rays->ray.tfar[i];
+        out->hit.on[i] = -1;
+    }
 }
 
 /* Looks up what was hit; neighbouring lanes mostly hit the same. */
@@ -215,9 +277,13 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
     _Alignas(LANES_ALIGN) float magnitude[LANES];
     struct hit_lanes lanes;
     lanes.mesh = out->mesh;
-    lanes.any_hit = lanes.any_placed = lanes.any_emissive = false;
+    lanes.any_hit = lanes.any_placed = lanes.any_emissive = lanes.any_bent = false;
+    lanes.one = is_one(valid, rays);
     clear(out);
-    find(q->scene, valid, rays, &lanes, out);
+    if (lanes.one)
+        find_one(q->scene, rays, &lanes, out);
+    else
+        find(q->scene, valid, rays, &lanes, out);
     if (!lanes.any_hit) return;
     q->kernels->gather_surface(lanes.mesh, &rays->hit, magnitude, out);
     shade(&lanes, &rays->hit, out);
@@ -226,7 +292,7 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
             to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
     find_sides(&rays->ray, out);
     if (lanes.any_emissive) hide_emission(out);
-    q->kernels->finish_surface(&rays->ray, magnitude, out);
+    q->kernels->finish_surface(&rays->ray, magnitude, !lanes.any_bent, out);
 }
 
 void hit_diffuse_albedo(const struct RTCRayHit16 *rays, struct surface *s)

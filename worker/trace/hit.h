@@ -2,6 +2,9 @@
 /* From Embree's hits to surfaces: position, normals, material. */
 #include "worker/trace/queries.h"
 
+/* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
+#define ALBEDO_BLACK (0.5f / 65535.0f)
+
 /* The surfaces that sixteen rays met. Where `hit` is off, distance, id, albedo and emission are 0
  * and the vectors mean nothing. */
 struct surface {

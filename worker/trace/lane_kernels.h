@@ -20,8 +20,9 @@ struct lane_kernels {
                            float *magnitude, struct surface *s);
 
     /* Turns raw vectors into what hit.h promises: facet and normal unit and facing the ray, origins
-     * off the surface by offset.h of `magnitude`. */
-    void (*finish_surface)(const struct RTCRay16 *rays, const float *magnitude, struct surface *s);
+     * off the surface by offset.h of `magnitude`. `flat`: all normals are those of facets. */
+    void (*finish_surface)(const struct RTCRay16 *rays, const float *magnitude, bool flat,
+                           struct surface *s);
 
     /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
     void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);
@@ -34,6 +35,11 @@ struct lane_kernels {
     void (*sample_light)(const struct light *light, const float *u, const float *v,
                          const struct surface *receiver, const struct lanes_mask *lanes,
                          struct light_packet *out);
+
+    /* The same but for densities, which it leaves alone. */
+    void (*sample_stratum)(const struct light *light, const float *u, const float *v,
+                           const struct surface *receiver, const struct lanes_mask *lanes,
+                           struct light_packet *out);
 
     /* What all strata of a rectangle are skipped for, in out->skip; whether that holds in all lanes
      * of `lanes`. */

@@ -16,6 +16,7 @@ const struct lane_kernels LANE_KERNELS = {
     .pack_normals = kernel_pack_normals,
     .pack_unorms = kernel_pack_unorms,
     .sample_light = kernel_sample_light,
+    .sample_stratum = kernel_sample_stratum,
     .light_hidden = kernel_light_hidden,
     .add_stratum = kernel_add_stratum,
     .add_slopes = kernel_add_slopes,

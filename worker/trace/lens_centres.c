@@ -17,7 +17,7 @@
 #define PLANE_PX     0.75f
 #define SLACK        0.015f
 
-/* Bounce rays leave surfaces that reflect this much of some colour (worker/tile.c), by a margin. */
+/* Bounce rays leave surfaces that reflect this much of some colour (ALBEDO_BLACK), by a margin. */
 #define ALBEDO_LEAST (1.0f / 65535.0f)
 
 /* The lens may be seen in so much of the spread of what a lobe reflects. */
@@ -78,16 +78,17 @@ static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size
     block_init(&l->block, column * LANES_ACROSS, row * LANES_ACROSS, plan->width_px,
                plan->height_px, image);
     primary_trace(c->queries, plan, &l->block, &l->rays, &l->vertex.surface);
+    l->vertex.mirrors.any = false;
+    if (c->mirrors) mirrors_follow(c, NULL, &l->rays, &l->vertex);
     l->vertex.active = l->vertex.surface.hit;
     path_resolve(c, &l->rays, &l->vertex);
     struct glossy_lobes lobes = {.on = {{0}}};
     if (plan->planes & PLANE_BIT(LENS_LOBE)) glossy_find(&l->vertex, &lobes);
-    for (int i = 0; i < LANES; i++)
-        out[i] =
-            (struct lens_centre){.point = {s->position.x[i], s->position.y[i], s->position.z[i]},
-                                 .normal = {s->normal.x[i], s->normal.y[i], s->normal.z[i]},
-                                 .alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
-                                 .lit = is_lit(plan, s, i)};
+    for (int i = 0; i < LANES; i++) {
+        out[i] = (struct lens_centre){.alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
+                                      .lit = is_lit(plan, s, i) || lobes.on.on[i]};
+        mirrors_image(&l->vertex, i, out[i].point, out[i].normal);
+    }
     l->traced[cell] = true;
     c->counters->value[COUNTER_RAYS_LENS_CENTRES] += lanes_count(&l->block.inside);
 }
@@ -139,13 +140,14 @@ static bool is_near_focus(const struct plan *plan, float ahead)
 }
 
 /* The centre that shows lane i's point; NULL: none. */
-static const struct lens_centre *find_centre(struct lens_centres *l, const struct surface *s, int i)
+static const struct lens_centre *find_centre(struct lens_centres *l, const struct path_vertex *v,
+                                             int i)
 {
     const struct plan *plan = l->context.plan;
     const struct plan_camera *c = &plan->camera;
-    const float from[3] = {s->position.x[i] - c->eye[0], s->position.y[i] - c->eye[1],
-                           s->position.z[i] - c->eye[2]};
-    const float normal[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+    float at[3], normal[3];
+    mirrors_image(v, i, at, normal);
+    const float from[3] = {at[0] - c->eye[0], at[1] - c->eye[1], at[2] - c->eye[2]};
     const float z = dot(from, c->forward), read = travelled(plan, z);
     if (!(z > 0.0f)) return NULL;
     const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
@@ -178,7 +180,7 @@ void lens_centres_match(struct lens_centres *centres, const struct path_packet *
         const struct lens_centre *centre = NULL;
         const bool active = i < (int)p->count && v->active.on[i];
         const float ahead = active ? path_ahead(&centres->context, p, v, (uint32_t)i) : 0.0f;
-        if (active && is_near_focus(plan, ahead)) centre = find_centre(centres, &v->surface, i);
+        if (active && is_near_focus(plan, ahead)) centre = find_centre(centres, v, i);
         lit->on[i] = centre ? -1 : 0;
         if (!centre || !is_same_lobe(plan, ahead, lobes->alpha[i], centre)) lobes->on.on[i] = 0;
     }

@@ -23,9 +23,10 @@ static inline float gaussian(float x)
     return s * s;
 }
 
-static void sample_rectangle(const struct light *light, const float *restrict u,
-                             const float *restrict v, const struct surface *restrict r,
-                             struct light_packet *restrict out)
+/* `weighed`: with densities. */
+static inline void sample_rectangle(const struct light *light, const float *restrict u,
+                                    const float *restrict v, const struct surface *restrict r,
+                                    bool weighed, struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
     const float *c = p->position, *hu = p->half_u, *hv = p->half_v, *n = p->direction;
@@ -46,7 +47,7 @@ static void sample_rectangle(const struct light *light, const float *restrict u,
         /* In front of the emitter's own geometry, and never behind the receiver. */
         float half_way = 0.5f * front;
         float clear = light->clearance < half_way ? light->clearance : half_way;
-        out->density[i] = squared * sqrtf(squared) / (front * light->area);
+        if (weighed) out->density[i] = squared * sqrtf(squared) / (front * light->area);
         out->rays.ray.dir_x[i] = x + clear * n[0] - r->origin.x[i];
         out->rays.ray.dir_y[i] = y + clear * n[1] - r->origin.y[i];
         out->rays.ray.dir_z[i] = z + clear * n[2] - r->origin.z[i];
@@ -147,10 +148,24 @@ static void kernel_sample_light(const struct light *light, const float *u, const
         out->end = INFINITY;
         break;
     case LIGHT_RECTANGLE:
-        sample_rectangle(light, u, v, receiver, out);
+        sample_rectangle(light, u, v, receiver, true, out);
         if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
         break;
     }
+    finish_packet(receiver, lanes, out);
+}
+
+static void kernel_sample_stratum(const struct light *light, const float *u, const float *v,
+                                  const struct surface *receiver, const struct lanes_mask *lanes,
+                                  struct light_packet *out)
+{
+    if (light->plan->type != LIGHT_RECTANGLE) {
+        kernel_sample_light(light, u, v, receiver, lanes, out);
+        return;
+    }
+    out->end = SHADOW_END;
+    sample_rectangle(light, u, v, receiver, false, out);
+    if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
     finish_packet(receiver, lanes, out);
 }
 

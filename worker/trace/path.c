@@ -6,7 +6,6 @@
 
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
-#include "worker/scene/mesh.h"
 #include "worker/trace/glossy.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/lens_centres.h"
@@ -22,20 +21,6 @@ void path_scratch_init(struct path_scratch *s)
     queries_init_rays(&s->occlusion);
 }
 
-void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
-                      uint32_t slot, const float value[3])
-{
-    struct path_rgb *to = scatterings > 1 ? &h->indirect : &h->direct;
-    to->r[slot] += value[0];
-    to->g[slot] += value[1];
-    to->b[slot] += value[2];
-    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
-    to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
-    to->r[slot] += value[0] * h->share.r[slot];
-    to->g[slot] += value[1] * h->share.g[slot];
-    to->b[slot] += value[2] * h->share.b[slot];
-}
-
 /* Volumes dim what passes through them; a path that meets a surface from behind was inside. */
 static void attenuate(struct path_packet *p, const struct path_vertex *v)
 {
@@ -49,80 +34,6 @@ static void attenuate(struct path_packet *p, const struct path_vertex *v)
         t->y[i] *= left[1];
         t->z[i] *= left[2];
     }
-}
-
-/* The mesh's tangent in the world, and the sign of its bitangent. */
-static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
-                           float out[3])
-{
-    const struct scene_instance *instance = &c->queries->scene->blob->instances[id - 1];
-    const float *m = instance->to_world;
-    float t[4];
-    for (size_t k = 0; k < 4; k++) t[k] = mesh_interpolate(at, at->mesh->tangents, 4, k);
-    for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * t[0] + m[1] * t[1] + m[2] * t[2];
-    return t[3] < 0.0f ? -1.0f : 1.0f;
-}
-
-/* The tangents that anisotropy refers to: the mesh's, turned by the material. */
-static void align_tangents(const struct path_context *c, int i, const struct material_uv *uv,
-                           const struct mesh_point *at, struct path_vertex *v)
-{
-    const struct surface *s = &v->surface;
-    const struct mesh_view *mesh = s->mesh[i];
-    float direction[2], t[3];
-    if (!mesh->tangents) return;
-    material_tangent_angle(mesh->material, uv, direction);
-    direction[1] *= world_tangent(c, at, s->id[i], t);
-    float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
-    float along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2], squared = 0.0f;
-    for (int k = 0; k < 3; k++) t[k] -= along * n[k], squared += t[k] * t[k];
-    if (!(squared > 1e-12f)) return;
-    const float length = sqrtf(squared);
-    for (int k = 0; k < 3; k++) t[k] /= length;
-    float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
-    v->tangent.x[i] = direction[0] * t[0] + direction[1] * b[0];
-    v->tangent.y[i] = direction[0] * t[1] + direction[1] * b[1];
-    v->tangent.z[i] = direction[0] * t[2] + direction[1] * b[2];
-    v->bitangent.x[i] = direction[0] * b[0] - direction[1] * t[0];
-    v->bitangent.y[i] = direction[0] * b[1] - direction[1] * t[1];
-    v->bitangent.z[i] = direction[0] * b[2] - direction[1] * t[2];
-}
-
-static void resolve_general(const struct path_context *c, const struct RTCRayHit16 *rays, int i,
-                            struct path_vertex *v)
-{
-    struct surface *s = &v->surface;
-    const struct mesh_view *mesh = s->mesh[i];
-    const struct RTCHit16 *hit = &rays->hit;
-    const struct RTCRay16 *r = &rays->ray;
-    struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
-    struct material_uv uv;
-    mesh_uv(&at, &uv);
-    material_bsdf(mesh->material, &uv, s->behind.on[i], &v->bsdf[i]);
-    if (mesh->material->anisotropic) align_tangents(c, i, &uv, &at, v);
-    float d[3] = {-r->dir_x[i], -r->dir_y[i], -r->dir_z[i]};
-    v->back.x[i] = d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i];
-    v->back.y[i] = d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i];
-    v->back.z[i] = d[0] * s->normal.x[i] + d[1] * s->normal.y[i] + d[2] * s->normal.z[i];
-    s->albedo.x[i] = v->bsdf[i].albedo[0];
-    s->albedo.y[i] = v->bsdf[i].albedo[1];
-    s->albedo.z[i] = v->bsdf[i].albedo[2];
-}
-
-void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
-                  struct path_vertex *v)
-{
-    v->any_lambert = v->any_general = false;
-    for (int i = 0; i < LANES; i++) {
-        bool active = v->active.on[i], lambert = active && v->surface.mesh[i]->material->lambert;
-        v->lambert.on[i] = lambert ? -1 : 0;
-        v->any_lambert |= lambert;
-        v->any_general |= active != lambert;
-    }
-    if (!v->any_general) return;
-    c->queries->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
-    for (int i = 0; i < LANES; i++)
-        if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
 }
 
 /* Finds what each path's surface does to light; paths that it takes nowhere end. */
@@ -160,13 +71,40 @@ static void note_camera_surface(const struct path_packet *p, const struct path_v
     }
 }
 
+static void dim(struct path_rgb *color, uint32_t slot, const struct lanes3 *tint, uint32_t i)
+{
+    color->r[slot] *= tint->x[i];
+    color->g[slot] *= tint->y[i];
+    color->b[slot] *= tint->z[i];
+}
+
+/* What mirrors show is no light of theirs, but covers the pixel as they do. */
+static void note_mirrors(const struct path_packet *p, const struct path_vertex *v,
+                         struct path_harvest *h)
+{
+    const struct mirrors *m = &v->mirrors;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (m->count[i] == 0) continue;
+        h->mirrored[slot] = m->count[i];
+        h->coverage[slot] = 1.0f;
+        dim(&h->albedo, slot, &m->tint, i);
+    }
+}
+
 float path_ahead(const struct path_context *c, const struct path_packet *p,
                  const struct path_vertex *v, uint32_t i)
 {
     const float *ahead = c->plan->camera.forward;
     const struct RTCRay16 *r = &p->rays.ray;
-    const float along = r->dir_x[i] * ahead[0] + r->dir_y[i] * ahead[1] + r->dir_z[i] * ahead[2];
-    const float z = v->surface.distance[i] * along;
+    const struct mirrors *m = &v->mirrors;
+    float way[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]}, distance = v->surface.distance[i];
+    if (m->any && m->count[i] > 0) {
+        memcpy(way, (float[]){m->way.x[i], m->way.y[i], m->way.z[i]}, sizeof way);
+        distance = m->distance[i];
+    }
+    const float along = way[0] * ahead[0] + way[1] * ahead[1] + way[2] * ahead[2];
+    const float z = distance * along;
     return z > FLT_MIN ? z : FLT_MIN; /* a hit, at 0 too */
 }
 
@@ -184,7 +122,8 @@ static void note_depth(const struct path_context *c, const struct path_packet *p
 static void note_normal(const struct path_packet *p, const struct path_vertex *v,
                         struct path_harvest *h)
 {
-    const struct lanes3 *n = &v->surface.normal;
+    struct surface copy;
+    const struct lanes3 *n = &mirrors_seen(v, &copy)->normal;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
         if (!v->surface.hit.on[i]) continue;
@@ -280,6 +219,16 @@ static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
     }
 }
 
+/* Reflections have been scatterings, too. */
+static void end_mirrored(const struct path_context *c, const struct path_packet *p,
+                         struct path_vertex *v, const struct path_harvest *h)
+{
+    struct lanes_mask ended = {{0}};
+    for (uint32_t i = 0; i < p->count; i++)
+        ended.on[i] = v->depth + h->mirrored[p->slot[i]] > c->plan->bounces ? -1 : 0;
+    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+}
+
 /* Where light fields are sure to light what paths of the lens see, these need not: they end, or
  * leave the indirect light of diffuse lobes out. */
 static void leave_to_fields(const struct path_context *c, const struct path_packet *p,
@@ -295,6 +244,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
         h->lobe.r[p->slot[i]] = lobes.reflectance.x[i];
         h->lobe.g[p->slot[i]] = lobes.reflectance.y[i];
         h->lobe.b[p->slot[i]] = lobes.reflectance.z[i];
+        if (v->mirrors.any) dim(&h->lobe, p->slot[i], &v->mirrors.tint, i);
     }
     if (c->leaves_diffuse) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
@@ -350,6 +300,8 @@ static void follow(const struct path_context *c, struct path_packet *p, struct p
         lanes_count(&valid);
     queries_closest(c->queries, camera ? QUERY_CAMERA : QUERY_BOUNCE, &valid, &p->rays);
     hit_resolve(c->queries, &valid, &p->rays, &v->surface);
+    v->mirrors.any = false;
+    if (camera && c->mirrors) mirrors_follow(c, p, &p->rays, v);
     if (c->field && v->depth == PATH_FIELD_DEPTH) path_note_reach(p, &valid, h);
     attenuate(p, v);
     if (c->record) path_record_arrive(c, p, v);
@@ -365,12 +317,14 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     v->depth = depth;
     follow(c, p, v, &s->harvest);
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
+    if (v->mirrors.any) note_mirrors(p, v, &s->harvest);
     if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
     if (depth == 0 && c->centres) note_normal(p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
+    if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
@@ -405,15 +359,6 @@ void path_trace_camera(const struct path_context *c, struct path_scratch *s)
 {
     memset(&s->harvest, 0, sizeof s->harvest);
     trace_on(c, 0, s);
-}
-
-void path_harvest_clear_field(struct path_harvest *h, uint32_t count)
-{
-    const size_t bytes = sizeof(float) * count * LANES;
-    memset(h->indirect.r, 0, bytes);
-    memset(h->indirect.g, 0, bytes);
-    memset(h->indirect.b, 0, bytes);
-    memset(h->distance, 0, bytes);
 }
 
 void path_trace_field(const struct path_context *c, struct path_scratch *s)

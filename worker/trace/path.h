@@ -18,6 +18,7 @@
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit.h"
 #include "worker/trace/light.h"
+#include "worker/trace/mirrors.h"
 #include "worker/trace/path_pool.h"
 #include "worker/trace/sky.h"
 
@@ -49,6 +50,7 @@ struct path_context {
     bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
                         surface */
     bool leaves_lobes;  /* the same holds of glossy lobes that a harvest's `lobe` tells of */
+    bool mirrors;       /* paths may have been reflected before (mirrors.h): their harvest counts */
     bool leaves_glossy; /* nor does its glossy lobe, with leaves_diffuse: another field */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
@@ -68,6 +70,7 @@ struct path_vertex {
     uint32_t depth;           /* scatterings before it */
     struct lanes_mask active; /* paths that are still on their way */
     struct surface surface;
+    struct mirrors mirrors;    /* of camera rays, where the context looks through mirrors */
     struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
@@ -107,6 +110,9 @@ void path_trace_camera(const struct path_context *c, struct path_scratch *s);
 
 /* Forgets the light field's first `count` samples: `indirect` and `distance`. */
 void path_harvest_clear_field(struct path_harvest *h, uint32_t count);
+
+/* Notes how often the surfaces are mirrored that the field's first `count` samples leave. */
+void path_harvest_mirrors(struct path_harvest *h, uint32_t count, const struct path_vertex *from);
 
 /* Traces the paths in s->pools[0], which have been scattered PATH_FIELD_DEPTH times, to their ends;
  * c->field holds. Adds what they bring to `indirect` of the harvest and sets `distance`. What

@@ -65,6 +65,12 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
     }
 }
 
+/* The camera itself sees geometry only; in mirrors it sees rectangles. */
+static bool is_seen(const struct path_vertex *v, uint32_t i)
+{
+    return v->depth == 0 && !(v->mirrors.any && v->mirrors.count[i] > 0);
+}
+
 /* Where rays end for rectangles: at what they hit, and a little beyond where that is the geometry
  * of an emitter, whose rectangle stands for it. */
 static void find_reach(const struct path_context *c, const struct path_packet *p,
@@ -96,6 +102,8 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
         ready = true;
         c->queries->kernels->meet_rectangle(light, p, reach, factor);
         for (uint32_t i = 0; i < p->count; i++)
+            if (is_seen(v, i)) factor[i] = 0.0f;
+        for (uint32_t i = 0; i < p->count; i++)
             if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
         if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
     }
@@ -120,7 +128,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
     for (uint32_t i = 0; i < p->count; i++) {
         float radiance[3] = {s->emission.x[i], s->emission.y[i], s->emission.z[i]}, weight = 1.0f;
         if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;
-        if (s->light.on[i] && v->depth > 0) continue; /* its rectangle has been met */
+        if (s->light.on[i] && !is_seen(v, i)) continue; /* its rectangle has been met */
         if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
             weight = weigh(p->pdf[i], emitter_density(c, p, s, i));
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
@@ -143,7 +151,17 @@ static void meet_soft_sky(const struct path_context *c, const struct path_packet
         h->indirect.r[slot] += soft * radiance[0] * t->x[i];
         h->indirect.g[slot] += soft * radiance[1] * t->y[i];
         h->indirect.b[slot] += soft * radiance[2] * t->z[i];
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, soft);
     }
+}
+
+/* Of the only path's surface, for its record. */
+PATH_RECORD_COLD static void record_emission(const struct path_context *c,
+                                             const struct path_packet *p, const struct surface *s)
+{
+    const float radiance[3] = {s->emission.x[0], s->emission.y[0], s->emission.z[0]};
+    if (radiance[0] + radiance[1] + radiance[2] > 0.0f)
+        path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, 1.0f);
 }
 
 /* What the light field's first rays meet is direct light, which the plan's lights or its paths
@@ -162,6 +180,7 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
         h->indirect.r[slot] += s->emission.x[i] * p->throughput.x[i];
         h->indirect.g[slot] += s->emission.y[i] * p->throughput.y[i];
         h->indirect.b[slot] += s->emission.z[i] * p->throughput.z[i];
+        if (c->record) record_emission(c, p, s);
     }
 }
 
@@ -173,6 +192,6 @@ void path_meet(const struct path_context *c, const struct path_packet *p,
         return;
     }
     if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
-    if (v->depth > 0) meet_rectangles(c, p, v, h);
+    if (v->depth > 0 || v->mirrors.any) meet_rectangles(c, p, v, h);
     meet_surfaces(c, p, v, h);
 }

@@ -45,6 +45,8 @@ struct path_harvest {
     struct path_rgb normal; /* shading normal of what the lens sees; only when demodulated */
     struct path_rgb lobe;   /* directional albedo of the glossy lobe whose light fields of the lens
                                bring, too; 0: none */
+    uint32_t mirrored[PATH_SLOTS]; /* reflections before the first surface; only where contexts have
+                                      mirrors */
     _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's
                                                     fields would */
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];

@@ -107,6 +107,25 @@ static void keep_lambert_shares(const struct path_packet *p, const struct path_v
     }
 }
 
+static float over(float share, float tint)
+{
+    return tint > 0.0f ? share / tint : 0.0f;
+}
+
+/* What mirrors take of light is taken as albedo is. */
+static void untint_shares(const struct path_packet *p, const struct path_vertex *v,
+                          struct path_harvest *h)
+{
+    const struct lanes3 *tint = &v->mirrors.tint;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!v->active.on[i] || v->mirrors.count[i] == 0) continue;
+        h->share.r[slot] = over(h->share.r[slot], tint->x[i]);
+        h->share.g[slot] = over(h->share.g[slot], tint->y[i]);
+        h->share.b[slot] = over(h->share.b[slot], tint->z[i]);
+    }
+}
+
 /* Whether the path goes on; its throughput makes up for those that do not. */
 static bool survives(struct path_packet *next, uint32_t lane, float chance)
 {
@@ -222,6 +241,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
         const float at[2] = {u[i], w[i]};
         if (v->active.on[i] && !v->lambert.on[i]) scatter_general(c, p, v, i, lobe[i], at, &s, h);
     }
+    if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
     append(c, p, v, &s, h, next);
     if (c->record) record(c, p, v, &s, h, next);
 }

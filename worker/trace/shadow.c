@@ -1,6 +1,7 @@
 #include "worker/trace/shadow.h"
 
 #include "worker/trace/block_store.h"
+#include "worker/trace/field_record.h"
 #include "worker/trace/lane_kernels.h"
 
 static void sums_init(struct shadow_sums *s)
@@ -96,7 +97,9 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
     bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
     struct shadow_sums *sums = &scratch->sums;
+    struct path_record *record = p->record && p->record->field.light == index ? p->record : NULL;
     if (hidden(q, light, count, p, &scratch->batch[0], counters)) {
+        if (record) field_record_hidden(record, &scratch->batch[0]);
         shadow_store_unlit(index, p, samples);
         return;
     }
@@ -106,10 +109,11 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
         uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
         for (uint32_t k = 0; k < n; k++)
-            kernels->sample_light(light, strata_u(&scratch->strata, first + k),
-                                  strata_v(&scratch->strata, first + k), p->surface, &p->lit,
-                                  &scratch->batch[k]);
+            kernels->sample_stratum(light, strata_u(&scratch->strata, first + k),
+                                    strata_v(&scratch->strata, first + k), p->surface, &p->lit,
+                                    &scratch->batch[k]);
         trace_batch(q, slopes, p, scratch->batch, n, counters);
+        if (record) field_record_strata(p, q, light, slopes, scratch, first, n);
         for (uint32_t k = 0, i = first; k < n; k++, i++) {
             kernels->add_stratum(&scratch->batch[k], i & 7, sums);
             if (slopes) kernels->add_slopes(&scratch->batch[k], sums);

@@ -5,6 +5,8 @@
 #include "worker/trace/shadow_sums.h"
 #include "worker/trace/strata.h"
 
+struct path_record;
+
 /* Strata that are sampled, traced and summed up together: nine of a pixel stay in the first-level
  * cache, and Embree is called back to back. */
 #define SHADOW_BATCH 9
@@ -17,6 +19,7 @@ struct shading_point {
     struct lanes_mask lit;     /* lanes inside the image with a surface that reflects something */
     struct lanes_mask counted; /* of these, the tile's own */
     uint32_t lit_count;
+    struct path_record *record; /* of a stratum of one of the lights (field_record.h); or NULL */
 };
 
 /* Scratch; the packets' rays as queries_init_rays left them. */

@@ -24,7 +24,7 @@ void sky_radiance(const struct sky *sky, const float direction[3], float radianc
 /* The same; returns which share of it is soft: up to so many times the map's mean that what fills
  * a small solid angle w brings no more than SKY_SOFT_TIMES w/4pi of all light, however bright it
  * is. Shadows of the rest may be as sharp as those of a sun. */
-#define SKY_SOFT_TIMES 12.0f
+#define SKY_SOFT_TIMES PLAN_SKY_SOFT_TIMES
 float sky_radiance_soft(const struct sky *sky, const float direction[3], float radiance[3]);
 
 /* Of a map: a direction by three uniform numbers, its density per solid angle (0: none). */

@@ -194,7 +194,7 @@ static void leave_surface(const float *magnitude, struct surface *s)
     }
 }
 
-static void kernel_finish_surface(const struct RTCRay16 *rays, const float *magnitude,
+static void kernel_finish_surface(const struct RTCRay16 *rays, const float *magnitude, bool flat,
                                   struct surface *s)
 {
     struct lanes3 direction;
@@ -203,8 +203,12 @@ static void kernel_finish_surface(const struct RTCRay16 *rays, const float *magn
     memcpy(direction.z, rays->dir_z, sizeof direction.z);
     normalise(&s->facet, &direction, -1.0f);
     turn(&s->facet, &direction, -1.0f);
-    normalise(&s->normal, &s->facet, 1.0f);
-    turn(&s->normal, &s->facet, 1.0f);
+    if (flat) {
+        s->normal = s->facet;
+    } else {
+        normalise(&s->normal, &s->facet, 1.0f);
+        turn(&s->normal, &s->facet, 1.0f);
+    }
     bend_to_viewer(&s->normal, &direction);
     leave_surface(magnitude, s);
 }

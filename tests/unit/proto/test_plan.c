@@ -226,6 +226,26 @@ static void light_of_lens_samples_is_checked(void **state)
            ERR_RANGE, "planes");
 }
 
+/* Mirrors are looked through where fields light what they show; each is a scattering. */
+static void mirrors_are_checked(void **state)
+{
+    (void)state;
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1), ERR_OK, "");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 2), ERR_LIMIT,
+           "lens_mirrors");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 4), ERR_OK,
+           "");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 5),
+           ERR_LIMIT, "lens_mirrors");
+    EXPECT(plan.lens_mirrors = 1, ERR_LIMIT, "lens_mirrors");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1,
+            plan.indirect_filter = INDIRECT_FILTER_SHEARED),
+           ERR_LIMIT, "lens_mirrors");
+    EXPECT((LOBES, plan.lens_rest = 1), ERR_OK, "");
+    EXPECT((LOBES, plan.lens_rest = 2), ERR_LIMIT, "lens_rest");
+    EXPECT(plan.lens_rest = 1, ERR_LIMIT, "lens_rest");
+}
+
 static void environments_are_checked(void **state)
 {
     (void)state;
@@ -568,6 +588,36 @@ static void filtered_case(struct plan *plan)
     plan->shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
+/* Lone sub-samples are for pinholes. */
+static void lone_case(struct plan *plan)
+{
+    plan->paths = (struct plan_paths){0};
+    plan->camera.aperture_radius = 0.0f;
+    plan->lens_strata_per_axis = plan->lens_light = 0;
+    plan->planes = (plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL)) | PLANE_BIT(LONE);
+    plan->occlusion_distance = 1.0f;
+}
+
+static void lone_sub_samples_are_checked(void **state)
+{
+    static const int compared[] = {PLANE_DEPTH,      PLANE_NORMAL,     PLANE_ID,    PLANE_SUB_DEPTH,
+                                   PLANE_SUB_NORMAL, PLANE_SUB_ALBEDO, PLANE_SUB_ID};
+    (void)state;
+    EXPECT(lone_case(&plan), ERR_OK, "");
+    for (size_t i = 0; i < sizeof compared / sizeof compared[0]; i++)
+        EXPECT((lone_case(&plan), plan.planes &= ~(UINT64_C(1) << compared[i])), ERR_RANGE,
+               "planes");
+    EXPECT((lone_case(&plan), plan.camera.aperture_radius = 0.1f), ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.tile_px = 36), ERR_RANGE, "tile_px");
+    EXPECT((lone_case(&plan), plan.tile_px = 40), ERR_OK, "");
+    EXPECT((lone_case(&plan), plan.planes |= UINT64_C(1) << 62), ERR_RANGE, "planes");
+    /* Nothing would light them. */
+    EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY),
+            plan.light_planes = 0),
+           ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)), ERR_OK, "");
+}
+
 static void filters_are_checked(void **state)
 {
     (void)state;
@@ -797,6 +847,7 @@ int main(void)
         cmocka_unit_test(lenses_are_checked),
         cmocka_unit_test(lens_samples_are_checked),
         cmocka_unit_test(light_of_lens_samples_is_checked),
+        cmocka_unit_test(mirrors_are_checked),
         cmocka_unit_test(environments_are_checked),
         cmocka_unit_test(paths_are_checked),
         cmocka_unit_test(indirect_filters_are_checked),
@@ -816,6 +867,7 @@ int main(void)
         cmocka_unit_test(planes_and_counts_are_checked),
         cmocka_unit_test(light_count_is_checked),
         cmocka_unit_test(filters_are_checked),
+        cmocka_unit_test(lone_sub_samples_are_checked),
         cmocka_unit_test(light_planes_follow_the_type),
         cmocka_unit_test(rays_follow_the_camera),
     };

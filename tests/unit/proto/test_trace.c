@@ -104,11 +104,16 @@ static void is_kept(void **state)
     }
     trace_keep(&none, text);
     assert_string_equal(text, "");
-    static const char *const wrong[] = {
-        "", "x", "00-" ID "-" SPAN "-0", "00-" ID "-" SPAN "-01-", "01-" ID "-" SPAN "-01",
-        "00-" ID "-" SPAN "-01-0000000000000000", "00-" ID "-" SPAN "-01-00f067aa0ba902bg",
-        "00-" ID "-" SPAN "-01_" SPAN, "00-" ID "-" SPAN "-01-" SPAN "0",
-        "00-" ID "-0000000000000000-01"};
+    static const char *const wrong[] = {"",
+                                        "x",
+                                        "00-" ID "-" SPAN "-0",
+                                        "00-" ID "-" SPAN "-01-",
+                                        "01-" ID "-" SPAN "-01",
+                                        "00-" ID "-" SPAN "-01-0000000000000000",
+                                        "00-" ID "-" SPAN "-01-00f067aa0ba902bg",
+                                        "00-" ID "-" SPAN "-01_" SPAN,
+                                        "00-" ID "-" SPAN "-01-" SPAN "0",
+                                        "00-" ID "-0000000000000000-01"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         assert_false(trace_kept(wrong[i], &back));
         assert_memory_equal(&back, &none, sizeof back);

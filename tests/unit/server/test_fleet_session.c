@@ -24,6 +24,7 @@
 
 #define SOCKET_DIR  "/tmp/shearwater-test-fleet"
 #define PATIENCE_MS 5000
+#define LONG_MS     60000 /* none of it takes so long, however busy the machine */
 
 /* ---- the fleet's client: hands out tiles by number, notes what comes back ---- */
 
@@ -373,7 +374,7 @@ static struct fleet_totals totals(const struct world *w)
 static void a_tile_goes_out_and_its_result_in(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile;
@@ -413,7 +414,7 @@ static void a_tile_goes_out_and_its_result_in(void **state)
 static void waiting_workers_are_served_on_a_wake(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile;
@@ -431,7 +432,7 @@ static void waiting_workers_are_served_on_a_wake(void **state)
 static void late_verdicts_and_cancelled_frames(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile, other;
@@ -464,7 +465,7 @@ static void late_verdicts_and_cancelled_frames(void **state)
 static void mismatches_are_refused_with_advice(void **state)
 {
     (void)state;
-    struct world *w = world_open(60000, 60000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer good = peer_open(w);
     peer_join(&good);
     for (int i = 0; i < 4; i++) {
@@ -493,7 +494,7 @@ static void mismatches_are_refused_with_advice(void **state)
 static void an_unknown_hello_is_refused(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     bytes_write_u32(&p.w, 1234);
     bytes_write_u64(&p.w, 0x1122334455667788u);
@@ -506,7 +507,7 @@ static void an_unknown_hello_is_refused(void **state)
 static void out_of_state_and_damaged_messages_end_the_session(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     for (int i = 0; i < 6; i++) {
         struct peer p = peer_open(w);
         uint8_t big[LIMIT_HELLO_BYTES + 100] = {0};
@@ -544,7 +545,7 @@ static void out_of_state_and_damaged_messages_end_the_session(void **state)
 static void foreign_and_old_results_do_not_pass_as_leases(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile, other;
@@ -583,7 +584,7 @@ static void foreign_and_old_results_do_not_pass_as_leases(void **state)
 static void given_back_and_faulted_tiles_reach_the_client(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile;
@@ -617,7 +618,7 @@ static void given_back_and_faulted_tiles_reach_the_client(void **state)
 static void silence_ends_a_session(void **state)
 {
     (void)state;
-    struct world *w = world_open(200, 5000);
+    struct world *w = world_open(200, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     peer_join(&p);
@@ -635,7 +636,7 @@ static void silence_ends_a_session(void **state)
 static void a_late_hello_is_not_awaited(void **state)
 {
     (void)state;
-    struct world *w = world_open(20000, 20000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     uint64_t before = uv_hrtime();
     peer_expect_close(&p);
@@ -648,7 +649,8 @@ static void a_late_hello_is_not_awaited(void **state)
 static void a_stalled_tile_is_taken_back(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 200);
+    /* Far longer than a turn may take while others use the machine. */
+    struct world *w = world_open(LONG_MS, 1000);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile;
@@ -657,15 +659,16 @@ static void a_stalled_tile_is_taken_back(void **state)
     peer_want(&p, 1);
     peer_expect(&p, MESSAGE_FRAME, &f);
     peer_tile(&p, &tile);
-    for (int i = 0; i < 10; i++) { /* progress keeps it */
-        peer_beat(&p, (uint64_t)i + 1);
-        for (int k = 0; k < 60; k++) turn(w);
+    uint64_t progress = 0;
+    for (uint64_t end = uv_hrtime() + 1500000000u; uv_hrtime() < end;) {
+        peer_beat(&p, ++progress); /* keeps it */
+        turn(w);
         assert_int_equal(w->returned, 0);
     }
     peer_want(&p, 1);
     peer_tile(&p, &tile);
-    for (int i = 0; w->returned < 2 && i < 5000; i++) {
-        if (i % 50 == 0) peer_beat(&p, 10);
+    for (int i = 0; w->returned < 2 && i < 2 * PATIENCE_MS; i++) {
+        if (i % 50 == 0) peer_beat(&p, progress);
         turn(w);
     }
     assert_int_equal(w->returned, 2);
@@ -676,7 +679,7 @@ static void a_stalled_tile_is_taken_back(void **state)
     w->verdict = VERDICT_STALE;
     assert_true(peer_result(&p, &tile, 10)); /* too late: the client judges */
     assert_int_equal(peer_verdict(&p), VERDICT_STALE);
-    peer_beat(&p, 11);
+    peer_beat(&p, progress + 1);
     peer_tile(&p, &tile);
     assert_int_equal(fleet_count(w->fleet), 1);
     peer_close(&p);
@@ -687,7 +690,7 @@ static void unacknowledged_results_stop_the_reading(void **state)
 {
     (void)state;
     enum { BYTES = 12 << 20, TILES = 4 };
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile[TILES];
@@ -729,7 +732,7 @@ static void blobs_are_served_in_parts(void **state)
 {
     (void)state;
     enum { BYTES = LIMIT_BLOB_PART_BYTES + 1000 };
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     uint8_t *blob = malloc(BYTES);
     for (size_t i = 0; i < BYTES; i++) blob[i] = (uint8_t)(i * 31 + (i >> 12));
     FILE *file = fopen(w->blob_path, "wb");
@@ -769,7 +772,7 @@ static void blobs_are_served_in_parts(void **state)
 static void draining_workers_get_nothing(void **state)
 {
     (void)state;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
     struct message_tile tile;
@@ -811,7 +814,7 @@ static void the_socket_is_private_and_replaces_a_dead_one(void **state)
 {
     (void)state;
     struct stat st;
-    struct world *w = world_open(5000, 5000);
+    struct world *w = world_open(LONG_MS, LONG_MS);
     assert_int_equal(stat(w->socket_path, &st), 0);
     assert_int_equal(st.st_mode & 0777, 0600);
     assert_true(fleet_port(w->fleet) > 0);

@@ -247,6 +247,25 @@ static void render_in_order(struct bench *b, int32_t tile_px)
     assert_int_equal(b->drawn_px, 203 * 131);
 }
 
+static bool is_nobodys(void *ctx, const struct digest *d)
+{
+    (void)ctx, (void)d;
+    return true;
+}
+
+static void files_are_held_by_who_is_told_of_them(void **state)
+{
+    struct bench *b = *state;
+    render_in_order(b, 64);
+    const struct digest *const files[] = {&b->exr, &b->png};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(objects_remove(&b->objects, files[i], is_nobodys, NULL), ERR_STATE);
+        objects_release(&b->objects, files[i]);
+        assert_int_equal(objects_remove(&b->objects, files[i], is_nobodys, NULL), 0);
+        assert_false(objects_have(&b->objects, files[i], NULL));
+    }
+}
+
 static void tiles_of_any_size_give_the_same_files(void **state)
 {
     struct bench *b = *state;
@@ -716,6 +735,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(files_are_held_by_who_is_told_of_them),
         TEST(tiles_of_any_size_give_the_same_files),
         TEST(filters_do_not_see_tiles),
         TEST(unfiltered_frames_count_nothing),

@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
-#include "proto/build.h"
 #include "tests/kernel/kernel_glossy.h"
+#include "tests/kernel/kernel_tests.h"
 
 static void compare(const struct glossy_kernels *tested)
 {
@@ -22,35 +22,12 @@ static void compare(const struct glossy_kernels *tested)
     }
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    compare(&glossy_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    compare(&glossy_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    (void)state;
-    const struct glossy_kernels *best = glossy_kernels_best();
-    assert_true(best == &glossy_kernels_c || best == &glossy_kernels_avx2 ||
-                best == &glossy_kernels_avx512);
-    compare(best);
-}
+KERNEL_TESTS(glossy, compare)
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

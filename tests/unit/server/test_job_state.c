@@ -109,7 +109,8 @@ static void statistics_survive_json(void **state)
     struct statistics in, out;
     uint64_t *words = (uint64_t *)&in;
     for (size_t i = 0; i < sizeof in / sizeof *words; i++) words[i] = 1000 + 17 * i;
-    memset(&in.counters_resumed, 0, sizeof in.counters_resumed); /* about this run alone: not kept */
+    memset(&in.counters_resumed, 0,
+           sizeof in.counters_resumed); /* about this run alone: not kept */
     json_t *json = statistics_json(&in);
     assert_non_null(json);
     assert_true(json_is_real(json_object_get(json_object_get(json, "cpu_s"), "total")));

@@ -45,7 +45,19 @@ static int add(struct lens_hidden *h, struct placed p, float value, size_t at)
 {
     const struct lens_light_row row = row_of(&p);
     const float light[3] = {value, 2.0f * value, 0.5f * value};
-    return lens_hidden_add(h, &row, 0, light, at);
+    const float rest[3] = {10.0f * value, value, value};
+    return lens_hidden_add(h, &row, 0, light, rest, LENS_HIDDEN_LIGHT, at);
+}
+
+/* Pixels in the cells, which have nothing to lend. */
+static struct lens_lender nobody[SIDE * SIDE];
+
+static float shared(const struct lens_hidden *h, const struct lens_lender *lenders, size_t k,
+                    float rest[3])
+{
+    float light[3];
+    lens_hidden_share(h, lenders, &h->list[k], light, rest);
+    return light[0];
 }
 
 static float found(uint32_t i)
@@ -70,9 +82,10 @@ static double spread(const struct lens_hidden *h, double *mean)
 {
     double sum = 0.0, square = 0.0;
     for (size_t k = 0; k < h->count; k++) {
-        float light[3];
+        float light[3], rest[3];
         assert_int_equal(h->list[k].at, k);
-        lens_hidden_share(h, h->list[k].cell, light);
+        lens_hidden_share(h, nobody, &h->list[k], light, rest);
+        assert_true(rest[0] == h->list[k].rest[0]);
         assert_true(fabsf(light[1] - 2.0f * light[0]) < 1e-3f);
         assert_true(fabsf(light[2] - 0.5f * light[0]) < 1e-3f);
         sum += (double)light[0];
@@ -102,26 +115,118 @@ static void noise_is_shared(void **state)
     }
 }
 
-/* Another surface in a cell does not share, and one beside it lends nothing. */
+/* Other surfaces in a cell, and beside it, have light of their own. */
 static void surfaces_keep_apart(void **state)
 {
     struct lens_hidden h;
     struct placed turned = on_wall(10, 10, 5);
-    float light[3];
+    float rest[3];
     (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     assert_int_equal(add(&h, on_wall(10, 10, 5), 1, 0), 1);
     assert_int_equal(add(&h, on_wall(10, 10, 5.05f), 3, 1), 1);
-    assert_int_equal(add(&h, on_wall(10, 10, 6), 100, 2), 0);
-    turned.normal[0] = turned.normal[2] = sqrtf(0.5f);
-    assert_int_equal(add(&h, turned, 100, 3), 0);
-    assert_int_equal(add(&h, on_wall(11, 10, 6), 1000, 4), 1);
+    assert_int_equal(add(&h, on_wall(10, 10, 6), 100, 2), 1);
+    turned.normal[0] = 1;
+    turned.normal[2] = 0;
+    assert_int_equal(add(&h, turned, 500, 3), 1);
+    assert_int_equal(add(&h, on_wall(11, 10, 7), 1000, 4), 1);
     assert_int_equal(add(&h, on_wall(10, 10 + LENS_HIDDEN_REACH_PX + 1, 5), 1000, 5), 1);
-    assert_int_equal(h.count, 4);
-    lens_hidden_share(&h, h.list[0].cell, light);
-    assert_true(fabsf(light[0] - 2.0f) < 1e-5f);
-    lens_hidden_share(&h, h.list[2].cell, light);
-    assert_true(fabsf(light[0] - 1000.0f) < 1e-3f);
+    assert_int_equal(h.count, 6);
+    assert_int_equal(h.spot_count, 5);
+    assert_true(fabsf(shared(&h, nobody, 0, rest) - 2.0f) < 1e-5f);
+    assert_true(fabsf(shared(&h, nobody, 2, rest) - 100.0f) < 1e-4f);
+    assert_true(fabsf(shared(&h, nobody, 3, rest) - 500.0f) < 1e-3f);
+    assert_true(fabsf(shared(&h, nobody, 4, rest) - 1000.0f) < 1e-3f);
+    lens_hidden_fini(&h);
+}
+
+/* A cell has room for eight surfaces; who comes later keeps what is his. */
+static void crowds_keep_their_light(void **state)
+{
+    struct lens_hidden h;
+    (void)state;
+    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    for (int k = 0; k < 12; k++)
+        assert_int_equal(add(&h, on_wall(10, 10, (float)(5 + k)), 1, (size_t)k), k < 8);
+    assert_int_equal(add(&h, on_wall(10, 10, 6), 1, 12), 1);
+    lens_hidden_fini(&h);
+}
+
+/* Of a surface of few samples, others that face about the same way take part, and pixels beside;
+ * the less the more it has of its own. */
+static void others_do_for_few(void **state)
+{
+    static struct lens_lender lenders[SIDE * SIDE];
+    float rest[3], last = 0.0f;
+    (void)state;
+    lenders[11 * SIDE + 10] = (struct lens_lender){
+        .plane = {0.5f, 0, sqrtf(0.75f)}, .light = {8, 8, 8, 5}, .point = {10, 11, 5}};
+    lenders[12 * SIDE + 10] =
+        (struct lens_lender){.plane = {0, 0, 1}, .light = {500, 500, 500, 5}, .point = {10, 12, 5}};
+    for (int many = 1; many <= 64; many *= 4) {
+        struct lens_hidden h;
+        assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+        struct placed slanted = on_wall(11, 10, 5);
+        slanted.normal[0] = 0.5f;
+        slanted.normal[2] = sqrtf(0.75f);
+        for (int k = 0; k < many; k++) assert_int_equal(add(&h, on_wall(10, 10, 5), 0, 0), 1);
+        slanted.point[0] = 10;
+        assert_int_equal(add(&h, slanted, 4, 1), 1);
+        const float own = shared(&h, lenders, 0, rest);
+        if (many == 1) assert_true(own > 5.0f && own < 8.0f);
+        if (many > 1) assert_true(own < last);
+        if (many == 64) assert_true(own == 0.0f);
+        last = own;
+        lens_hidden_fini(&h);
+    }
+}
+
+/* What samples send besides is shared by those alone that ask for it, and its mean stays. */
+static void reflections_are_shared(void **state)
+{
+    struct lens_hidden h;
+    const float zero[3] = {0}, bright[3] = {6, 3, 9};
+    float rest[3];
+    (void)state;
+    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    struct placed p = on_wall(10, 10, 5);
+    const struct lens_light_row row = row_of(&p);
+    assert_int_equal(lens_hidden_add(&h, &row, 0, bright, bright, LENS_HIDDEN_REST, 0), 1);
+    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, LENS_HIDDEN_REST, 1), 1);
+    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, 3, 2), 1);
+    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, bright, LENS_HIDDEN_LIGHT, 3), 1);
+    assert_true(shared(&h, nobody, 0, rest) == 6.0f);
+    assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
+    assert_true(shared(&h, nobody, 2, rest) == 0.0f);
+    assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
+    assert_true(shared(&h, nobody, 3, rest) == 0.0f);
+    assert_true(rest[0] == 6.0f);
+    lens_hidden_fini(&h);
+}
+
+/* A small bright surface beside a large dim one keeps what it reflects, and so do both together. */
+static void reflections_stay_on_their_surface(void **state)
+{
+    struct lens_hidden h;
+    float light[3], rest[3], sum = 0.0f;
+    (void)state;
+    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    struct placed dim = on_wall(10, 10, 5), bent = on_wall(10, 10, 5);
+    bent.normal[0] = 0.5f;
+    bent.normal[2] = sqrtf(0.75f);
+    const struct lens_light_row dims = row_of(&dim), bents = row_of(&bent);
+    for (int k = 0; k < 104; k++) {
+        const float sent[3] = {k < 4 ? 100.0f : 1.0f, 1, 1};
+        assert_int_equal(
+            lens_hidden_add(&h, k < 4 ? &bents : &dims, 0, sent, sent, LENS_HIDDEN_REST, (size_t)k),
+            1);
+    }
+    assert_int_equal(h.spot_count, 2);
+    for (size_t k = 0; k < h.count; k++) {
+        lens_hidden_share(&h, nobody, &h.list[k], light, rest);
+        sum += rest[0];
+    }
+    assert_true(fabsf(sum - 500.0f) < 0.01f);
     lens_hidden_fini(&h);
 }
 
@@ -136,7 +241,7 @@ static void samples_belong_to_the_nearest_pixel(void **state)
         p.across = k & 1 ? 0.6f : 0.4f;
         p.down = k & 2 ? 0.6f : 0.4f;
         assert_int_equal(add(&h, p, 1, k), 1);
-        assert_int_equal(h.list[k].cell, (20 + k / 2) * SIDE + 10 + k % 2);
+        assert_int_equal(h.first[(20 + k / 2) * SIDE + 10 + k % 2], h.list[k].spot);
     }
     lens_hidden_fini(&h);
 }
@@ -145,6 +250,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(noise_is_shared),
                                        cmocka_unit_test(surfaces_keep_apart),
+                                       cmocka_unit_test(crowds_keep_their_light),
+                                       cmocka_unit_test(others_do_for_few),
+                                       cmocka_unit_test(reflections_are_shared),
+                                       cmocka_unit_test(reflections_stay_on_their_surface),
                                        cmocka_unit_test(samples_belong_to_the_nearest_pixel)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

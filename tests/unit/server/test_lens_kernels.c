@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/lens_field.h"
+#include "tests/kernel/kernel_tests.h"
 
 #define STRIDE     96
 #define ROWS       24
@@ -20,7 +20,9 @@
 #define COUNT      48
 #define NUMBERS    67 /* of a row: no multiple of any vector */
 #define ADD_ARRAYS 10
-#define ADD_SUMS   (LENS_CELL_SUMS * 64 * 9)
+#define ALL_LANES  ((1u << LENS_LANES) - 1u)
+#define ADD_CELLS  (64 * 9)
+#define ADD_SUMS   (LENS_CELL_SUMS * (ADD_CELLS + LENS_LANES))
 
 static float between(uint32_t *state, float low, float high)
 {
@@ -82,6 +84,7 @@ static struct lens_place place_of(float arrays[ADD_ARRAYS][NUMBERS], int32_t lev
                                .columns = 50,
                                .rows = 9,
                                .stride = 64,
+                               .spare = ADD_CELLS,
                                .phase_step = 16};
 }
 
@@ -101,7 +104,7 @@ static void compare_add(const struct lens_kernels *tested, uint32_t seed, int32_
             memcpy(result, expected, sizeof result);
             lens_kernels_c.add(&place, count, expected);
             tested->add(&place, count, result);
-            assert_memory_equal(expected, result, sizeof result);
+            assert_memory_equal(expected, result, ADD_CELLS * LENS_CELL_SUMS * sizeof *result);
         }
     }
 }
@@ -171,17 +174,24 @@ static void compare_focus(const struct lens_kernels *tested, uint32_t seed)
 static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
 {
     float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES], views[2][LENS_VIEWS][LENS_LANES];
+    float before[LENS_VIEWS][LENS_LANES];
     const struct lens_composite composite = {.sums = sums,
                                              .lens = {0.25f, 0.25f, 0.2f, 0.3f},
                                              .share = {0.2f, 0.3f, 0.4f, 0.1f},
-                                             .slope = 3.5f};
+                                             .slope = 3.5f,
+                                             .near = seed % 2 ? ALL_LANES : 0x6ca5};
     for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
         sums[i] = between(&seed, 0.0f, 1.0f) * (float)(seed >> 30 & 1u);
     fill(&seed, 0.0f, 1.0f, LENS_VIEWS * LENS_LANES, views[0][0]);
     memcpy(views[1], views[0], sizeof *views);
+    memcpy(before, views[0], sizeof before);
     lens_kernels_c.composite(&composite, views[0]);
     tested->composite(&composite, views[1]);
     assert_memory_equal(views[0], views[1], sizeof *views);
+    for (int i = 0; i < LENS_LANES; i++)
+        for (int k = 0; k < LENS_VIEWS && !(composite.near >> i & 1u); k++)
+            assert_true(views[0][k][i] == before[k][i]);
+    assert_true(memcmp(views[0], before, sizeof before) != 0);
 }
 
 static void compare_lines(const struct lens_kernels *tested, uint32_t seed)
@@ -260,7 +270,7 @@ static void samples_lie_at_projections(void **state)
     const float slope[3] = {4.0f, 4.0f, 1.0f}, pass[3] = {5.0f, 5.0f, 5.0f}, along[3] = {0};
     const float left[3] = {0.5f, -0.5f, 0.25f}, chord[3] = {0}, height[3] = {0.25f, -0.5f, 1.0f};
     const float known[3] = {0.0f, 0.0f, 2.0f}, light[3] = {1.0f, 2.0f, 3.0f};
-    static _Alignas(16) float sums[CELLS][LENS_CELL_SUMS];
+    static _Alignas(16) float sums[CELLS + LENS_LANES][LENS_CELL_SUMS];
     struct lens_place place = {.slope = slope,
                                .pass = pass,
                                .known = known,
@@ -279,6 +289,7 @@ static void samples_lie_at_projections(void **state)
                                .row = -20,
                                .columns = 30,
                                .rows = 40,
+                               .spare = CELLS,
                                .stride = 30};
     const float first[] = {1, 1, 1, 3, 1, 4, 1, 1};   /* at (10.5 + 4 / 2, 0.5 + 4 / 4) */
     const float second[] = {2, 2, 2, 12, 1, 4, 1, 1}; /* at (11.5 - 2, 0.5 - 2) */
@@ -293,25 +304,7 @@ static void samples_lie_at_projections(void **state)
     assert_memory_equal(sums[PASSING], third, sizeof third);
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    compare(&lens_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    compare(&lens_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    (void)state;
-    compare(lens_kernels_best());
-}
+KERNEL_TESTS(lens, compare)
 
 int main(void)
 {
@@ -319,9 +312,7 @@ int main(void)
         cmocka_unit_test(reference),
         cmocka_unit_test(layers_cover_all_slopes),
         cmocka_unit_test(samples_lie_at_projections),
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

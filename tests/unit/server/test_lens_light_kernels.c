@@ -9,12 +9,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "proto/octahedron.h"
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "proto/shared_exponent.h"
 #include "server/reconstruct/lens_light_kernels.h"
+#include "tests/kernel/kernel_tests.h"
 
 #define NUMBERS 67 /* of a row: no multiple of any vector */
 #define INPUTS  6
@@ -170,38 +170,14 @@ static void samples_send_on_what_falls_on_them(void **state)
     assert_true(n.light[3][0] <= LENS_RADIANCE_MAX);
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    compare(&lens_light_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    compare(&lens_light_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    const char *isa = build_isa();
-    const struct lens_light_kernels *fit = &lens_light_kernels_c;
-    (void)state;
-    if (isa && strcmp(isa, "avx2") == 0) fit = &lens_light_kernels_avx2;
-    if (isa && strcmp(isa, "avx512") == 0) fit = &lens_light_kernels_avx512;
-    assert_ptr_equal(lens_light_kernels_best(), fit);
-}
+KERNEL_TESTS(lens_light, compare)
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_lie_where_the_middle_sees_their_points),
         cmocka_unit_test(samples_send_on_what_falls_on_them),
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
     };
     return cmocka_run_group_tests_name("lens_light_kernels", tests, NULL, NULL);
 }

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "server/reconstruct/lens_residual_kernels.h"
+#include "tests/kernel/kernel_tests.h"
 
 enum { COUNT = 61, SAMPLES = 9, PLANES = 15 }; /* no multiple of any vector */
 
@@ -68,25 +68,7 @@ static void compare(const struct lens_residual_kernels *tested)
     }
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    compare(&lens_residual_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    compare(&lens_residual_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    (void)state;
-    compare(lens_residual_kernels_best());
-}
+KERNEL_TESTS(lens_residual, compare)
 
 static void averages_are_means_in_order(void **state)
 {
@@ -135,9 +117,7 @@ static void pixels_get_what_is_not_noise(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
         cmocka_unit_test(averages_are_means_in_order),
         cmocka_unit_test(pixels_get_what_is_not_noise),
     };

@@ -30,6 +30,9 @@ static void blocks_are_made_once_for_all(void **state)
 
 enum { MANY = 12, TURNS = 4 };
 
+static const struct streams_limits few_bytes = {.feed_bytes_per_s = TURNS * PACE_TURN_BYTES,
+                                                .stuck_ms = UINT64_MAX};
+
 static int blocks_of_all(struct MHD_Response **feeds, int count, int *complete)
 {
     int blocks = 0;
@@ -52,7 +55,7 @@ static void many_feeds_share_what_may_be_sent(void **state)
     assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
     socket_of_all = ends[0]; /* nobody has hung up */
     assert_int_equal(streams_create(&streams), 0);
-    streams_limit(streams, TURNS * PACE_TURN_BYTES, UINT64_MAX);
+    streams_limit(streams, &few_bytes);
     stream_image(streams, job, image);
     /* A handful is not limited. */
     for (int i = 0; i < 8; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wish);
@@ -62,7 +65,7 @@ static void many_feeds_share_what_may_be_sent(void **state)
     for (int i = 8; i < MANY; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wish);
     assert_int_equal(blocks_of_all(feeds, MANY, &complete), (MANY - 8) * BLOCKS);
     assert_false(streams_wait(streams));
-    streams_limit(streams, TURNS * PACE_TURN_BYTES, UINT64_MAX); /* the budget of a second */
+    streams_limit(streams, &few_bytes); /* the budget of a second */
     stream_pixels(streams, job, everything);
     blocks_of_all(feeds, MANY, &complete);
     assert_true(complete >= 1 && complete < MANY);
@@ -87,10 +90,14 @@ static void many_feeds_share_what_may_be_sent(void **state)
         complete += more;
     }
     assert_int_equal(complete, MANY);
-    /* Where nothing is in work nobody waits. */
+    /* A picture is in work until its job has ended: its files are written when it is gone. */
     stream_pixels(streams, job, everything);
     blocks_of_all(feeds, MANY, &complete);
     stream_image(streams, job, NULL);
+    (void)streams_pace(streams);
+    assert_true(streams_wait(streams));
+    /* Where nothing is in work nobody waits. */
+    stream_event(streams, job, "state", NULL, true);
     (void)streams_pace(streams);
     assert_false(streams_wait(streams));
     int more;
@@ -115,7 +122,7 @@ static void who_takes_nothing_is_cut_and_counted(void **state)
     assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
     socket_of_all = ends[0];
     assert_int_equal(streams_create(&streams), 0);
-    streams_limit(streams, 0, 50);
+    streams_limit(streams, &(struct streams_limits){.stuck_ms = 50});
     stream_image(streams, job, image);
     struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
     while (hear(feed, &heard)) {
@@ -157,7 +164,7 @@ static void who_takes_little_is_not_cut(void **state)
     for (int i = 0; i < 8; i++)
         assert_int_equal(send(ends[0], bytes, sizeof bytes, 0), sizeof bytes);
     assert_int_equal(streams_create(&streams), 0);
-    streams_limit(streams, 0, 50);
+    streams_limit(streams, &(struct streams_limits){.stuck_ms = 50});
     stream_image(streams, job, image);
     struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
     stream_pixels(streams, job, everything);

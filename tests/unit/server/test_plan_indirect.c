@@ -8,7 +8,8 @@
 #define BIT(plane)    PLANE_BIT(plane)
 #define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
 #define PLANES_SURFACE                                                                             \
-    (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID))
+    (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) |            \
+     BIT(SUB_ID) | BIT(LONE))
 
 static void must_make(struct stage *s)
 {
@@ -438,7 +439,7 @@ static void reports_filters_as_json(void **state)
     assert_int_equal(json_integer_value(json_object_get(samples, "antialias")), 3);
     assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 9);
     const json_t *planes = json_object_get(json, "planes");
-    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 1)),
+    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
                         "open");
     json_decref(json);
 }

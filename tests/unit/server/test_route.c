@@ -39,6 +39,7 @@ static void finds_every_resource(void **state)
     } cases[] = {
         {METHOD_PUT, "/v1/assets/" HEX, ROUTE_ASSET_PUT},
         {METHOD_HEAD, "/v1/assets/" HEX, ROUTE_ASSET_HEAD},
+        {METHOD_DELETE, "/v1/assets/" HEX, ROUTE_ASSET_DELETE},
         {METHOD_POST, "/v1/jobs", ROUTE_JOB_SUBMIT},
         {METHOD_POST, "/v1/jobs?dry_run=1", ROUTE_JOB_SUBMIT},
         {METHOD_GET, "/v1/jobs?limit=5&state=running&text=a%20b&cursor=" ID, ROUTE_JOB_LIST},
@@ -105,6 +106,7 @@ static void refuses(void **state)
         {METHOD_GET, "/v1/jobs/" ID "/frames/2147483648/image.exr", ERR_NOT_FOUND},
         {METHOD_PATCH, "/v1/workers/99999999999999999999", ERR_NOT_FOUND},
         {METHOD_PUT, "/v1/assets/abc", ERR_SYNTAX},
+        {METHOD_DELETE, "/v1/assets/abc", ERR_SYNTAX},
         {METHOD_PUT, "/v1/assets/5891B5B522D5DF086D0FF0B110FBD9D21BB4FC7163AF34D08286A2E846F6BE03",
          ERR_SYNTAX},
         {METHOD_GET, "/v1/jobs?limt=5", ERR_UNKNOWN_MEMBER},
@@ -116,6 +118,9 @@ static void refuses(void **state)
         {METHOD_GET, "/%2e%2e/etc/passwd", ERR_SYNTAX},
         {METHOD_GET, "/v1/./jobs", ERR_SYNTAX},
         {METHOD_GET, "//main.js", ERR_SYNTAX},
+        {METHOD_GET, "/main.js HTTP/1.1", ERR_SYNTAX},
+        {METHOD_GET, "/v1/jobs?text=a b", ERR_SYNTAX},
+        {METHOD_GET, "/main.js\t", ERR_SYNTAX},
         {METHOD_GET, "/v1/jobs/", ERR_SYNTAX},
         {METHOD_GET, "/main.js%00.png", ERR_SYNTAX},
         {METHOD_GET, "/..%2fmain.js", ERR_SYNTAX},
@@ -140,7 +145,7 @@ static void names_the_methods_of_a_path(void **state)
     assert_int_equal(read_and_find(METHOD_PUT, "/v1/jobs", &m), ERR_STATE);
     assert_string_equal(m.allow, "POST, GET, HEAD");
     assert_int_equal(read_and_find(METHOD_GET, "/v1/assets/" HEX, &m), ERR_STATE);
-    assert_string_equal(m.allow, "PUT, HEAD");
+    assert_string_equal(m.allow, "PUT, HEAD, DELETE");
     assert_int_equal(read_and_find(METHOD_POST, "/main.js", &m), ERR_STATE);
     assert_string_equal(m.allow, "GET, HEAD");
 }

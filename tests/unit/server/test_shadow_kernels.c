@@ -7,8 +7,8 @@
 
 #include <cmocka.h>
 
-#include "proto/build.h"
 #include "tests/kernel/kernel_field.h"
+#include "tests/kernel/kernel_tests.h"
 
 static void compare(const struct shadow_kernels *tested, uint32_t l, uint64_t seed)
 {
@@ -26,35 +26,12 @@ static void all_strata(const struct shadow_kernels *tested)
     for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) compare(tested, l, l);
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    all_strata(&shadow_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    all_strata(&shadow_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    (void)state;
-    const struct shadow_kernels *best = shadow_kernels_best();
-    assert_true(best == &shadow_kernels_c || best == &shadow_kernels_avx2 ||
-                best == &shadow_kernels_avx512);
-    all_strata(best);
-}
+KERNEL_TESTS(shadow, all_strata)
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

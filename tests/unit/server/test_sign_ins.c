@@ -181,7 +181,7 @@ static void tokens_are_found_whole(void **state)
 
 static void texts_that_may_be_tokens(void **state)
 {
-    char most[258];
+    char most[257]; /* without an end: a sanitizer sees a read beyond */
     (void)state;
     memset(most, 'a', sizeof most);
     assert_true(tokens_is_text(most, 256) && tokens_is_text(most, 20));

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "proto/build.h"
+#include "tests/kernel/kernel_tests.h"
 #include "tests/kernel/kernel_v_plane.h"
 
 static void compare(const struct v_plane_kernels *tested)
@@ -21,35 +21,12 @@ static void compare(const struct v_plane_kernels *tested)
     }
 }
 
-static void avx2(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "sse4.2") == 0) skip();
-    compare(&v_plane_kernels_avx2);
-}
-
-static void avx512(void **state)
-{
-    (void)state;
-    if (!build_isa() || strcmp(build_isa(), "avx512") != 0) skip();
-    compare(&v_plane_kernels_avx512);
-}
-
-static void best_fits_the_cpu(void **state)
-{
-    (void)state;
-    const struct v_plane_kernels *best = v_plane_kernels_best();
-    assert_true(best == &v_plane_kernels_c || best == &v_plane_kernels_avx2 ||
-                best == &v_plane_kernels_avx512);
-    compare(best);
-}
+KERNEL_TESTS(v_plane, compare)
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(avx2),
-        cmocka_unit_test(avx512),
-        cmocka_unit_test(best_fits_the_cpu),
+        KERNEL_TESTS_OF_ALL,
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -83,8 +83,10 @@ static void test_light_samples_agree(void **state)
             lanes.on[i] = s.hit.on[i];
         }
         lane_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
-        for (int k = 1; k < isa_count(); k++) {
-            lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
+        for (int k = 0; k < 2 * isa_count(); k++) {
+            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k / 2]);
+            (k & 1 ? kernels->sample_light : kernels->sample_stratum)(&table.lights[0], u, v, &s,
+                                                                      &lanes, &got);
             assert_memory_equal(got.rays.ray.dir_x, expected.rays.ray.dir_x, 64);
             assert_memory_equal(got.rays.ray.dir_z, expected.rays.ray.dir_z, 64);
             assert_memory_equal(got.rays.ray.tfar, expected.rays.ray.tfar, 64);
@@ -118,7 +120,7 @@ static void test_surfaces_agree(void **state)
         if (round % 3 == 0) a.normal.x[3] = a.normal.y[3] = a.normal.z[3] = 0.0f;
         if (round % 5 == 0) a.facet.x[9] = a.facet.y[9] = a.facet.z[9] = 0.0f;
         b = a;
-        lane_kernels_sse42.finish_surface(&rays, magnitude, &a);
+        lane_kernels_sse42.finish_surface(&rays, magnitude, false, &a);
         for (int i = 0; i < LANES; i++) {
             float facing = a.facet.x[i] * rays.dir_x[i] + a.facet.y[i] * rays.dir_y[i] +
                            a.facet.z[i] * rays.dir_z[i];
@@ -130,8 +132,31 @@ static void test_surfaces_agree(void **state)
         }
         for (int k = 1; k < isa_count(); k++) {
             struct surface c = b;
-            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, &c);
+            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, false, &c);
             assert_memory_equal(&c, &a, sizeof a);
+        }
+    }
+}
+
+/* Where all normals are those of facets, they need not be made twice. */
+static void test_flat_surfaces(void **state)
+{
+    (void)state;
+    uint64_t seed = 5;
+    static struct RTCRay16 rays;
+    _Alignas(64) float magnitude[LANES] = {0};
+    for (int i = 0; i < LANES; i++) rays.dir_z[i] = 1.0f;
+    for (int round = 0; round < 100; round++) {
+        struct surface expected, flat;
+        random_surface(&seed, &expected);
+        expected.normal = expected.facet;
+        flat = expected;
+        for (int i = 0; i < LANES; i++) flat.normal.x[i] = NAN; /* nobody reads them */
+        lane_kernels_sse42.finish_surface(&rays, magnitude, false, &expected);
+        for (int k = 0; k < isa_count(); k++) {
+            struct surface got = flat;
+            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, true, &got);
+            assert_memory_equal(&got, &expected, sizeof got);
         }
     }
 }
@@ -254,6 +279,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_light_samples_agree),
         cmocka_unit_test(test_surfaces_agree),
+        cmocka_unit_test(test_flat_surfaces),
         cmocka_unit_test(test_camera_rays),
         cmocka_unit_test(test_unorms),
         cmocka_unit_test(test_packed_normals_are_octahedron_codes),

@@ -1085,10 +1085,11 @@ static void options_are_checked(void **state)
     assert_int_equal(o.threads, 3);
     assert_int_equal(o.tiles_in_hand, 6);
     assert_int_equal(o.cache_bytes, 2ull << 30);
-    static char *const wrong[][2] = {
-        {"--threads", "0"},  {"--threads", "1025"},   {"--threads", "2x"},
-        {"--threads", "-1"}, {"--cache-bytes", "1T"}, {"--tiles-in-hand", "257"},
-        {"--name", NULL},    {"--nonsense", "1"},     {"--log-format", "xml"}, {"--cache-bytes", "99999999999G"}};
+    static char *const wrong[][2] = {{"--threads", "0"},      {"--threads", "1025"},
+                                     {"--threads", "2x"},     {"--threads", "-1"},
+                                     {"--cache-bytes", "1T"}, {"--tiles-in-hand", "257"},
+                                     {"--name", NULL},        {"--nonsense", "1"},
+                                     {"--log-format", "xml"}, {"--cache-bytes", "99999999999G"}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         char *argv[] = {"worker", "--connect", "unix:/x", wrong[i][0], wrong[i][1]};
         assert_true(options_read(wrong[i][1] ? 5 : 4, argv, &o, &fault) < 0);

@@ -1,0 +1,105 @@
+#include "proto/lone.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/samples.h"
+
+#define CHANNELS 3u
+
+static const char *const part_names[LONE_PART_COUNT] = {"direct", "indirect", "indirect_half",
+                                                        "glossy", "glossy_half"};
+
+uint32_t lone_parts(const struct plan *plan)
+{
+    uint32_t parts = 0;
+    /* Beside paths these bring direct light. */
+    if (plan->paths.spp == 0 && plan->light_planes != 0) parts |= 1u << LONE_DIRECT;
+    if (plan->planes & PLANES_BOUNCE_LIGHT) parts |= 1u << LONE_INDIRECT;
+    if (plan->planes & PLANE_BIT(INDIRECT_HALVES)) parts |= 1u << LONE_INDIRECT_HALF;
+    if (plan->planes & PLANE_BIT(GLOSSY_MEAN)) parts |= 1u << LONE_GLOSSY;
+    if (plan->planes & PLANE_BIT(GLOSSY_HALF)) parts |= 1u << LONE_GLOSSY_HALF;
+    return parts;
+}
+
+uint32_t lone_words(uint32_t parts)
+{
+    return 1u + CHANNELS * (uint32_t)__builtin_popcount(parts);
+}
+
+int lone_create(uint32_t parts, uint32_t count, struct lone_list **out)
+{
+    struct lone_list *list = calloc(1, sizeof *list);
+    if (!list) return ERR_MEMORY;
+    list->parts = parts;
+    list->count = count;
+    list->words = calloc((size_t)count * lone_words(parts) + 1, sizeof *list->words);
+    if (!list->words) {
+        free(list);
+        return ERR_MEMORY;
+    }
+    *out = list;
+    return 0;
+}
+
+void lone_destroy(struct lone_list **list)
+{
+    if (!*list) return;
+    free((*list)->words);
+    free(*list);
+    *list = NULL;
+}
+
+size_t lone_bytes(const struct lone_list *list)
+{
+    return list ? (size_t)list->count * lone_words(list->parts) * sizeof *list->words : 0;
+}
+
+float *lone_values(const struct lone_list *list, enum lone_part part, uint32_t channel)
+{
+    const uint32_t before = list->parts & ((1u << part) - 1u);
+    if (!(list->parts >> part & 1u)) return NULL;
+    const uint32_t component =
+        1u + CHANNELS * (uint32_t)__builtin_popcount(before) + channel; /* after the places */
+    return (float *)(void *)(list->words + (size_t)component * list->count);
+}
+
+static int check_places(const struct lone_list *list, uint32_t places, struct fault *fault)
+{
+    for (uint32_t e = 0; e < list->count; e++) {
+        const uint32_t place = list->words[e];
+        if (place >= places)
+            return fault_set(fault, ERR_RANGE, "lone", "place %u of entry %u is not below %u",
+                             place, e, places);
+        if (e > 0 && place <= list->words[e - 1])
+            return fault_set(fault, ERR_RANGE, "lone", "place %u of entry %u does not ascend",
+                             place, e);
+    }
+    return 0;
+}
+
+static int check_part(const struct lone_list *list, enum lone_part part, struct fault *fault)
+{
+    for (uint32_t c = 0; c < CHANNELS; c++) {
+        const float *v = lone_values(list, part, c);
+        for (uint32_t e = 0; v && e < list->count; e++) {
+            char place[LIMIT_POINTER_BYTES];
+            if (v[e] >= 0.0f && v[e] <= LONE_RADIANCE_MAX) continue;
+            snprintf(place, sizeof place, "lone.%s[%u]", part_names[part], c);
+            return fault_set(fault, isfinite(v[e]) ? ERR_RANGE : ERR_NOT_FINITE, place,
+                             "%g at entry %u", (double)v[e], e);
+        }
+    }
+    return 0;
+}
+
+int lone_check(const struct lone_list *list, uint32_t places, struct fault *fault)
+{
+    int error = check_places(list, places, fault);
+    for (uint32_t part = 0; part < LONE_PART_COUNT && !error; part++)
+        error = check_part(list, part, fault);
+    return error;
+}

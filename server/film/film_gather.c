@@ -1,0 +1,63 @@
+/* From a film's tiles to the patch that a block reads. */
+#include <assert.h>
+
+#include "server/film/film_work.h"
+#include "server/film/gather.h"
+#include "server/film/gather_lone.h"
+#include "server/reconstruct/lens_light.h"
+
+void film_gather_in(struct film *film, struct scratch *scratch)
+{
+    film->scratch = scratch;
+}
+
+/* Light of lone sub-samples of all tiles in *t. */
+static int gather_lone(const struct film *film, struct rect t, struct patch *patch)
+{
+    uint32_t count = 0;
+    if (!(film->plan->planes & PLANE_BIT(LONE))) return 0;
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const uint32_t tile = film_tile_at(film, column, row);
+            count += gather_lone_count(film->plan, film->tiles[tile].samples,
+                                       tile_grid_rect(&film->grid, tile), patch);
+        }
+    const int error = gather_lone_reserve(film->plan, count, patch);
+    if (error) return error;
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const uint32_t tile = film_tile_at(film, column, row);
+            gather_lone_tile(film->plan, film->tiles[tile].samples,
+                             tile_grid_rect(&film->grid, tile), patch);
+        }
+    lone_share_sort(&patch->lone);
+    return 0;
+}
+
+int film_gather(const struct film *film, uint32_t block, struct patch **out)
+{
+    struct patch *patch;
+    *out = NULL;
+    assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
+    struct rect area = film_block_rect(film, block);
+    int error = patch_create_in(film->scratch, film->plan, film_reach(film, area), &patch);
+    if (error) return error;
+    if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan) ||
+        patch_has_far_lobes(film->plan) || patch_has_far_paths(film->plan) ||
+        film->plan->lens_filter != LENS_FILTER_NONE)
+        patch->core = rect_intersect(
+            rect_grow(area, lens_light_ring_px(film->plan) + PATCH_RING_PX), patch->rect);
+    struct rect t = film_tiles_of(film, block);
+    for (int32_t row = t.y0; row < t.y1; row++) {
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            uint32_t tile = film_tile_at(film, column, row);
+            const struct film_tile *from = &film->tiles[tile];
+            gather_tile(film->plan, from->samples, from->counts, tile_grid_rect(&film->grid, tile),
+                        patch);
+        }
+    }
+    error = gather_lone(film, t, patch);
+    if (error) patch_destroy(&patch);
+    *out = patch;
+    return error;
+}

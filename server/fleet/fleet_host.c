@@ -1,0 +1,121 @@
+/* What sessions ask of the fleet: session_host's functions. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/build.h"
+#include "server/fleet/admission.h"
+#include "server/fleet/fleet_work.h"
+
+static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
+                  struct message_refused *refused)
+{
+    struct fleet *fleet = ctx;
+    const struct admission rules = {.build_id = build_id(),
+                                    .isa = build_isa(),
+                                    .embree_version = fleet->embree_version,
+                                    .workers = fleet_count(fleet)};
+    if (!admission_check(&rules, &s->hello, refused)) return false;
+    if (!fleet->embree_version[0])
+        memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
+    *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};
+    const struct conduct_record *record =
+        conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
+    fleet_note_joined(fleet, s);
+    if (record) s->quarantined_until_ms = record->until_ms;
+    return true;
+}
+
+static void wake(void *ctx)
+{
+    fleet_wake(ctx);
+}
+
+static void tile_returned(void *ctx, struct session *s, const struct fleet_tile *tile,
+                          enum fleet_return why)
+{
+    struct fleet *fleet = ctx;
+    fleet->totals.returned++;
+    lease_past_add(&fleet->past, tile->frame_id, tile->index, tile->generation);
+    if (fleet->closing) return;
+    fleet->client.returned(fleet->client.ctx, s->id, tile, why);
+    fleet_wake(fleet);
+}
+
+static void tile_faulted(void *ctx, struct session *s, const struct message_tile_fault *fault)
+{
+    struct fleet *fleet = ctx;
+    lease_past_add(&fleet->past, fault->frame_id, fault->index, fault->generation);
+    if (fleet->closing) return;
+    fleet->client.faulted(fleet->client.ctx, s->id, fault);
+    fleet_wake(fleet);
+}
+
+static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t capacity)
+{
+    struct fleet *fleet = ctx;
+    return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
+}
+
+/* True when this session holds the lease, which ends, or holds the tile in another generation, or
+ * when the lease has ended lately, whoever held it: then it is the client's to judge. */
+static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
+{
+    uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
+    if (at == LEASE_NONE)
+        return lease_has_tile(&s->leases, r->frame_id, r->index) ||
+               lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
+    lease_answer(&s->leases, at, uv_now(fleet->loop));
+    lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
+    return true;
+}
+
+static uint32_t offer_result(struct fleet *fleet, struct session *s, uint64_t request_id,
+                             const struct message_result *r, int *error)
+{
+    uint8_t *bytes = malloc(r->samples_bytes ? r->samples_bytes : 1);
+    *error = bytes ? session_add_unacked(s, request_id, r) : ERR_MEMORY;
+    if (*error) {
+        free(bytes);
+        return 0;
+    }
+    memcpy(bytes, r->samples, r->samples_bytes);
+    struct message_result owned = *r;
+    owned.samples = bytes;
+    uint8_t *given = bytes;
+    uint32_t verdict =
+        fleet->client.result(fleet->client.ctx, s->id, &owned, &given, r->samples_bytes);
+    if (verdict != 0) free(bytes);
+    return verdict;
+}
+
+static int take_result(void *ctx, struct session *s, uint64_t request_id,
+                       const struct message_result *r)
+{
+    struct fleet *fleet = ctx;
+    struct message_ack ack = {.frame_id = r->frame_id,
+                              .index = r->index,
+                              .generation = r->generation,
+                              .verdict = VERDICT_FOREIGN};
+    int error = 0;
+    if (fleet->closing) return 0;
+    fleet->totals.results++;
+    fleet_wake(fleet);
+    if (was_leased(fleet, s, r)) ack.verdict = offer_result(fleet, s, request_id, r, &error);
+    if (ack.verdict != 0 && error == 0) session_ack(s, &ack, request_id);
+    return error;
+}
+
+struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, struct session *s))
+{
+    return (struct session_host){.ctx = fleet,
+                                 .greet = greet,
+                                 .result = take_result,
+                                 .returned = tile_returned,
+                                 .gone = fleet_note_gone,
+                                 .struck = fleet_struck,
+                                 .faulted = tile_faulted,
+                                 .blob_path = blob_path,
+                                 .unacked_bytes = &fleet->unacked_bytes,
+                                 .wake = wake,
+                                 .closed = closed};
+}

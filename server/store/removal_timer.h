@@ -1,0 +1,26 @@
+#pragma once
+/* When removals that had to wait are looked at again (asset_removal_pass): a second after something
+ * may have begun to wait, then less and less often while something does. Of a round that is cut
+ * into passes each rests for twenty times as long as it took: others want the store, too.
+ *
+ * On the loop's thread. It does not keep the loop alive. */
+#include <stdbool.h>
+#include <uv.h>
+
+#include "server/store/asset_removal.h"
+
+/* Has a pass made; removal_timer_over follows, perhaps before it returns. */
+typedef void (*removal_timer_due)(void *ctx);
+
+struct removal_timer {
+    uv_timer_t handle; /* its data is the caller's */
+    uint64_t wait_ms;
+    bool in_round, is_wanted; /* one is in work; another one is due after it */
+    removal_timer_due due;
+    void *ctx;
+};
+
+/* Whoever has it closes the handle. */
+void removal_timer_init(struct removal_timer *t, uv_loop_t *loop, removal_timer_due due, void *ctx);
+void removal_timer_soon(struct removal_timer *t);
+void removal_timer_over(struct removal_timer *t, const struct removal_pass *pass);

@@ -1,0 +1,40 @@
+#pragma once
+/* The tests that all tables of kernels have: every instruction set's give the reference's bits, and
+ * the CPU gets its own. For a file with KERNEL_TESTS(NAME, compare) at its top level and
+ * KERNEL_TESTS_OF_ALL among its tests, where `compare` takes a table, struct NAME_kernels, and
+ * asserts what must hold of it. */
+#include <stdbool.h>
+#include <string.h>
+
+#include "proto/build.h"
+
+static inline bool cpu_runs(const char *isa)
+{
+    const char *best = build_isa();
+    return best && (strcmp(best, isa) == 0 || strcmp(best, "avx512") == 0);
+}
+
+#define KERNEL_TESTS(NAME, compare)                                                                \
+    static void avx2_agrees(void **state)                                                          \
+    {                                                                                              \
+        (void)state;                                                                               \
+        if (!cpu_runs("avx2")) skip();                                                             \
+        compare(&NAME##_kernels_avx2);                                                             \
+    }                                                                                              \
+    static void avx512_agrees(void **state)                                                        \
+    {                                                                                              \
+        (void)state;                                                                               \
+        if (!cpu_runs("avx512")) skip();                                                           \
+        compare(&NAME##_kernels_avx512);                                                           \
+    }                                                                                              \
+    static void best_fits_the_cpu(void **state)                                                    \
+    {                                                                                              \
+        (void)state;                                                                               \
+        assert_ptr_equal(NAME##_kernels_best(), cpu_runs("avx512") ? &NAME##_kernels_avx512        \
+                                                : cpu_runs("avx2") ? &NAME##_kernels_avx2          \
+                                                                   : &NAME##_kernels_c);           \
+    }
+
+#define KERNEL_TESTS_OF_ALL                                                                        \
+    cmocka_unit_test(avx2_agrees), cmocka_unit_test(avx512_agrees),                                \
+        cmocka_unit_test(best_fits_the_cpu)

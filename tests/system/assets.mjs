@@ -1,0 +1,480 @@
+// Assets that are given up, for tests/system/assets.sh: assets.mjs BUILD_DIR. TAP.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync } from "node:fs";
+import { request } from "node:http";
+import { resolve } from "node:path";
+import { Control, ENOSPC } from "../load/fault_life.mjs";
+import { Tenant, begin, make_tokens, scene_bytes } from "../load/parts/clients.mjs";
+import { Service, check, done, folder, join, marked_scene, readFileSync, readdirSync, sha256, skip, sleep, slower, until, writeFileSync } from "../load/service.mjs";
+
+const build = process.argv[2];
+const box = scene_bytes(), scene = (mark) => marked_scene(box, mark);
+const picture = { image: { width: 32, height: 32 }, sampling: { spp: 1 } };
+const long = { image: { width: 1024, height: 1024 }, sampling: { spp: 1024 }, filter: { method: "none" } };
+const shown = (a) => `${a?.status} ${a?.body}`;
+const slug = (a) => /problem:([a-z-]+)/.exec(String(a.body))?.[1];
+const is = (a, status, kind) => a.status === status && (!kind || slug(a) === kind);
+
+// What is on the disk.
+const in_folders = (path) => existsSync(path) ? readdirSync(path).flatMap((two) => readdirSync(join(path, two)).map((rest) => two + rest)) : [];
+const objects_of = (service) => in_folders(join(service.data, "objects"));
+const notes_of = (service) => in_folders(join(service.data, "removals"));
+const has_object = (service, digest) => existsSync(join(service.data, "objects", digest.slice(0, 2), digest.slice(2)));
+const remove = (t, digest) => t.ask("DELETE", `/v1/assets/${digest}`);
+const head = async (t, digest) => (await t.ask("HEAD", `/v1/assets/${digest}`)).status;
+const put = (t, bytes) => t.put(bytes, sha256(bytes));
+const job = (t, digest, more = picture, members = {}) => t.post({ scene: { asset: digest, ...members }, ...more });
+const id_of = (a) => { if (a.status !== 202) throw new Error(`not accepted: ${shown(a)}`); return JSON.parse(a.body).id; };
+const ended = (t, id) => until(60, async () => { const { state } = await t.json(`/v1/jobs/${id}`); return ["finished", "failed", "cancelled"].includes(state) && state; });
+const in_state = (t, id, state) => until(30, async () => (await t.json(`/v1/jobs/${id}`)).state === state);
+const exr = async (t, id) => { const a = await t.ask("GET", `/v1/jobs/${id}/frames/1/image.exr`); return a.status === 200 && sha256(a.body); };
+
+const tokens = make_tokens(build, ["a", "b"]);
+const admin = execFileSync(join(build, "shearwater"), ["token", tokens.file, "--name", "root", "--tenant", "ops", "--role", "admin"], { encoding: "utf8" }).trim();
+const viewer = execFileSync(join(build, "shearwater"), ["token", tokens.file, "--name", "eye", "--tenant", "a", "--role", "viewer"], { encoding: "utf8" }).trim();
+const all_of = (service) => ({ a: new Tenant(service, tokens.token.a), b: new Tenant(service, tokens.token.b), root: new Tenant(service, admin), eye: new Tenant(service, viewer) });
+
+// ---- one after another ----
+
+const whose = async (service) => {
+    const { a, b, root, eye } = all_of(service), bytes = scene("whose"), digest = sha256(bytes);
+    check("what nobody has: 404", is(await remove(a, digest), 404, "not-found"));
+    await put(a, bytes);
+    const no = await remove(b, digest);
+    check("another's: 404", is(no, 404, "not-found"), shown(no));
+    check("... and it is there", await head(a, digest) === 200 && await head(b, digest) === 404);
+    check("a viewer's role does not do", is(await remove(eye, digest), 403, "forbidden"));
+    check("an administrator gives up what is his, which this is not: 404", is(await remove(root, digest), 404) && await head(a, digest) === 200);
+    const gone = await remove(a, digest);
+    check("one's own: 204, without a body", gone.status === 204 && gone.body.length === 0, shown(gone));
+    check("... and nobody sees it any more", await head(a, digest) === 404 && await head(root, digest) === 404);
+    check("... nor is it on the disk", !has_object(service, digest) && notes_of(service).length === 0);
+    check("... again: 404", is(await remove(a, digest), 404, "not-found"));
+    await put(a, bytes);
+    check("... brought again it is there again", await head(a, digest) === 200 && has_object(service, digest));
+    await remove(a, digest);
+};
+
+// By its own hands: a client that would tidy the path.
+const raw = (service, path) => new Promise((go, fail) => {
+    const r = request({ host: "127.0.0.1", port: service.port, method: "DELETE", path, headers: { Authorization: `Bearer ${admin}` }, agent: false },
+        (answer) => { const parts = []; answer.on("data", (p) => parts.push(p)); answer.on("end", () => go({ status: answer.statusCode, body: Buffer.concat(parts) })); });
+    r.on("error", fail);
+    r.end();
+});
+const hostile = async (service) => {
+    const before = objects_of(service).sort().join(), digest = sha256("x");
+    const paths = ["short", digest.slice(1), `${digest}0`, digest.toUpperCase(), "..", "%2e%2e", "../jobs.sqlite", "..%2f..%2fjobs.sqlite", "%2e%2e%2f%2e%2e%2fjobs.lock",
+        `${digest.slice(0, 61)}%00a`, `${digest.slice(0, 60)}/../`, `${digest}/..`, `../owners/a/${digest}`, `${digest.slice(0, 62)}%2f`, "%", "%zz", "*", "", `${"../".repeat(21)}a`, "\\..\\..\\jobs.sqlite"];
+    const wrong = [];
+    for (const path of paths) {
+        const answer = await raw(service, `/v1/assets/${path}`);
+        if (![400, 404, 405].includes(answer.status) || !slug(answer)) wrong.push(`${path}: ${shown(answer)}`);
+    }
+    check(`${paths.length} digests that are none: 400, 404 or 405`, wrong.length === 0, wrong.join("\n"));
+    check("... a malformed one is 400 as for its siblings", is(await raw(service, "/v1/assets/short"), 400, "malformed-request") && is(await raw(service, `/v1/assets/${digest.toUpperCase()}`), 400));
+    const body = await all_of(service).a.ask("DELETE", `/v1/assets/${digest}`, "x", { "Content-Length": 1 }), query = await raw(service, `/v1/assets/${digest}?purge=1`);
+    check("... and a body or a query is refused", is(body, 400) && is(query, 400), `${shown(body)} ${shown(query)}`);
+    check("... and nothing has gone", existsSync(join(service.data, "jobs.sqlite")) && objects_of(service).sort().join() === before);
+};
+
+const kept_by_jobs = async (service) => {
+    const { a, b } = all_of(service), bytes = scene("kept"), digest = sha256(bytes);
+    const map = Buffer.concat([Buffer.from("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n"), Buffer.alloc(32, 0x80)]), sky = sha256(map);
+    const side = Buffer.from(`beside ${Math.random()}`), beside = sha256(side);
+    for (const one of [bytes, map, side]) await put(a, one);
+    await put(b, bytes);
+    const running = id_of(await job(a, digest, { ...long, environment: { asset: sky } }, { files: { "x.bin": beside } }));
+    check("a job runs", await in_state(a, running, "running"));
+    for (const [what, one] of [["scene", digest], ["map", sky], ["file beside it", beside]]) {
+        const no = await remove(a, one);
+        check(`its ${what} stays: 409, which names it`, is(no, 409, "asset-in-use") && String(no.body).includes(running), shown(no));
+    }
+    const paused = id_of(await job(a, digest, long));
+    await a.ask("PATCH", `/v1/jobs/${paused}`, '{"paused": true}', { "Content-Type": "application/json" });
+    const both = await remove(a, digest);
+    check("so it does for one that is paused", is(both, 409) && String(both.body).includes(paused) && String(both.body).includes(running), shown(both));
+    const more = [];
+    for (let i = 0; i < 4; i++) more.push(id_of(await job(a, digest, long)));
+    const many = await remove(a, digest);
+    check("of many it names some, and says how many there are more", is(many, 409) && /and 2 more/.test(many.body), shown(many));
+    check("another tenant who has it too learns of none, and may", is(await remove(b, digest), 204) && await head(b, digest) === 404);
+    check("... the file stays", has_object(service, digest) && await head(a, digest) === 200);
+    await put(b, bytes);
+    for (const id of [paused, running, ...more]) await a.ask("DELETE", `/v1/jobs/${id}`);
+    for (const id of [paused, running, ...more]) await ended(a, id);
+    check("called off: it may go", is(await remove(a, digest), 204) && await head(a, digest) === 404);
+    check("... but is there for the other", has_object(service, digest) && await head(b, digest) === 200);
+    const drawn = id_of(await job(b, digest));
+    check("... who draws it", await ended(b, drawn) === "finished");
+    check("... and goes with him", is(await remove(b, digest), 204) && !has_object(service, digest));
+    for (const one of [sky, beside]) check("what else the job named goes, too", is(await remove(a, one), 204) && !has_object(service, one));
+};
+
+const what_came_of_it = async (service) => {
+    const { a } = all_of(service), before = new Set(objects_of(service)), bytes = scene("derived"), digest = sha256(bytes);
+    const other = { image: { width: 40, height: 24 }, sampling: { spp: 1 } }; // no other part draws this picture
+    await put(a, bytes);
+    const id = id_of(await a.post({ scene: { asset: digest }, ...other }, { "Idempotency-Key": "the-derived" }));
+    check("a job is drawn", await ended(a, id) === "finished");
+    const pixels = await exr(a, id), files = objects_of(service).filter((one) => !before.has(one));
+    check("of it there are: its asset, the scene's blob, two pictures", files.length === 4 && files.includes(digest) && files.includes(pixels), files.join());
+    check("the asset goes", is(await remove(a, digest), 204));
+    const left = objects_of(service).filter((one) => !before.has(one));
+    check("... and the blob with it; the pictures stay", left.length === 2 && left.includes(pixels) && await exr(a, id) === pixels, left.join());
+    const again = await job(a, digest, other);
+    check("submitted again: the asset is missing, and its place is told", is(again, 422, "missing-asset") && JSON.parse(again.body).pointer === "/scene/asset", shown(again));
+    const told = await a.post({ scene: { asset: digest }, ...other }, { "Idempotency-Key": "the-derived" });
+    check("... but by the key that it came with it is found", told.status === 202 && id_of(told) === id && JSON.parse(told.body).existed, shown(told));
+    check("... which takes no other", is(await a.post({ scene: { asset: digest }, ...other }, { "Idempotency-Key": "another" }), 422, "missing-asset"));
+    await put(a, bytes);
+    const second = id_of(await job(a, digest, other));
+    check("brought again it is imported and drawn again, to the same bytes", await ended(a, second) === "finished" && await exr(a, second) === pixels);
+    // One digest, two things: the picture of a job, brought as a map.
+    const map = (await a.ask("GET", `/v1/jobs/${id}/frames/1/image.exr`)).body;
+    await put(a, map);
+    check("a picture that is an asset, too: given up", is(await remove(a, pixels), 204) && await head(a, pixels) === 404);
+    check("... it is the job's picture still", has_object(service, pixels) && await exr(a, id) === pixels);
+    await remove(a, digest);
+};
+
+const shared_blob = async (service) => { // two assets whose bytes differ import to the same blob
+    const { a } = all_of(service), before = new Set(objects_of(service)), one = scene("twin 1"), two = scene("twin 2");
+    for (const bytes of [one, two]) { await put(a, bytes); await ended(a, id_of(await job(a, sha256(bytes)))); }
+    const blobs = () => objects_of(service).filter((name) => !before.has(name) && readFileSync(join(service.data, "objects", name.slice(0, 2), name.slice(2))).subarray(0, 2).toString() === "SW").length;
+    const count = blobs();
+    await remove(a, sha256(one));
+    check("a blob that two imports gave stays with the second", count === 1 && blobs() === 1, `${count}, then ${blobs()}`);
+    check("... which is drawn from it", await ended(a, id_of(await job(a, sha256(two)))) === "finished");
+    await remove(a, sha256(two));
+    check("... and goes with it", blobs() === 0, `${blobs()}`);
+};
+
+const quota = async (service) => {
+    const { a } = all_of(service), block = (mark) => Buffer.alloc(600 << 10, mark);
+    check("a file within the quota", (await put(a, block(1))).status === 201);
+    check("... another one beyond: 429", is(await put(a, block(2)), 429, "quota-exceeded"));
+    check("... the first is given up", is(await remove(a, sha256(block(1))), 204));
+    check("... and there is room at once", (await put(a, block(2))).status === 201);
+    check("... for one", is(await put(a, block(1)), 429));
+    await service.kill();
+    await service.start();
+    check("after a restart, too", is(await put(a, block(1)), 429) && is(await remove(a, sha256(block(2))), 204) && (await put(a, block(1))).status === 201);
+    // The same bytes brought and given up at once, over and over: what counts in the end is what is there.
+    const small = Buffer.alloc(100 << 10, 9), digest = sha256(small);
+    for (let i = 0; i < 60; i++) await Promise.all([put(a, small), remove(a, digest), put(a, small), remove(a, digest)]);
+    await remove(a, digest);
+    await remove(a, sha256(block(1)));
+    const full = Buffer.alloc(1 << 20, 7);
+    check("after 240 uploads and removals at once the whole quota is free, and no more", (await put(a, full)).status === 201 && is(await put(a, small), 429));
+    await remove(a, sha256(full));
+};
+
+// ---- at once ----
+
+// A submission passes the loop while a removal is on the store's thread, and the other way around.
+const submitting = async (service) => {
+    const { a } = all_of(service), wrong = [], count = { accepted: 0, early: 0, late: 0, removed: 0, kept: 0 };
+    const one = async (i) => {
+        const bytes = scene(`raced ${i % 8}`), digest = sha256(bytes);
+        await put(a, bytes);
+        const answers = await Promise.all(i % 2 ? [job(a, digest), remove(a, digest)] : [remove(a, digest), job(a, digest), remove(a, digest)]);
+        for (const answer of answers) {
+            if (answer.status === 204) count.removed++;
+            else if (is(answer, 409, "asset-in-use")) count.kept++;
+            else if (is(answer, 422, "missing-asset")) count[JSON.parse(answer.body).pointer === "/scene" ? "late" : "early"]++;
+            else if (answer.status !== 202 && !is(answer, 404, "not-found")) wrong.push(shown(answer));
+        }
+        const ids = answers.filter((x) => x.status === 202).map(id_of);
+        count.accepted += ids.length;
+        for (const id of ids) if (await ended(a, id) !== "finished") wrong.push(`${id}: ${JSON.stringify((await a.json(`/v1/jobs/${id}`)).error)}`);
+        if (has_object(service, digest) !== (await head(a, digest) === 200)) wrong.push(`${digest}: disk and HEAD differ`);
+        return digest;
+    };
+    for (let i = 0; i < 160; i++) await remove(a, await one(i));
+    check(`submissions beside removals: ${count.accepted} accepted and drawn, ${count.early} refused before the store and ${count.late} in it; ${count.removed} removals, ${count.kept} refused`,
+        wrong.length === 0 && count.accepted > 0 && count.removed > 0 && count.early + count.late > 0, wrong.join("\n"));
+    check("... and nothing is left of them", Array.from({ length: 8 }, (_, i) => sha256(scene(`raced ${i}`))).every((digest) => !has_object(service, digest)));
+};
+
+const uploading = async (service) => {
+    const { a, b } = all_of(service), wrong = [];
+    let there = 0;
+    for (let i = 0; i < 60; i++) {
+        const bytes = Buffer.from(`uploaded ${i}`), digest = sha256(bytes);
+        await put(a, bytes);
+        const [up, down] = await Promise.all([put(b, bytes), remove(a, digest), remove(a, digest)]);
+        const lies = await head(b, digest) !== 200 || !has_object(service, digest);
+        if (up.status !== 201 || ![204, 404].includes(down.status) || lies) wrong.push(`${i}: ${up.status} ${down.status} ${lies}`);
+        there += !lies;
+        if (!is(await remove(b, digest), 204)) wrong.push(`${i}: b's stays`);
+    }
+    check(`60 uploads beside a removal of the same bytes: all ${there} are there`, wrong.length === 0, wrong.join("\n"));
+    const left = await Promise.all(Array.from({ length: 60 }, (_, i) => sha256(Buffer.from(`uploaded ${i}`))).map((d) => has_object(service, d)));
+    check("... and go with their last owner", !left.some(Boolean), `${left}`);
+};
+
+// The same picture is drawn again while an asset of its bytes is given up: one of both makes the file.
+const drawing = async (service) => {
+    const { a } = all_of(service), bytes = scene("drawn"), digest = sha256(bytes), wrong = [];
+    await put(a, bytes);
+    const first = id_of(await job(a, digest));
+    await ended(a, first);
+    const map = (await a.ask("GET", `/v1/jobs/${first}/frames/1/image.exr`)).body, pixels = sha256(map);
+    await a.ask("DELETE", `/v1/jobs/${first}?purge=1`);
+    for (let i = 0; i < 15; i++) {
+        const id = id_of(await job(a, digest));
+        let on = true;
+        const swing = (async () => { while (on) { await put(a, map); await remove(a, pixels); } })();
+        if (await ended(a, id) !== "finished") wrong.push(`${id} did not finish`);
+        on = false;
+        await swing;
+        if (await exr(a, id) !== pixels) wrong.push(`${id} has lost its picture`);
+        await a.ask("DELETE", `/v1/jobs/${id}?purge=1`);
+    }
+    check("15 pictures drawn while an asset of their bytes comes and goes are all there", wrong.length === 0, wrong.join("\n"));
+    await remove(a, digest);
+};
+
+// ---- killed between ----
+
+const settled = async (service, t, digest, label, wrong) => {
+    const there = await head(t, digest) === 200, job_answer = await job(t, digest, picture);
+    if (there !== has_object(service, digest)) wrong.push(`${label}: HEAD says ${there}, the disk ${!there}`);
+    if (there && (job_answer.status !== 202 || await ended(t, id_of(job_answer)) !== "finished")) wrong.push(`${label}: there, and not drawn: ${shown(job_answer)}`);
+    if (!there && !is(job_answer, 422, "missing-asset")) wrong.push(`${label}: ${shown(job_answer)}`);
+    if (there && !is(await remove(t, digest), 204)) wrong.push(`${label}: there, and not to be removed`);
+    if (notes_of(service).length) wrong.push(`${label}: notes ${notes_of(service)}`);
+    return there;
+};
+
+const can_preload = () => execFileSync("sh", ["-c", `nm ${build}/shearwater | grep -c __[at]san_init || true`], { encoding: "utf8" }).trim() === "0";
+const unreliable = (name, environment = {}) => {
+    const home = folder(name), control = new Control(join(home, "control"));
+    const faulty = { LD_PRELOAD: resolve(build, "tests/fake/preload_faults.so"), FAULTS_CONTROL: control.path, FAULTS_FOR: "shearwater", ...environment };
+    const service = new Service(build, join(home, "data"), { workers: 1, args: ["--tokens", tokens.file, "--tenant-assets", "1"] });
+    return { control, faulty, service };
+};
+
+// Each fsync of a removal hangs once, and the server is killed there: every step is the last one once.
+const killed_at_each_step = async () => {
+    const { control, faulty, service } = unreliable("assets-killed"), { a } = all_of(service), states = [], wrong = [];
+    let steps = 0;
+    for (let k = 1; k < 40; k++) {
+        await service.start(faulty);
+        const bytes = scene(`step ${k}`), digest = sha256(bytes), before = new Set(objects_of(service));
+        await put(a, bytes);
+        const drawn = id_of(await job(a, digest));
+        await ended(a, drawn);
+        await a.ask("DELETE", `/v1/jobs/${drawn}?purge=1`);
+        await sleep(100);
+        const from = control.calls("fsync");
+        control.fail("fsync", from + k, 1e9, 0);
+        const answer = remove(a, digest).catch(() => null);
+        const hung = await Promise.race([answer.then(() => false), until(10, () => control.calls("fsync") >= from + k, 5)]);
+        await service.kill();
+        await answer;
+        control.heal();
+        await service.start();
+        if (hung) steps = k;
+        states.push(await settled(service, a, digest, `step ${k}`, wrong) ? "there" : "gone");
+        const blobs = objects_of(service).filter((one) => !before.has(one) && one !== digest && readFileSync(join(service.data, "objects", one.slice(0, 2), one.slice(2))).subarray(0, 4).toString("latin1") !== "\x76\x2f\x31\x01" &&
+            readFileSync(join(service.data, "objects", one.slice(0, 2), one.slice(2))).subarray(1, 4).toString() !== "PNG");
+        if (blobs.length) wrong.push(`step ${k}: blobs are left: ${blobs}`);
+        await service.kill();
+        if (!hung) break;
+    }
+    check(`killed at each of ${steps} steps: after a restart it is there whole or gone whole (${states.join(" ")})`, wrong.length === 0 && steps >= 4 && states.includes("there") && states.at(-1) === "gone", wrong.join("\n"));
+};
+
+// A full disk is when files are given up; one that hangs is waited for by nobody.
+const bad_disks = async () => {
+    const { control, faulty, service } = unreliable("assets-disk", { SHEARWATER_ANSWER_MS: "1000" }), { a } = all_of(service);
+    await service.start(faulty);
+    const bytes = scene("disk"), digest = sha256(bytes);
+    await put(a, bytes);
+    control.from_now("make", ENOSPC);
+    const full = await remove(a, digest);
+    check("on a full disk: 204, and the file goes", full.status === 204 && await head(a, digest) === 404 && !has_object(service, digest), shown(full));
+    control.heal();
+    await put(a, bytes);
+    control.hang("fsync");
+    const begun = performance.now(), late = remove(a, digest);
+    let slowest_ms = 0, live = true;
+    for (let i = 0; i < 20; i++) {
+        const from = performance.now();
+        live &&= (await service.ask("GET", "/livez")).status === 200;
+        slowest_ms = Math.max(slowest_ms, performance.now() - from);
+        await sleep(20);
+    }
+    const answer = await late, waited_ms = performance.now() - begun;
+    check(`on a disk that hangs: 503 overdue after ${Math.round(waited_ms)} ms`, is(answer, 503, "overdue") && waited_ms < 3500 * slower, shown(answer));
+    check(`... and /livez answers all the time, within ${Math.round(slowest_ms)} ms`, live && slowest_ms < 500 * slower);
+    control.heal();
+    check("... over, it is done as a whole", await until(10, async () => await head(a, digest) === 404) && await until(10, () => !has_object(service, digest) && notes_of(service).length === 0));
+    check("... and the file may come again", (await put(a, bytes)).status === 201 && await ended(a, id_of(await job(a, digest))) === "finished");
+    await service.kill();
+};
+
+// Another file in the same folder.
+const beside = (bytes, mark) => {
+    const first = sha256(bytes).slice(0, 2);
+    for (let i = 0; ; i++) {
+        const other = Buffer.from(`${mark} ${i}`);
+        if (sha256(other).startsWith(first)) return other;
+    }
+};
+// One fsync hangs, the nth from now, and what `work` begins with it.
+const hung_at = async (control, n, work) => {
+    const from = control.calls("fsync");
+    control.fail("fsync", from + n, 1, 0);
+    const answer = work();
+    if (!await until(10, () => control.calls("fsync") >= from + n, 5)) throw new Error(`no fsync number ${n}`);
+    return answer;
+};
+const goes = (service, digest) => until(30, () => !has_object(service, digest) && notes_of(service).length === 0);
+
+// While a file is being stored those beside it cannot go; nor does what a job of somebody without a mark needs.
+const what_waits = async () => {
+    const { control, faulty, service } = unreliable("assets-waits"), { a, root } = all_of(service);
+    await service.start(faulty);
+    const bytes = scene("waits"), digest = sha256(bytes), other = beside(bytes, "beside it");
+    await put(a, bytes); // so that all folders are there: of the other the third fsync is the mark's
+    const { answer } = await hung_at(control, 3, () => ({ answer: put(a, other) }));
+    control.from_now("make", ENOSPC);
+    const full = await remove(a, digest);
+    check("what must wait, without room for its note: 507", is(full, 507, "disk-full") && await head(a, digest) === 200, shown(full));
+    control.fail("make", 0, 0, 0);
+    const gone = await remove(a, digest);
+    check("beside a file that is being stored: 204", is(gone, 204) && await head(a, digest) === 404, shown(gone));
+    await sleep(2500);
+    check("... and it waits", has_object(service, digest) && notes_of(service).join() === digest);
+    control.heal();
+    check("... that is stored, and it goes, without a restart", (await answer).status === 201 && await goes(service, digest) && await head(a, sha256(other)) === 200);
+    await put(a, bytes);
+    const running = id_of(await job(root, digest, long));
+    check("named by an administrator's job: its owner gives it up", is(await remove(a, digest), 204) && await head(a, digest) === 404);
+    await sleep(2500);
+    check("... it waits", has_object(service, digest) && notes_of(service).join() === digest);
+    await root.ask("DELETE", `/v1/jobs/${running}`);
+    check("... and goes after the job", await goes(service, digest));
+    await service.kill();
+    // Without tokens: nothing but the file itself says that it is there.
+    service.args = [];
+    await service.start(faulty);
+    await sleep(2000); // what a start looks for is over
+    const t = new Tenant(service);
+    await put(t, bytes);
+    writeFileSync(join(service.data, "removals", sha256(other).slice(0, 2), sha256(other).slice(2)), "");
+    const late = await hung_at(control, 3, () => ({ answer: put(t, other) })), no = await remove(t, digest);
+    check("without tokens it is refused, and told why", is(no, 503, "busy") && String(no.body).includes("beside it") && await head(t, digest) === 200, shown(no));
+    control.heal();
+    await late.answer;
+    check("... that is stored, and it may go", is(await remove(t, digest), 204) && !has_object(service, digest));
+    await service.kill();
+};
+
+// An upload that comes to nothing after its file is in its place.
+const failed_uploads = async () => {
+    const { control, faulty, service } = unreliable("assets-unkept"), { a } = all_of(service), block = (mark) => Buffer.alloc(600 << 10, mark);
+    await service.start(faulty);
+    const bytes = block(1), digest = sha256(bytes);
+    await put(a, bytes);
+    const again = await hung_at(control, 1, () => ({ answer: put(a, bytes) }));
+    const removed = await remove(a, digest), second = await put(a, block(2));
+    control.heal();
+    const answer = await again.answer;
+    check("brought again, given up meanwhile, and the room is taken: 429", is(removed, 204) && second.status === 201 && is(answer, 429, "quota-exceeded"), `${shown(removed)} ${shown(second)} ${shown(answer)}`);
+    check("... it does not stay", await goes(service, digest) && await head(a, digest) === 404);
+    const odd = Buffer.from("of a mark that cannot be made"), place = join(service.data, "owners", "a", sha256(odd).slice(0, 2));
+    writeFileSync(place, ""); // where its folder would be
+    const failed = await put(a, odd);
+    check("its mark cannot be made: 5xx, and it does not stay", failed.status >= 500 && await goes(service, sha256(odd)), shown(failed));
+    await service.kill();
+};
+
+const killed_at_random = async () => {
+    const service = await begin(build, "assets-random", { workers: 1, args: ["--tokens", tokens.file, "--tenant-assets", "1"] }), { a, b } = all_of(service), wrong = [];
+    for (let round = 0; round < 6; round++) {
+        const all = Array.from({ length: 12 }, (_, i) => Buffer.from(`round ${round} ${i}`));
+        for (const bytes of all) { await put(a, bytes); await put(b, bytes); }
+        const answers = new Map();
+        const work = Promise.all(all.map(async (bytes, i) => { for (const t of i % 2 ? [a, b] : [b, a]) answers.set(t, [...answers.get(t) ?? [], [sha256(bytes), await remove(t, sha256(bytes)).catch(() => null)]]); }));
+        await sleep(2 + 7 * round);
+        await service.kill();
+        await work;
+        await service.start();
+        for (const [t, list] of answers)
+            for (const [digest, answer] of list)
+                if (answer?.status === 204 && await head(t, digest) !== 404) wrong.push(`${digest} was told to be gone, and is there`);
+        for (const bytes of all) {
+            const digest = sha256(bytes), owners = [await head(a, digest), await head(b, digest)].filter((s) => s === 200).length;
+            if (owners > 0 !== has_object(service, digest)) wrong.push(`${digest}: ${owners} owners, and the file is ${has_object(service, digest) ? "" : "not "}there`);
+            await remove(a, digest);
+            await remove(b, digest);
+            if (has_object(service, digest)) wrong.push(`${digest} stays`);
+        }
+    }
+    check("killed in the midst of removals, six times: what was told is so, and files are there with their owners alone", wrong.length === 0, wrong.join("\n"));
+    const { size } = new Set([...objects_of(service), ...notes_of(service)]);
+    check("... and nothing is left", size === 0, `${size}`);
+    await service.kill();
+};
+
+// ---- without tokens ----
+
+const everybody = async () => {
+    const service = await begin(build, "assets-open", { workers: 1 }), t = new Tenant(service), bytes = scene("open"), digest = sha256(bytes);
+    await put(t, bytes);
+    const running = id_of(await job(t, digest, long));
+    const no = await remove(t, digest);
+    check("without tokens: a job keeps its asset", is(no, 409, "asset-in-use") && String(no.body).includes(running), shown(no));
+    await t.ask("DELETE", `/v1/jobs/${running}`);
+    await ended(t, running);
+    const drawn = id_of(await job(t, digest));
+    await ended(t, drawn);
+    check("... ended, it may go", await until(10, async () => (await remove(t, digest)).status === 204) && !has_object(service, digest) && is(await remove(t, digest), 404));
+    // What an earlier removal has noted, of the same bytes, is no word on what was brought since.
+    await put(t, bytes);
+    mkdirSync(join(service.data, "removals", digest.slice(0, 2)), { recursive: true });
+    writeFileSync(join(service.data, "removals", digest.slice(0, 2), digest.slice(2)), "");
+    await put(t, bytes);
+    await service.kill();
+    await service.start();
+    check("... brought again it stays there, after a restart, too", has_object(service, digest) && await head(t, digest) === 200 && notes_of(service).length === 0);
+    const pixels = await exr(t, drawn);
+    check("... a picture is no asset: 409", is(await remove(t, pixels), 409, "asset-in-use") && await exr(t, drawn) === pixels);
+    await put(t, bytes);
+    await service.kill();
+    // Tokens come: what is of before is nobody's.
+    service.args = ["--tokens", tokens.file];
+    await service.start();
+    const { a, root } = all_of(service);
+    check("with tokens then: what is of before is no tenant's", is(await remove(a, digest), 404) && has_object(service, digest));
+    check("... an administrator gives it up", is(await remove(root, digest), 204) && !has_object(service, digest));
+    await put(a, bytes);
+    service.args = [];
+    await service.kill();
+    await service.start();
+    check("without them again a tenant's stays: 409", is(await remove(t, digest), 409, "asset-in-use") && has_object(service, digest));
+    await service.kill();
+};
+
+const main = async () => {
+    const service = await begin(build, "assets", { workers: 2, args: ["--tokens", tokens.file, "--tenant-assets", "1"] });
+    for (const part of [whose, hostile, kept_by_jobs, what_came_of_it, shared_blob, quota, submitting, uploading, drawing]) await part(service);
+    check("it is the same process all the time, but where it was killed", service.is_up && service.starts === 2);
+    await service.kill();
+    if (can_preload()) {
+        await killed_at_each_step();
+        await bad_disks();
+        await what_waits();
+        await failed_uploads();
+    } else {
+        skip("killed at each step, disks that are full or hang, what waits and uploads that fail", "a sanitizer's allocator cannot be preloaded before");
+    }
+    await killed_at_random();
+    await everybody();
+    done();
+};
+await main();

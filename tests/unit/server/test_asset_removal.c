@@ -1,0 +1,414 @@
+/* What goes with an asset that is given up, and what keeps it: server/store/asset_removal.h. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/store/asset_owners.h"
+#include "server/store/job_store.h"
+#include "server/store/marks.h"
+
+struct fixture {
+    char dir[64];
+    uv_loop_t loop;
+    uv_timer_t pause;
+    struct objects objects;
+    struct job_store *store;
+};
+
+static int setup(void **state)
+{
+    struct fixture *f = calloc(1, sizeof *f);
+    strcpy(f->dir, "/tmp/shearwater-removal-XXXXXX");
+    if (!mkdtemp(f->dir) || uv_loop_init(&f->loop) || objects_open(&f->objects, f->dir)) return -1;
+    *state = f;
+    if (uv_timer_init(&f->loop, &f->pause)) return -1;
+    if (job_store_open(&f->loop, f->dir, &f->store)) return -1;
+    job_store_set_assets(f->store, &f->objects, NULL);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    struct fixture *f = *state;
+    job_store_close(&f->store);
+    uv_close((uv_handle_t *)&f->pause, NULL);
+    uv_run(&f->loop, UV_RUN_DEFAULT);
+    objects_remove_dir(f->dir);
+    int error = uv_loop_close(&f->loop);
+    free(f);
+    return error;
+}
+
+static void settle(struct fixture *f)
+{
+    uv_run(&f->loop, UV_RUN_DEFAULT);
+}
+
+/* Stored, and held. */
+static struct digest store(struct fixture *f, const char *text)
+{
+    struct object_writer *w;
+    struct digest d;
+    assert_int_equal(object_writer_begin(&f->objects, &w), 0);
+    assert_int_equal(object_writer_append(w, text, strlen(text)), 0);
+    assert_int_equal(object_writer_finish(&w, NULL, &d, NULL), 0);
+    return d;
+}
+
+static void own(struct fixture *f, const char *owner, const struct digest *d)
+{
+    bool existed;
+    assert_int_equal(asset_owners_add(&f->objects, owner, d, &existed), 0);
+}
+
+static struct digest bring(struct fixture *f, const char *owner, const char *text)
+{
+    const struct digest d = store(f, text);
+    own(f, owner, &d);
+    objects_release(&f->objects, &d);
+    return d;
+}
+
+static bool is_there(const struct fixture *f, const struct digest *d)
+{
+    return objects_have(&f->objects, d, NULL);
+}
+
+static bool is_noted(const struct fixture *f, const struct digest *d)
+{
+    return marks_have(&f->objects, "removals", d);
+}
+
+struct outcome {
+    int error;
+    struct asset_users users;
+};
+
+static void on_gave_up(void *ctx, int error, const struct asset_users *users)
+{
+    *(struct outcome *)ctx = (struct outcome){.error = error, .users = *users};
+}
+
+static int give_up(struct fixture *f, const char *owner, const struct digest *d)
+{
+    struct asset_claim claim = {.asset = *d};
+    struct outcome outcome = {.error = 1};
+    strcpy(claim.owner, owner);
+    job_store_remove_asset(f->store, &claim, on_gave_up, &outcome);
+    settle(f);
+    return outcome.error;
+}
+
+static void on_inserted(void *ctx, int error, const char *existing)
+{
+    (void)existing;
+    *(int *)ctx = error;
+}
+
+static void submit(struct fixture *f, const char *id, const char *key, const struct digest *asset,
+                   int *error)
+{
+    char hex[DIGEST_HEX_BYTES], text[128];
+    const struct digest body = {{7}};
+    struct job_row row = {.document = text, .state = "queued", .owner = "a"};
+    digest_to_hex(asset, hex);
+    snprintf(text, sizeof text, "{\"scene\":{\"asset\":\"%s\"}}", hex);
+    snprintf(row.id, sizeof row.id, "%s", id);
+    job_store_submit(f->store, &row, key, &body, &(struct job_assets){.items = asset, .count = 1},
+                     on_inserted, error);
+}
+
+static void on_done(void *ctx, int error)
+{
+    *(int *)ctx = error;
+}
+
+static void on_found(void *ctx, int error, const struct job_row *row,
+                     const struct frame_row *frames, size_t frame_count)
+{
+    (void)frames, (void)frame_count;
+    *(bool *)ctx = !error && row;
+}
+
+static void on_pause(uv_timer_t *pause)
+{
+    (void)pause;
+}
+
+/* The loop runs so long: timers that do not keep it alive come, too. */
+static void let_pass(struct fixture *f, uint64_t ms)
+{
+    uv_timer_start(&f->pause, on_pause, ms, 0);
+    settle(f);
+}
+
+/* It goes from the disk with its note: false after 20 s. */
+static bool goes(struct fixture *f, const struct digest *d)
+{
+    for (int i = 0; i < 400 && (is_there(f, d) || is_noted(f, d)); i++) let_pass(f, 50);
+    return !is_there(f, d) && !is_noted(f, d);
+}
+
+static void what_is_held_goes_when_it_is_not(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = store(f, "held");
+    own(f, "a", &d);
+    assert_int_equal(give_up(f, "a", &d), 0);
+    let_pass(f, 1500);
+    assert_true(is_there(f, &d) && is_noted(f, &d));
+    objects_release(&f->objects, &d);
+    assert_true(goes(f, &d));
+}
+
+/* Submitted by somebody who needs no mark. */
+static void what_anothers_job_names_goes_when_that_has_ended(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = bring(f, "b", "named");
+    char hex[DIGEST_HEX_BYTES], text[128];
+    struct job_row row = {
+        .id = "01JOB000000000000000000001", .document = text, .state = "queued", .owner = "a"};
+    int inserted = 1, ended = 1;
+    digest_to_hex(&d, hex);
+    snprintf(text, sizeof text, "{\"scene\":{\"asset\":\"%s\"}}", hex);
+    job_store_insert(f->store, &row, NULL, NULL, on_inserted, &inserted);
+    assert_int_equal(give_up(f, "b", &d), 0);
+    let_pass(f, 1500);
+    assert_int_equal(inserted, 0);
+    assert_true(is_there(f, &d) && is_noted(f, &d));
+    job_store_update(f->store, row.id, "finished", NULL, NULL, on_done, &ended);
+    assert_true(goes(f, &d));
+    assert_int_equal(ended, 0);
+}
+
+/* More than one pass has time for, and some of them have to wait. */
+static void a_round_comes_to_all(void **state)
+{
+    enum { COUNT = 300 };
+    struct fixture *f = *state;
+    static struct digest all[COUNT];
+    bool existed;
+    char text[32];
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(text, sizeof text, "one of many: %d", i);
+        all[i] = store(f, text);
+        if (i % 100 != 0) objects_release(&f->objects, &all[i]);
+        assert_int_equal(marks_add(&f->objects, "removals", &all[i], &existed), 0);
+    }
+    job_store_look_at_removals(f->store);
+    for (int i = 0; i < COUNT; i++) {
+        bool is_beside = false;
+        for (int k = 0; k < COUNT; k += 100) is_beside |= all[i].bytes[0] == all[k].bytes[0];
+        if (!is_beside) assert_true(goes(f, &all[i]));
+    }
+    for (int k = 0; k < COUNT; k += 100) {
+        assert_true(is_there(f, &all[k]) && is_noted(f, &all[k]));
+        objects_release(&f->objects, &all[k]);
+    }
+    for (int i = 0; i < COUNT; i++) assert_true(goes(f, &all[i]));
+}
+
+/* An upload that fails leaves a note before its mark goes, and holds the file until then. */
+static void a_note_of_who_holds_it_stays(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = store(f, "uploaded");
+    bool existed;
+    own(f, "a", &d);
+    assert_int_equal(marks_add(&f->objects, "removals", &d, &existed), 0);
+    job_store_resume_removals(f->store);
+    assert_true(is_noted(f, &d));
+    assert_int_equal(asset_owners_remove(&f->objects, "a", &d), 0);
+    objects_release(&f->objects, &d);
+    assert_true(goes(f, &d));
+}
+
+static void what_is_held_goes_with_the_next_start(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = store(f, "held");
+    own(f, "a", &d);
+    assert_int_equal(give_up(f, "a", &d), 0);
+    assert_false(asset_owners_have(&f->objects, "a", &d));
+    assert_true(is_there(f, &d) && is_noted(f, &d));
+    objects_release(&f->objects, &d);
+    job_store_resume_removals(f->store);
+    assert_false(is_there(f, &d) || is_noted(f, &d));
+}
+
+static void the_last_owner_takes_it_along(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = bring(f, "a", "shared");
+    own(f, "b", &d);
+    assert_int_equal(give_up(f, "c", &d), ERR_NOT_FOUND);
+    assert_int_equal(give_up(f, "a", &d), 0);
+    assert_int_equal(give_up(f, "a", &d), ERR_NOT_FOUND);
+    assert_true(is_there(f, &d) && asset_owners_have(&f->objects, "b", &d));
+    assert_false(is_noted(f, &d));
+    assert_int_equal(give_up(f, "b", &d), 0);
+    assert_false(is_there(f, &d) || asset_owners_any(&f->objects, &d));
+}
+
+/* Both at once, in either order: one of them is refused. */
+static void a_job_comes_before_it_or_is_refused(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest d = bring(f, "a", "raced");
+    struct asset_claim claim = {.asset = d, .owner = "a"};
+    struct outcome outcome = {.error = 1};
+    bool found = true;
+    int first = 1, second = 1, ended = 1, key = 1;
+    submit(f, "01JOB000000000000000000001", NULL, &d, &first);
+    job_store_remove_asset(f->store, &claim, on_gave_up, &outcome);
+    settle(f);
+    assert_int_equal(first, 0);
+    assert_int_equal(outcome.error, ERR_STATE);
+    assert_int_equal(outcome.users.count, 1);
+    assert_string_equal(outcome.users.ids[0], "01JOB000000000000000000001");
+    job_store_update(f->store, "01JOB000000000000000000001", "failed", NULL, NULL, on_done, &ended);
+    job_store_remove_asset(f->store, &claim, on_gave_up, &outcome);
+    settle(f);
+    assert_int_equal(ended, 0);
+    assert_int_equal(outcome.error, 0);
+    submit(f, "01JOB000000000000000000002", "its-key", &d, &second);
+    settle(f);
+    assert_int_equal(second, ERR_NOT_FOUND);
+    job_store_get(f->store, "01JOB000000000000000000002", on_found, &found);
+    job_store_find_key(f->store, "a", "its-key", &(struct digest){{7}}, on_inserted, &key);
+    settle(f);
+    assert_false(found); /* nor is its key taken */
+    assert_int_equal(key, 0);
+}
+
+static void remember(struct fixture *f, const char *source, const struct digest *blob,
+                     const struct digest *assets, size_t count)
+{
+    struct digest d;
+    int error = 1;
+    digest_of(source, strlen(source), &d);
+    job_store_remember_blob(f->store, &d, blob, assets, count, on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    objects_release(&f->objects, blob);
+}
+
+static void blobs_go_with_the_last_asset_that_gave_them(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest assets[] = {bring(f, "a", "scene"), bring(f, "a", "its file"),
+                                    bring(f, "a", "another scene")};
+    const struct digest one = store(f, "blob of one"), two = store(f, "blob of two");
+    remember(f, "first", &one, assets, 2);
+    remember(f, "second", &two, assets, 1);
+    (void)store(f, "blob of two"); /* placed once more */
+    remember(f, "third", &two, assets + 2, 1);
+    assert_int_equal(give_up(f, "a", &assets[1]), 0); /* a file beside the scene */
+    assert_false(is_there(f, &one));
+    assert_true(is_there(f, &assets[0]) && is_there(f, &two));
+    assert_int_equal(give_up(f, "a", &assets[0]), 0);
+    assert_true(is_there(f, &two));
+    assert_int_equal(give_up(f, "a", &assets[2]), 0);
+    assert_false(is_there(f, &two));
+}
+
+static void on_blob(void *ctx, int error, const struct digest *blob)
+{
+    *(bool *)ctx = !error && blob;
+}
+
+/* Given up while it was imported for a dry run, whom no job row stands for. */
+static void no_blob_is_remembered_of_what_is_gone(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest assets[] = {bring(f, "a", "scene"), bring(f, "a", "its file")},
+                        blob = store(f, "blob"), source = {{1}};
+    int error = 1;
+    bool found = true;
+    assert_int_equal(give_up(f, "a", &assets[1]), 0);
+    job_store_remember_blob(f->store, &source, &blob, assets, 2, on_done, &error);
+    job_store_find_blob(f->store, &source, on_blob, &found);
+    settle(f);
+    assert_int_equal(error, ERR_NOT_FOUND);
+    assert_false(found);
+    assert_true(is_there(f, &blob));
+    objects_release(&f->objects, &blob);
+    assert_true(goes(f, &blob));
+    assert_true(is_there(f, &assets[0]));
+}
+
+/* Recorded, but held still, when the asset goes. */
+static void a_held_blob_goes_after_its_asset(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest asset = bring(f, "a", "scene"), blob = store(f, "blob"), source = {{1}};
+    int error = 1;
+    job_store_remember_blob(f->store, &source, &blob, &asset, 1, on_done, &error);
+    assert_int_equal(give_up(f, "a", &asset), 0);
+    assert_int_equal(error, 0);
+    assert_false(is_there(f, &asset) || is_noted(f, &asset));
+    assert_true(is_there(f, &blob) && is_noted(f, &blob));
+    objects_release(&f->objects, &blob);
+    assert_true(goes(f, &blob));
+}
+
+/* The file went, and the machine died before the record forgot what it was imported to. */
+static void a_start_finds_blobs_without_their_asset(void **state)
+{
+    struct fixture *f = *state;
+    char path[OBJECTS_PATH_BYTES];
+    const struct digest asset = bring(f, "a", "scene"), blob = store(f, "blob");
+    remember(f, "import", &blob, &asset, 1);
+    job_store_resume_removals(f->store);
+    assert_true(is_there(f, &asset) && is_there(f, &blob));
+    objects_path(&f->objects, &asset, path);
+    assert_int_equal(remove(path), 0);
+    job_store_resume_removals(f->store);
+    assert_false(is_there(f, &blob));
+}
+
+static void a_picture_is_kept(void **state)
+{
+    struct fixture *f = *state;
+    const struct digest scene = bring(f, "a", "scene"), picture = bring(f, "a", "picture");
+    const struct frame_row frame = {.number = 1, .state = "finished", .exr = picture};
+    int inserted = 1, recorded = 1;
+    submit(f, "01JOB000000000000000000001", NULL, &scene, &inserted);
+    job_store_update_frame(f->store, "01JOB000000000000000000001", &frame, on_done, &recorded);
+    settle(f);
+    assert_int_equal(inserted, 0);
+    assert_int_equal(recorded, 0);
+    assert_int_equal(give_up(f, "a", &picture), 0);
+    assert_false(asset_owners_any(&f->objects, &picture));
+    assert_true(is_there(f, &picture));
+    job_store_resume_removals(f->store);
+    assert_true(is_there(f, &picture));
+}
+
+#define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(what_is_held_goes_with_the_next_start),
+        TEST(what_is_held_goes_when_it_is_not),
+        TEST(what_anothers_job_names_goes_when_that_has_ended),
+        TEST(a_round_comes_to_all),
+        TEST(a_note_of_who_holds_it_stays),
+        TEST(no_blob_is_remembered_of_what_is_gone),
+        TEST(a_held_blob_goes_after_its_asset),
+        TEST(the_last_owner_takes_it_along),
+        TEST(a_job_comes_before_it_or_is_refused),
+        TEST(blobs_go_with_the_last_asset_that_gave_them),
+        TEST(a_start_finds_blobs_without_their_asset),
+        TEST(a_picture_is_kept),
+    };
+    return cmocka_run_group_tests_name("asset_removal", tests, NULL, NULL);
+}

@@ -1,0 +1,129 @@
+#include <stdio.h>
+#include <unistd.h>
+
+#include "proto/build.h"
+#include "worker/session_work.h"
+#include "worker/vitals.h"
+
+/* Asks for as many tiles as we may hold beyond those that we hold or have asked for. Results that
+ * wait for their acknowledgement hold new tiles back, too, so that memory stays bounded. */
+void session_ask_for_tiles(struct session *s)
+{
+    if (s->state != SESSION_WORKING) return;
+    const struct hand_counts counts = hand_counts(s->hand);
+    const uint32_t most = s->options->tiles_in_hand;
+    uint32_t held = counts.open > most ? most : counts.open;
+    uint32_t room = most - held;
+    uint32_t all_room = counts.kept + held < 3 * most ? 3 * most - counts.kept - held : 0;
+    if (room > all_room) room = all_room;
+    if (room <= s->asked) return;
+    struct message_want m = {.tiles = room - s->asked};
+    s->asked = room;
+    message_encode_want(link_payload(s->link), &m);
+    link_put(s->link, MESSAGE_WANT, 0);
+}
+
+void session_say_hello(struct session *s)
+{
+    struct message_hello m = {.protocol_version = PROTOCOL_VERSION,
+                              .capabilities = s->tracing->capabilities,
+                              .threads = s->options->threads,
+                              .pid = (uint64_t)getpid()};
+    snprintf(m.build_id, sizeof m.build_id, "%s", build_id());
+    snprintf(m.embree_version, sizeof m.embree_version, "%s",
+             s->tracing->embree_version(s->tracing->ctx));
+    snprintf(m.isa, sizeof m.isa, "%s", build_isa());
+    if (s->options->name)
+        snprintf(m.name, sizeof m.name, "%s", s->options->name);
+    else
+        (void)options_default_name(m.name, sizeof m.name);
+    message_encode_hello(link_payload(s->link), &m);
+    link_put(s->link, MESSAGE_HELLO, s->next_request++);
+}
+
+void session_say_goodbye(struct session *s)
+{
+    struct message_bye m = {0};
+    message_encode_bye(link_payload(s->link), &m);
+    link_put(s->link, MESSAGE_BYE, 0);
+    session_end(s, SESSION_END_TOLD, "");
+}
+
+void session_say_returned(struct session *s, uint64_t request_id, const struct message_returned *m)
+{
+    if (!session_is_on(s)) return;
+    message_encode_returned(link_payload(s->link), m);
+    link_put(s->link, MESSAGE_RETURN, request_id);
+}
+
+static void on_ack_patience(uv_timer_t *timer)
+{
+    session_say_goodbye(timer->data);
+}
+
+/* When leaving: is there still something to wait for? */
+void session_leave_when_done(struct session *s)
+{
+    if (s->state != SESSION_LEAVING) return;
+    struct hand_counts counts = hand_counts(s->hand);
+    if (counts.open > 0) return;
+    if (counts.kept == 0)
+        session_say_goodbye(s);
+    else if (!uv_is_active((uv_handle_t *)&s->patience))
+        uv_timer_start(&s->patience, on_ack_patience, SESSION_ACK_MS, 0);
+}
+
+void session_moved(struct session *s)
+{
+    session_ask_for_tiles(s);
+    session_leave_when_done(s);
+}
+
+/* ---- beats ---- */
+
+static enum beat_phase phase(const struct session *s)
+{
+    if (hand_is_tracing(s->hand)) return BEAT_TRACING;
+    return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
+}
+
+/* Loading has no rows to count: a beat in which it used a tenth of a CPU is progress, up to a
+ * bound, since a load that hangs may use CPU time, too. */
+static void watch_loading(struct session *s, uint64_t cpu_us)
+{
+    const uint64_t now = uv_now(s->beat.loop), used_us = cpu_us - s->cpu_us;
+    s->cpu_us = cpu_us;
+    if (!shelf_is_loading(s->shelf)) {
+        s->load_from_ms = now;
+        return;
+    }
+    if (now - s->load_from_ms <= SESSION_LOADING_MS && used_us >= 100u * (uint64_t)s->beat_ms)
+        s->load_beats++;
+}
+
+void session_send_beat(struct session *s)
+{
+    struct vitals v;
+    s->last_beat_ms = uv_now(s->beat.loop);
+    vitals_read(&v);
+    watch_loading(s, v.cpu_us);
+    struct message_beat m = {.progress = hand_rows(s->hand) + shelf_parts(s->shelf) + s->load_beats,
+                             .phase = phase(s),
+                             .tiles_in_hand = hand_counts(s->hand).open,
+                             .rss_bytes = v.rss_bytes,
+                             .peak_rss_bytes = v.peak_rss_bytes,
+                             .cpu_us = v.cpu_us};
+    message_encode_beat(link_payload(s->link), &m);
+    link_put(s->link, MESSAGE_BEAT, 0);
+}
+
+static void on_beat(uv_timer_t *timer)
+{
+    session_send_beat(timer->data);
+}
+
+void session_begin_beats(struct session *s)
+{
+    s->load_from_ms = uv_now(s->beat.loop);
+    uv_timer_start(&s->beat, on_beat, s->beat_ms, s->beat_ms);
+}

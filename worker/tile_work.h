@@ -1,0 +1,39 @@
+#pragma once
+/* The tracer of tiles from inside: for tile.c and tile_block.c alone. */
+#include "worker/stages.h"
+#include "worker/tile.h"
+#include "worker/trace/glossy.h"
+#include "worker/trace/indirect.h"
+#include "worker/trace/lens.h"
+#include "worker/trace/lens_centres.h"
+#include "worker/trace/lens_more.h"
+#include "worker/trace/lone.h"
+#include "worker/trace/path.h"
+#include "worker/trace/path_sums.h"
+#include "worker/trace/shadow.h"
+
+struct tile_tracer {
+    struct queries queries;
+    struct light_table lights;
+    struct path_vertex centre;
+    struct path_vertex beside; /* at a sub-sample */
+    struct lanes3 emission;    /* sum over centre and sub-samples */
+    struct shading_point point;
+    struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
+    struct block block;
+    struct RTCRayHit16 camera;
+    struct shadow_scratch shadow;
+    struct indirect_scratch indirect;
+    struct glossy_scratch glossy;
+    struct sky sky;
+    struct path_scratch path;
+    struct path_sums sums;
+    struct lens_scratch lens;
+    struct lens_centres centres;
+    struct lens_more more;
+    struct lone_scratch lone;
+};
+
+/* All that the stages trace of tracer->block. */
+void tile_trace_block(struct tile_tracer *tracer, const struct stages *stages,
+                      const struct plan *plan, struct samples *samples, struct counters *counters);

@@ -1,0 +1,54 @@
+#pragma once
+/* Finds a tile's lone sub-samples (proto/lone.h): those whose surface no pixel of the 3 x 3 around
+ * them shows, by what the tile's planes hold. Pixels just outside the tile are traced when a
+ * decision first asks for them, a block at a time as for any tile, so that the answer does not
+ * depend on the tile. */
+#include "proto/samples.h"
+#include "proto/surface_match.h"
+#include "worker/trace/path.h"
+
+/* Pixel centres of a block beside the tile, as planes have them. */
+struct lone_cell {
+    bool traced;
+    float depth[LANES];
+    uint32_t normal[LANES], id[LANES];
+};
+
+/* Blocks along a side of the widest tile, and one beyond it at each end. */
+#define LONE_SIDE_CELLS (LIMIT_TILE_SIDE_PX / LANES_ACROSS + 3)
+
+/* A sub-sample's position in its pixel, and what it shows. */
+struct lone_candidate {
+    int32_t x_px, y_px;
+    float offset[2];
+    struct shown_surface surface;
+};
+
+struct lone_finder {
+    const struct path_context *context; /* of rays to pixel centres; its counters count them */
+    const struct samples *samples;
+    struct rect tile, cells; /* cells: blocks that hold the tile and the pixels around it */
+    struct surface_view view;
+    struct lone_cell ring[4 * LONE_SIDE_CELLS]; /* top, bottom, left and right cells */
+    struct RTCRayHit16 rays;
+    struct surface surface;
+    struct block block;
+    struct unpacked_normal {
+        uint32_t packed;
+        float normal[3];
+    } pixel, sub[LIMIT_SUB_SAMPLES]; /* those unpacked last: neighbours often face one way */
+    struct alike {
+        bool known, yes;
+        uint32_t pixel;
+        uint16_t sub;
+    } alike[LIMIT_SUB_SAMPLES]; /* and those compared */
+};
+
+/* All is borrowed; the plan has PLANE_LONE. */
+void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
+                      const struct samples *samples);
+
+/* Which of the block's kept lanes have a lone sub-sample k that reflects anything; how many
+ * sub-samples that is. */
+uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
+                          struct lanes_mask lone[LIMIT_SUB_SAMPLES]);
