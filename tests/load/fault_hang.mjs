@@ -1,8 +1,9 @@
-// A disk that hangs: every fsync begins and does not end. It is told of, nobody waits for it for ever, who asks
-// again and again fills no memory, and when it goes on all that was accepted, or may have been, is done once.
+// A disk that hangs: every fsync begins and does not end; or every write, or making of a file, under uploads. It is
+// told of, nobody waits for it for ever, who asks again and again fills no memory, and when it goes on all that
+// was accepted, or may have been, is done once.
 import { Agent, request } from "node:http";
 import { Life, RECOVERY_S, scene } from "./fault_life.mjs";
-import { check, note, readFileSync, sha256, sleep, until } from "./service.mjs";
+import { check, note, readFileSync, sha256, sleep, slower, until } from "./service.mjs";
 
 const ANSWER_MS = 2000, ROOM = 2048; // SHEARWATER_ANSWER_MS; requests that may wait (server/http/held.h)
 const LATE_MS = 1500;                // of a machine that has other things to do
@@ -27,15 +28,16 @@ const get_alone = (port, path, agent) => new Promise((resolve) => {
 // Waits for what is due, while somebody looks at /livez all the time. Gives the slowest look in ms.
 const watch_livez = (service) => {
     let on = true, slowest_ms = 0, all_ok = true;
+    const agent = new Agent({ keepAlive: true }); // of its own: nobody else's request is waited for
     const looking = (async () => {
         while (on) {
-            const look = await timed(() => service.ask("GET", "/livez"));
-            slowest_ms = Math.max(slowest_ms, look.ms);
-            all_ok &&= look.status === 200;
+            const begin = performance.now();
+            all_ok &&= await get_alone(service.port, "/livez", agent) === 200;
+            slowest_ms = Math.max(slowest_ms, performance.now() - begin);
             await sleep(20);
         }
     })();
-    return async () => { on = false; await looking; return { slowest_ms, all_ok }; };
+    return async () => { on = false; await looking; agent.destroy(); return { slowest_ms, all_ok }; };
 };
 
 const ask_again_and_again = async (life, running) => {
@@ -55,6 +57,72 @@ const ask_again_and_again = async (life, running) => {
     const grown_mb = rss_mb(service.pid) - before_mb;
     check(`a disk that hangs: memory grows by no more than 64 MB (${grown_mb.toFixed(0)} MB)`, grown_mb <= 64);
     agent.destroy();
+};
+
+const UPLOADS = 64; // that are under way at once (server/http/upload.h)
+
+// Uploads whose files cannot be written, or not even made.
+export const hang_uploads = async (build, { short, reference }) => {
+    const life = new Life(build, "shearwater", { environment: { SHEARWATER_ANSWER_MS: String(ANSWER_MS) } }), { service, control } = life;
+    await life.start();
+    await life.picture(await life.submit(short, "before"), 30);
+    const pid = service.pid, before_mb = rss_mb(pid);
+    for (const kind of ["write", "make"]) {
+        const file = (i) => Buffer.concat([Buffer.alloc(600000, i), Buffer.from(`${kind} ${i}`)]);
+        const end_watch = watch_livez(service);
+        control.hang(kind);
+        const first = timed(() => service.put(file(0)));
+        await sleep(200);
+        const crowd = await Promise.all(Array.from({ length: UPLOADS + 32 }, (_, i) => timed(() => service.put(file(i + 1)))));
+        const one = await first, busy = crowd.filter((answer) => problem(answer, "busy")), late = crowd.filter((answer) => problem(answer, "overdue"));
+        check(`a ${kind} that hangs: an upload is answered 503 overdue after ${(one.ms / 1000).toFixed(1)} s`,
+            problem(one, "overdue") && one.ms < ANSWER_MS + LATE_MS, shown(one));
+        check(`... of ${crowd.length} more ${late.length} are told the same, ${busy.length} that there are too many`,
+            busy.length > 0 && late.length > 0 && late.length < UPLOADS && busy.length + late.length === crowd.length,
+            crowd.filter((answer) => !busy.includes(answer) && !late.includes(answer)).map(shown).join("\n"));
+        const { slowest_ms, all_ok } = await end_watch();
+        check(`... /livez is 200 all the time, within ${slowest_ms.toFixed(0)} ms`, all_ok && slowest_ms < 1000);
+        const grown_mb = rss_mb(pid) - before_mb;
+        check(`... memory grows by no more than 64 MB (${grown_mb.toFixed(0)} MB)`, grown_mb <= 64);
+        control.heal();
+        const again = await timed(() => life.persist(() => service.put(file(1))));
+        check("... over, it is taken", again.status === 201, shown(again));
+    }
+    check("over: a new scene is rendered right", await life.picture(await life.submit(short, "after"), 30).catch((e) => e.message) === reference.short);
+    check("over: in the same process", service.is_up && service.pid === pid && life.deaths === 0);
+    life.wrong.length = 0;
+    await life.end();
+    check("over: nothing is left behind", life.wrong.length === 0, life.wrong.join("\n"));
+};
+
+// A disk that crawls: every write ends, and takes long. Uploads have an end all the same, and who asks whether the
+// server is ready waits for none of them.
+export const crawl_uploads = async (build, { short, reference }) => {
+    const UPLOAD_MS = 4000, WRITE_MS = 500;
+    const life = new Life(build, "shearwater", { environment: { SHEARWATER_ANSWER_MS: String(ANSWER_MS), SHEARWATER_UPLOAD_MS: String(UPLOAD_MS) } });
+    const { service, control } = life, file = (i, size) => Buffer.concat([Buffer.alloc(size, i), Buffer.from(`crawl ${i}`)]);
+    await life.start();
+    await life.picture(await life.submit(short, "before"), 30);
+    control.slow("write", WRITE_MS);
+    const one = await timed(() => service.put(file(0, 6 << 20)));
+    check(`a disk that crawls: an upload is answered 503 overdue after ${(one.ms / 1000).toFixed(1)} s`,
+        problem(one, "overdue") && one.ms < UPLOAD_MS + LATE_MS, shown(one));
+    const small = await timed(() => service.put(file(0, 100000)));
+    check(`... a small one is taken (${(small.ms / 1000).toFixed(1)} s)`, small.status === 201, shown(small));
+    const crowd = Array.from({ length: UPLOADS }, (_, i) => timed(() => service.put(file(i + 1, 2 << 20))));
+    await sleep(1000);
+    const asked = performance.now(), ready = await until(3, async () => (await service.ask("GET", "/readyz")).status === 200);
+    check(`... behind ${UPLOADS} of them it says that it is ready (${(performance.now() - asked).toFixed(0)} ms)`, ready === true);
+    const told = await Promise.all(crowd);
+    check("... which all come to an end", told.every((answer) => problem(answer, "overdue") && answer.ms < UPLOAD_MS + LATE_MS + 1000 * (slower - 1)),
+        told.filter((answer) => !problem(answer, "overdue")).map(shown).join("\n"));
+    control.heal();
+    const again = await Promise.all(Array.from({ length: UPLOADS }, (_, i) => life.persist(() => service.put(file(i + 1, 2 << 20)))));
+    check("... over, there is a place for each of as many", again.every(({ status }) => status === 201), again.map(shown).join("\n"));
+    check("over: a scene is rendered right", await life.picture(await life.submit(short, "after"), 30).catch((e) => e.message) === reference.short);
+    life.wrong.length = 0;
+    await life.end();
+    check("over: nothing is left behind", life.wrong.length === 0, life.wrong.join("\n"));
 };
 
 export const hang = async (build, { short, long, reference }) => {

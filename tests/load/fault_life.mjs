@@ -36,6 +36,7 @@ export class Control {
         this.put(at + 1, first);
     }
     from_now(kind, error) { this.fail(kind, this.calls(kind) + 1, 1e9, error); }
+    slow(kind, ms) { this.from_now(kind, -ms); }
     hang(kind) { this.from_now(kind, HANG); }
     heal() { for (const kind of KINDS) this.put(4 * KINDS.indexOf(kind) + 1, 0); }
     clock(seconds) { this.put(4 * KINDS.length, seconds); }

@@ -7,7 +7,7 @@
 // problem+json, and passes; what was accepted is finished within 10 s and has the undisturbed bytes; nothing
 // half-written is left. A process that died is started again, which is all that is done by hand; where it
 // lives, nothing is.
-import { hang } from "./fault_hang.mjs";
+import { crawl_uploads, hang, hang_uploads } from "./fault_hang.mjs";
 import { EIO, ENOSPC, Life, RECOVERY_S, scene } from "./fault_life.mjs";
 import { Walk } from "./fault_walk.mjs";
 import { execFileSync } from "node:child_process";
@@ -152,6 +152,10 @@ if (!want.only || want.only === "while") {
     if (can_mount()) await lasting("a real disk that is full", small_disk, 507, "disk-full");
     else skip("a real disk that is full", "only root may mount one");
 }
-if (!want.only || want.only === "hang") await hang(build, { short, long, reference });
+if (!want.only || want.only === "hang") {
+    await hang(build, { short, long, reference });
+    await hang_uploads(build, { short, reference });
+    await crawl_uploads(build, { short, reference });
+}
 if (!want.only || want.only === "clock") await clocks();
 done();

@@ -21,9 +21,9 @@ const want = options(Object.assign({ parts: Object.keys(PARTS).join(","), report
 
 const shown = (value) => typeof value !== "number" ? String(value) : Number.isInteger(value) ? String(value) : value.toPrecision(4);
 
-const section = ({ part, ok, figures, plots }) => {
+const section = ({ part, ok, figures, plots, notes = [] }) => {
     const rows = Object.entries(figures).map(([name, value]) => `<tr><th scope="row">${escape(name)}</th><td>${escape(shown(value))}</td></tr>`);
-    return `<section><h2>${escape(part)}: ${ok ? "holds" : "missed"}</h2>\n<table>${rows.join("\n")}</table>\n${plots.map(lines).join("\n")}</section>`;
+    return `<section><h2>${escape(part)}: ${ok ? "holds" : "missed"}</h2>\n${notes.map((text) => `<p>${escape(text)}</p>`).join("\n")}\n<table>${rows.join("\n")}</table>\n${plots.map(lines).join("\n")}</section>`;
 };
 
 const page = (results) => `<!doctype html>
@@ -39,8 +39,8 @@ const names = want.parts.split(",");
 for (const name of names) if (!PARTS[name]) throw new Error(`parts=${name}: not one of ${Object.keys(PARTS).join(", ")}`);
 const results = [];
 for (const part of names) {
-    const before = failed(), { figures, plots } = await PARTS[part].run(build, want), ok = failed() === before;
-    results.push({ part, ok, figures, plots });
+    const before = failed(), { figures, plots, notes } = await PARTS[part].run(build, want), ok = failed() === before;
+    results.push({ part, ok, figures, plots, notes });
     console.log(JSON.stringify({ part, ok, ...figures }));
 }
 mkdirSync(dirname(want.report), { recursive: true });

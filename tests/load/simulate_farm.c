@@ -205,7 +205,8 @@ static void lose(struct run *run, int i)
     while (w->leases.count > 0) {
         const struct fleet_tile tile = w->leases.at[0].tile;
         lease_remove(&w->leases, 0, (uint64_t)run->now_ms);
-        tile_queue_return(run->queue, (uint64_t)i + 1, tile.index, tile.generation, TILE_GIVEN_BACK);
+        tile_queue_return(run->queue, (uint64_t)i + 1, tile.index, tile.generation,
+                          TILE_GIVEN_BACK);
     }
 }
 

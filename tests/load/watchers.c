@@ -52,6 +52,7 @@ struct client {
     /* a viewer */
     uint64_t event;
     unsigned events;
+    int poked; /* the last of which it was told */
     bool saw_end;
     /* a feed */
     uint8_t header[HEADER_BYTES];
@@ -132,8 +133,11 @@ static void on_data(struct client *c, const char *text)
     }
     if (strstr(text, "\"state\":\"finished\"")) c->saw_end = true;
     const long number = poke ? strtol(poke + strlen("\"priority\":"), NULL, 10) : 0;
-    if (number > 0 && number <= all.pokes && strstr(text, "\"paused\""))
+    /* States tell the priority for as long as there is no other: the first one tells the news. */
+    if (number > c->poked && number <= all.pokes && strstr(text, "\"paused\"")) {
         note_delay(&all.poked, now - all.poke_ms[number - 1]);
+        c->poked = (int)number;
+    }
 }
 
 static void on_line(struct client *c)

@@ -1,7 +1,7 @@
 // What the parts of the load test share: tenants with tokens, figures of processes, quantiles.
 import { execFileSync } from "node:child_process";
 import { chmodSync } from "node:fs";
-import { Service, folder, join, readFileSync } from "../service.mjs";
+import { Service, folder, join, readFileSync, readdirSync } from "../service.mjs";
 
 export const scene_bytes = () => readFileSync("tests/scenes/cornell-box/cornell-box.glb");
 
@@ -42,6 +42,27 @@ export const begin = async (build, name, settings) => {
 export const cpu_s = (pid) => {
     const fields = readFileSync(`/proc/${pid}/stat`, "latin1").split(") ").at(-1).split(" ");
     return (Number(fields[11]) + Number(fields[12])) / 100;
+};
+
+// The same to the nanosecond, of the threads that there are: of the first one, of all others, and how long
+// they were kept waiting for a CPU.
+export const threads_s = (pid) => {
+    const sum = { first_s: 0, others_s: 0, waited_s: 0, first_waited_s: 0 };
+    for (const thread of readdirSync(`/proc/${pid}/task`)) {
+        let text;
+        try { text = readFileSync(`/proc/${pid}/task/${thread}/schedstat`, "latin1"); } catch { continue; /* it has ended */ }
+        const [ran_ns, waited_ns] = text.split(" ").map(Number), first = Number(thread) === pid;
+        sum[first ? "first_s" : "others_s"] += 1e-9 * ran_ns;
+        sum.waited_s += 1e-9 * waited_ns;
+        if (first) sum.first_waited_s += 1e-9 * waited_ns;
+    }
+    return sum;
+};
+
+// Of all CPUs: seconds that they were not idle, whoever had them; what a host took away counts.
+export const machine_busy_s = () => {
+    const [user, nice, system, , , irq, softirq, steal] = readFileSync("/proc/stat", "latin1").split("\n")[0].trim().split(/\s+/).slice(1).map(Number);
+    return (user + nice + system + irq + softirq + steal) / 100;
 };
 const status_mb = (pid, name) => Number(new RegExp(`${name}:\\s+(\\d+)`).exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]) / 1024;
 export const resident_mb = (pid) => status_mb(pid, "VmRSS");

@@ -1,6 +1,6 @@
 // Two tenants: one has queued all of its jobs before the other comes; from then on each gets its share of the
 // tiles by weight, whatever their jobs' ages. Tiles are counted as the coordinator shows them.
-import { check, note, readFileSync, sha256, sleep, writeFileSync } from "../service.mjs";
+import { check, note, readFileSync, sha256, sleep, slower, writeFileSync } from "../service.mjs";
 import { Tenant, begin, make_tokens, scene_bytes, spread } from "./clients.mjs";
 
 export const defaults = { fair_s: 60, fair_jobs: 150, fair_within: 0.05, workers: 4 };
@@ -32,7 +32,7 @@ export const run = async (build, want, weight = 1) => {
     // What was given before the late one came is not shared.
     const from = [await tiles_of(early), await tiles_of(late)], begun = performance.now(), points = [];
     let gained = [0, 0], busy = true;
-    while (busy && performance.now() - begun < 1000 * want.fair_s) {
+    while (busy && performance.now() - begun < 1000 * slower * want.fair_s) {
         await sleep(1000);
         busy = await is_busy(early) && await is_busy(late);
         if (!busy) break;
