@@ -1,5 +1,5 @@
 // sources: server/http/target.c server/http/route.c server/http/range.c server/http/etag.c
-// sources: server/job/job_id.c proto/trace.c server/stream/events.c
+// sources: server/job/job_id.c server/stream/events.c
 /* What HTTP brings in before any resource is looked at. Input: "METHOD TARGET", then lines of
  * fields, each with a letter for its name. A path that is taken has one meaning: its parts, written
  * with every byte escaped, are read as the same. Ranges lie in their files, tags that match
@@ -10,12 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/trace.h"
 #include "server/http/etag.h"
 #include "server/http/range.h"
 #include "server/http/route.h"
 #include "server/http/target.h"
 #include "server/job/job_id.h"
-#include "proto/trace.h"
 #include "server/stream/events.h"
 
 #define EPOCH       0x5ea4a7e4u
@@ -30,6 +30,7 @@
     }
 HANDLER(asset_put)
 HANDLER(asset_head)
+HANDLER(asset_delete)
 HANDLER(job_submit)
 HANDLER(job_list)
 HANDLER(job_get)

@@ -26,7 +26,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     struct bytes_writer w;
     if (size_bytes < 2) return 0;
     plan_case(&plan);
-    plan.planes |= PLANE_BIT(LENS_MORE);
+    plan.planes |= PLANE_BIT(LENS_MORE) | PLANE_BIT(LONE);
     const int32_t width = data[0] % 16 + 1, height = data[1] % 16 + 1;
     const uint32_t pass = data[0] >> 7;
     struct samples *s = unpack(data + 2, size_bytes - 2, &plan, pass, width, height);
@@ -36,6 +36,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     struct samples *again = unpack(w.data, w.size_bytes, &plan, pass, width, height);
     if (!again || again->layout.total_bytes != s->layout.total_bytes) abort();
     if (memcmp(again->data, s->data, s->layout.total_bytes) != 0) abort();
+    if (lone_bytes(again->lone) != lone_bytes(s->lone)) abort();
+    if (s->lone && memcmp(again->lone->words, s->lone->words, lone_bytes(s->lone)) != 0) abort();
     samples_destroy(&again);
     samples_destroy(&s);
     bytes_writer_fini(&w);

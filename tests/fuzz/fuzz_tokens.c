@@ -1,4 +1,5 @@
 // sources: server/access/tokens.c server/store/asset_owners.c server/store/objects.c
+// sources: server/store/marks.c server/store/object_holds.c
 /* The file of tokens, and texts that claim to be one (what is behind a NUL). What is refused says
  * why; what is taken has names, tenants, roles and weights of the right kind, each token is found
  * by its hash, and one more can be added without the others changing. */

@@ -15,10 +15,12 @@ for source in "${targets[@]}"; do
     log=$out/$name.log
     mapfile -t inputs < <(find "tests/fuzz/corpus/$name" -type f 2>/dev/null | LC_ALL=C sort)
     sources=$(sed -n 's|^// sources: ||p' "$source")
-    # shellcheck disable=SC2086 # sources are several words
+    archives=$(sed -n "s|^// archives: |$build/|p" "$source")
+    libs=$(sed -n 's|^// libs: ||p' "$source")
+    # shellcheck disable=SC2086 # they are several words, sources with patterns among them
     if ! ${CC:-gcc} -std=c17 -D_GNU_SOURCE -O1 -g -march=x86-64-v2 -ffp-contract=off -I. -I"$build" \
-        "$source" tests/fuzz/replay.c $sources "$build/libproto.a" -o "$out/$name" \
-        -lblosc -lgnutls -ljansson -ldeflate -lisal -lm -lpthread >"$log" 2>&1; then
+        "$source" tests/fuzz/replay.c $sources $archives "$build/libproto.a" -o "$out/$name" \
+        $libs -lblosc -lgnutls -ljansson -ldeflate -lisal -lm -lpthread >"$log" 2>&1; then
         echo "not ok $n - fuzz $name does not build"
     elif [ ${#inputs[@]} -eq 0 ]; then
         echo "not ok $n - fuzz $name has no corpus in tests/fuzz/corpus/$name"
