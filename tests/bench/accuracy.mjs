@@ -7,7 +7,7 @@
 // reference is not good enough for what it judged. A run is whole when nothing but effects is chosen.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
-import { bounds } from "./accuracy/bounds.mjs";
+import { bounds, sentence } from "./accuracy/bounds.mjs";
 import { effects } from "./accuracy/effects.mjs";
 import { measureScene, SEED } from "./accuracy/measure.mjs";
 import { programs } from "./accuracy/programs.mjs";
@@ -70,7 +70,7 @@ function parse(argv) {
   o.out = resolve(given.out ?? `${build}/bench`);
   o.references = `${o.folder}/bench/reference`;
   o.build = readFileSync(`${o.folder}/build_id.h`, "utf8").match(/"(.*)"/)?.[1];
-  o.shared = process.env.SHEARWATER_SCENES ?? "../shared/scenes";
+  o.shared = resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes");
   if (given.reference) o.referenceSpp = Object.fromEntries(Object.keys(effects).map((name) => [name, Number(given.reference)]));
   if (given.repeat) o.repeat = Number(given.repeat);
   if (given.seed) o.seed = Number(given.seed);
@@ -78,14 +78,11 @@ function parse(argv) {
   return o;
 }
 
-const verdict = (b) => (b.ok === null ? "NOT MEASURED" : b.ok ? "reached" : "MISSED");
-
 function printBounds(list) {
   for (const b of list) {
     console.log(JSON.stringify({ effect: b.effect, figure: b.figure, value: b.value, bound: b.bound === null ? null : `${b.relation} ${b.bound}`, unit: b.unit,
       least: b.least, most: b.most, scenes: b.scenes, ok: b.ok }));
-    console.error(`${b.figure.padEnd(58)} ${(b.value?.toPrecision(3) ?? "none").padStart(10)} ${b.unit.padEnd(12)} ` +
-      (b.bound === null ? "" : `(bound ${b.relation} ${Number(b.bound.toPrecision(3))}) ${verdict(b)}`));
+    console.error(sentence(b));
   }
 }
 

@@ -16,6 +16,7 @@
 
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
+#include "worker/heap.h"
 #include "worker/tile.h"
 
 enum { REPETITIONS = 7, THREADS_MAX = 64 };
@@ -178,6 +179,7 @@ static void bench_all_effects(const char *name, struct share *shares, uint32_t t
 
 int main(int argc, char **argv)
 {
+    heap_keep(); /* as the worker does */
     struct fault fault = {0};
     struct scene blob;
     struct render_scene *scene;

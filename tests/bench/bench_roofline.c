@@ -134,7 +134,7 @@ static void run_glossy(int number, bool few)
 
 static void run_lens(int number, bool few)
 {
-    float *out = field_memory(lens_case_size(&lens) * sizeof *out);
+    float *out = field_memory(lens_case_size(&lens, (enum lens_kernel)number) * sizeof *out);
     (void)few;
     lens_case_run(&lens, &wrapped_lens, (enum lens_kernel)number, out);
     free(out);

@@ -84,7 +84,8 @@ export function compared(committed, found, slack = 1) {
 
 export function sentence(m) {
   const noise = m.noise < 5e-4 ? "no noise by seeds" : `${m.beyond.toPrecision(2)} times its noise of ${(100 * m.noise).toPrecision(2)} %`;
-  return `${m.verdict}: ${m.name}: ${m.then.toPrecision(4)} to ${m.now.toPrecision(4)}, ${percent(m.ratio)} (allowed +${(100 * m.allowed).toPrecision(3)} %; ${noise})`;
+  const allowed = Number.isFinite(m.allowed) ? `allowed +${(100 * m.allowed).toPrecision(3)} %` : "not judged";
+  return `${m.verdict}: ${m.name}: ${m.then.toPrecision(4)} to ${m.now.toPrecision(4)}, ${percent(m.ratio)} (${allowed}; ${noise})`;
 }
 
 export function read(path, mode) {
@@ -92,7 +93,7 @@ export function read(path, mode) {
 }
 
 // Says what moved; true when nothing got worse than is allowed. all: whether every committed figure must be there;
-// slack: how many times as far times may go.
+// slack: how many times as far times may go; Infinity: they are only said.
 export function judge(committed, lines, all, say, slack) {
   const result = compared(committed, figuresOf(lines), slack), of = (verdict) => result.moved.filter((m) => m.verdict === verdict);
   for (const m of [...of("worse"), ...of("better"), ...of("moved")]) say(sentence(m));

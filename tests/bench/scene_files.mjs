@@ -2,6 +2,7 @@
 // without a coordinator: SCENE.glb, and SCENE.json, a job with the sheared filter that takes the
 // scene as a blob.
 import { writeFileSync } from "node:fs";
+import { resolve } from "node:path";
 import { referenceJob } from "./accuracy/job.mjs";
 import { SEED } from "./accuracy/measure.mjs";
 import { scenes } from "./scenes/scenes.mjs";
@@ -13,6 +14,6 @@ if (!scene || !folder) {
   console.error("usage: scene_files.mjs SCENE SPP FOLDER");
   process.exit(2);
 }
-writeFileSync(`${folder}/${name}.glb`, scene.glb(process.env.SHEARWATER_SCENES ?? "../shared/scenes"));
+writeFileSync(`${folder}/${name}.glb`, scene.glb(resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes")));
 writeFileSync(`${folder}/${name}.json`, JSON.stringify({ ...referenceJob(scene, SIDE),
   sampling: { spp: Number(spp), seed: SEED }, filter: { method: "sheared" }, layers: ["beauty", "diffuse_direct"] }));
