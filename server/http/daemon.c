@@ -52,7 +52,7 @@ static void end_request(void *ctx, struct MHD_Connection *connection, void **req
     (void)connection;
     if (!r) return;
     if (code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->close && !r->handled)
-        lingering_add(&http->lingering, r->peer->fd);
+        peer_linger(r->peer);
     r->peer->served = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->handled;
     peer_deadline(r->peer, http->request_ms);
     request_done(r);

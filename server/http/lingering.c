@@ -16,9 +16,26 @@ static void drain(int fd)
     }
 }
 
+static void close_at(struct lingering *l, unsigned i)
+{
+    close(l->fd[i]);
+    l->count--;
+    l->fd[i] = l->fd[l->count];
+    l->ticks[i] = l->ticks[l->count];
+}
+
+static void close_oldest(struct lingering *l)
+{
+    unsigned oldest = 0;
+    for (unsigned i = 1; i < l->count; i++)
+        if (l->ticks[i] > l->ticks[oldest]) oldest = i;
+    close_at(l, oldest);
+}
+
 void lingering_add(struct lingering *l, int fd)
 {
-    int own = l->count < LINGERING_MOST ? fcntl(fd, F_DUPFD_CLOEXEC, 0) : -1;
+    if (l->count == LINGERING_MOST) close_oldest(l);
+    const int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
     drain(fd);
     if (own < 0) return;
     (void)shutdown(own, SHUT_WR);
@@ -30,14 +47,10 @@ void lingering_tick(struct lingering *l)
 {
     for (unsigned i = 0; i < l->count;) {
         drain(l->fd[i]);
-        if (++l->ticks[i] < LINGERING_TICKS) {
+        if (++l->ticks[i] < LINGERING_TICKS)
             i++;
-            continue;
-        }
-        close(l->fd[i]);
-        l->count--;
-        l->fd[i] = l->fd[l->count];
-        l->ticks[i] = l->ticks[l->count];
+        else
+            close_at(l, i);
     }
 }
 

@@ -14,6 +14,13 @@ void peer_deadline(struct peer *peer, uint64_t ms)
     peer->deadline_ms = ms ? uv_now(peer->http->options.loop) + ms : 0;
 }
 
+void peer_linger(struct peer *peer)
+{
+    if (peer->lingers) return;
+    peer->lingers = true;
+    lingering_add(&peer->http->lingering, peer->fd);
+}
+
 void peer_abort(struct peer *peer, unsigned status)
 {
     enum problem_id id = status == 413   ? PROBLEM_TOO_LARGE
@@ -36,7 +43,7 @@ void peer_abort(struct peer *peer, unsigned status)
                               "Connection: close\r\n\r\n%s",
                               p->status, p->title, body_bytes, body);
     (void)send(peer->fd, text, (size_t)text_bytes, MSG_DONTWAIT | MSG_NOSIGNAL);
-    lingering_add(&peer->http->lingering, peer->fd);
+    peer_linger(peer);
     (void)shutdown(peer->fd, SHUT_RDWR);
 }
 
@@ -106,7 +113,7 @@ static bool has_unread(int fd)
 static void end_peer(struct http *http, struct peer *peer)
 {
     if (!peer) return;
-    if (!peer->served || has_unread(peer->fd)) lingering_add(&http->lingering, peer->fd);
+    if (!peer->served || has_unread(peer->fd)) peer_linger(peer);
     if (peer->request) request_done(peer->request);
     *peer->link = peer->next;
     if (peer->next) peer->next->link = peer->link;

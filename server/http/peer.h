@@ -17,10 +17,14 @@ struct peer {
     struct request *request; /* in work; NULL between requests */
     bool cut;                /* shut down for want of room */
     bool served;             /* the last request was answered by its handler */
+    bool lingers;            /* its socket will be emptied when it is closed (lingering.h) */
 };
 
 /* Sets the connection's deadline; 0 ms: none. */
 void peer_deadline(struct peer *peer, uint64_t ms);
+
+/* Its last answer is on its way while it may still send: the socket is kept after its end. */
+void peer_linger(struct peer *peer);
 
 /* Sends a bare problem answer past MHD and shuts the connection: for requests that MHD lets nobody
  * answer because their body has not ended. */

@@ -351,6 +351,7 @@ static void note_end(struct live_job *job, const struct frame *work)
         json_array_append_new(warnings, json_string(frame_warning(work)));
 }
 
+/* With what it cost: a job that is killed before it has ended would have lost that. */
 void live_job_record_frame(struct live_job *job, struct live_frame *frame)
 {
     struct recording *recording = malloc(sizeof *recording);
@@ -364,8 +365,10 @@ void live_job_record_frame(struct live_job *job, struct live_frame *frame)
                             .state = frame_state_name(FRAME_FINISHED),
                             .exr = frame->exr,
                             .png = frame->png};
+    char *report = live_job_kept_report(job);
     job->holds++;
-    job_store_update_frame(job->jobs->options.store, job->id, &row, on_recorded, recording);
+    job_store_update_frame(job->jobs->options.store, job->id, &row, report, on_recorded, recording);
+    free(report);
 }
 
 static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
@@ -380,7 +383,6 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     note_end(job, work);
     live_job_log(job, "frame", "frame %d is drawn and encoded", number_of(job, frame));
     close_work(job, frame);
-    if (job->frame_count > 1) live_job_keep_report(job, NULL);
     live_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
 }

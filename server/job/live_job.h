@@ -160,6 +160,8 @@ json_t *live_job_report(const struct live_job *job);
  * goes on. Work on frames that are not done is not in it: these begin again after a restart, or
  * count what they take up then. */
 void live_job_keep_report(struct live_job *job, const char *state);
+/* The text of it, to be freed; NULL without memory. */
+char *live_job_kept_report(const struct live_job *job);
 json_t *live_job_progress(const struct live_job *job);
 json_t *live_job_frames(const struct live_job *job);
 void live_job_statistics(const struct live_job *job, struct statistics *out);

@@ -115,15 +115,21 @@ json_t *live_job_report(const struct live_job *job)
     return report_of(job, &statistics);
 }
 
-void live_job_keep_report(struct live_job *job, const char *state)
+char *live_job_kept_report(const struct live_job *job)
 {
     struct statistics statistics = job->statistics;
     live_job_add_work(job, &statistics);
     json_t *report = report_of(job, &statistics);
     char *text = report ? json_dumps(report, JSON_COMPACT) : NULL;
+    json_decref(report);
+    return text;
+}
+
+void live_job_keep_report(struct live_job *job, const char *state)
+{
+    char *text = live_job_kept_report(job);
     job_store_update(job->jobs->options.store, job->id, state, NULL, text, NULL, NULL);
     free(text);
-    json_decref(report);
 }
 
 void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])

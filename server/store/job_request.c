@@ -114,7 +114,8 @@ static int perform_update_frame(struct job_database *db, struct job_request *r)
 {
     struct frame_row frame = r->frame;
     frame.state = r->state;
-    return job_database_update_frame(db, r->id, &frame);
+    const int error = job_database_update_frame(db, r->id, &frame);
+    return error || !r->report ? error : job_database_update(db, r->id, NULL, NULL, r->report);
 }
 
 int job_request_perform(struct job_request *r, struct job_database *db)

@@ -274,7 +274,7 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
 }
 
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
-                            job_store_done done, void *ctx)
+                            const char *report, job_store_done done, void *ctx)
 {
     struct job_request *r = job_request_create(REQUEST_UPDATE_FRAME, id, ctx);
     if (!r) {
@@ -284,6 +284,7 @@ void job_store_update_frame(struct job_store *s, const char *id, const struct fr
     int error = 0;
     r->frame = *frame;
     r->state = job_request_copy(frame->state, &error);
+    r->report = job_request_copy(report, &error);
     r->call.done = done;
     submit(s, r, error);
 }

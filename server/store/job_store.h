@@ -89,8 +89,9 @@ void job_store_update(struct job_store *s, const char *id, const char *state, co
 /* Sets priority and paused (each if not NULL). ERR_NOT_FOUND for a job that has ended, too. */
 void job_store_steer(struct job_store *s, const char *id, const int32_t *priority,
                      const bool *paused, job_store_done done, void *ctx);
+/* Sets a frame's row and with it the job's report (if not NULL): both or neither. */
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
-                            job_store_done done, void *ctx);
+                            const char *report, job_store_done done, void *ctx);
 /* Another document in its place: of a job whose camera was moved. */
 void job_store_update_document(struct job_store *s, const char *id, const char *document,
                                job_store_done done, void *ctx);

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Writes, fsyncs, renames and allocations that fail, a full disk, a clock that jumps: a sample of what
-# `make faults` walks over. See tests/load/faults.mjs.
-#   tests/system/faults.sh BUILD_DIR
+# `make faults` walks over, the same one every time unless a seed is given. See tests/load/faults.mjs.
+#   tests/system/faults.sh BUILD_DIR [seed=N]
 cd "$(dirname "$0")/../.." || exit 1
 build=${1:?usage: tests/system/faults.sh BUILD_DIR}
 if nm "$build/shearwater" | grep -q __[at]san_init; then
@@ -9,4 +9,5 @@ if nm "$build/shearwater" | grep -q __[at]san_init; then
     echo "1..1"
     exit
 fi
-exec node tests/load/faults.mjs "$@"
+shift
+exec node tests/load/faults.mjs "$build" seed=12 "$@"

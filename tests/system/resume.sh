@@ -39,7 +39,7 @@ jobs=("$plain"
     '"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 512}, "filter": {"method": "none"}'
-    '"image": {"width": 192, "height": 192}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32, "lens_extra": 36}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 
 start
 for i in "${!jobs[@]}"; do
@@ -57,7 +57,7 @@ for i in "${!jobs[@]}"; do
     check "$n: killed at a third" crash_at "$id" $((all / 3))
     start
     check "$n: takes these up" eventually 30 shows "$id" ".statistics.tiles.resumed >= $((all / 4))"
-    check "$n: killed at three quarters" crash_at "$id" $((all * 3 / 4))
+    check "$n: killed at two thirds" crash_at "$id" $((all * 2 / 3))
     start
     check "$n: finishes" await_state "$id" finished 120
     resumed=$(number "$id" .statistics.tiles.resumed)

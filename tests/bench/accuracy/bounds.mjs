@@ -12,6 +12,7 @@ const pairs = (rows, method, other, spp) => at(rows, method, spp)
 const timesLower = (found) => found.map(([r, plainer]) => plainer.judged.rmse / r.judged.rmse);
 const worst = (values) => values.length > 0 ? [Math.max(...values)] : [];
 const secondsPerMegapixel = (r) => filterSeconds(r) / r.megapixels;
+const secondsWith = (rows, isa) => rows.filter((r) => r.with_isa?.isa === isa).map((r) => filterSeconds(r.with_isa) / r.megapixels);
 
 // Scenes whose error falls with every step of samples, of those measured with more than one count.
 function monotone(rows, method, most = 256) {
@@ -91,7 +92,7 @@ function indirect(rows) {
 function lens(rows) {
   const factors = (part) => equalError(rows, "average", part).filter((f) => f.method === "sheared" && f.spp === 9);
   const toAxis = equalError(rows, "axis_aligned").filter((f) => f.method === "sheared" && f.spp === 9);
-  const all = factors("judged");
+  const all = factors("judged"), nine = at(rows, "sheared", 9);
   return [
     ["sheared, 9 spp: average's RMSE over its", timesLower(pairs(rows, "sheared", "average", 9)), ">=", 2.2, "times"],
     ["  the same away from silhouettes", pairs(rows, "sheared", "average", 9).map(([r, p]) => p.away.rmse / r.away.rmse), ">=", null, "times"],
@@ -104,8 +105,9 @@ function lens(rows) {
     ["  the same away from silhouettes", factors("away").map((f) => f.samples), ">=", 8, "times"],
     ["sheared, 9 spp: average's CPU time for equal error", all.map((f) => f.seconds), ">=", null, "times"],
     ["sheared, 9 spp: axis-aligned's samples for equal error", toAxis.map((f) => f.samples), ">=", null, "times"],
-    ["sheared, 9 spp: filter's CPU time per megapixel", at(rows, "sheared", 9).map(secondsPerMegapixel), "<=", 0.4, "s"],
-    ["  the same of the dearest scene", worst(at(rows, "sheared", 9).map(secondsPerMegapixel)), "<=", null, "s"],
+    ["sheared, 9 spp, AVX2: filter's CPU time per megapixel", secondsWith(nine, "avx2"), "<=", 0.4, "s"],
+    ["  the same of the dearest scene", worst(secondsWith(nine, "avx2")), "<=", null, "s"],
+    ["  the same with the best that the machine has", nine.map(secondsPerMegapixel), "<=", null, "s"],
     monotone(rows, "sheared")];
 }
 

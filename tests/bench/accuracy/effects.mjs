@@ -7,6 +7,7 @@
 //   relative: errors are divided by the reference's mean
 //   turned: methods whose rays hang on the scene, by filter.mu; their count of samples is measured
 //   parts: more pixels to judge by themselves, as where has them
+//   costs: {method, isa}: what a method costs with that instruction set, too, of which a bound speaks
 
 const shadows = {
   name: "shadows", title: "soft shadows", layer: "diffuse_direct", where: "visibility,0.02,0.98", region: "penumbra",
@@ -33,6 +34,7 @@ const lens = {
   name: "lens", title: "depth of field", layer: "beauty", region: "all pixels", parts: { away: "visibility,0.5,1.5" },
   relative: true, samples: "lens samples a pixel", error: "RMSE over mean radiance",
   methods: ["average", "paths", "axis_aligned", "sheared", "extra"], against: ["average", "paths", "axis_aligned"], at: 9, stage: "lens",
+  costs: { method: "sheared", isa: "avx2" },
   filter: (method) => method === "paths" ? { method: "none" } : { lens: method === "extra" ? "sheared" : method }, layers: ["beauty"],
   sampling: (method, spp) => method === "extra" ? { lens_extra: Math.min(spp, 36) } : {},
   says: "of the picture over all pixels, as parts of its mean; \"away\" are those whose slopes over 256 lens samples lie within " +

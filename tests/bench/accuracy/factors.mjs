@@ -30,8 +30,8 @@ export function errorAt(points, x) {
   return Math.exp(y0 + (y1 - y0) * (Math.log(x) - x0) / (x1 - x0));
 }
 
-// CPU seconds of the filter itself.
-export const filterSeconds = (row) => ["shadow", "indirect", "lens", "lens_light"].reduce((sum, stage) => sum + (row.cpu_s[stage] ?? 0), 0);
+// CPU seconds of the filter itself, of a row or of what it cost with another instruction set.
+export const filterSeconds = ({ cpu_s }) => ["shadow", "indirect", "lens", "lens_light"].reduce((sum, stage) => sum + (cpu_s[stage] ?? 0), 0);
 
 // For every scene, method and count: factors against a plainer method.
 export function equalError(rows, against, part = "judged") {

@@ -1,5 +1,6 @@
 // One scene: the pictures of every method and sample count, their cost, their errors.
 import { mkdirSync, writeFileSync } from "node:fs";
+import { hasIsa } from "../machine.mjs";
 import { effectOf } from "./effects.mjs";
 import { megapixels, testJob, turnedJob } from "./job.mjs";
 import { Refused } from "./programs.mjs";
@@ -36,17 +37,28 @@ function isCovered({ effect }, method, { rays: { paths, indirect, lens }, lens: 
   return { indirect: indirect > 0, lens: through, combined: through && (method === "auto") === (lit > 0) }[effect] ?? paths === 0;
 }
 
+// What the method costs with the instruction set that a bound speaks of: {isa, cpu_s}; null where the machine has
+// not got it, or nothing speaks of it. The least of `times` runs.
+function costOfIsa(tools, scene, o, method, job, picture, times) {
+  const { method: about, isa } = effectOf(scene).costs ?? {};
+  if (about !== method || times === 1 || !hasIsa(isa)) return null;
+  o.say(`${scene.name}: ${method}, with ${isa}`);
+  const runs = Array.from({ length: times }, () => tools.render(job, picture.replace(/\.exr$/, `-${isa}.exr`), isa));
+  return { isa, cpu_s: cost(runs).cpu_s };
+}
+
 // step: the samples a pixel, or mu.
 function renderTest(tools, scene, o, file, method, step) {
   const turned = isTurned(scene, method), picture = `${o.out}/pictures/${scene.name}-${method}-${step}.exr`, runs = [];
   const times = (turned ? step === 1 : o.repeatSpp[scene.effect] === step) ? o.repeat : 1;
+  const job = (turned ? turnedJob : testJob)(scene, o, file, method, step, o.seed);
   for (let i = 0; i < times; i++) {
-    runs.push(tools.render((turned ? turnedJob : testJob)(scene, o, file, method, step, o.seed), picture));
+    runs.push(tools.render(job, picture));
     if (!isCovered(scene, method, runs[i])) throw new Error(`${scene.name}: light fields do not cover it`);
   }
   const spp = turned ? meanRays(runs[0].adaptive) : step;
   return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: o.seed, side_px: o.side,
-    megapixels: megapixels(scene, o.side), picture, ...cost(runs) };
+    megapixels: megapixels(scene, o.side), picture, ...cost(runs), with_isa: costOfIsa(tools, scene, o, method, job, picture, times) };
 }
 
 function renderAll(tools, scene, o, file) {

@@ -8,8 +8,8 @@ const PICTURE = "beauty";
 export class Refused extends Error {}
 
 export function programs(build, folder) {
-  const run = (name, args) => {
-    const result = spawnSync(`${build}/${name}`, args, { encoding: "utf8", maxBuffer: 1 << 24 });
+  const run = (name, args, more = {}) => {
+    const result = spawnSync(`${build}/${name}`, args, { encoding: "utf8", maxBuffer: 1 << 24, env: { ...process.env, ...more } });
     if (result.status === 0) return result.stdout;
     const said = (result.stderr || String(result.error ?? "")).trim();
     throw new (/not in this version|unsupported|not supported|\/filter\//i.test(said) ? Refused : Error)(
@@ -36,11 +36,11 @@ export function programs(build, folder) {
   };
 
   return {
-    // Returns the frame's statistics; the picture lies at `out`.
-    render(job, out, workers = 2) {
+    // Returns the frame's statistics; the picture lies at `out`. isa: in place of the best that the machine has.
+    render(job, out, isa = null) {
       const path = `${folder}/job.json`, statistics = `${folder}/statistics.json`;
       writeFileSync(path, JSON.stringify(job, null, 1));
-      run("shearwater", ["render", path, "--quiet", "--workers", String(workers), "--stats", statistics, "-o", out]);
+      run("shearwater", ["render", path, "--quiet", "--workers", "2", "--stats", statistics, "-o", out], isa ? { SHEARWATER_ISA: isa } : {});
       return JSON.parse(readFileSync(statistics, "utf8"));
     },
     // The scene file as a blob at `out`.

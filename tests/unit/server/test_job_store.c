@@ -267,7 +267,7 @@ static void put_frame(struct fixture *f, int job, int32_t number, const char *st
         digest_of("exr", 3, &frame.exr);
         digest_of("png", 3, &frame.png);
     }
-    job_store_update_frame(f->store, make_row(job).id, &frame, on_done, &error);
+    job_store_update_frame(f->store, make_row(job).id, &frame, NULL, on_done, &error);
     settle(f);
     assert_int_equal(error, 0);
 }
@@ -295,9 +295,26 @@ static void frames_are_kept_by_number_and_go_with_their_job(void **state)
     insert_plain(f, 1);
     assert_int_equal(get(f, make_row(1).id).frame_count, 0);
     struct frame_row frame = {.number = 1, .state = "queued"};
-    job_store_update_frame(f->store, "none", &frame, on_done, &error);
+    job_store_update_frame(f->store, "none", &frame, NULL, on_done, &error);
     settle(f);
     assert_int_equal(error, ERR_NOT_FOUND);
+}
+
+static void frames_bring_their_jobs_report(void **state)
+{
+    struct fixture *f = *state;
+    struct frame_row frame = {.number = 1, .state = "finished"};
+    int error = 1;
+    insert_plain(f, 1);
+    job_store_update_frame(f->store, make_row(1).id, &frame, "{\"tiles\":9}", on_done, &error);
+    settle(f);
+    assert_int_equal(error, 0);
+    struct found found = get(f, make_row(1).id);
+    assert_int_equal(found.frame_count, 1);
+    assert_string_equal(found.report, "{\"tiles\":9}");
+    assert_string_equal(found.state, "queued");
+    put_frame(f, 1, 2, "finished", true);
+    assert_string_equal(get(f, make_row(1).id).report, "{\"tiles\":9}");
 }
 
 struct listed {
@@ -711,6 +728,7 @@ int main(void)
         TEST(updates_set_what_is_given),
         TEST(reports_do_not_pile_up),
         TEST(frames_are_kept_by_number_and_go_with_their_job),
+        TEST(frames_bring_their_jobs_report),
         TEST(listing_pages_from_the_newest),
         TEST(listing_looks_for_text),
         TEST(unfinished_jobs_are_found_oldest_first),
