@@ -56,7 +56,7 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev demo test unit system browser soak determinism golden check-shade check-kernels bench \
+.PHONY: all deps deps-browser deps-dev deps-fuzz demo test unit system browser soak determinism golden check-shade check-kernels bench \
         bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
         install install-units uninstall clean help
 all: $(programs)
@@ -69,15 +69,17 @@ deps-browser:
 	@deploy/install-deps.sh --browser
 deps-dev:
 	@deploy/install-deps.sh --browser --dev
+deps-fuzz:
+	@deploy/install-deps.sh --fuzz
 
 ## demo: set everything up, render a shipped scene with two workers, write demo.exr and demo.png
 demo: deps
 	@$(MAKE) --no-print-directory -j$$(nproc) all
 	@deploy/demo.sh $(B)
-## test: set everything up, run all tests; ends with "N passed, N failed"
-test: deps-browser
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties)
-	@tests/run $(B)
+## test: set everything up, run all tests; ends with "N passed, N failed"; with fuzz_seconds=60 as CI does
+test: deps-browser $(if $(fuzz_seconds),deps-fuzz)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties) $(if $(fuzz_seconds),$(fuzzers))
+	@FUZZ_SECONDS=$(fuzz_seconds) tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)
 	@tests/run $(B) unit
@@ -150,7 +152,7 @@ faults: all $(fakes)
 	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))
 ## fuzz: every decoder under libFuzzer, e.g. make fuzz seconds=60
 seconds ?= 60
-fuzz: deps-dev
+fuzz: deps-fuzz
 	@$(MAKE) --no-print-directory -j$$(nproc) $(fuzzers)
 	@tests/fuzz/run $(B) $(seconds)
 fuzzers: $(fuzzers)

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing from Debian 12's packages. Quiet and quick when nothing is missing.
 #   --browser   also what the browser tests need (Chromium, Node.js, playwright-core from npm)
+#   --fuzz      also what fuzzing needs (clang, its runtime)
 #   --dev       also linters, fuzzing runtime and inspection tools
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -10,15 +11,17 @@ build=(gcc libc6-dev make pkg-config libmicrohttpd-dev libuv1-dev libembree-dev 
        libassimp-dev libgnutls28-dev libdeflate-dev libisal-dev libcurl4-gnutls-dev)
 test=(libcmocka-dev curl jq openexr openssl procps sqlite3)
 browser=(chromium)
-dev=(clang-14 libclang-rt-14-dev clang-format clang-tidy cppcheck)
+fuzz=(clang-14 libclang-rt-14-dev)
+dev=("${fuzz[@]}" clang-format clang-tidy cppcheck)
 
 want=("${build[@]}" "${test[@]}")
 with_npm=
 for option in "$@"; do
     case $option in
     --browser) want+=("${browser[@]}"); with_npm=1 ;;
+    --fuzz) want+=("${fuzz[@]}") ;;
     --dev) want+=("${dev[@]}") ;;
-    -h | --help) sed -n '2,5s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-deps.sh: unknown option $option; see --help" >&2; exit 2 ;;
     esac
 done

@@ -2,7 +2,22 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+/* Twice: into a buffer that is large enough nothing is appended that may fail. */
+char *json_text(const json_t *value, size_t flags)
+{
+    const size_t size_bytes = json_dumpb(value, NULL, 0, flags);
+    char *text = size_bytes > 0 ? malloc(size_bytes + 1) : NULL;
+    if (!text) return NULL;
+    if (json_dumpb(value, text, size_bytes, flags) != size_bytes) {
+        free(text);
+        return NULL;
+    }
+    text[size_bytes] = '\0';
+    return text;
+}
 
 void json_printable(const char *text, char *out, size_t capacity)
 {

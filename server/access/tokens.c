@@ -277,7 +277,7 @@ static int write_checked(const char *path, json_t *root, struct fault *fault)
         name_file(fault, path);
         return error;
     }
-    char *text = json_dumps(root, JSON_INDENT(2));
+    char *text = json_text(root, JSON_INDENT(2));
     if (!text) return fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
     error = secret_file_write(path, text, strlen(text), fault);
     free(text);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "proto/job.h"
+#include "proto/json.h"
 #include "server/cli/event_parser.h"
 #include "server/cli/output_file.h"
 
@@ -274,7 +275,7 @@ int client_json(struct client *c, const char *method, const char *path, const js
 {
     struct answer answer = {0};
     struct curl_slist *headers = NULL;
-    char *text = body ? json_dumps(body, JSON_COMPACT) : NULL;
+    char *text = body ? json_text(body, JSON_COMPACT) : NULL;
     long status = 0;
     if (body && !text) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     begin(c, path);
@@ -331,7 +332,7 @@ int client_post_download(struct client *c, const char *url_path, const json_t *b
 {
     char accept[128];
     struct curl_slist *headers = curl_slist_append(NULL, "Content-Type: application/json");
-    char *text = json_dumps(body, JSON_COMPACT);
+    char *text = json_text(body, JSON_COMPACT);
     if (!text) {
         curl_slist_free_all(headers);
         return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");

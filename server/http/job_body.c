@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
+
 void job_body_error(struct request *r, int error)
 {
     if (error == ERR_NOT_FOUND)
@@ -15,7 +17,7 @@ void job_body_error(struct request *r, int error)
 
 int job_body_tag(const json_t *body, char etag[ETAG_BYTES], char **text)
 {
-    char *compact = json_dumps(body, JSON_COMPACT);
+    char *compact = json_text(body, JSON_COMPACT);
     if (!compact) return ERR_MEMORY;
     etag_of_bytes(compact, strlen(compact), etag);
     if (text)

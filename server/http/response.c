@@ -5,6 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/json.h"
+
 /* Pages get what their own files need and nothing else; nobody may frame or embed an answer. */
 static const struct {
     const char *name, *value;
@@ -70,7 +72,7 @@ struct MHD_Response *response_of_taken(void *data, size_t size_bytes, const char
 
 struct MHD_Response *response_of_json(const json_t *body, const char *type)
 {
-    char *text = body ? json_dumps(body, JSON_COMPACT) : NULL;
+    char *text = body ? json_text(body, JSON_COMPACT) : NULL;
     return text ? response_of_taken(text, strlen(text), type) : NULL;
 }
 

@@ -1,14 +1,15 @@
 #include "server/import/report.h"
 
-#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
+
 /* Takes `json`, which may be NULL. */
 static char *to_line(json_t *json)
 {
-    char *text = json != NULL ? json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(6)) : NULL;
+    char *text = json != NULL ? json_text(json, JSON_COMPACT | JSON_REAL_PRECISION(6)) : NULL;
     char *line = text != NULL ? malloc(strlen(text) + 2) : NULL;
     if (line != NULL) sprintf(line, "%s\n", text);
     free(text);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
 #include "server/job/jobs_table.h"
 #include "server/store/asset_owners.h"
 
@@ -159,7 +160,7 @@ static int insert(struct jobs *jobs, const struct asker *asker, const struct job
     struct job_assets assets = {.sees_all = asker->sees_all};
     struct digest *list = list_assets(job, &assets.count);
     json_t *document = list ? job_write(job) : NULL;
-    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
+    char *text = document ? json_text(document, JSON_COMPACT) : NULL;
     assets.items = list;
     json_decref(document);
     if (!text) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/build.h"
+#include "proto/json.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
@@ -144,8 +145,8 @@ static void end(struct live_job *job, enum job_state state)
 void live_job_record_end(struct live_job *job)
 {
     json_t *report = live_job_report(job);
-    char *report_text = report ? json_dumps(report, JSON_COMPACT) : NULL;
-    char *problem_text = job->error ? json_dumps(job->error, JSON_COMPACT) : NULL;
+    char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
+    char *problem_text = job->error ? json_text(job->error, JSON_COMPACT) : NULL;
     job->holds++;
     job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), problem_text,
                      report_text, on_ended, job);

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
+#include "proto/json.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
@@ -120,7 +121,7 @@ char *live_job_kept_report(const struct live_job *job)
     struct statistics statistics = job->statistics;
     live_job_add_work(job, &statistics);
     json_t *report = report_of(job, &statistics);
-    char *text = report ? json_dumps(report, JSON_COMPACT) : NULL;
+    char *text = report ? json_text(report, JSON_COMPACT) : NULL;
     json_decref(report);
     return text;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/job_view.h"
+#include "proto/json.h"
 #include "server/job/jobs_table.h"
 
 /* Plans are made of the whole document; what they say of its camera is said of the move's. */
@@ -93,8 +94,8 @@ static void record(struct live_job *job, job_store_done done)
 {
     struct job_store *store = job->jobs->options.store;
     json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
-    char *text = document ? json_dumps(document, JSON_COMPACT) : NULL;
-    char *report_text = report ? json_dumps(report, JSON_COMPACT) : NULL;
+    char *text = document ? json_text(document, JSON_COMPACT) : NULL;
+    char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
     if (text) job_store_update_document(store, job->id, text, NULL, NULL);
     job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, done, job);
     free(text);

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
+
 #define FIRST_CAPACITY 8u
 
 void event_text_unref(struct event_text **text)
@@ -18,7 +20,7 @@ struct event_text *event_text_create(uint32_t epoch, uint64_t id, const char *na
 {
     char head[128];
     /* Compact JSON holds no raw line break: jansson escapes every control character. */
-    char *json = json_dumps(data, JSON_COMPACT | JSON_ENCODE_ANY);
+    char *json = json_text(data, JSON_COMPACT | JSON_ENCODE_ANY);
     if (!json) return NULL;
     int head_bytes = snprintf(
         head, sizeof head, "id: %08" PRIx32 "-%" PRIu64 "\nevent: %.40s\ndata: ", epoch, id, name);
