@@ -12,6 +12,7 @@
 #include "proto/job.h"
 #include "server/image/exr.h"
 #include "server/job/plan.h"
+#include "tests/bench/job_file.h"
 #include "worker/tile.h"
 
 enum { TILE_PX = 32, THREADS_MAX = 16 };
@@ -72,19 +73,6 @@ static void run_all(struct away *a)
     for (long i = 0; i < count; i++)
         if (pthread_create(&ids[i], NULL, run, a)) fail("no thread");
     for (long i = 0; i < count; i++) pthread_join(ids[i], NULL);
-}
-
-static void read_job(const char *path, struct job *out)
-{
-    static char text[LIMIT_JOB_BYTES];
-    struct fault fault = {0};
-    FILE *f = fopen(path, "rb");
-    if (!f) fail(path);
-    const size_t size_bytes = fread(text, 1, sizeof text, f);
-    fclose(f);
-    if (!job_read(text, size_bytes, out, &fault)) return;
-    fprintf(stderr, "%s: ", fault.pointer);
-    fail(fault.detail);
 }
 
 /* The job's camera, in the dark: only where samples land counts. */

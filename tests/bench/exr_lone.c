@@ -21,6 +21,7 @@
 #include "server/image/image.h"
 #include "server/job/plan.h"
 #include "server/reconstruct/block.h"
+#include "tests/bench/job_file.h"
 #include "worker/tile.h"
 
 enum { REPETITIONS = 7 };
@@ -40,20 +41,6 @@ static void fail(const char *what)
 {
     fprintf(stderr, "exr_lone: %s\n", what);
     exit(1);
-}
-
-static void read_job(const char *path, struct job *out)
-{
-    static char text[LIMIT_JOB_BYTES];
-    struct fault fault = {0};
-    FILE *f = fopen(path, "rb");
-    if (!f) fail(path);
-    const size_t size_bytes = fread(text, 1, sizeof text, f);
-    fclose(f);
-    if (job_read(text, size_bytes, out, &fault)) {
-        fprintf(stderr, "%s: ", fault.pointer);
-        fail(fault.detail);
-    }
 }
 
 static void make_plan(const struct job *job, bool lone, struct plan *plan)

@@ -18,6 +18,7 @@
 #include "proto/job.h"
 #include "server/image/exr.h"
 #include "server/job/plan.h"
+#include "tests/bench/job_file.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/primary.h"
 
@@ -168,20 +169,6 @@ static void run_all(struct reference *r)
     for (long i = 0; i < count; i++)
         if (pthread_create(&ids[i], NULL, run, r)) fail("no thread");
     for (long i = 0; i < count; i++) pthread_join(ids[i], NULL);
-}
-
-static void read_job(const char *path, struct job *out)
-{
-    static char text[LIMIT_JOB_BYTES];
-    struct fault fault = {0};
-    FILE *f = fopen(path, "rb");
-    if (!f) fail(path);
-    size_t size_bytes = fread(text, 1, sizeof text, f);
-    fclose(f);
-    if (job_read(text, size_bytes, out, &fault)) {
-        fprintf(stderr, "%s: ", fault.pointer);
-        fail(fault.detail);
-    }
 }
 
 /* Camera and lights of the job, as any frame of it has them. */
