@@ -77,8 +77,10 @@ demo: deps
 	@$(MAKE) --no-print-directory -j$$(nproc) all
 	@deploy/demo.sh $(B)
 ## test: set everything up, run all tests; ends with "N passed, N failed"; with fuzz_seconds=60 as CI does
-test: deps-browser $(if $(fuzz_seconds),deps-fuzz)
-	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties) $(if $(fuzz_seconds),$(fuzzers))
+fuzzed = $(filter-out 0,$(fuzz_seconds))
+test:
+	@deploy/install-deps.sh --browser $(if $(fuzzed),--fuzz)
+	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties) $(if $(fuzzed),$(fuzzers))
 	@FUZZ_SECONDS=$(fuzz_seconds) tests/run $(B)
 ## unit: the unit tests alone
 unit: all $(unit)

@@ -4,7 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define DRAIN_MOST_BYTES (1u << 20)
+#define DRAIN_MOST_BYTES (1u << 18)
 
 static void drain(int fd)
 {
@@ -34,7 +34,7 @@ static void close_oldest(struct lingering *l)
 
 void lingering_add(struct lingering *l, int fd)
 {
-    if (l->count == LINGERING_MOST) close_oldest(l);
+    if (l->count > 0 && l->count >= l->most) close_oldest(l);
     const int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
     drain(fd);
     if (own < 0) return;

@@ -6,6 +6,7 @@
 #define LINGERING_TICKS 4
 
 struct lingering {
+    unsigned most; /* 1 to LINGERING_MOST: descriptors */
     unsigned count;
     int fd[LINGERING_MOST];
     unsigned ticks[LINGERING_MOST];

@@ -355,7 +355,9 @@ static void note_end(struct live_job *job, const struct frame *work)
 void live_job_record_frame(struct live_job *job, struct live_frame *frame)
 {
     struct recording *recording = malloc(sizeof *recording);
-    if (!recording) {
+    char *report = recording ? live_job_kept_report(job) : NULL;
+    if (!report) {
+        free(recording);
         live_job_record_again(job, frame);
         return;
     }
@@ -365,7 +367,6 @@ void live_job_record_frame(struct live_job *job, struct live_frame *frame)
                             .state = frame_state_name(FRAME_FINISHED),
                             .exr = frame->exr,
                             .png = frame->png};
-    char *report = live_job_kept_report(job);
     job->holds++;
     job_store_update_frame(job->jobs->options.store, job->id, &row, report, on_recorded, recording);
     free(report);

@@ -157,8 +157,9 @@ uint64_t live_job_frame_floats(const struct live_job *job);
  * New references. */
 json_t *live_job_report(const struct live_job *job);
 /* Sends the report to the store, with the state unless that is NULL: what is durable of a job that
- * goes on. Work on frames that are not done is not in it: these begin again after a restart, or
- * count what they take up then. */
+ * goes on. Work on frames that are not drawn is not in it: these begin again after a restart, or
+ * count what they take up then. (What is drawn and could not be recorded is: it counts twice where
+ * the coordinator is killed before it can be.) */
 void live_job_keep_report(struct live_job *job, const char *state);
 /* The text of it, to be freed; NULL without memory. */
 char *live_job_kept_report(const struct live_job *job);

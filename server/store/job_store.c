@@ -149,15 +149,18 @@ static void batch_done(struct team_task *task)
 }
 
 /* A report takes the place of an older one that still waits, so that on a disk that hangs for hours
- * each job has one. Nobody is called back for it, and what lies between is not about these texts.
- */
+ * each job has one, and one for each of its frames. Nobody is called back for it, and what lies
+ * between is not about these texts: a frame's report is, and stays the older one. */
 static bool join_waiting(struct job_store *store, struct job_request *r)
 {
     struct job_request *last = NULL;
     if ((r->kind != REQUEST_UPDATE && r->kind != REQUEST_UPDATE_DOCUMENT) || r->call.done)
         return false;
-    for (struct job_request *w = store->first; w; w = w->next)
-        if (w->kind == r->kind && strcmp(w->id, r->id) == 0) last = w;
+    for (struct job_request *w = store->first; w; w = w->next) {
+        if (strcmp(w->id, r->id) != 0) continue;
+        if (w->kind == r->kind) last = w;
+        if (w->kind == REQUEST_UPDATE_FRAME && w->report && r->report) last = NULL;
+    }
     if (!last) return false;
     job_request_take_texts(last, r);
     job_request_free(r);

@@ -10,8 +10,8 @@ import { Service, check, children_of, done, figure, folder, join, marked_scene, 
 
 const build = process.argv[2];
 const want = options({ kills: 50, seed: Math.floor(Date.now() / 1000) % 1000000, workers: 2, pause_ms: 300 });
-note(`seed ${want.seed}: tests/load/storm.mjs ${build} kills=${want.kills} seed=${want.seed} deals the same kills`);
-const random = seeded(want.seed), one_of = (list) => list[random(list.length)];
+note(`seed ${want.seed}: tests/load/storm.mjs ${build} kills=${want.kills} seed=${want.seed} deals the same kinds of kills and jobs`);
+const random = seeded(want.seed), random_job = seeded(want.seed + 1), one_of = (list, number = random) => list[number(list.length)];
 const service = new Service(build, join(folder("storm"), "data"), { workers: want.workers });
 const glb = readFileSync("tests/scenes/cornell-box/cornell-box.glb");
 
@@ -85,7 +85,7 @@ const rain = async () => {
         import_wanted = false;
         if (is_new) marks.add(n);
         if (is_new) scenes.push(await upload(marked_scene(glb, `storm ${want.seed} ${n}`)));
-        const kind = is_new ? "imported" : one_of(Object.keys(kinds)), asset = scenes[is_new ? scenes.length - 1 : 0], key = `storm-${n}`;
+        const kind = is_new ? "imported" : one_of(Object.keys(kinds), random_job), asset = scenes[is_new ? scenes.length - 1 : 0], key = `storm-${n}`;
         const job = { key, kind, asset, ids: new Set(), over: false };
         job.ids.add(await submit(kind, asset, key));
         if (n % 4 === 1) { repeats++; job.ids.add(await submit(kind, asset, key)); }
@@ -163,13 +163,16 @@ for (let cursor = ""; cursor !== null;) {
 check("... and the listing has these and no others", listed.length === jobs.length && jobs.every((job) => listed.includes(job.id)), `${listed.length} listed`);
 
 let traced = 0, planned = 0, resumed = 0;
+const without_cost = [];
 for (const job of jobs) {
     const { statistics, progress } = await service.job(job.id);
+    if (!(statistics?.tiles.done > 0)) without_cost.push(`${job.id} ${job.kind}`);
     traced += (statistics?.tiles.done ?? 0) - (statistics?.tiles.resumed ?? 0);
     resumed += statistics?.tiles.resumed ?? 0;
     planned += progress.tiles_total;
     job.pictures = await pictures(job.id, job.kind);
 }
+check("all tell what they cost", without_cost.length === 0, without_cost.join("\n"));
 note(`${resumed} of ${planned} tiles taken from disk by the run that ended their frame, ${traced} traced by it`);
 note(`restarts: ${restarts.length}, ${Math.max(0, ...restarts).toFixed(0)} ms at most, ${(restarts.reduce((a, b) => a + b, 0) / (restarts.length || 1)).toFixed(0)} ms in the mean`);
 figure("a restart takes 2 s at most", Math.max(0, ...restarts) <= 2000);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Writes, fsyncs, renames and allocations that fail, a full disk, a clock that jumps: a sample of what
-# `make faults` walks over, the same one every time unless a seed is given. See tests/load/faults.mjs.
+# `make faults` walks over, about the same one every time unless a seed is given. See tests/load/faults.mjs.
 #   tests/system/faults.sh BUILD_DIR [seed=N]
 cd "$(dirname "$0")/../.." || exit 1
 build=${1:?usage: tests/system/faults.sh BUILD_DIR}

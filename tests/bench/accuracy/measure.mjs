@@ -39,9 +39,9 @@ function isCovered({ effect }, method, { rays: { paths, indirect, lens }, lens: 
 
 // What the method costs with the instruction set that a bound speaks of: {isa, cpu_s}; null where the machine has
 // not got it, or nothing speaks of it. The least of `times` runs.
-function costOfIsa(tools, scene, o, method, job, picture, times) {
+function costOfIsa(tools, scene, o, method, step, job, picture, times) {
   const { method: about, isa } = effectOf(scene).costs ?? {};
-  if (about !== method || times === 1 || !hasIsa(isa)) return null;
+  if (about !== method || step !== o.repeatSpp[scene.effect] || !hasIsa(isa)) return null;
   o.say(`${scene.name}: ${method}, with ${isa}`);
   const runs = Array.from({ length: times }, () => tools.render(job, picture.replace(/\.exr$/, `-${isa}.exr`), isa));
   return { isa, cpu_s: cost(runs).cpu_s };
@@ -58,7 +58,7 @@ function renderTest(tools, scene, o, file, method, step) {
   }
   const spp = turned ? meanRays(runs[0].adaptive) : step;
   return { effect: scene.effect, scene: scene.name, method, spp, ...(turned ? { mu: step } : {}), seed: o.seed, side_px: o.side,
-    megapixels: megapixels(scene, o.side), picture, ...cost(runs), with_isa: costOfIsa(tools, scene, o, method, job, picture, times) };
+    megapixels: megapixels(scene, o.side), picture, ...cost(runs), with_isa: costOfIsa(tools, scene, o, method, step, job, picture, times) };
 }
 
 function renderAll(tools, scene, o, file) {

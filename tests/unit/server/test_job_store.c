@@ -317,6 +317,25 @@ static void frames_bring_their_jobs_report(void **state)
     assert_string_equal(get(f, make_row(1).id).report, "{\"tiles\":9}");
 }
 
+/* Also of those that wait: the loop does not run between. */
+static void the_newest_report_stays(void **state)
+{
+    struct fixture *f = *state;
+    struct frame_row frame = {.number = 1, .state = "finished"};
+    const char *const id = make_row(1).id;
+    int error = 1;
+    insert_plain(f, 1);
+    insert_plain(f, 2);
+    job_store_update(f->store, make_row(2).id, NULL, NULL, "{}", NULL, NULL); /* keeps it busy */
+    job_store_update(f->store, id, NULL, NULL, "{\"i\":1}", NULL, NULL);
+    job_store_update_frame(f->store, id, &frame, "{\"i\":2}", on_done, &error);
+    job_store_update(f->store, id, NULL, NULL, "{\"i\":3}", NULL, NULL);
+    job_store_update(f->store, id, NULL, NULL, "{\"i\":4}", NULL, NULL);
+    settle(f);
+    assert_int_equal(error, 0);
+    assert_string_equal(get(f, id).report, "{\"i\":4}");
+}
+
 struct listed {
     int error;
     size_t count;
@@ -729,6 +748,7 @@ int main(void)
         TEST(reports_do_not_pile_up),
         TEST(frames_are_kept_by_number_and_go_with_their_job),
         TEST(frames_bring_their_jobs_report),
+        TEST(the_newest_report_stays),
         TEST(listing_pages_from_the_newest),
         TEST(listing_looks_for_text),
         TEST(unfinished_jobs_are_found_oldest_first),
