@@ -70,7 +70,7 @@ quarantined() {
     submit job >"$tmp/id" || return 1
     before=$(metric shearwater_workers_quarantined_total)
     fake_behind breaker --script flip --name breaker --reconnects 5 --seconds $((60 * slower))
-    await_roster breaker '.state == "quarantined" and (.quarantine.reason | test("protocol")) and .quarantine.seconds_left > 590' 20 &&
+    await_roster breaker '.state == "quarantined" and (.quarantine.reason | test("protocol")) and .quarantine.seconds_left > 500' 20 &&
         [ "$(metric shearwater_workers_quarantined_total)" = $((before + 1)) ]
 }
 check "three broken messages put a worker into quarantine" quarantined
