@@ -155,7 +155,7 @@ export class Walk {
             // Files that could not be opened when it starts stay so for long: all of these.
             const share = want.sample && !(stage.name === "resume" && kind === "make") ? Math.ceil(want.sample / (KINDS.length * STAGES.length)) : all.length;
             while (all.length > share) all.splice(this.random(all.length), 1);
-            points.push(...all.filter((point) => (!want.at || point.k === want.at) && point.k >= want.from));
+            points.push(...all.filter((point) => (!want.at || point.k === want.at) && point.k >= want.from && (!want.to || point.k <= want.to)));
         }
         return points;
     }

@@ -2,7 +2,7 @@
 // in a coordinator, an importer or a worker, somewhere in a short job; a disk that is full, fails or hangs for
 // a while; a clock that jumps.
 //   node tests/load/faults.mjs BUILD_DIR [sample=N] [seed=N] [only=walk|while|hang|clock]
-//        of the walk: [kind=NAME] [program=NAME] [stage=NAME] [at=K] [from=K] [lanes=N] [patience=SECONDS]
+//        of the walk: [kind=NAME] [program=NAME] [stage=NAME] [at=K] [from=K] [to=K] [lanes=N] [patience=SECONDS]
 // sample=0 walks over all k. What must hold each time: what was answered is a success, or 503 or 507 as
 // problem+json, and passes; what was accepted is finished within 10 s and has the undisturbed bytes; nothing
 // half-written is left. A process that died is started again, which is all that is done by hand; where it
@@ -15,7 +15,7 @@ import { closeSync, openSync, rmSync, writeSync } from "node:fs";
 import { check, done, folder, join, note, options, sha256, skip, sleep, until } from "./service.mjs";
 
 const build = process.argv[2];
-const want = options({ sample: 84, seed: Math.floor(Date.now() / 1000) % 1000000, kind: "", only: "", at: 0, from: 0, program: "", stage: "", lanes: 3, patience: 0 });
+const want = options({ sample: 84, seed: Math.floor(Date.now() / 1000) % 1000000, kind: "", only: "", at: 0, from: 0, to: 0, program: "", stage: "", lanes: 3, patience: 0 });
 const short = { image: { width: 64, height: 64 }, sampling: { spp: 4, tile_px: 32 }, layers: ["beauty", "direct", "indirect"] };
 const long = { image: { width: 256, height: 256 }, sampling: { spp: 64, tile_px: 32 }, filter: { method: "none" } };
 const reference = {};
