@@ -56,17 +56,24 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
 }
 
-/* True when this session holds the lease, which ends, or holds the tile in another generation, or
- * when the lease has ended lately, whoever held it: then it is the client's to judge. */
-static bool was_leased(struct fleet *fleet, struct session *s, const struct message_result *r)
+/* What a result is of: what this session holds; the tile in another generation, or a lease that has
+ * ended lately, whoever held it, which are the client's to judge; nothing that is known. */
+enum result_of { RESULT_OF_NOTHING, RESULT_OF_THE_PAST, RESULT_OF_A_LEASE };
+
+/* The session's lease ends, and `tile` is what it was of. */
+static enum result_of end_lease(struct fleet *fleet, struct session *s,
+                                const struct message_result *r, struct fleet_tile *tile)
 {
     uint32_t at = lease_find(&s->leases, r->frame_id, r->index, r->generation);
     if (at == LEASE_NONE)
         return lease_has_tile(&s->leases, r->frame_id, r->index) ||
-               lease_past_has(&fleet->past, r->frame_id, r->index, r->generation);
+                       lease_past_has(&fleet->past, r->frame_id, r->index, r->generation)
+                   ? RESULT_OF_THE_PAST
+                   : RESULT_OF_NOTHING;
+    *tile = s->leases.at[at].tile;
     lease_answer(&s->leases, at, uv_now(fleet->loop));
     lease_past_add(&fleet->past, r->frame_id, r->index, r->generation);
-    return true;
+    return RESULT_OF_A_LEASE;
 }
 
 static uint32_t offer_result(struct fleet *fleet, struct session *s, uint64_t request_id,
@@ -96,12 +103,16 @@ static int take_result(void *ctx, struct session *s, uint64_t request_id,
                               .index = r->index,
                               .generation = r->generation,
                               .verdict = VERDICT_FOREIGN};
+    struct fleet_tile tile;
     int error = 0;
     if (fleet->closing) return 0;
     fleet->totals.results++;
     fleet_wake(fleet);
-    if (was_leased(fleet, s, r)) ack.verdict = offer_result(fleet, s, request_id, r, &error);
+    const enum result_of of = end_lease(fleet, s, r, &tile);
+    if (of != RESULT_OF_NOTHING) ack.verdict = offer_result(fleet, s, request_id, r, &error);
     if (ack.verdict != 0 && error == 0) session_ack(s, &ack, request_id);
+    /* The session ends with that, but the lease is no longer among those that it gives back. */
+    if (error && of == RESULT_OF_A_LEASE) tile_returned(fleet, s, &tile, FLEET_GIVEN_BACK);
     return error;
 }
 
