@@ -112,8 +112,10 @@ static void on_incoming(void *ctx, struct listener *l)
     make_room(fleet);
     if (reserve_session(fleet) != 0 ||
         session_create(fleet->loop, l->tcp, l->tcp && fleet->keyed ? &fleet->key : NULL,
-                       fleet->next_id, &fleet->host, &fleet->totals, &s) != 0)
-        return; /* libuv holds the connection back until memory is there */
+                       fleet->next_id, &fleet->host, &fleet->totals, &s) != 0) {
+        l->waits = true; /* until memory is there */
+        return;
+    }
     fleet->next_id++;
     fleet->open++;
     fleet->sessions[fleet->session_count++] = s;
@@ -142,10 +144,19 @@ static void on_turn(uv_idle_t *turn)
     for (size_t i = 0; i < fleet->session_count; i++) session_turn(fleet->sessions[i]);
 }
 
+static void take_waiting(struct fleet *fleet, struct listener *l)
+{
+    if (!l->waits) return;
+    l->waits = false;
+    on_incoming(fleet, l);
+}
+
 static void on_tick(uv_timer_t *tick)
 {
     struct fleet *fleet = tick->data;
     uint64_t now = uv_now(fleet->loop);
+    take_waiting(fleet, &fleet->local);
+    take_waiting(fleet, &fleet->tcp);
     for (size_t i = 0; i < fleet->session_count; i++)
         session_tick(fleet->sessions[i], now, fleet->silence_ms, fleet->stall_ms);
 }

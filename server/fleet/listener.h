@@ -14,7 +14,8 @@ struct listener {
     } handle;
     bool is_open; /* the handle must be closed, also after a failed open */
     bool tcp;
-    int port; /* TCP: the port that was bound */
+    bool waits; /* a connection that could not be accepted: libuv tells of no other until it is */
+    int port;   /* TCP: the port that was bound */
     void (*incoming)(void *ctx, struct listener *l);
     void *ctx;
 };
