@@ -194,8 +194,8 @@ static int start_mhd(struct http *http, int listen_fd)
     };
     if (!tls->key) guarded[0] = guarded[3];
     http->connections_most = connections_most();
-    http->lingering.most = http->connections_most / 4 < LINGERING_MOST ? http->connections_most / 4
-                                                                       : LINGERING_MOST;
+    http->lingering.most =
+        http->connections_most / 4 < LINGERING_MOST ? http->connections_most / 4 : LINGERING_MOST;
     http->mhd = MHD_start_daemon(
         MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls->key ? MHD_USE_TLS : 0),
         0, NULL, NULL, step, http, MHD_OPTION_EXTERNAL_LOGGER, count_log,

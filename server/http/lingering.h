@@ -12,8 +12,8 @@ struct lingering {
     unsigned ticks[LINGERING_MOST];
 };
 
-/* Keeps a duplicate of the descriptor and says that no more will be sent. When there is no room, the
- * one that was kept longest is closed for it. */
+/* Keeps a duplicate of the descriptor and says that no more will be sent. When there is no room,
+ * the one that was kept longest is closed for it. */
 void lingering_add(struct lingering *l, int fd);
 void lingering_tick(struct lingering *l);
 void lingering_close_all(struct lingering *l);
