@@ -3,6 +3,7 @@
 #   skip TEXT REASON          one test that cannot run here
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
+#   worker_port DATA          the port of that coordinator for workers, on stdout
 # Where programs are slow all waits are longer: by $TEST_SLOWER, which tests/run sets for sanitized
 # builds; those of timeout and of curl --max-time, too.
 # Everything started through `track` is killed when the script ends; $tmp is a folder of its own.
@@ -70,6 +71,17 @@ serve_start() {
         kill -0 $server_pid 2>/dev/null || { cat "$data/stderr" >&2; return 1; }
         sleep 0.05
     done
+    return 1
+}
+# It is said in the log, whose lines are written beside the service: perhaps after its address.
+worker_port() {
+    local port
+    for _ in $(tries 200); do
+        port=$(sed -nE 's/.*worker_port"?[=:]([0-9]+).*/\1/p' "$1/stderr" | tail -n 1)
+        [ -n "$port" ] && { echo "$port"; return 0; }
+        sleep 0.05
+    done
+    echo "no port for workers in $1/stderr" >&2
     return 1
 }
 serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; }

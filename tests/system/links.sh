@@ -21,7 +21,7 @@ check "a picture in the clear, over a Unix socket" render "$tmp/plain.exr"
 serve_stop
 
 serve_start "$tmp/keyed" --workers 0 --worker-listen 127.0.0.1:0 --worker-key "$tmp/key" || { echo "Bail out! no server"; exit 1; }
-port=$(sed -n 's/.*worker_port=\([0-9]*\).*/\1/p' "$tmp/keyed/stderr")
+port=$(worker_port "$tmp/keyed")
 worker() { # worker NAME PORT ARGS...: in the background; its pid is in $worker
     "$build/shearwater-worker" --connect "127.0.0.1:$2" --threads 1 --cache "$tmp/cache-$1" --name "$1" "${@:3}" >"$tmp/$1.log" 2>&1 &
     worker=$!
@@ -82,7 +82,7 @@ serve_stop
 
 # The other way round, files, and addresses.
 serve_start "$tmp/clear" --workers 0 --worker-listen 127.0.0.1:0
-port=$(sed -n 's/.*worker_port=\([0-9]*\).*/\1/p' "$tmp/clear/stderr")
+port=$(worker_port "$tmp/clear")
 worker early "$port" --key "$tmp/key"
 check "a worker with a key does not talk to a coordinator without" says early 'does not have this key'
 check "... which does not list it" roster_is ''

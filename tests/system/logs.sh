@@ -94,7 +94,7 @@ serve_stop
 : >"$log"
 serve_start "$tmp/data" --workers 0 --worker-listen 127.0.0.1:0 --log-format json || echo "Bail out! the server did not start again"
 submit 3
-port=$(lines -r 'select(.message == "serving").worker_port')
+port=$(worker_port "$tmp/data")
 (trap '' XFSZ; ulimit -f 0; exec "$build/shearwater-worker" --connect "127.0.0.1:$port" --threads 1 --name far --cache "$tmp/cache" --log-format json) \
     2> >(exec cat >"$tmp/far") &
 far=$!
