@@ -1,12 +1,28 @@
 #include "proto/json.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* Whether there was no memory for a value of this thread's since the last text. jansson 2.14 takes
+ * no notice when a token cannot grow, and reads one byte less; and what builds an object would
+ * have to look at every member to notice the one that is not there. */
+static _Thread_local bool lacks;
+
+static void *noticed_malloc(size_t size_bytes)
+{
+    void *memory = malloc(size_bytes);
+    if (!memory) lacks = true;
+    return memory;
+}
+
+__attribute__((constructor)) static void notice(void)
+{
+    json_set_alloc_funcs(noticed_malloc, free);
+}
+
 /* Twice: into a buffer that is large enough nothing is appended that may fail. */
-char *json_text(const json_t *value, size_t flags)
+static char *text_of(const json_t *value, size_t flags)
 {
     const size_t size_bytes = json_dumpb(value, NULL, 0, flags);
     char *text = size_bytes > 0 ? malloc(size_bytes + 1) : NULL;
@@ -16,6 +32,13 @@ char *json_text(const json_t *value, size_t flags)
         return NULL;
     }
     text[size_bytes] = '\0';
+    return text;
+}
+
+char *json_text(const json_t *value, size_t flags)
+{
+    char *text = lacks ? NULL : text_of(value, flags);
+    lacks = false;
     return text;
 }
 
@@ -100,11 +123,17 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
     if (values > LIMIT_JSON_VALUES && limit_bytes <= LIMIT_JOB_BYTES)
         return fault_set(fault, ERR_LIMIT, "", "it has %zu values, above the limit of %d", values,
                          LIMIT_JSON_VALUES);
-    errno = 0;
+    const bool lacked = lacks;
+    lacks = false;
     *out = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    const bool whole = !lacks;
+    lacks = lacked;
+    if (!whole) {
+        json_decref(*out);
+        *out = NULL;
+        return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));
+    }
     if (*out) return 0;
-    /* Without memory for a text or a number jansson calls the syntax wrong. */
-    if (errno == ENOMEM) return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));
     json_printable(error.text, what, sizeof what);
     return fault_set(fault, code_of(json_error_code(&error)), "", "line %d, column %d: %s",
                      error.line, error.column, what);

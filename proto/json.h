@@ -16,9 +16,10 @@
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault);
 
-/* The text of a value, to be freed; NULL without memory. `flags`: jansson's JSON_COMPACT and
- * others. In place of json_dumps, which in 2.14 takes no notice when it finds no memory for the
- * quote behind a key, and gives text without it. */
+/* The text of a value, to be freed; NULL without memory, also if some was missing since this
+ * thread's last text: what was built meanwhile may lack members. `flags`: jansson's JSON_COMPACT
+ * and others. In place of json_dumps, which in 2.14 takes no notice when it finds no memory for
+ * the quote behind a key, and gives text without it. */
 char *json_text(const json_t *value, size_t flags);
 
 /* `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit: for echoing input. */

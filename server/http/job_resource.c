@@ -126,7 +126,7 @@ void route_job_submit(struct request *r)
     struct reading *d = NULL;
     if (!request_flag(r, "dry_run", &dry_run) || !read_key(r, &key)) return;
     if (!(d = calloc(1, sizeof *d))) {
-        request_problem(r, PROBLEM_INTERNAL, "memory is exhausted", NULL);
+        request_problem(r, PROBLEM_OUT_OF_MEMORY, NULL, NULL);
         return;
     }
     d->task = (struct team_task){.run = reading_run, .done = reading_done};

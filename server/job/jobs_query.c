@@ -10,6 +10,7 @@
 /* Longer documents are not opened for a listing. */
 #define LISTED_DOCUMENT_BYTES 16384
 
+/* Without memory a part is missing: json_text says so. */
 static json_t *parse(const char *text)
 {
     json_t *json = text ? json_loads(text, 0, NULL) : NULL;

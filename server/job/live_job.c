@@ -236,15 +236,18 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
 }
 
 /* Numbers of an earlier run go on growing. */
-static void take_report(struct live_job *job, const char *text)
+static int take_report(struct live_job *job, const char *text, struct fault *fault)
 {
-    json_t *report = text ? json_loads(text, 0, NULL) : NULL;
+    json_t *report = NULL;
+    const int error = text ? json_read(text, strlen(text), SIZE_MAX, &report, fault) : 0;
+    if (error == ERR_MEMORY) return error;
     statistics_read(json_object_get(report, "statistics"), &job->statistics);
     live_job_take_log(job, report);
     live_job_log_state(job);
     const json_t *number = json_object_get(json_object_get(report, "view"), "number");
     job->view_before = (uint32_t)json_integer_value(number);
     json_decref(report);
+    return 0;
 }
 
 static int load(struct live_job *job, const struct job_row *row, const struct frame_row *frames,
@@ -256,7 +259,10 @@ static int load(struct live_job *job, const struct job_row *row, const struct fr
         return fault_set(fault, ERR_NOT_FOUND, "", "the job's document is not in the store");
     int error = job_read(row->document, strlen(row->document), &document, fault);
     if (error) return error;
-    take_report(job, row->report);
+    if ((error = take_report(job, row->report, fault)) != 0) {
+        job_fini(&document);
+        return error;
+    }
     error = take_frames(job, frames, frame_count, document.first_frame, document.last_frame);
     if (error) {
         job_fini(&document);

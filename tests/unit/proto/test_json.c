@@ -1,4 +1,4 @@
-/* Texts of JSON values. */
+/* Texts of JSON values, and what is read and written while memory is missing. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,12 +9,42 @@
 
 #include "proto/json.h"
 
-/* Finds no memory for the n-th piece that is asked for. */
+/* Asks for more than there is in place of the n-th piece. */
 static unsigned until_failure;
+static json_malloc_t noticed_malloc;
+static json_free_t noticed_free;
 
 static void *fail_once(size_t size)
 {
-    return until_failure > 0 && --until_failure == 0 ? NULL : malloc(size);
+    return noticed_malloc(until_failure > 0 && --until_failure == 0 ? PTRDIFF_MAX : size);
+}
+
+static int fail_when_told(void **state)
+{
+    (void)state;
+    json_get_alloc_funcs(&noticed_malloc, &noticed_free);
+    json_set_alloc_funcs(fail_once, noticed_free);
+    return 0;
+}
+
+static int fail_no_more(void **state)
+{
+    (void)state;
+    json_set_alloc_funcs(noticed_malloc, noticed_free);
+    return 0;
+}
+
+/* Sanitizers end programs that ask for that much, unless told. */
+const char *__asan_default_options(void);
+const char *__asan_default_options(void)
+{
+    return "allocator_may_return_null=1";
+}
+
+const char *__tsan_default_options(void);
+const char *__tsan_default_options(void)
+{
+    return "allocator_may_return_null=1";
 }
 
 static json_t *document(void)
@@ -46,7 +76,6 @@ static void without_memory_there_is_no_text_rather_than_half_of_one(void **state
     json_t *value = document();
     char *whole = json_text(value, JSON_COMPACT | JSON_SORT_KEYS);
     unsigned failed = 0, k = 0;
-    json_set_alloc_funcs(fail_once, free);
     do {
         until_failure = ++k;
         char *text = json_text(value, JSON_COMPACT | JSON_SORT_KEYS);
@@ -54,9 +83,66 @@ static void without_memory_there_is_no_text_rather_than_half_of_one(void **state
         failed += !text;
         free(text);
     } while (until_failure == 0);
-    json_set_alloc_funcs(malloc, free);
     assert_in_range(failed, 1, k - 1);
     free(whole);
+    json_decref(value);
+}
+
+/* jansson gives strings of which bytes are missing. */
+static void without_memory_nothing_is_read_rather_than_a_part(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "{\"asset\":\"0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\","
+        "\"a name that is a long one, too, of more than thirty bytes\":[1.25,-7,true,null,\"x\"],"
+        "\"number\":1234567890123456789}";
+    json_t *value = NULL;
+    struct fault fault = {0};
+    unsigned k = 1;
+    for (until_failure = k; json_read(text, sizeof text - 1, sizeof text, &value, &fault) != 0;
+         until_failure = ++k) {
+        assert_int_equal(until_failure, 0);
+        assert_int_equal(fault.code, ERR_MEMORY);
+        assert_null(value);
+    }
+    assert_in_range(until_failure, 1, k);
+    assert_true(k > 10);
+    until_failure = 0;
+    char *same = json_text(value, JSON_COMPACT);
+    assert_string_equal(same, text);
+    free(same);
+    json_decref(value);
+}
+
+static void what_lacks_a_member_has_no_text_and_the_next_one_has(void **state)
+{
+    (void)state;
+    json_t *value = json_object();
+    until_failure = 1;
+    json_object_set_new(value, "a", json_integer(1));
+    assert_null(json_text(value, JSON_COMPACT));
+    json_object_set_new(value, "a", json_integer(1));
+    char *text = json_text(value, JSON_COMPACT);
+    assert_string_equal(text, "{\"a\":1}");
+    free(text);
+    json_decref(value);
+}
+
+/* What was read in between neither hides what is missing nor is it blamed. */
+static void reading_leaves_what_is_missing_of_a_text(void **state)
+{
+    (void)state;
+    json_t *value = json_object(), *other;
+    until_failure = 1;
+    json_object_set_new(value, "a", json_integer(1));
+    assert_int_equal(json_read("{}", 2, 2, &other, NULL), 0);
+    json_decref(other);
+    assert_null(json_text(value, JSON_COMPACT));
+    until_failure = 1;
+    assert_int_equal(json_read("{}", 2, 2, &other, NULL), ERR_MEMORY);
+    char *text = json_text(value, JSON_COMPACT);
+    assert_string_equal(text, "{}");
+    free(text);
     json_decref(value);
 }
 
@@ -65,6 +151,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_text_is_jansson_s),
         cmocka_unit_test(without_memory_there_is_no_text_rather_than_half_of_one),
+        cmocka_unit_test(without_memory_nothing_is_read_rather_than_a_part),
+        cmocka_unit_test(what_lacks_a_member_has_no_text_and_the_next_one_has),
+        cmocka_unit_test(reading_leaves_what_is_missing_of_a_text),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, fail_when_told, fail_no_more);
 }
