@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -304,7 +305,7 @@ bool cache_fetch_is_whole(const struct cache_fetch *f)
     return f->total_bytes > 0 && f->have_bytes == f->total_bytes;
 }
 
-static int hash_file(int fd, uint64_t size_bytes, struct digest *out)
+static int hash_file(int fd, uint64_t size_bytes, _Atomic uint64_t *steps, struct digest *out)
 {
     struct digest_state *state = digest_begin();
     uint8_t *buffer = malloc(HASH_BYTES);
@@ -314,6 +315,7 @@ static int hash_file(int fd, uint64_t size_bytes, struct digest *out)
         if (n < 0 && errno == EINTR) continue;
         e = n <= 0 ? ERR_IO : digest_update(state, buffer, (size_t)n);
         if (n > 0) at += (uint64_t)n;
+        if (steps) atomic_fetch_add_explicit(steps, 1, memory_order_relaxed);
     }
     free(buffer);
     if (state) digest_finish(&state, out);
@@ -335,7 +337,7 @@ static int put_in_place(const struct cache *c, const struct cache_fetch *f)
 int cache_fetch_finish(const struct cache *c, struct cache_fetch *f, struct fault *fault)
 {
     struct digest found;
-    int e = hash_file(f->fd, f->total_bytes, &found);
+    int e = hash_file(f->fd, f->total_bytes, f->steps, &found);
     if (e == 0 && !digest_equal(&found, &f->digest)) e = ERR_CHECKSUM;
     if (e == ERR_CHECKSUM) unlink(f->path);
     if (e == 0) e = put_in_place(c, f);

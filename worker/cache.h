@@ -40,9 +40,10 @@ uint64_t cache_used_bytes(const struct cache *c);
 /* A blob on its way in. */
 struct cache_fetch {
     struct digest digest;
-    uint64_t have_bytes;  /* the next offset to ask for */
-    uint64_t total_bytes; /* 0: not known before the first part */
-    int fd;               /* -1: none */
+    uint64_t have_bytes;     /* the next offset to ask for */
+    uint64_t total_bytes;    /* 0: not known before the first part */
+    int fd;                  /* -1: none */
+    _Atomic uint64_t *steps; /* grows while it is finished; borrowed, may be NULL */
     char path[CACHE_PATH_BYTES];
 };
 

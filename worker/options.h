@@ -27,6 +27,7 @@ struct options {
     uint32_t side;     /* rays that the pixel got in a later pass: side * side; 0: not said */
     bool json;
     bool help, version;
+    uint32_t loading_ms; /* not given on the command line; 0: SESSION_LOADING_MS */
 };
 
 /* Reads argv; strings are borrowed from it. *fault names the argument at fault and what is allowed.

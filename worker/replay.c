@@ -70,7 +70,7 @@ static int load_blobs(const struct options *o, struct loaded *l, struct fault *f
     char path[CACHE_PATH_BYTES];
     int e = find_blob(o, &l->plan.scene, path, fault);
     if (!e) e = scene_map(path, &l->blob, fault);
-    if (!e) e = render_scene_create(&l->blob, 1, &l->scene, fault);
+    if (!e) e = render_scene_create(&l->blob, 1, NULL, &l->scene, fault);
     if (e || l->plan.environment.kind != ENVIRONMENT_MAP) return e;
     e = find_blob(o, &l->plan.environment.map, path, fault);
     if (!e) e = environment_map(path, &l->map, fault);

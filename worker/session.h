@@ -17,7 +17,7 @@
 
 #define SESSION_GREETING_MS 10000u  /* ms that a coordinator may take to answer HELLO */
 #define SESSION_ACK_MS      5000u   /* ms that a leaving worker waits for acknowledgements */
-#define SESSION_LOADING_MS  600000u /* ms that loading one scene counts as progress */
+#define SESSION_LOADING_MS  120000u /* ms that loading may take to its next step: then it hangs */
 
 enum session_state {
     SESSION_OFFLINE,

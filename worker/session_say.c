@@ -87,18 +87,24 @@ static enum beat_phase phase(const struct session *s)
     return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
 }
 
-/* Loading has no rows to count: a beat in which it used a tenth of a CPU is progress, up to a
- * bound, since a load that hangs may use CPU time, too. */
+static uint32_t loading_ms(const struct session *s)
+{
+    return s->options->loading_ms ? s->options->loading_ms : SESSION_LOADING_MS;
+}
+
+/* Between the steps of loading a beat in which it used a tenth of a CPU is progress, up to a bound:
+ * a load that hangs may use CPU time, too. */
 static void watch_loading(struct session *s, uint64_t cpu_us)
 {
     const uint64_t now = uv_now(s->beat.loop), used_us = cpu_us - s->cpu_us;
+    const uint64_t steps = shelf_steps(s->shelf);
     s->cpu_us = cpu_us;
-    if (!shelf_is_loading(s->shelf)) {
+    if (steps != s->load_steps || !shelf_is_loading(s->shelf)) {
+        s->load_steps = steps;
         s->load_from_ms = now;
-        return;
-    }
-    if (now - s->load_from_ms <= SESSION_LOADING_MS && used_us >= 100u * (uint64_t)s->beat_ms)
+    } else if (now - s->load_from_ms <= loading_ms(s) && used_us >= 100u * (uint64_t)s->beat_ms) {
         s->load_beats++;
+    }
 }
 
 void session_send_beat(struct session *s)
@@ -107,7 +113,7 @@ void session_send_beat(struct session *s)
     s->last_beat_ms = uv_now(s->beat.loop);
     vitals_read(&v);
     watch_loading(s, v.cpu_us);
-    struct message_beat m = {.progress = hand_rows(s->hand) + shelf_parts(s->shelf) + s->load_beats,
+    struct message_beat m = {.progress = hand_rows(s->hand) + shelf_steps(s->shelf) + s->load_beats,
                              .phase = phase(s),
                              .tiles_in_hand = hand_counts(s->hand).open,
                              .rss_bytes = v.rss_bytes,
@@ -117,9 +123,24 @@ void session_send_beat(struct session *s)
     link_put(s->link, MESSAGE_BEAT, 0);
 }
 
+static bool load_hangs(const struct session *s)
+{
+    return shelf_is_loading(s->shelf) && shelf_steps(s->shelf) == s->load_steps &&
+           uv_now(s->beat.loop) - s->load_from_ms > loading_ms(s);
+}
+
+/* Nothing but the process's end ends a load that hangs; whoever started that starts another. */
 static void on_beat(uv_timer_t *timer)
 {
-    session_send_beat(timer->data);
+    struct session *s = timer->data;
+    char text[96];
+    if (!load_hangs(s)) {
+        session_send_beat(s);
+        return;
+    }
+    snprintf(text, sizeof text, "a scene that is loaded has made no step for %u s",
+             loading_ms(s) / 1000);
+    session_end(s, SESSION_END_FAILED, text);
 }
 
 void session_begin_beats(struct session *s)

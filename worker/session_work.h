@@ -23,8 +23,8 @@ struct session {
     uint32_t beat_ms;
     uint32_t asked; /* tiles asked for that have not come */
     bool was_told_offline;
-    /* Progress of loading: beats in which a load used CPU time. */
-    uint64_t load_beats, load_from_ms, cpu_us;
+    /* Progress of loading: its steps, and beats in which it used CPU time, since the last step. */
+    uint64_t load_steps, load_beats, load_from_ms, cpu_us;
     uint64_t last_beat_ms; /* 0: none on this link */
     unsigned open;         /* what must close before the memory goes */
     bool closing;

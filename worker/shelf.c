@@ -1,5 +1,6 @@
 #include "worker/shelf.h"
 
+#include <stdatomic.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,6 +37,7 @@ struct shelf {
     bool cache_is_open, link_is_up;
     struct shelf_entry *entries;
     uint64_t clock, parts;
+    _Atomic uint64_t steps; /* of loading, by the crew */
 };
 
 static void free_entry(struct shelf *shelf, struct shelf_entry *e)
@@ -143,9 +145,10 @@ static void trim(struct shelf *shelf)
 
 static int load_path(struct shelf_entry *e, const char *path)
 {
-    const struct shelf *shelf = e->shelf;
-    return shelf->tracing->load(shelf->tracing->ctx, path, shelf->threads, &e->blob.loaded,
-                                &e->blob.kind, &e->bytes, &e->blob.cpu_us, &e->fault);
+    struct shelf *shelf = e->shelf;
+    return shelf->tracing->load(shelf->tracing->ctx, path, shelf->threads, &shelf->steps,
+                                &e->blob.loaded, &e->blob.kind, &e->bytes, &e->blob.cpu_us,
+                                &e->fault);
 }
 
 static int load_from_blobs(struct shelf_entry *e)
@@ -238,6 +241,7 @@ static void begin_fetch(struct shelf_entry *e)
         fail(e, &fault);
         return;
     }
+    e->fetch.steps = &e->shelf->steps;
     /* The last part that was kept may be the blob's last: ask for one byte less, so that there is
      * an answer that tells the size. */
     if (e->fetch.have_bytes > 0) e->fetch.have_bytes--;
@@ -365,7 +369,7 @@ bool shelf_is_busy(const struct shelf *shelf)
     return shelf_is_loading(shelf);
 }
 
-uint64_t shelf_parts(const struct shelf *shelf)
+uint64_t shelf_steps(const struct shelf *shelf)
 {
-    return shelf->parts;
+    return shelf->parts + atomic_load_explicit(&shelf->steps, memory_order_relaxed);
 }

@@ -76,8 +76,9 @@ static enum tracing_kind kind_of(const char *path)
                : TRACING_SCENE;
 }
 
-static int load_scene(struct loaded_scene *s, const char *path, unsigned threads, uint64_t *bytes,
-                      uint64_t *spent_us, struct fault *fault)
+static int load_scene(struct loaded_scene *s, const char *path, unsigned threads,
+                      _Atomic uint64_t *steps, uint64_t *bytes, uint64_t *spent_us,
+                      struct fault *fault)
 {
     const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
     int e = scene_map(path, &s->blob, fault);
@@ -86,7 +87,7 @@ static int load_scene(struct loaded_scene *s, const char *path, unsigned threads
     const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
     const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
     const uint64_t build_us = cpu_us(clock), open_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
-    e = render_scene_create(&s->blob, used, &s->render, fault);
+    e = render_scene_create(&s->blob, used, steps, &s->render, fault);
     if (e) return e;
     *spent_us = open_us + cpu_us(clock) - build_us;
     *bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles;
@@ -106,15 +107,16 @@ static int load_environment(struct loaded_environment *l, const char *path, uint
     return 0;
 }
 
-static int load(void *ctx, const char *path, unsigned threads, void **loaded,
-                enum tracing_kind *kind, uint64_t *bytes, uint64_t *spent_us, struct fault *fault)
+static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
+                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *spent_us,
+                struct fault *fault)
 {
     struct loaded *l = calloc(1, sizeof *l);
     void *all = l;
     if (!l) return fault_set(fault, ERR_MEMORY, path, "%s", error_text(ERR_MEMORY));
     l->kind = *kind = kind_of(path);
     const int e = l->kind == TRACING_SCENE
-                      ? load_scene(&l->scene, path, threads, bytes, spent_us, fault)
+                      ? load_scene(&l->scene, path, threads, steps, bytes, spent_us, fault)
                       : load_environment(&l->environment, path, bytes, spent_us, fault);
     if (e)
         unload(ctx, &all);

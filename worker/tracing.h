@@ -17,9 +17,11 @@ struct tracing {
     const char *(*embree_version)(void *ctx);
 
     /* Opens the blob at `path` and makes it ready to trace with up to `threads` threads. Blocking;
-     * any thread. *bytes: about how much memory it holds; *cpu_us: what it cost. */
-    int (*load)(void *ctx, const char *path, unsigned threads, void **loaded,
-                enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us, struct fault *fault);
+     * any thread. *steps grows while it gets on. *bytes: about how much memory it holds; *cpu_us:
+     * what it cost. */
+    int (*load)(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
+                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
+                struct fault *fault);
     void (*unload)(void *ctx, void **loaded);
 
     /* Scratch of one thread. */

@@ -24,8 +24,9 @@ struct import {
     struct job scene; /* only scene and files are set; owned */
     struct import_request *requests;
     struct import_process *process;
-    bool looking; /* the store is being asked */
-    bool waiting; /* for a process */
+    bool looking;   /* the store is being asked */
+    bool beginning; /* ... for the first time: nobody waits yet */
+    bool waiting;   /* for a process */
 };
 
 struct imports {
@@ -191,6 +192,7 @@ static void on_found(void *ctx, int error, const struct digest *blob)
     struct import *import = ctx;
     struct imports *s = import->imports;
     import->looking = false;
+    if (import->beginning) return; /* the store had no memory to ask */
     if (s->stopped || !import->requests) {
         destroy(import);
         return;
@@ -232,8 +234,13 @@ static int begin(struct imports *s, const struct job *scene, const struct digest
     struct import **end = &s->list;
     while (*end) end = &(*end)->next;
     *end = import;
-    import->looking = true;
+    import->looking = import->beginning = true;
     job_store_find_blob(s->store, source, on_found, import);
+    import->beginning = false;
+    if (!import->looking) {
+        destroy(import);
+        return ERR_MEMORY;
+    }
     *out = import;
     return 0;
 }

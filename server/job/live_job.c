@@ -142,14 +142,18 @@ static void end(struct live_job *job, enum job_state state)
     live_job_record_end(job);
 }
 
+/* Without memory for the texts as where the store fails. */
 void live_job_record_end(struct live_job *job)
 {
     json_t *report = live_job_report(job);
     char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
     char *problem_text = job->error ? json_text(job->error, JSON_COMPACT) : NULL;
     job->holds++;
-    job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), problem_text,
-                     report_text, on_ended, job);
+    if (report_text && (problem_text || !job->error))
+        job_store_update(job->jobs->options.store, job->id, job_state_name(job->state),
+                         problem_text, report_text, on_ended, job);
+    else
+        on_ended(job, ERR_MEMORY);
     json_decref(report);
     free(report_text);
     free(problem_text);
@@ -159,6 +163,7 @@ void live_job_fail(struct live_job *job, const struct fault *fault)
 {
     assert(!job_state_is_final(job->state));
     job->error = problem_of(fault);
+    if (!job->error) job->error = problem_of(fault); /* memory may be missing for a moment only */
     jobs_event(job, "error", json_incref(job->error), false);
     end(job, JOB_FAILED);
 }

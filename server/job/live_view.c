@@ -96,8 +96,12 @@ static void record(struct live_job *job, job_store_done done)
     json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
     char *text = document ? json_text(document, JSON_COMPACT) : NULL;
     char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
-    if (text) job_store_update_document(store, job->id, text, NULL, NULL);
-    job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, done, job);
+    if (text && report_text) {
+        job_store_update_document(store, job->id, text, NULL, NULL);
+        job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, done, job);
+    } else if (done) {
+        done(job, ERR_MEMORY);
+    }
     free(text);
     free(report_text);
     json_decref(document);

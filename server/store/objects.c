@@ -63,9 +63,13 @@ static int remove_entry(const char *path, const struct stat *st, int type, struc
     return 0; /* what cannot be removed stays: it only takes room */
 }
 
+/* Tries again where there was no memory to read the folder: what stays lies there until a restart.
+ */
 static void sweep(const char *dir)
 {
-    nftw(dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS | FTW_MOUNT);
+    unsigned tries = 3;
+    while (tries-- > 0 && nftw(dir, remove_entry, 16, FTW_DEPTH | FTW_PHYS | FTW_MOUNT) != 0)
+        if (errno != ENOMEM) return;
 }
 
 void objects_remove_dir(const char *dir)

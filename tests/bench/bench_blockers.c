@@ -79,7 +79,7 @@ int main(int argc, char **argv)
     double mrays_s[WAY_COUNT][REPETITIONS];
     if (argc != 2) fail("usage: bench_blockers BLOB");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &render, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &render, &fault)) fail(fault.detail);
     record_frame(&blob, render, &recorder);
     RTCScene scene = noting_scene(&blob, render->device);
     if (!scene) fail("the scene has instances");

@@ -130,7 +130,7 @@ int main(int argc, char **argv)
     heap_keep(); /* as the worker does */
     if (argc < 2) fail("usage: bench_paths BLOB [BOUNCES [SPP]]");
     if (scene_map(argv[1], &b.blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&b.blob, 1, &b.scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&b.blob, 1, NULL, &b.scene, &fault)) fail(fault.detail);
     b.chunk = aligned_alloc(64, sizeof *b.chunk);
     if (!b.chunk || tile_tracer_create(&b.tracer)) fail("no memory");
     plan_init(&b.blob, &b.plan);

@@ -187,7 +187,7 @@ int main(int argc, char **argv)
     long threads = argc > 2 ? strtol(argv[2], NULL, 10) : 1;
     if (argc < 2 || threads < 1 || threads > THREADS_MAX) fail("usage: bench_rays BLOB [THREADS]");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     plan_init(&blob, &plan);
     struct share *shares = calloc((size_t)threads, sizeof *shares);
     if (!shares) fail("no memory");

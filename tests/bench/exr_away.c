@@ -105,7 +105,7 @@ int main(int argc, char **argv)
     struct job job;
     if (argc != 4) fail("usage: exr_away BLOB JOB.json OUT.exr");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     read_job(argv[2], &job);
     make_plan(&job, &blob, &plan);
     if (image_create_named(names, 1, plan.width_px, plan.height_px, &image)) fail("no memory");

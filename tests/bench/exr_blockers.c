@@ -160,7 +160,7 @@ int main(int argc, char **argv)
     size_t differ = 0, occluded = 0;
     if (argc != 4) fail("usage: exr_blockers BLOB JOB.json REFERENCE.exr");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     if (exr_read(argv[3], &reference, &fault)) fail(fault.detail);
     make_plan(argv[2], &blob, &f.plan);
     if (reference->width_px != f.plan.width_px || reference->height_px != f.plan.height_px)

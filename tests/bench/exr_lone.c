@@ -186,7 +186,7 @@ int main(int argc, char **argv)
     struct job job;
     if (argc != 4) fail("usage: exr_lone BLOB JOB.json SPP");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     if (tile_tracer_create(&tracer)) fail("no memory");
     read_job(argv[2], &job);
     make_plan(&job, true, &with.plan);

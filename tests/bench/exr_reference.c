@@ -208,7 +208,7 @@ int main(int argc, char **argv)
     r.seed = strtoull(argv[4], NULL, 10);
     if (r.strata < 1 || r.strata > STRATA_MAX) fail("STRATA is not 1 .. 1024");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
-    if (render_scene_create(&blob, 1, &scene, &fault)) fail(fault.detail);
+    if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     read_job(argv[2], &job);
     make_plan(&job, &blob, &plan);
     r.scene = scene;

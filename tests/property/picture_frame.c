@@ -172,7 +172,7 @@ void picture_frame_render(const struct plan *plan, const struct scene *scene,
     struct fault fault = {0};
     struct team *team;
     uv_loop_t loop;
-    int error = render_scene_create(scene, 1, &s.scene, &fault);
+    int error = render_scene_create(scene, 1, NULL, &s.scene, &fault);
     if (error) die(fault.detail, error);
     if (tile_tracer_create(&s.tracer)) die("no memory for a tracer", ERR_MEMORY);
     if (uv_loop_init(&loop)) die("no loop", ERR_MEMORY);

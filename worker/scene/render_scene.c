@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -29,6 +30,19 @@ const char *render_embree_version(void)
 {
     pthread_once(&version_once, version_read);
     return version_text;
+}
+
+static void step(_Atomic uint64_t *steps)
+{
+    if (steps) atomic_fetch_add_explicit(steps, 1, memory_order_relaxed);
+}
+
+/* Embree calls this from any of its threads; false would end the build. */
+static bool on_built(void *steps, double share)
+{
+    (void)share;
+    step(steps);
+    return true;
 }
 
 static int device_create(struct render_scene *s, uint32_t threads, struct fault *fault)
@@ -86,6 +100,7 @@ static RTCScene scene_new(const struct render_scene *s)
     if (!scene) return NULL;
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
+    if (s->steps) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->steps);
     return scene;
 }
 
@@ -157,8 +172,10 @@ static int place_all(struct render_scene *s, struct fault *fault)
     if (!uses) return fault_set(fault, ERR_MEMORY, "meshes", "no memory to count their instances");
     for (uint32_t i = 0; i < instances; i++) uses[s->blob->instances[i].mesh]++;
     int rc = 0;
-    for (uint32_t i = 0; i < instances && rc == 0; i++)
+    for (uint32_t i = 0; i < instances && rc == 0; i++) {
         rc = place(s, i, uses[s->blob->instances[i].mesh], fault);
+        step(s->steps);
+    }
     free(uses);
     return rc ? rc : device_status(s, "instances", fault);
 }
@@ -173,14 +190,15 @@ static int build(struct render_scene *s, struct fault *fault)
     return device_status(s, "scene", fault);
 }
 
-int render_scene_create(const struct scene *blob, uint32_t threads, struct render_scene **out,
-                        struct fault *fault)
+int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
+                        struct render_scene **out, struct fault *fault)
 {
     struct render_scene *s = calloc(1, sizeof *s);
     if (!s) return fault_set(fault, ERR_MEMORY, "scene", "no memory for the scene");
     int rc = ERR_MEMORY;
     size_t meshes = (size_t)blob->count[SCENE_MESHES];
     s->blob = blob;
+    s->steps = steps;
     s->meshes = calloc(meshes + 1, sizeof *s->meshes);
     s->sub_scenes = calloc(meshes + 1, sizeof(RTCScene));
     if (!s->meshes || !s->sub_scenes || material_table_create(blob, &s->materials) != 0) {
@@ -193,10 +211,13 @@ int render_scene_create(const struct scene *blob, uint32_t threads, struct rende
         fault_set(fault, rc, "meshes", "their emitting triangles are too many");
         goto fail;
     }
+    step(steps);
     rc = device_create(s, threads, fault);
     if (rc) goto fail;
+    step(steps);
     rc = build(s, fault);
     if (rc) goto fail;
+    s->steps = NULL;
     *out = s;
     return 0;
 fail:

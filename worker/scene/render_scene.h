@@ -35,16 +35,18 @@ struct render_scene {
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;
-    const char *isa;       /* what build_isa() said */
-    uint32_t packet_width; /* rays that this CPU traces at once: 16, 8 or 4 */
-    bool has_instances;    /* whether `top` holds Embree instances, not just geometries */
+    _Atomic uint64_t *steps; /* while it is created; borrowed, may be NULL */
+    const char *isa;         /* what build_isa() said */
+    uint32_t packet_width;   /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_instances;      /* whether `top` holds Embree instances, not just geometries */
 };
 
 /* Builds the scene with `threads` threads (at least 1) on the instruction set build_isa(). `blob`
- * stays borrowed, and its vertices are used in place: it must outlive the result. ERR_MEMORY,
- * ERR_UNSUPPORTED (the CPU lacks the instruction set), ERR_LIMIT; *fault says more. */
-int render_scene_create(const struct scene *blob, uint32_t threads, struct render_scene **out,
-                        struct fault *fault);
+ * stays borrowed, and its vertices are used in place: it must outlive the result. *steps (may be
+ * NULL) grows while it gets on, for who watches from another thread. ERR_MEMORY, ERR_UNSUPPORTED
+ * (the CPU lacks the instruction set), ERR_LIMIT; *fault says more. */
+int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
+                        struct render_scene **out, struct fault *fault);
 void render_scene_destroy(struct render_scene **scene);
 
 /* Embree's version as it runs, "3.13.5". Static storage. */

@@ -33,7 +33,7 @@ static inline void bench_trace(struct bench *b, const struct plan_pass *pass)
     struct counters counters = {0};
     const struct plan *p = &b->plan;
     if (p->environment.kind == ENVIRONMENT_MAP) environment_fixture_open(&b->map, 8, 4, texels);
-    assert_int_equal(render_scene_create(fixture_scene(b->f), 1, &b->scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(b->f), 1, NULL, &b->scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&b->tracer), 0);
     assert_int_equal(tile_trace_pass(b->tracer, b->scene, b->map.map, p, pass,
                                      (struct rect){0, 0, p->width_px, p->height_px}, NULL, NULL,

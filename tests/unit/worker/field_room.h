@@ -123,7 +123,7 @@ static inline struct sums *trace_sums(struct scene_fixture *f, const struct plan
     struct fault fault = {0};
     assert_non_null(out);
     if (p->environment.kind == ENVIRONMENT_MAP) environment_fixture_open(&map, 8, 4, texels);
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
         struct samples *s = NULL;

@@ -34,7 +34,7 @@ static struct render_scene *stack(struct scene_fixture *f, const float *opacitie
         else
             fixture_place(f, mesh);
     }
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     return scene;
 }
 

@@ -32,7 +32,7 @@ static struct lit light_up(struct scene_fixture *f)
 {
     struct lit lit = {.f = f};
     struct fault fault = {0};
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &lit.scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &lit.scene, &fault), 0);
     lit.emitters = lit.scene->emitters;
     return lit;
 }

@@ -179,7 +179,7 @@ static void parts_are_the_whole(void **state)
     struct samples *part = NULL;
     struct counters counters = {0};
     struct fault fault = {0};
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     assert_int_equal(tile_trace(tracer, scene, NULL, &p, 0, r, NULL, NULL, &part, &counters), 0);
     for (int y = r.y0; y < r.y1; y++)
@@ -266,7 +266,7 @@ static void later_passes_have_lobes(void **state)
     struct fault fault = {0};
     struct counters counters = {0};
     struct samples *more;
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     assert_int_equal(tile_trace_pass(tracer, scene, NULL, &p, &later,
                                      (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &more,
@@ -321,7 +321,7 @@ static void second_sets_are_of_each_lobe(void **state)
     }
     for (int32_t y = part.y0, k = 0; y < part.y1; y++)
         for (int32_t x = part.x0; x < part.x1; x++) cut_lobes[k++] = mixed[y * SIDE_PX + x];
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     struct samples *first, *more, *cut, *whole;
     const struct plan_pass start = plan_scheduled_pass(&p, 0);

@@ -367,7 +367,7 @@ static void many_samples_can_be_stopped(void **state)
     _Atomic uint64_t progress = 0;
     const _Atomic bool stop = true;
     add_room(f, &p);
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &t.scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
     assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, (struct rect){0, 0, 8, 8},
                                 &progress, &stop, &t.samples, &t.counters),

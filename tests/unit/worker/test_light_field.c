@@ -342,7 +342,7 @@ static void later_passes_go_on(void **state)
     struct tile_tracer *tracer;
     struct counters counters = {0};
     const struct rect all = {0, 0, SIDE_PX, SIDE_PX}, part = {3, 1, SIDE_PX - 2, SIDE_PX};
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     const struct plan_pass start = {0, 0, 16, 4, NULL, NULL}, pass = {1, 16, 16, 8, NULL, NULL},
                            next = {1, 16, 16, 0, NULL, NULL};
@@ -419,7 +419,7 @@ static void second_sets_are_of_each_pixel(void **state)
     }
     for (int32_t y = part.y0, k = 0; y < part.y1; y++)
         for (int32_t x = part.x0; x < part.x1; x++) cut_sides[k++] = mixed[y * SIDE_PX + x];
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     struct samples *first, *more, *cut, *whole;
     const struct plan_pass start = plan_scheduled_pass(&p, 0);

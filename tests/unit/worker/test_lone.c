@@ -348,7 +348,7 @@ static void stops_when_asked(void **state)
     struct fault fault = {0};
     struct traced t = {0};
     _Atomic bool stop = true;
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &t.scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
     assert_int_equal(
         tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, NULL, &stop, &t.samples, &t.counters),
@@ -368,7 +368,7 @@ static void progress_goes_on(void **state)
     struct fault fault = {0};
     struct traced t = {0};
     _Atomic uint64_t progress = 0;
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &t.scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
     assert_int_equal(
         tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, &progress, NULL, &t.samples, &t.counters),

@@ -93,7 +93,7 @@ static struct render_scene *scene_of(struct scene_fixture *f)
 {
     struct render_scene *scene = NULL;
     struct fault fault = {0};
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, &scene, &fault), 0);
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     return scene;
 }
 

@@ -39,6 +39,9 @@ static _Atomic unsigned loads, unloads;
 static _Atomic uint32_t traced_pass;
 static _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
 static _Atomic uint32_t traced_lobes;
+static _Atomic uint32_t load_steps; /* that the next load makes, one each LOAD_STEP_MS */
+static _Atomic bool load_hangs;     /* until it is set to false */
+#define LOAD_STEP_MS 20
 static _Atomic bool traced_map; /* the last tile had an environment */
 
 static const char *embree_version(void *ctx)
@@ -48,11 +51,16 @@ static const char *embree_version(void *ctx)
 }
 
 /* What is loaded is its kind; a map is told by its first bytes. */
-static int load(void *ctx, const char *path, unsigned threads, void **loaded,
-                enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us, struct fault *fault)
+static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
+                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
+                struct fault *fault)
 {
     (void)ctx;
     (void)threads;
+    for (uint32_t i = 0; i < load_steps || load_hangs; i++) {
+        usleep(1000 * LOAD_STEP_MS);
+        if (!load_hangs) (*steps)++;
+    }
     struct stat st;
     char magic[8] = "";
     if (stat(path, &st) != 0) return fault_set(fault, ERR_IO, path, "is not there");
@@ -221,6 +229,7 @@ static struct world *world_open(uint32_t threads, bool with_blobs)
     w->plan.occlusion_distance = 1.0f;
     hold = false;
     tracing = loads = unloads = 0;
+    load_steps = 0;
     listen_there(w);
     uv_loop_init(&w->loop);
     frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
@@ -1049,6 +1058,38 @@ static void beats_tell_of_progress(void **state)
     world_close(w);
 }
 
+static void a_load_that_makes_no_step_ends_the_worker(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    w->options.loading_ms = 500;
+    load_hangs = true;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    serve_blob(w);
+    for (int i = 0; !w->ended && i < PATIENCE_MS; i++) turn(w);
+    assert_true(w->ended);
+    assert_int_equal(w->end, SESSION_END_FAILED);
+    load_hangs = false;
+    world_close(w);
+}
+
+static void a_long_load_that_makes_steps_does_not(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    w->options.loading_ms = 500;
+    load_steps = 1500 / LOAD_STEP_MS;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 1);
+    assert_false(w->ended);
+    world_close(w);
+}
+
 static void waits_double_up_to_five_seconds(void **state)
 {
     (void)state;
@@ -1126,6 +1167,8 @@ int main(void)
         cmocka_unit_test(a_drained_worker_asks_again_after_a_tile),
         cmocka_unit_test(with_its_parent_it_ends),
         cmocka_unit_test(beats_tell_of_progress),
+        cmocka_unit_test(a_load_that_makes_no_step_ends_the_worker),
+        cmocka_unit_test(a_long_load_that_makes_steps_does_not),
         cmocka_unit_test(waits_double_up_to_five_seconds),
         cmocka_unit_test(addresses_are_checked),
         cmocka_unit_test(options_are_checked),

@@ -32,11 +32,14 @@ static int load(const void *data, size_t size_bytes, void **loaded, enum tracing
 {
     char path[40];
     uint64_t cpu_us = 0;
+    _Atomic uint64_t steps = 0;
     *loaded = NULL;
     write_blob(path, data, size_bytes);
-    const int error = t->load(t->ctx, path, 1, loaded, kind, bytes, &cpu_us, fault);
+    const int error = t->load(t->ctx, path, 1, &steps, loaded, kind, bytes, &cpu_us, fault);
     unlink(path);
     assert_int_equal(error == 0, *loaded != NULL);
+    if (!error && *kind == TRACING_SCENE)
+        assert_true(steps > 2); /* the device, instances, Embree's own */
     return error;
 }
 
@@ -153,6 +156,7 @@ static void what_is_no_blob_is_a_fault(void **state)
 {
     enum tracing_kind kind;
     uint64_t bytes = 0, cpu_us = 0;
+    _Atomic uint64_t steps = 0;
     void *loaded = NULL;
     struct fault fault = {0};
     char cut[70] = ENVIRONMENT_MAGIC;
@@ -161,8 +165,8 @@ static void what_is_no_blob_is_a_fault(void **state)
     assert_int_equal(load("abcd", 4, &loaded, &kind, &bytes, &fault), ERR_TRUNCATED);
     cut[8] = ENVIRONMENT_VERSION;
     assert_int_equal(load(cut, sizeof cut, &loaded, &kind, &bytes, &fault), ERR_LIMIT);
-    assert_int_equal(t->load(t->ctx, "/tmp/shearwater-test-is-not-there", 1, &loaded, &kind, &bytes,
-                             &cpu_us, &fault),
+    assert_int_equal(t->load(t->ctx, "/tmp/shearwater-test-is-not-there", 1, &steps, &loaded, &kind,
+                             &bytes, &cpu_us, &fault),
                      ERR_IO);
     assert_true(fault.detail[0] != '\0');
 }

@@ -31,7 +31,7 @@ static inline struct traced trace(struct scene_fixture *f, const struct plan *pl
 {
     struct traced t = {0};
     struct fault fault = {0};
-    int rc = render_scene_create(fixture_scene(f), 1, &t.scene, &fault);
+    int rc = render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault);
     if (rc) print_message("%s: %s\n", fault.pointer, fault.detail);
     assert_int_equal(rc, 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
