@@ -15,8 +15,16 @@
 
 #define PATH_BYTES 4352
 
+struct removal {
+    struct team_task task; /* first */
+    struct spools *spools;
+    char job[JOB_ID_BYTES];
+    int32_t frame;
+};
+
 struct spools {
-    struct team *team; /* one thread: what is asked for is done in order */
+    struct team *team;    /* one thread: what is asked for is done in order */
+    struct removal spare; /* for one removal while there is no memory; .spools is NULL: free */
     char dir[4096];
     uint64_t queued_bytes; /* the loop's thread: in memory, to be written */
     uint64_t skipped;
@@ -68,8 +76,10 @@ static void for_files(struct spools *s, const char *job,
 {
     char folder[PATH_BYTES], path[PATH_BYTES + NAME_MAX + 2];
     job_path(s, job, folder);
-    DIR *dir = opendir(folder);
     const struct dirent *entry;
+    DIR *dir = NULL;
+    for (unsigned tries = 3; !dir && tries > 0; tries--) /* memory may be missing for a moment */
+        if (!(dir = opendir(folder)) && errno != ENOMEM) return;
     while (dir && (entry = readdir(dir))) {
         if (entry->d_name[0] == '.') continue;
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
@@ -149,13 +159,6 @@ static void append_run(struct team_task *task)
     atomic_fetch_add(error ? &s->dropped : &s->kept, 1);
     if (error == ERR_NO_SPACE || error == ERR_IO) end_file(spool);
 }
-
-struct removal {
-    struct team_task task; /* first */
-    struct spools *spools;
-    char job[JOB_ID_BYTES];
-    int32_t frame;
-};
 
 static void remove_run(struct team_task *task)
 {
@@ -302,12 +305,22 @@ void spool_append(struct spool *spool, const struct spool_key *key, const void *
     team_submit(s->team, &a->task);
 }
 
+static void remove_done(struct team_task *task)
+{
+    struct removal *r = (struct removal *)task;
+    if (r == &r->spools->spare)
+        r->spools = NULL;
+    else
+        free(r);
+}
+
 void spools_remove(struct spools *spools, const char *job, int32_t frame)
 {
     struct removal *r = calloc(1, sizeof *r);
+    if (!r && !spools->spare.spools) r = &spools->spare;
     if (!r) return; /* the next start finds it */
     *r = (struct removal){
-        .task = {.run = remove_run, .done = free_task}, .spools = spools, .frame = frame};
+        .task = {.run = remove_run, .done = remove_done}, .spools = spools, .frame = frame};
     snprintf(r->job, sizeof r->job, "%s", job);
     team_submit(spools->team, &r->task);
 }
