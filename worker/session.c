@@ -235,6 +235,9 @@ int session_create(uv_loop_t *loop, const struct options *options, const struct 
                    const struct session_client *client, struct session **out, struct fault *fault)
 {
     if (!build_isa()) return fault_set(fault, ERR_UNSUPPORTED, "isa", "this CPU has no SSE 4.2");
+    /* Asked now: what fails once in there, for want of memory, may hang the next time. */
+    if (!tracing->embree_version(tracing->ctx))
+        return fault_set(fault, ERR_MEMORY, "embree", "it gives no device: is there no memory?");
     struct session *s = calloc(1, sizeof *s);
     if (!s) return fault_set(fault, ERR_MEMORY, "worker", "%s", error_text(ERR_MEMORY));
     s->options = options;

@@ -14,7 +14,7 @@ enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
 struct tracing {
     void *ctx;
     uint32_t capabilities; /* bits of enum capability */
-    const char *(*embree_version)(void *ctx);
+    const char *(*embree_version)(void *ctx); /* NULL: Embree does not work here */
 
     /* Opens the blob at `path` and makes it ready to trace with up to `threads` threads. Blocking;
      * any thread. *steps grows while it gets on. *bytes: about how much memory it holds; *cpu_us:

@@ -16,20 +16,18 @@ static pthread_once_t version_once = PTHREAD_ONCE_INIT;
 static void version_read(void)
 {
     RTCDevice device = rtcNewDevice("threads=1");
-    long major = 0, minor = 0, patch = 0;
-    if (device) {
-        major = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR);
-        minor = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MINOR);
-        patch = (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_PATCH);
-        rtcReleaseDevice(device);
-    }
-    snprintf(version_text, sizeof version_text, "%ld.%ld.%ld", major, minor, patch);
+    if (!device) return;
+    snprintf(version_text, sizeof version_text, "%ld.%ld.%ld",
+             (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+             (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MINOR),
+             (long)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_PATCH));
+    rtcReleaseDevice(device);
 }
 
 const char *render_embree_version(void)
 {
     pthread_once(&version_once, version_read);
-    return version_text;
+    return version_text[0] ? version_text : NULL;
 }
 
 static void step(_Atomic uint64_t *steps)
@@ -54,9 +52,11 @@ static int device_create(struct render_scene *s, uint32_t threads, struct fault 
     char config[64];
     snprintf(config, sizeof config, "isa=%s,threads=%u", isa, threads ? threads : 1);
     s->device = rtcNewDevice(config);
-    if (!s->device)
-        return fault_set(fault, ERR_UNSUPPORTED, "embree", "no device for \"%s\": error %d", config,
-                         (int)rtcGetDeviceError(NULL));
+    if (!s->device) {
+        const enum RTCError error = rtcGetDeviceError(NULL);
+        return fault_set(fault, error == RTC_ERROR_OUT_OF_MEMORY ? ERR_MEMORY : ERR_UNSUPPORTED,
+                         "embree", "no device for \"%s\": error %d", config, (int)error);
+    }
     s->isa = isa;
     s->packet_width = 4;
     if (rtcGetDeviceProperty(s->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))

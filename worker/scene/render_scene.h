@@ -49,5 +49,5 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
                         struct render_scene **out, struct fault *fault);
 void render_scene_destroy(struct render_scene **scene);
 
-/* Embree's version as it runs, "3.13.5". Static storage. */
+/* Embree's version as it runs, "3.13.5". Static storage; NULL when it gave no device to ask. */
 const char *render_embree_version(void);
