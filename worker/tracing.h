@@ -13,7 +13,7 @@ enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
 
 struct tracing {
     void *ctx;
-    uint32_t capabilities; /* bits of enum capability */
+    uint32_t capabilities;                    /* bits of enum capability */
     const char *(*embree_version)(void *ctx); /* NULL: Embree does not work here */
 
     /* Opens the blob at `path` and makes it ready to trace with up to `threads` threads. Blocking;

@@ -84,13 +84,18 @@ static json_t *problem_of(const struct fault *fault)
     return problem;
 }
 
+/* Of an error, too: it is not durable, though it will be. */
+static void tell_who_cancelled(struct live_job *job, int error)
+{
+    if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
+    job->cancelled = NULL;
+}
+
 static void on_ended(void *ctx, int error)
 {
     struct live_job *job = ctx;
     struct jobs *jobs = job->jobs;
-    /* Who cancels is told that it is not durable, though it will be. */
-    if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
-    job->cancelled = NULL;
+    tell_who_cancelled(job, error);
     if (!unhold(job)) return;
     if (error && error != ERR_NOT_FOUND) {
         /* What could not be recorded stays in the table: GET must not fall back to the old state.
@@ -148,12 +153,14 @@ void live_job_record_end(struct live_job *job)
     json_t *report = live_job_report(job);
     char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
     char *problem_text = job->error ? json_text(job->error, JSON_COMPACT) : NULL;
-    job->holds++;
-    if (report_text && (problem_text || !job->error))
+    if (report_text && (problem_text || !job->error)) {
+        job->holds++;
         job_store_update(job->jobs->options.store, job->id, job_state_name(job->state),
                          problem_text, report_text, on_ended, job);
-    else
-        on_ended(job, ERR_MEMORY);
+    } else {
+        tell_who_cancelled(job, ERR_MEMORY);
+        live_job_end_again(job);
+    }
     json_decref(report);
     free(report_text);
     free(problem_text);

@@ -102,7 +102,8 @@ static void set_open(struct set *set, const struct stage *s)
 {
     struct fault fault = {0};
     *set = (struct set){0};
-    if (render_scene_create(fixture_scene(s->f), 1, NULL, &set->scene, &fault)) die("scene", &fault);
+    if (render_scene_create(fixture_scene(s->f), 1, NULL, &set->scene, &fault))
+        die("scene", &fault);
     if (tile_tracer_create(&set->tracer)) die("tracer", &fault);
     if (s->map.blob && environment_create(&s->map, &set->environment)) die("environment", &fault);
 }

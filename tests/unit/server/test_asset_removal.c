@@ -381,7 +381,8 @@ static void a_picture_is_kept(void **state)
     const struct frame_row frame = {.number = 1, .state = "finished", .exr = picture};
     int inserted = 1, recorded = 1;
     submit(f, "01JOB000000000000000000001", NULL, &scene, &inserted);
-    job_store_update_frame(f->store, "01JOB000000000000000000001", &frame, NULL, on_done, &recorded);
+    job_store_update_frame(f->store, "01JOB000000000000000000001", &frame, NULL, on_done,
+                           &recorded);
     settle(f);
     assert_int_equal(inserted, 0);
     assert_int_equal(recorded, 0);
