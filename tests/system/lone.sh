@@ -99,15 +99,16 @@ check "... has them, too" counts target '.pixels.sub_samples_lone > 4000 and .ta
 # What lies about them is refused, and the picture stays what it is.
 data=$tmp/data
 check "a coordinator starts" serve_start "$data" --workers 0
+roster() { curl -sS --noproxy '*' "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
 refused() {
-    local id real
+    local id real i
     timeout 60 "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script lone --name liar >"$tmp/liar.log" 2>&1 &
     track $!
-    sleep 0.3
-    id=$("$build/shearwater" submit "$tmp/wires.json" --server "$url" --quiet) || return 1
-    "$build/shearwater-worker" --connect "unix:$data/worker.sock" --threads 1 --cache "$data/cache" >"$tmp/real.log" 2>&1 &
+    "$build/shearwater-worker" --connect "unix:$data/worker.sock" --threads 1 --name real --cache "$data/cache" >"$tmp/real.log" 2>&1 &
     real=$!
     track $real
+    for i in $(tries 200); do [ "$(roster)" = "liar real" ] && break; sleep 0.05; done
+    id=$("$build/shearwater" submit "$tmp/wires.json" --server "$url" --quiet) || return 1
     await_state "$id" finished 60 || { cat "$tmp/liar.log"; return 1; }
     curl -sSf --noproxy '*' -o "$tmp/refused.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
     kill $real; wait $real
