@@ -37,9 +37,30 @@ static char *text_of(const json_t *value, size_t flags)
 
 char *json_text(const json_t *value, size_t flags)
 {
-    char *text = lacks ? NULL : text_of(value, flags);
+    char *text = lacks || !value ? NULL : text_of(value, flags);
     lacks = false;
     return text;
+}
+
+void json_begin(void)
+{
+    lacks = false;
+}
+
+json_t *json_words(const char *text)
+{
+    const bool lacked = lacks;
+    lacks = false;
+    json_t *value = json_string(text);
+    const bool is_utf8 = value || lacks;
+    lacks = lacks || lacked;
+    if (is_utf8) return value;
+    char plain[LIMIT_DETAIL_BYTES];
+    size_t n = 0;
+    for (; text[n] && n + 1 < sizeof plain; n++)
+        plain[n] = (unsigned char)text[n] < 0x80 ? text[n] : '?';
+    plain[n] = '\0';
+    return json_string(plain);
 }
 
 void json_printable(const char *text, char *out, size_t capacity)

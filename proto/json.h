@@ -16,14 +16,23 @@
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault);
 
-/* The text of a value, to be freed; NULL without memory, also if some was missing since this
- * thread's last text: what was built meanwhile may lack members. `flags`: jansson's JSON_COMPACT
- * and others. In place of json_dumps, which in 2.14 takes no notice when it finds no memory for
- * the quote behind a key, and gives text without it. */
+/* The text of a value, to be freed; NULL of NULL and without memory, also if some was missing since
+ * this thread's last text: what was built meanwhile may lack members. So a value and its text are
+ * of one thread and of one piece of work, and one that is kept for later is checked as it is built.
+ * `flags`: jansson's JSON_COMPACT and others. In place of json_dumps, which in 2.14 takes no notice
+ * when it finds no memory for the quote behind a key, and gives text without it. */
 char *json_text(const json_t *value, size_t flags);
+
+/* What was missing before is nobody's: where a piece of work begins. */
+void json_begin(void);
 
 /* `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit: for echoing input. */
 void json_printable(const char *text, char *out, size_t capacity);
+
+/* A string of text that may quote input, which may be cut inside a UTF-8 sequence or be none at
+ * all: jansson refuses such text, so every byte beyond ASCII is a question mark then. At most
+ * LIMIT_DETAIL_BYTES of that. NULL without memory. */
+json_t *json_words(const char *text);
 
 /* "an object", "a number": for sentences about a value of the wrong type. Static storage. */
 const char *json_type_name(const json_t *value);

@@ -3,7 +3,7 @@
 #   skip TEXT REASON          one test that cannot run here
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
-#   worker_port DATA          the port of that coordinator for workers, on stdout
+#   worker_port DATA          the port for workers of the coordinator that was started last, on stdout
 # Where programs are slow all waits are longer: by $TEST_SLOWER, which tests/run sets for sanitized
 # builds; those of timeout and of curl --max-time, too.
 # Everything started through `track` is killed when the script ends; $tmp is a folder of its own.
@@ -60,6 +60,8 @@ serve_start() {
     local data=$1; shift
     mkdir -p "$data"
     : >"$data/stdout" # the line of a server before this one must not be read
+    touch "$data/stderr"
+    told_bytes=$(stat -c %s "$data/stderr")
     "$build/shearwater" serve --listen 127.0.0.1:0 --data "$data" "$@" \
         >"$data/stdout" 2>>"$data/stderr" &
     server_pid=$!
@@ -77,7 +79,7 @@ serve_start() {
 worker_port() {
     local port
     for _ in $(tries 200); do
-        port=$(sed -nE 's/.*worker_port"?[=:]([0-9]+).*/\1/p' "$1/stderr" | tail -n 1)
+        port=$(tail -c +$((told_bytes + 1)) "$1/stderr" | sed -nE 's/.*worker_port"?[=:]([0-9]+).*/\1/p')
         [ -n "$port" ] && { echo "$port"; return 0; }
         sleep 0.05
     done

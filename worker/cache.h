@@ -43,7 +43,7 @@ struct cache_fetch {
     uint64_t have_bytes;     /* the next offset to ask for */
     uint64_t total_bytes;    /* 0: not known before the first part */
     int fd;                  /* -1: none */
-    _Atomic uint64_t *steps; /* grows while it is finished; borrowed, may be NULL */
+    _Atomic uint64_t *steps; /* grows while the whole is hashed; borrowed, may be NULL */
     char path[CACHE_PATH_BYTES];
 };
 

@@ -15,6 +15,9 @@
 
 #define STATUS_USAGE 2
 
+/* Embree is asked for a device before the loop runs: where that hangs SIGALRM ends the process. */
+#define BEGINNING_S 120u
+
 struct program {
     uv_loop_t *loop;
     struct session *session;
@@ -106,7 +109,9 @@ static int run(const struct options *options)
     if (options->quiet) p.journal.log.least = LOG_ERROR;
     log_begin(&p.journal.log);
     uv_loop_init(&loop);
+    alarm(BEGINNING_S);
     int e = session_create(&loop, options, &tracing_embree, &client, &p.session, &fault);
+    alarm(0);
     if (e) {
         const struct log_field fields[] = {{"place", fault.pointer, 0},
                                            {"detail", fault.detail, 0}};

@@ -15,9 +15,11 @@
 #include "worker/options.h"
 #include "worker/tracing.h"
 
-#define SESSION_GREETING_MS 10000u  /* ms that a coordinator may take to answer HELLO */
-#define SESSION_ACK_MS      5000u   /* ms that a leaving worker waits for acknowledgements */
-#define SESSION_LOADING_MS  120000u /* ms that loading may take to its next step: then it hangs */
+#define SESSION_GREETING_MS 10000u /* ms that a coordinator may take to answer HELLO */
+#define SESSION_ACK_MS      5000u  /* ms that a leaving worker waits for acknowledgements */
+/* ms of beats in which a load may use CPU time without a step; so many times that without any. */
+#define SESSION_LOADING_MS    120000u
+#define SESSION_LOADING_WAITS 5u
 
 enum session_state {
     SESSION_OFFLINE,

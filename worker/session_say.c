@@ -41,11 +41,16 @@ void session_say_hello(struct session *s)
     link_put(s->link, MESSAGE_HELLO, s->next_request++);
 }
 
-void session_say_goodbye(struct session *s)
+static void say_bye(struct session *s)
 {
     struct message_bye m = {0};
     message_encode_bye(link_payload(s->link), &m);
     link_put(s->link, MESSAGE_BYE, 0);
+}
+
+void session_say_goodbye(struct session *s)
+{
+    say_bye(s);
     session_end(s, SESSION_END_TOLD, "");
 }
 
@@ -87,24 +92,40 @@ static enum beat_phase phase(const struct session *s)
     return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
 }
 
-static uint32_t loading_ms(const struct session *s)
-{
-    return s->options->loading_ms ? s->options->loading_ms : SESSION_LOADING_MS;
-}
-
-/* Between the steps of loading a beat in which it used a tenth of a CPU is progress, up to a bound:
- * a load that hangs may use CPU time, too. */
+/* Where a thread loads, beats without a step of it are counted: by their own time, since a process
+ * that was stopped beats once when it goes on. One in which half a CPU was used is progress for a
+ * while, and hangs sooner than one that waits for a disk. */
 static void watch_loading(struct session *s, uint64_t cpu_us)
 {
-    const uint64_t now = uv_now(s->beat.loop), used_us = cpu_us - s->cpu_us;
-    const uint64_t steps = shelf_steps(s->shelf);
+    const uint64_t used_us = cpu_us - s->cpu_us, steps = shelf_steps(s->shelf);
     s->cpu_us = cpu_us;
-    if (steps != s->load_steps || !shelf_is_loading(s->shelf)) {
+    if (steps != s->load_steps || !shelf_runs_loads(s->shelf)) {
         s->load_steps = steps;
-        s->load_from_ms = now;
-    } else if (now - s->load_from_ms <= loading_ms(s) && used_us >= 100u * (uint64_t)s->beat_ms) {
-        s->load_beats++;
+        s->load_silent_ms = s->load_busy_ms = 0;
+        return;
     }
+    s->load_silent_ms += s->beat_ms;
+    if (used_us < 500u * (uint64_t)s->beat_ms) return;
+    s->load_busy_ms += s->beat_ms;
+    s->load_beats++;
+}
+
+static bool load_hangs(const struct session *s)
+{
+    const uint64_t busy_ms = s->options->loading_ms ? s->options->loading_ms : SESSION_LOADING_MS;
+    return s->load_busy_ms > busy_ms || s->load_silent_ms > SESSION_LOADING_WAITS * busy_ms;
+}
+
+/* Nothing but the process's end ends a load that hangs; whoever started that starts another. What
+ * it held comes back as from one that leaves: no tile is suspected of its death. */
+static void give_up_loading(struct session *s)
+{
+    char text[96];
+    snprintf(text, sizeof text, "a load has made no step for %llu s",
+             (unsigned long long)s->load_silent_ms / 1000);
+    hand_return(s->hand, true);
+    say_bye(s);
+    session_end(s, SESSION_END_FAILED, text);
 }
 
 void session_send_beat(struct session *s)
@@ -123,28 +144,17 @@ void session_send_beat(struct session *s)
     link_put(s->link, MESSAGE_BEAT, 0);
 }
 
-static bool load_hangs(const struct session *s)
-{
-    return shelf_is_loading(s->shelf) && shelf_steps(s->shelf) == s->load_steps &&
-           uv_now(s->beat.loop) - s->load_from_ms > loading_ms(s);
-}
-
-/* Nothing but the process's end ends a load that hangs; whoever started that starts another. */
 static void on_beat(uv_timer_t *timer)
 {
     struct session *s = timer->data;
-    char text[96];
-    if (!load_hangs(s)) {
+    if (load_hangs(s))
+        give_up_loading(s);
+    else
         session_send_beat(s);
-        return;
-    }
-    snprintf(text, sizeof text, "a scene that is loaded has made no step for %u s",
-             loading_ms(s) / 1000);
-    session_end(s, SESSION_END_FAILED, text);
 }
 
 void session_begin_beats(struct session *s)
 {
-    s->load_from_ms = uv_now(s->beat.loop);
+    s->load_silent_ms = s->load_busy_ms = 0;
     uv_timer_start(&s->beat, on_beat, s->beat_ms, s->beat_ms);
 }

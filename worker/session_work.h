@@ -23,8 +23,9 @@ struct session {
     uint32_t beat_ms;
     uint32_t asked; /* tiles asked for that have not come */
     bool was_told_offline;
-    /* Progress of loading: its steps, and beats in which it used CPU time, since the last step. */
-    uint64_t load_steps, load_beats, load_from_ms, cpu_us;
+    /* Progress of loading: its steps so far, and beats since the last one; those in which it used
+     * CPU time count as progress. */
+    uint64_t load_steps, load_silent_ms, load_busy_ms, load_beats, cpu_us;
     uint64_t last_beat_ms; /* 0: none on this link */
     unsigned open;         /* what must close before the memory goes */
     bool closing;

@@ -37,7 +37,8 @@ struct shelf {
     bool cache_is_open, link_is_up;
     struct shelf_entry *entries;
     uint64_t clock, parts;
-    _Atomic uint64_t steps; /* of loading, by the crew */
+    _Atomic uint64_t steps;   /* of loading, by the crew */
+    _Atomic uint32_t running; /* loads that a thread of the crew is at */
 };
 
 static void free_entry(struct shelf *shelf, struct shelf_entry *e)
@@ -177,15 +178,23 @@ static struct shelf_entry *entry_of(struct crew_task *task)
     return (struct shelf_entry *)((char *)task - offsetof(struct shelf_entry, task));
 }
 
+static int find_and_load(struct shelf_entry *e)
+{
+    int error = 0;
+    if (e->finish_fetch) error = cache_fetch_finish(&e->shelf->cache, &e->fetch, &e->fault);
+    if (error) return error;
+    error = e->finish_fetch ? ERR_NOT_FOUND : load_from_blobs(e);
+    return error == ERR_NOT_FOUND ? load_from_cache(e) : error;
+}
+
 static void run_load(struct crew_task *task, void *tracer)
 {
     (void)tracer;
     struct shelf_entry *e = entry_of(task);
-    e->error = 0;
-    if (e->finish_fetch) e->error = cache_fetch_finish(&e->shelf->cache, &e->fetch, &e->fault);
-    if (e->error) return;
-    e->error = e->finish_fetch ? ERR_NOT_FOUND : load_from_blobs(e);
-    if (e->error == ERR_NOT_FOUND) e->error = load_from_cache(e);
+    atomic_fetch_add(&e->shelf->steps, 1);
+    atomic_fetch_add(&e->shelf->running, 1);
+    e->error = find_and_load(e);
+    atomic_fetch_sub(&e->shelf->running, 1);
 }
 
 /* ---- on the loop ---- */
@@ -367,6 +376,11 @@ bool shelf_is_busy(const struct shelf *shelf)
     for (const struct shelf_entry *e = shelf->entries; e; e = e->next)
         if (e->blob.state == SHELF_FETCHING) return true;
     return shelf_is_loading(shelf);
+}
+
+bool shelf_runs_loads(const struct shelf *shelf)
+{
+    return atomic_load_explicit(&shelf->running, memory_order_relaxed) > 0;
 }
 
 uint64_t shelf_steps(const struct shelf *shelf)

@@ -65,7 +65,9 @@ void shelf_none(struct shelf *shelf, const struct digest *digest);
 void shelf_link_up(struct shelf *shelf);
 void shelf_link_down(struct shelf *shelf);
 
-/* Blobs that are fetched or loaded at the moment; steps of that so far. */
+/* Blobs that are fetched or loaded at the moment, or wait for a thread to load them; whether a
+ * thread is at one; steps of all that so far. */
 bool shelf_is_busy(const struct shelf *shelf);
 bool shelf_is_loading(const struct shelf *shelf);
+bool shelf_runs_loads(const struct shelf *shelf);
 uint64_t shelf_steps(const struct shelf *shelf);

@@ -275,7 +275,7 @@ int client_json(struct client *c, const char *method, const char *path, const js
 {
     struct answer answer = {0};
     struct curl_slist *headers = NULL;
-    char *text = body ? json_text(body, JSON_COMPACT) : NULL;
+    char *text = json_text(body, JSON_COMPACT);
     long status = 0;
     if (body && !text) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     begin(c, path);

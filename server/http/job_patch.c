@@ -73,13 +73,16 @@ static void move(struct request *r)
 
 /* ---- beside the job ---- */
 
-/* Somebody else may have changed it since the client looked (RFC 9110, section 13.1.1). */
-static bool is_stale(const struct request *r, const json_t *body)
+/* ERR_STATE: somebody else has changed it since the client looked (RFC 9110, section 13.1.1).
+ * ERR_MEMORY. */
+static int compare_tags(const struct request *r, const json_t *body)
 {
     const char *wanted = request_header(r, "If-Match");
     char etag[ETAG_BYTES];
-    if (!wanted) return false;
-    return job_body_tag(body, etag, NULL) != 0 || !etag_matches(wanted, etag);
+    if (!wanted) return 0;
+    const int error = job_body_tag(body, etag, NULL);
+    if (error) return error;
+    return etag_matches(wanted, etag) ? 0 : ERR_STATE;
 }
 
 /* 0: the client does not ask for one. */
@@ -113,8 +116,13 @@ static void on_seen(void *ctx, int error, json_t *body)
     if (!request_back(r)) return;
     if (error || !body) {
         job_body_error(r, error ? error : ERR_NOT_FOUND);
-    } else if (is_stale(r, body)) {
+        return;
+    }
+    error = compare_tags(r, body);
+    if (error == ERR_STATE) {
         refuse_stale(r);
+    } else if (error) {
+        job_body_error(r, error);
     } else if (seen.moves) {
         move(r);
     } else if (has_ended(body)) {
@@ -128,22 +136,27 @@ static void on_seen(void *ctx, int error, json_t *body)
     }
 }
 
-/* A camera or a lens anywhere in it; what is wrong with it is found by who reads it. */
-static bool is_move(const struct request *r)
+/* Whether there is a camera or a lens anywhere in it; what is wrong with it is found by who reads
+ * it. ERR_MEMORY. */
+static int look_for_move(const struct request *r, bool *moves)
 {
     struct fault ignored;
     json_t *root = NULL;
-    if (json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored) != 0)
-        return false;
-    const bool moves = json_object_get(root, "camera") || json_object_get(root, "lens");
+    const int error =
+        json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored);
+    *moves = json_object_get(root, "camera") || json_object_get(root, "lens");
     json_decref(root);
-    return moves;
+    return error == ERR_MEMORY ? error : 0;
 }
 
 void route_job_patch(struct request *r)
 {
     struct fault fault = {0};
-    struct patch asked = {.r = r, .moves = is_move(r)};
+    struct patch asked = {.r = r};
+    if (look_for_move(r, &asked.moves) != 0) {
+        job_body_error(r, ERR_MEMORY);
+        return;
+    }
     if (asked.moves && !request_header(r, "If-Match")) {
         move(r); /* somebody waits for the picture: nothing of the store is read */
         return;

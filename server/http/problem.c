@@ -3,6 +3,8 @@
 #include <stdbool.h>
 #include <stdio.h>
 
+#include "proto/json.h"
+
 static const struct problem problems[PROBLEM_COUNT] = {
 #define PROBLEM(name, status, slug, title) [PROBLEM_##name] = {status, slug, title},
 #include "server/http/problem.def"
@@ -12,20 +14,6 @@ static const struct problem problems[PROBLEM_COUNT] = {
 const struct problem *problem_of(enum problem_id id)
 {
     return &problems[id];
-}
-
-/* Details quote input, which may be cut inside a UTF-8 sequence or hold none at all: jansson
- * refuses such text, so every byte beyond ASCII is shown as a question mark then. */
-static json_t *text_json(const char *text)
-{
-    json_t *value = json_string(text);
-    if (value) return value;
-    char plain[LIMIT_DETAIL_BYTES];
-    size_t n = 0;
-    for (; text[n] && n + 1 < sizeof plain; n++)
-        plain[n] = (unsigned char)text[n] < 0x80 ? text[n] : '?';
-    plain[n] = '\0';
-    return json_string(plain);
 }
 
 json_t *problem_json(enum problem_id id, const char *detail, const char *pointer)
@@ -38,8 +26,8 @@ json_t *problem_json(enum problem_id id, const char *detail, const char *pointer
     failed |= json_object_set_new(body, "type", json_string(type));
     failed |= json_object_set_new(body, "title", json_string(p->title));
     failed |= json_object_set_new(body, "status", json_integer((json_int_t)p->status));
-    if (detail && *detail) failed |= json_object_set_new(body, "detail", text_json(detail));
-    if (pointer && *pointer) failed |= json_object_set_new(body, "pointer", text_json(pointer));
+    if (detail && *detail) failed |= json_object_set_new(body, "detail", json_words(detail));
+    if (pointer && *pointer) failed |= json_object_set_new(body, "pointer", json_words(pointer));
     if (failed) {
         json_decref(body);
         return NULL;

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "proto/json.h"
 #include "server/http/crowd.h"
 #include "server/http/etag.h"
 #include "server/http/guard.h"
@@ -405,6 +406,7 @@ static bool may_wait(enum route_id id)
 /* From now on held.h looks at how long it takes. */
 static void begin_answer(struct request *r)
 {
+    json_begin();
     r->handled = true;
     r->handled_ms = uv_now(r->http->options.loop);
     peer_deadline(r->peer, 0);

@@ -72,7 +72,7 @@ struct MHD_Response *response_of_taken(void *data, size_t size_bytes, const char
 
 struct MHD_Response *response_of_json(const json_t *body, const char *type)
 {
-    char *text = body ? json_text(body, JSON_COMPACT) : NULL;
+    char *text = json_text(body, JSON_COMPACT);
     return text ? response_of_taken(text, strlen(text), type) : NULL;
 }
 

@@ -9,7 +9,7 @@
 /* Takes `json`, which may be NULL. */
 static char *to_line(json_t *json)
 {
-    char *text = json != NULL ? json_text(json, JSON_COMPACT | JSON_REAL_PRECISION(6)) : NULL;
+    char *text = json_text(json, JSON_COMPACT | JSON_REAL_PRECISION(6));
     char *line = text != NULL ? malloc(strlen(text) + 2) : NULL;
     if (line != NULL) sprintf(line, "%s\n", text);
     free(text);

@@ -13,7 +13,7 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
     json_object_del(document, "priority");
     json_object_del(document, "live");
     json_object_del(json_object_get(document, "sampling"), "tile_px");
-    char *text = document ? json_text(document, JSON_COMPACT | JSON_SORT_KEYS) : NULL;
+    char *text = json_text(document, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(document);
     if (!text) return ERR_MEMORY;
     digest_of(text, strlen(text), &digest);

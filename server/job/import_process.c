@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
 #include "server/job/import_folder.h"
 
 #define ANSWER_BYTES 65536 /* of the importer's one line of JSON */
@@ -137,7 +138,11 @@ static void read_refusal(struct import_process *p, const json_t *answer)
 
 static void read_answer(struct import_process *p)
 {
-    json_t *answer = json_loadb(p->answer, p->answer_bytes, JSON_DISABLE_EOF_CHECK, NULL);
+    json_t *answer = NULL;
+    struct fault ignored;
+    const char *end = memchr(p->answer, '\n', p->answer_bytes);
+    const size_t size_bytes = end ? (size_t)(end - p->answer) : p->answer_bytes;
+    const int error = json_read(p->answer, size_bytes, ANSWER_BYTES, &answer, &ignored);
     double cpu_s = json_number_value(json_object_get(answer, "cpu_s"));
     if (cpu_s > 0 && cpu_s < 1e6) p->cpu_us = (uint64_t)(cpu_s * 1e6);
     if (p->late)
@@ -147,6 +152,8 @@ static void read_answer(struct import_process *p)
         fault_set(&p->fault, ERR_KILLED, "/scene/asset",
                   "the importer was ended by signal %d (%s): the file is too large or damaged",
                   p->signal, strsignal(p->signal));
+    else if (p->status != 0 && error == ERR_MEMORY)
+        fault_set(&p->fault, error, "", "no memory to read the importer's answer");
     else if (p->status != 0)
         read_refusal(p, answer);
     json_decref(answer);

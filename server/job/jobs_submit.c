@@ -160,7 +160,7 @@ static int insert(struct jobs *jobs, const struct asker *asker, const struct job
     struct job_assets assets = {.sees_all = asker->sees_all};
     struct digest *list = list_assets(job, &assets.count);
     json_t *document = list ? job_write(job) : NULL;
-    char *text = document ? json_text(document, JSON_COMPACT) : NULL;
+    char *text = json_text(document, JSON_COMPACT);
     assets.items = list;
     json_decref(document);
     if (!text) {

@@ -71,6 +71,7 @@ static void go(struct live_job *job, enum job_state state)
 }
 
 /* {type, title, detail, pointer} (RFC 9457), for GET and for the event. */
+/* NULL without memory. */
 static json_t *problem_of(const struct fault *fault)
 {
     char type[64] = "urn:shearwater:error:";
@@ -79,9 +80,14 @@ static json_t *problem_of(const struct fault *fault)
         type[at++] = (char)(*c == '_' ? '-' : *c >= 'A' && *c <= 'Z' ? *c - 'A' + 'a' : *c);
     type[at] = '\0';
     json_t *problem = json_pack("{s:s,s:s}", "type", type, "title", error_text(fault->code));
-    if (fault->detail[0]) json_object_set_new(problem, "detail", json_string(fault->detail));
-    if (fault->pointer[0]) json_object_set_new(problem, "pointer", json_string(fault->pointer));
-    return problem;
+    int failed = !problem;
+    if (fault->detail[0])
+        failed |= json_object_set_new(problem, "detail", json_words(fault->detail));
+    if (fault->pointer[0])
+        failed |= json_object_set_new(problem, "pointer", json_words(fault->pointer));
+    if (!failed) return problem;
+    json_decref(problem);
+    return NULL;
 }
 
 /* Of an error, too: it is not durable, though it will be. */
@@ -150,10 +156,12 @@ static void end(struct live_job *job, enum job_state state)
 /* Without memory for the texts as where the store fails. */
 void live_job_record_end(struct live_job *job)
 {
+    const bool has_failed = job->state == JOB_FAILED;
+    if (has_failed && !job->error) job->error = problem_of(&job->failure);
     json_t *report = live_job_report(job);
-    char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
-    char *problem_text = job->error ? json_text(job->error, JSON_COMPACT) : NULL;
-    if (report_text && (problem_text || !job->error)) {
+    char *report_text = json_text(report, JSON_COMPACT);
+    char *problem_text = json_text(job->error, JSON_COMPACT);
+    if (report_text && (problem_text || !has_failed)) {
         job->holds++;
         job_store_update(job->jobs->options.store, job->id, job_state_name(job->state),
                          problem_text, report_text, on_ended, job);
@@ -169,8 +177,8 @@ void live_job_record_end(struct live_job *job)
 void live_job_fail(struct live_job *job, const struct fault *fault)
 {
     assert(!job_state_is_final(job->state));
+    job->failure = *fault;
     job->error = problem_of(fault);
-    if (!job->error) job->error = problem_of(fault); /* memory may be missing for a moment only */
     jobs_event(job, "error", json_incref(job->error), false);
     end(job, JOB_FAILED);
 }

@@ -80,10 +80,11 @@ struct live_job {
     uint64_t last_tile_worker;
     json_t *last_progress; /* where it stood when it ended; NULL before */
 
-    json_t *log;              /* job_log.h; NULL before its first line */
-    bool log_due;             /* it has lines that the store does not have */
-    uint64_t log_kept_us;     /* when it was last sent there */
-    json_t *error;            /* problem document of a failed job */
+    json_t *log;          /* job_log.h; NULL before its first line */
+    bool log_due;         /* it has lines that the store does not have */
+    uint64_t log_kept_us; /* when it was last sent there */
+    struct fault failure; /* of a failed job */
+    json_t *error;        /* its problem document; NULL also where there is no memory for it yet */
     job_store_done cancelled; /* who waits for the end; NULL: nobody */
     void *cancelled_ctx;
 };

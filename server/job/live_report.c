@@ -121,7 +121,7 @@ char *live_job_kept_report(const struct live_job *job)
     struct statistics statistics = job->statistics;
     live_job_add_work(job, &statistics);
     json_t *report = report_of(job, &statistics);
-    char *text = report ? json_text(report, JSON_COMPACT) : NULL;
+    char *text = json_text(report, JSON_COMPACT);
     json_decref(report);
     return text;
 }

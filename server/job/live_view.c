@@ -94,8 +94,8 @@ static void record(struct live_job *job, job_store_done done)
 {
     struct job_store *store = job->jobs->options.store;
     json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
-    char *text = document ? json_text(document, JSON_COMPACT) : NULL;
-    char *report_text = report ? json_text(report, JSON_COMPACT) : NULL;
+    char *report_text = json_text(report, JSON_COMPACT);
+    char *text = json_text(document, JSON_COMPACT);
     if (text && report_text) {
         job_store_update_document(store, job->id, text, NULL, NULL);
         job_store_update(store, job->id, job_state_name(job->state), NULL, report_text, done, job);
@@ -113,7 +113,6 @@ static void record_newest(struct live_job *job);
 static void on_recorded(void *ctx, int error)
 {
     struct live_job *job = ctx;
-    (void)error; /* the next one says it again */
     job->holds--;
     if (job->gone) {
         live_job_release(job);
@@ -121,7 +120,10 @@ static void on_recorded(void *ctx, int error)
     }
     if (!job->view) return; /* it begins again */
     job->view->recording = false;
-    if (job->view->dirty) record_newest(job);
+    if (job->view->dirty)
+        record_newest(job);
+    else
+        job->view->dirty = error != 0; /* the next one says it, or the end */
 }
 
 /* Nobody waits for it: who moves a camera moves on. One is in the store's hands at a time, so that

@@ -41,6 +41,7 @@ static _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
 static _Atomic uint32_t traced_lobes;
 static _Atomic uint32_t load_steps; /* that the next load makes, one each LOAD_STEP_MS */
 static _Atomic bool load_hangs;     /* until it is set to false */
+static _Atomic bool load_spins;     /* meanwhile it uses a CPU */
 #define LOAD_STEP_MS 20
 static _Atomic bool traced_map; /* the last tile had an environment */
 
@@ -58,7 +59,7 @@ static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t 
     (void)ctx;
     (void)threads;
     for (uint32_t i = 0; i < load_steps || load_hangs; i++) {
-        usleep(1000 * LOAD_STEP_MS);
+        if (!load_spins) usleep(1000 * LOAD_STEP_MS);
         if (!load_hangs) (*steps)++;
     }
     struct stat st;
@@ -230,6 +231,7 @@ static struct world *world_open(uint32_t threads, bool with_blobs)
     hold = false;
     tracing = loads = unloads = 0;
     load_steps = 0;
+    load_hangs = load_spins = false;
     listen_there(w);
     uv_loop_init(&w->loop);
     frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
@@ -1058,19 +1060,46 @@ static void beats_tell_of_progress(void **state)
     world_close(w);
 }
 
+static void expect_end_of_load(struct world *w, const char *part)
+{
+    struct frame_view f;
+    struct message_returned back;
+    for (int i = 0; !w->ended && i < 2 * PATIENCE_MS; i++) turn(w);
+    assert_true(w->ended);
+    assert_int_equal(w->end, SESSION_END_FAILED);
+    if (!strstr(w->text, part)) fail_msg("\"%s\" lacks \"%s\"", w->text, part);
+    expect(w, MESSAGE_RETURN, &f);
+    assert_int_equal(message_decode_returned(f.payload, f.payload_bytes, &back), 0);
+    assert_int_equal(back.index, 1);
+    expect(w, MESSAGE_BYE, &f);
+}
+
 static void a_load_that_makes_no_step_ends_the_worker(void **state)
 {
     (void)state;
     struct world *w = world_open(1, false);
-    w->options.loading_ms = 500;
+    w->options.loading_ms = 200;
     load_hangs = true;
     welcome(w, LIFE | 1);
     send_frame(w, 9);
     send_tile(w, 9, 1);
     serve_blob(w);
-    for (int i = 0; !w->ended && i < PATIENCE_MS; i++) turn(w);
-    assert_true(w->ended);
-    assert_int_equal(w->end, SESSION_END_FAILED);
+    expect_end_of_load(w, "a load has made no step for 1 s");
+    load_hangs = false;
+    world_close(w);
+}
+
+static void one_that_spins_ends_it_sooner(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    w->options.loading_ms = 500;
+    load_hangs = load_spins = true;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    serve_blob(w);
+    expect_end_of_load(w, "a load has made no step for 0 s");
     load_hangs = false;
     world_close(w);
 }
@@ -1079,7 +1108,7 @@ static void a_long_load_that_makes_steps_does_not(void **state)
 {
     (void)state;
     struct world *w = world_open(1, false);
-    w->options.loading_ms = 500;
+    w->options.loading_ms = 100;
     load_steps = 1500 / LOAD_STEP_MS;
     welcome(w, LIFE | 1);
     send_frame(w, 9);
@@ -1088,6 +1117,53 @@ static void a_long_load_that_makes_steps_does_not(void **state)
     assert_int_equal(expect_result(w), 1);
     assert_false(w->ended);
     world_close(w);
+}
+
+static void nor_does_one_that_waits_for_a_thread(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get get;
+    w->options.loading_ms = 100;
+    warm_up(w);
+    const uint32_t traced = tracing;
+    hold = true;
+    send_tile(w, 9, 1); /* takes the one thread */
+    for (int i = 0; tracing == traced && i < PATIENCE_MS; i++) turn(w);
+    give_map(w);
+    send_frame(w, 10);
+    send_tile(w, 10, 2);
+    for (int i = 0; !w->ended && i < PATIENCE_MS / 2; i++) turn(w);
+    assert_false(w->ended);
+    hold = false;
+    assert_int_equal(expect_result(w), 1);
+    expect_get(w, &get);
+    answer(w, &get);
+    assert_int_equal(expect_result(w), 2);
+    world_close(w);
+}
+
+static const char *no_version(void *ctx)
+{
+    (void)ctx;
+    return NULL;
+}
+
+static void without_embree_there_is_no_worker(void **state)
+{
+    (void)state;
+    uv_loop_t loop;
+    struct session *session = NULL;
+    struct fault fault = {0};
+    const struct options options = {.connect = "unix:/nowhere", .threads = 1, .cache_dir = "/tmp"};
+    const struct session_client client = {0};
+    const struct tracing broken = {.embree_version = no_version};
+    uv_loop_init(&loop);
+    assert_int_equal(session_create(&loop, &options, &broken, &client, &session, &fault),
+                     ERR_MEMORY);
+    assert_string_equal(fault.pointer, "embree");
+    assert_null(session);
+    assert_int_equal(uv_loop_close(&loop), 0);
 }
 
 static void waits_double_up_to_five_seconds(void **state)
@@ -1168,7 +1244,10 @@ int main(void)
         cmocka_unit_test(with_its_parent_it_ends),
         cmocka_unit_test(beats_tell_of_progress),
         cmocka_unit_test(a_load_that_makes_no_step_ends_the_worker),
+        cmocka_unit_test(one_that_spins_ends_it_sooner),
         cmocka_unit_test(a_long_load_that_makes_steps_does_not),
+        cmocka_unit_test(nor_does_one_that_waits_for_a_thread),
+        cmocka_unit_test(without_embree_there_is_no_worker),
         cmocka_unit_test(waits_double_up_to_five_seconds),
         cmocka_unit_test(addresses_are_checked),
         cmocka_unit_test(options_are_checked),
