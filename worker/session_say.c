@@ -92,10 +92,10 @@ static enum beat_phase phase(const struct session *s)
     return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
 }
 
-/* Where a thread loads, beats without a step of it are counted: by their own time, since a process
- * that was stopped beats once when it goes on. One in which half a CPU was used is progress for a
- * while, and hangs sooner than one that waits for a disk. */
-static void watch_loading(struct session *s, uint64_t cpu_us)
+/* Where a thread loads, beats without a step of it are counted, each for no longer than it should
+ * be: a process that was stopped beats once when it goes on. One in which a tenth of a CPU was used
+ * is progress for a while, and hangs sooner than one that waits for a disk. */
+static void watch_loading(struct session *s, uint64_t cpu_us, uint64_t passed_ms)
 {
     const uint64_t used_us = cpu_us - s->cpu_us, steps = shelf_steps(s->shelf);
     s->cpu_us = cpu_us;
@@ -104,9 +104,10 @@ static void watch_loading(struct session *s, uint64_t cpu_us)
         s->load_silent_ms = s->load_busy_ms = 0;
         return;
     }
-    s->load_silent_ms += s->beat_ms;
-    if (used_us < 500u * (uint64_t)s->beat_ms) return;
-    s->load_busy_ms += s->beat_ms;
+    if (passed_ms > s->beat_ms) passed_ms = s->beat_ms;
+    s->load_silent_ms += passed_ms;
+    if (used_us < 100u * passed_ms) return;
+    s->load_busy_ms += passed_ms;
     s->load_beats++;
 }
 
@@ -131,9 +132,11 @@ static void give_up_loading(struct session *s)
 void session_send_beat(struct session *s)
 {
     struct vitals v;
-    s->last_beat_ms = uv_now(s->beat.loop);
+    const uint64_t now = uv_now(s->beat.loop);
+    const uint64_t passed_ms = s->last_beat_ms > 0 ? now - s->last_beat_ms : 0;
+    s->last_beat_ms = now;
     vitals_read(&v);
-    watch_loading(s, v.cpu_us);
+    watch_loading(s, v.cpu_us, passed_ms);
     struct message_beat m = {.progress = hand_rows(s->hand) + shelf_steps(s->shelf) + s->load_beats,
                              .phase = phase(s),
                              .tiles_in_hand = hand_counts(s->hand).open,
