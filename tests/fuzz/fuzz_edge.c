@@ -14,6 +14,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -64,7 +65,7 @@ static int client_count;
 static void must_at(bool holds, int line)
 {
     if (holds) return;
-    fprintf(stderr, "fuzz_edge.c:%d does not hold\n", line);
+    fprintf(stderr, "fuzz_edge.c:%d does not hold (errno: %s)\n", line, strerror(errno));
     for (int i = 0; i < client_count; i++)
         fwrite(clients[i].text, 1, clients[i].text_bytes, stderr);
     abort();
@@ -176,6 +177,18 @@ static void close_edge(void)
 
 /* -- the clients -- */
 
+/* libFuzzer's timer interrupts calls that wait; a connection that is begun goes on being made. */
+static bool is_connected(int fd, const struct sockaddr_in *address)
+{
+    struct pollfd made = {.fd = fd, .events = POLLOUT};
+    int error = -1;
+    if (connect(fd, (const struct sockaddr *)address, sizeof *address) == 0) return true;
+    if (errno != EINTR) return false;
+    while (poll(&made, 1, PATIENCE_MS) < 0 && errno == EINTR) continue;
+    (void)getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &(socklen_t){sizeof error});
+    return error == 0 && (made.revents & POLLOUT);
+}
+
 static struct client *connect_one(void)
 {
     if (client_count == CLIENTS_MOST) return &clients[CLIENTS_MOST - 1];
@@ -184,7 +197,7 @@ static struct client *connect_one(void)
                                   .sin_port = htons((uint16_t)http_port(edge.http)),
                                   .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     *c = (struct client){.fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-    must(c->fd >= 0 && connect(c->fd, (struct sockaddr *)&address, sizeof address) == 0);
+    must(c->fd >= 0 && is_connected(c->fd, &address));
     must(fcntl(c->fd, F_SETFL, O_NONBLOCK) == 0);
     return c;
 }
@@ -232,7 +245,7 @@ static void send_all(struct client *c, const uint8_t *data, size_t size_bytes)
 {
     while (size_bytes > 0 && c->fd >= 0 && !c->sent_all && !c->ended) {
         const ssize_t sent = send(c->fd, data, size_bytes, MSG_NOSIGNAL);
-        if (sent < 0 && errno != EAGAIN) return;
+        if (sent < 0 && errno != EAGAIN && errno != EINTR) return;
         if (sent < 0) (void)turn();
         if (sent > 0) {
             data += sent;
