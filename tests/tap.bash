@@ -4,6 +4,7 @@
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
 #   worker_port DATA          the port for workers of the coordinator that was started last, on stdout
+#   kill_holding PID          kill -9 of the only worker, while it holds tiles
 # Where programs are slow all waits are longer: by $TEST_SLOWER, which tests/run sets for sanitized
 # builds; those of timeout and of curl --max-time, too.
 # Everything started through `track` is killed when the script ends; $tmp is a folder of its own.
@@ -87,6 +88,20 @@ worker_port() {
     return 1
 }
 serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; }
+
+# A worker that stands still is given what it has room for; all that it had sent is read by then.
+kill_holding() {
+    local held=0 _
+    kill -STOP "$1"
+    for _ in $(tries 100); do
+        sleep 0.1
+        held=$(curl -sS --noproxy '*' "$url/v1/workers" | jq '[.workers[].tiles_in_hand] | add')
+        [ "$held" -gt 0 ] && break
+    done
+    kill -9 "$1"
+    echo "killed with $held tiles in hand"
+    [ "$held" -gt 0 ]
+}
 
 # job_state ID, await_state ID STATE SECONDS
 job_state() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -r .state; }

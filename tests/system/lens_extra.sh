@@ -73,7 +73,7 @@ survives() {
     done
     total "$id" .progress
     [ "$(job_state "$id")" = running ] || return 1
-    kill -9 $first
+    kill_holding "$first" || return 1
     worker
     await_state "$id" finished 60 || return 1
     curl -sSf --noproxy '*' -o "$tmp/survived.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
