@@ -10,8 +10,8 @@ const MB = 1e6;
 // A browser's process takes minutes to fill its caches: 40 to 80 MB between thirds of half a minute, 8 MB
 // between those of 150 s.
 const PAGE_BYTES = (seconds >= 150 ? 64 : 160) * MB;
-// Less than a layer's picture (3.5 MB here); short runs have few samples of each state.
-const HEAP_BYTES = (seconds >= 150 ? 2 : 3.4) * MB;
+// Of the page's heap while it shows no job. What it holds else depends on what is shown: a layer's picture has 3.5 MB.
+const HEAP_BYTES = 2 * MB;
 
 // Resident memory of a process, in bytes.
 const resident = (pid) => Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]) * 1024;
@@ -40,6 +40,12 @@ await runAll(async () => {
     return { heap: usedSize + backingStorageSize + embedderHeapUsedSize, page: await renderer(), server: resident(serverPid()),
              ...await page.evaluate(() => counted) };
   };
+  // The same state each time: no job is shown, and nothing is on its way.
+  const rest = async () => {
+    await page.evaluate(() => { location.hash = "#/"; });
+    await page.waitForTimeout(500);
+    return (await measure()).heap;
+  };
   // Few samples and many blocks: as many updates as two workers can bring, one job after the other.
   const begin = () => submit(url, { image: { width: 768, height: 768 }, sampling: { spp: 4, tile_px: 64 }, layers: LAYERS });
 
@@ -47,8 +53,13 @@ await runAll(async () => {
     let job = begin(), switched = 0;
     await page.goto(`${url}/#/jobs/${job}`);
     await until("pixels", async () => (await look(page)).lit > 0.1, 60);
-    const begun = Date.now(), samples = [];
+    const begun = Date.now(), samples = [], rests = [];
+    const show = (id) => page.evaluate((id) => { location.hash = `#/jobs/${id}`; }, id);
     while (Date.now() - begun < seconds * 1000) {
+      if (Date.now() - begun > (rests.length + 1) * seconds * 1000 / 3) {
+        rests.push(await rest());
+        await show(job);
+      }
       await page.focus("#stage");
       await page.keyboard.press(++switched % 8 === 0 ? "w" : switched % 3 === 0 ? "l" : "e");
       if (switched % 24 === 0) await page.keyboard.press("0");
@@ -56,16 +67,19 @@ await runAll(async () => {
       samples.push(await measure());
       if (/finished/.test(await text(page, "progress-text"))) {
         job = begin();
-        await page.evaluate((id) => { location.hash = `#/jobs/${id}`; }, job);
+        await show(job);
       }
     }
+    rests.push(await rest());
     const { length } = samples, third = Math.floor(length / 3);
     const middle = (from, to, name) => samples.slice(from, to).map((s) => s[name]).sort((a, b) => a - b)[Math.floor((to - from) / 2)];
     const last = samples[length - 1];
-    const grown = Object.fromEntries(["heap", "page", "server"].map((name) => [name, middle(length - third, length, name) - middle(third, 2 * third, name)]));
-    console.log(`# ${last.updates} blocks drawn; from the second third to the last: heap ${(grown.heap / MB).toFixed(2)} MB, page's process `
-      + `${(grown.page / MB).toFixed(1)} MB, coordinator ${(grown.server / MB).toFixed(1)} MB; at the end ${(last.heap / MB).toFixed(1)}, `
-      + `${(last.page / MB).toFixed(0)}, ${(last.server / MB).toFixed(0)} MB`);
+    const grown = Object.fromEntries(["page", "server"].map((name) => [name, middle(length - third, length, name) - middle(third, 2 * third, name)]));
+    grown.heap = rests.at(-1) - rests.at(-2);
+    console.log(`# ${last.updates} blocks drawn; heap without a job after each third ${rests.map((b) => (b / MB).toFixed(2)).join(", ")} MB; from the `
+      + `second third to the last: page's process ${(grown.page / MB).toFixed(1)} MB, coordinator ${(grown.server / MB).toFixed(1)} MB; `
+      + `at the end ${(last.heap / MB).toFixed(1)}, ${(last.page / MB).toFixed(0)}, ${(last.server / MB).toFixed(0)} MB`);
+    expect(rests.length === 3, `${rests.length} rests`);
     expect(last.updates > seconds * 20, `only ${last.updates} updates`);
     expect(last.textures <= 2 + 7, `${last.textures} textures`);
     expect(grown.heap < HEAP_BYTES, `the page's heap grew by ${grown.heap} bytes`);
