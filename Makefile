@@ -271,12 +271,23 @@ $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
 
-# Fuzz targets are built from sources with clang; lines "// sources: a.c b.c", "// archives: libserver.a" and
-# "// libs: -lpng" add more than proto. What comes from archives has no instruments of its own.
-$(B)/fuzz/%: tests/fuzz/%.c $(proto_src) $(B)/build_id.h
+# Fuzz targets are built with clang; lines "// sources: a.c b.c", "// archives: libserver.a" and "// libs: -lpng"
+# of theirs add more than proto. What comes from archives has no instruments of its own.
+fuzz_flags := -g -O1 -march=x86-64-v2 -ffp-contract=off -fno-sanitize-recover=undefined
+fuzz_obj = $(patsubst %.c,$(B)/fuzz/obj/%.o,$(1))
+fuzz_line = $(shell sed -n 's|^// $(1): ||p' $(2))
+$(B)/fuzz/obj/%.o: %.c
 	@mkdir -p $(@D)
-	clang-14 $(CPPFLAGS) $(STD) -g -O1 -march=x86-64-v2 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined \
-	  $< $(proto_src) $$(sed -n 's|^// sources: ||p' $<) $$(sed -n 's|^// archives: |$(B)/|p' $<) -o $@ $$(sed -n 's|^// libs: ||p' $<) $(proto_libs)
-$(B)/fuzz/fuzz_edge: tests/fuzz/answers.c $(B)/libserver.a
+	clang-14 $(CPPFLAGS) $(STD) $(fuzz_flags) -fsanitize=fuzzer-no-link,address,undefined -MMD -MP -c $< -o $@
+$(B)/fuzz/obj/proto/build.o: $(B)/build_id.h
+$(B)/fuzz/libproto.a: $(call fuzz_obj,$(proto_src))
+	@rm -f $@
+	@ar rcs $@ $^
+define fuzzer
+$(B)/fuzz/$(notdir $(1:.c=)): $(call fuzz_obj,$(1) $(wildcard $(call fuzz_line,sources,$(1)))) $(addprefix $(B)/,$(call fuzz_line,archives,$(1))) $(B)/fuzz/libproto.a
+	clang-14 $(fuzz_flags) -fsanitize=fuzzer,address,undefined $$^ -o $$@ $(call fuzz_line,libs,$(1)) $(proto_libs)
+endef
+$(foreach f,$(fuzz_src),$(eval $(call fuzzer,$(f))))
 
 -include $(patsubst %.c,$(B)/obj/%.d,$(all_src))
+-include $(shell find $(B)/fuzz/obj -name '*.d' 2>/dev/null)
