@@ -16,8 +16,8 @@ const rounded = (s) => s && { value: three(s.value), least: three(s.least), most
 // What of a run's lines is kept in the repository.
 export function figuresOf(lines) {
   const rows = rowsOf(lines), machine = lines.find((l) => l.part === "machine");
-  const about = (effect) => { const mine = rows.filter((r) => r.effect === effect); return { effect, scenes: new Set(mine.map((r) => r.scene)).size, sides_px: sidesOf(mine), pictures: mine.length,
-    poor: [...new Set(mine.filter((r) => !r.reference.good).map((r) => r.scene))] }; };
+  const about = (effect) => { const mine = rows.filter((r) => r.effect === effect), seen = new Set(mine.map((r) => r.scene)); return { effect, scenes: seen.size, sides_px: sidesOf(mine), pictures: mine.length,
+    left_out: scenes.filter((s) => s.effect === effect && !seen.has(s.name)).map((s) => s.name), poor: [...new Set(mine.filter((r) => !r.reference.good).map((r) => r.scene))] }; };
   const ratio = (a, b) => a > 0 ? three(1 - b / a) : null;
   return [
     { is: "run", build: machine.build, day: lines.map((l) => l.time).sort().at(-1).slice(0, 10), cpu: machine.cpu, cores: machine.cores, instructions: machine.instructions,
@@ -43,14 +43,21 @@ const title = (name) => effects[name]?.title ?? name;
 const bound = (b) => `${b.relation === ">=" ? "≥" : "≤"} ${b.bound}`;
 
 function what(run) {
-  const rows = run.effects.map((e) => [title(e.effect), e.scenes, e.pictures, e.sides_px.join(", "), e.poor.length > 0 ? e.poor.join(", ") : "–"]);
+  const names = (list) => list.length > 0 ? list.join(", ") : "–";
+  const rows = run.effects.map((e) => [title(e.effect), e.scenes, names(e.left_out), e.pictures, e.sides_px.join(", "), names(e.poor)]);
   return `Build \`${run.build}\`, ${run.day}, on ${run.cpu} with ${run.cores} cores (${run.instructions}), ${run.memory_gb} GB; ${run.load} processes a core wanted to run in the minute before.
 
-${table(["effect", "scenes", "pictures", "side, px", "references not good enough"], rows)}`;
+${table(["effect", "scenes", "not measured", "pictures", "side, px", "references not good enough"], rows)}`;
 }
 
-const headlineTable = (figures) => table(["effect (method, samples)", "average's RMSE over its", "average's samples for equal error", "average's CPU time for equal error", "filters' share of CPU time"],
-  of(figures, "headline").map((h) => [`${title(h.effect)} (${h.method}, ${effects[h.effect].at})`, span(h.rmse, "×"), `${span(h.samples, "×")}${h.extrapolated ? " *" : ""}`, span(h.seconds, "×"), h.share ? share(h.share.value) : "–"]));
+// Of which pictures an effect's figures are: their side, and how many of its scenes if not all.
+function extent(figures, effect) {
+  const { scenes: seen, left_out, sides_px } = of(figures, "run")[0].effects.find((e) => e.effect === effect);
+  return `${sides_px.join(" and ")} px${left_out.length > 0 ? `, ${seen} of ${seen + left_out.length} scenes` : ""}`;
+}
+
+const headlineTable = (figures) => table(["effect (method, samples; pictures)", "average's RMSE over its", "average's samples for equal error", "average's CPU time for equal error", "filters' share of CPU time"],
+  of(figures, "headline").map((h) => [`${title(h.effect)} (${h.method}, ${effects[h.effect].at}; ${extent(figures, h.effect)})`, span(h.rmse, "×"), `${span(h.samples, "×")}${h.extrapolated ? " *" : ""}`, span(h.seconds, "×"), h.share ? share(h.share.value) : "–"]));
 
 // What README shows of the rates: of the machine's hands, not of filters beside what they stand for.
 const SHORT = ["rays", "paths", "share", "tile", "memory"];
@@ -86,8 +93,8 @@ function limits(figures) {
 // What README shows of it.
 export function excerpt(figures) {
   const [run] = of(figures, "run"), bounds = [...of(figures, "bound").filter((b) => b.judged), ...of(figures, "rate")], missed = bounds.filter((b) => !b.ok);
-  const sides = [...new Set(run.effects.flatMap((e) => e.sides_px))].sort((a, b) => a - b), skips = of(figures, "skip");
-  const said = [`Build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}; pictures ${sides.join(" and ")} px wide, against converged references, medians over scenes (least–largest):`, "", headlineTable(figures).trimEnd()];
+  const skips = of(figures, "skip");
+  const said = [`Build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}; pictures against converged references, medians over scenes (least–largest):`, "", headlineTable(figures).trimEnd()];
   const rates = rateTable(figures, (r) => SHORT.includes(r.from)).trimEnd();
   if (rates) said.push("", rates);
   said.push("", `${bounds.length === 0 ? "No bound was judged by this run" : missed.length === 0 ? `All ${bounds.length} bounds that were judged hold` : `${missed.length} of ${bounds.length} bounds that were judged are missed`}; ` +
