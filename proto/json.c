@@ -127,6 +127,27 @@ static int code_of(enum json_error_code code)
     }
 }
 
+/* The whole document or none: ERR_MEMORY also where jansson takes no notice. */
+static int load(const char *text, size_t size_bytes, size_t flags, json_t **out,
+                json_error_t *error)
+{
+    const bool lacked = lacks;
+    lacks = false;
+    *out = json_loadb(text, size_bytes, flags, error);
+    const bool whole = !lacks;
+    lacks = lacked;
+    if (*out && whole) return 0;
+    json_decref(*out);
+    *out = NULL;
+    return whole ? code_of(json_error_code(error)) : ERR_MEMORY;
+}
+
+int json_read_foreign(const char *text, size_t size_bytes, json_t **out)
+{
+    json_error_t error;
+    return load(text, size_bytes, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, out, &error);
+}
+
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault)
 {
@@ -144,18 +165,9 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
     if (values > LIMIT_JSON_VALUES && limit_bytes <= LIMIT_JOB_BYTES)
         return fault_set(fault, ERR_LIMIT, "", "it has %zu values, above the limit of %d", values,
                          LIMIT_JSON_VALUES);
-    const bool lacked = lacks;
-    lacks = false;
-    *out = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
-    const bool whole = !lacks;
-    lacks = lacked;
-    if (!whole) {
-        json_decref(*out);
-        *out = NULL;
-        return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));
-    }
-    if (*out) return 0;
+    const int code = load(text, size_bytes, JSON_REJECT_DUPLICATES, out, &error);
+    if (!code) return 0;
+    if (code == ERR_MEMORY) return fault_set(fault, code, "", "%s", error_text(code));
     json_printable(error.text, what, sizeof what);
-    return fault_set(fault, code_of(json_error_code(&error)), "", "line %d, column %d: %s",
-                     error.line, error.column, what);
+    return fault_set(fault, code, "", "line %d, column %d: %s", error.line, error.column, what);
 }

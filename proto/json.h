@@ -16,6 +16,10 @@
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault);
 
+/* Reads what another program wrote: any value, of any size, no duplicates. The caller owns *out,
+ * NULL with an error. ERR_SYNTAX, ERR_RANGE, ERR_MEMORY, as of json_read. */
+int json_read_foreign(const char *text, size_t size_bytes, json_t **out);
+
 /* The text of a value, to be freed; NULL of NULL and without memory, also if some was missing since
  * this thread's last text: what was built meanwhile may lack members. So a value and its text are
  * of one thread and of one piece of work, and one that is kept for later is checked as it is built.

@@ -150,7 +150,8 @@ static int code_of_status(long status)
 /* What the server said, in its own words if it spoke the problem format. */
 static int refused(long status, const struct answer *a, struct fault *fault)
 {
-    json_t *problem = a->data ? json_loadb(a->data, a->size_bytes, 0, NULL) : NULL;
+    json_t *problem = NULL;
+    if (a->data) json_read_foreign(a->data, a->size_bytes, &problem);
     const char *detail = json_string_value(json_object_get(problem, "detail"));
     const char *title = json_string_value(json_object_get(problem, "title"));
     const char *pointer = json_string_value(json_object_get(problem, "pointer"));
@@ -266,8 +267,10 @@ static int parse_answer(const struct answer *a, json_t **out, struct fault *faul
         *out = json_null();
         return 0;
     }
-    *out = json_loadb(a->data, a->size_bytes, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, NULL);
-    return *out ? 0 : fault_set(fault, ERR_SYNTAX, "", "the server's answer is not JSON");
+    const int error = json_read_foreign(a->data, a->size_bytes, out);
+    if (!error) return 0;
+    return fault_set(fault, error, "", "the server's answer %s",
+                     error == ERR_MEMORY ? "does not fit in memory" : "is not JSON");
 }
 
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,

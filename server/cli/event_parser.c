@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/json.h"
+
 #define EVENT_LIMIT_BYTES (16u << 20)
 
 void event_parser_init(struct event_parser *p,
@@ -22,6 +24,7 @@ void event_parser_restart(struct event_parser *p)
 {
     p->line_bytes = p->data_bytes = 0;
     p->name[0] = '\0';
+    memcpy(p->id, p->last_id, sizeof p->id);
 }
 
 static bool append(char **buffer, size_t *size_bytes, size_t *capacity, const char *more,
@@ -49,12 +52,15 @@ static void copy_field(char *out, size_t capacity, const char *value)
     out[n] = '\0';
 }
 
-/* The blank line that ends an event. */
+/* The blank line that ends an event, which is seen from now on. */
 static bool dispatch(struct event_parser *p)
 {
     bool go_on = true;
+    json_t *data = NULL;
+    if (p->data_bytes > 0 && json_read_foreign(p->data, p->data_bytes, &data) == ERR_MEMORY)
+        return false;
+    memcpy(p->last_id, p->id, sizeof p->last_id);
     if (p->data_bytes > 0) {
-        json_t *data = json_loadb(p->data, p->data_bytes, JSON_DECODE_ANY, NULL);
         p->events++;
         go_on = p->event(p->ctx, p->name[0] ? p->name : "message", data);
         json_decref(data);
@@ -77,7 +83,7 @@ static bool take_line(struct event_parser *p)
     if (strcmp(line, "event") == 0)
         copy_field(p->name, sizeof p->name, value);
     else if (strcmp(line, "id") == 0)
-        copy_field(p->last_id, sizeof p->last_id, value);
+        copy_field(p->id, sizeof p->id, value);
     else if (strcmp(line, "data") == 0) {
         if (p->data_bytes > 0 && !append(&p->data, &p->data_bytes, &p->data_capacity, "\n", 1))
             return false;

@@ -12,7 +12,8 @@ struct event_parser {
     size_t line_bytes, line_capacity;
     char *data; /* owned; data lines of the unfinished event */
     size_t data_bytes, data_capacity;
-    char name[64], last_id[40];
+    char name[64], id[40]; /* of the unfinished event */
+    char last_id[40];      /* of the last whole one */
     uint64_t events;
     bool stopped; /* by the callback */
 };

@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "proto/job.h"
+#include "proto/json.h"
 
 #define SCENE_TEXT_LIMIT_BYTES (256u << 20)
 
@@ -137,7 +138,8 @@ static int add_uris(struct bundle *b, const json_t *array)
 static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
 {
     /* What is wrong with the JSON is the importer's to say: it names the place better. */
-    json_t *gltf = json_loadb(json, size_bytes, JSON_REJECT_DUPLICATES, NULL);
+    json_t *gltf;
+    if (json_read_foreign(json, size_bytes, &gltf) == ERR_MEMORY) return ERR_MEMORY;
     int error = add_uris(b, json_object_get(gltf, "buffers"));
     if (!error) error = add_uris(b, json_object_get(gltf, "images"));
     json_decref(gltf);

@@ -8,44 +8,7 @@
 #include <cmocka.h>
 
 #include "proto/json.h"
-
-/* Asks for more than there is in place of the n-th piece. */
-static unsigned until_failure;
-static json_malloc_t noticed_malloc;
-static json_free_t noticed_free;
-
-static void *fail_once(size_t size)
-{
-    return noticed_malloc(until_failure > 0 && --until_failure == 0 ? PTRDIFF_MAX : size);
-}
-
-static int fail_when_told(void **state)
-{
-    (void)state;
-    json_get_alloc_funcs(&noticed_malloc, &noticed_free);
-    json_set_alloc_funcs(fail_once, noticed_free);
-    return 0;
-}
-
-static int fail_no_more(void **state)
-{
-    (void)state;
-    json_set_alloc_funcs(noticed_malloc, noticed_free);
-    return 0;
-}
-
-/* Sanitizers end programs that ask for that much, unless told. */
-const char *__asan_default_options(void);
-const char *__asan_default_options(void)
-{
-    return "allocator_may_return_null=1";
-}
-
-const char *__tsan_default_options(void);
-const char *__tsan_default_options(void)
-{
-    return "allocator_may_return_null=1";
-}
+#include "tests/unit/proto/json_memory.h"
 
 static json_t *document(void)
 {
@@ -114,6 +77,32 @@ static void without_memory_nothing_is_read_rather_than_a_part(void **state)
     json_decref(value);
 }
 
+static void so_is_what_another_program_wrote(void **state)
+{
+    (void)state;
+    static const char text[] = "[\"a string that is a long one, of more than thirty bytes\",7]";
+    json_t *value = NULL;
+    unsigned k = 1;
+    for (until_failure = k; json_read_foreign(text, sizeof text - 1, &value) != 0;
+         until_failure = ++k) {
+        assert_int_equal(until_failure, 0);
+        assert_null(value);
+    }
+    assert_true(k > 5);
+    until_failure = 0;
+    char *same = json_text(value, JSON_COMPACT);
+    assert_string_equal(same, text);
+    free(same);
+    json_decref(value);
+    assert_int_equal(json_read_foreign("[1", 2, &value), ERR_SYNTAX);
+    assert_null(value);
+    assert_int_equal(json_read_foreign("", 0, &value), ERR_SYNTAX);
+    assert_int_equal(json_read_foreign("{\"a\":1,\"a\":2}", 13, &value), ERR_SYNTAX);
+    assert_int_equal(json_read_foreign("12345678901234567890", 20, &value), ERR_RANGE);
+    assert_int_equal(json_read_foreign("7", 1, &value), 0);
+    json_decref(value);
+}
+
 static void what_lacks_a_member_has_no_text_and_the_next_one_has(void **state)
 {
     (void)state;
@@ -152,6 +141,7 @@ int main(void)
         cmocka_unit_test(a_text_is_jansson_s),
         cmocka_unit_test(without_memory_there_is_no_text_rather_than_half_of_one),
         cmocka_unit_test(without_memory_nothing_is_read_rather_than_a_part),
+        cmocka_unit_test(so_is_what_another_program_wrote),
         cmocka_unit_test(what_lacks_a_member_has_no_text_and_the_next_one_has),
         cmocka_unit_test(reading_leaves_what_is_missing_of_a_text),
     };

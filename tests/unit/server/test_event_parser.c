@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "server/cli/event_parser.h"
+#include "tests/unit/proto/json_memory.h"
 
 struct seen {
     char text[512];
@@ -70,12 +71,48 @@ static void test_restart_forgets_the_unfinished(void **state)
     struct seen seen = {0};
     struct event_parser parser;
     event_parser_init(&parser, note, &seen);
+    assert_true(event_parser_feed(&parser, "id: 2\ndata: 1\n\n", 16));
     assert_true(event_parser_feed(&parser, "id: 3\nevent: state\ndata: {\"a\"", 28));
+    assert_string_equal(parser.last_id, "2"); /* what has been seen whole */
     event_parser_restart(&parser);
     assert_true(event_parser_feed(&parser, "data: 2\n\n", 9));
-    assert_string_equal(seen.text, "message=2;");
-    assert_string_equal(parser.last_id, "3");
+    assert_string_equal(seen.text, "message=1;message=2;");
+    assert_string_equal(parser.last_id, "2");
+    assert_true(event_parser_feed(&parser, "id: 4\n\n", 7)); /* without data, seen as well */
+    assert_string_equal(parser.last_id, "4");
     event_parser_fini(&parser);
+}
+
+static bool count(void *ctx, const char *name, const json_t *data)
+{
+    (void)name;
+    assert_non_null(data);
+    ++*(int *)ctx;
+    return true;
+}
+
+/* The server is asked for it again. */
+static void test_no_event_without_its_data(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "id: 5\ndata: {\"state\":\"a string that is a long one, of more than thirty bytes\"}\n\n";
+    unsigned k = 0;
+    bool fed;
+    do {
+        int seen = 0;
+        struct event_parser parser;
+        event_parser_init(&parser, count, &seen);
+        until_failure = ++k;
+        fed = event_parser_feed(&parser, text, sizeof text - 1);
+        assert_int_equal(fed, until_failure > 0); /* it did not come to that */
+        until_failure = 0;
+        assert_int_equal(seen, fed);
+        assert_string_equal(parser.last_id, fed ? "5" : "");
+        assert_false(parser.stopped);
+        event_parser_fini(&parser);
+    } while (!fed);
+    assert_true(k > 5);
 }
 
 int main(void)
@@ -84,6 +121,7 @@ int main(void)
         cmocka_unit_test(test_any_pieces),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_restart_forgets_the_unfinished),
+        cmocka_unit_test(test_no_event_without_its_data),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, fail_when_told, fail_no_more);
 }
