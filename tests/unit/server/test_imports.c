@@ -1,0 +1,296 @@
+/* Imports: one run for all who ask for a scene, none for what the store remembers, none that nobody
+ * waits for, and none lost for want of memory. A shell script is the importer. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "server/job/imports.h"
+#include "tests/unit/server/lean_memory.h"
+
+struct bench {
+    uv_loop_t loop;
+    struct team *team;
+    struct objects objects;
+    struct job_store *store;
+    struct import_options options;
+    struct imports *imports;
+    char dir[64], program[96], runs[96];
+    struct job scene;
+};
+
+/* What became of a request. */
+struct answer {
+    unsigned told;
+    int code;
+    struct digest blob;
+    uint64_t cpu_us;
+};
+
+static void put(struct bench *b, const char *text, struct digest *out)
+{
+    struct object_writer *writer = NULL;
+    bool existed;
+    assert_int_equal(object_writer_begin(&b->objects, &writer), 0);
+    assert_int_equal(object_writer_append(writer, text, strlen(text)), 0);
+    assert_int_equal(object_writer_finish(&writer, NULL, out, &existed), 0);
+}
+
+/* Called with --root ROOT --in NAME --out BLOB; a run leaves a byte. */
+static void importer_does(struct bench *b, const char *script)
+{
+    FILE *f = fopen(b->program, "w");
+    assert_non_null(f);
+    fprintf(f, "#!/bin/sh\nprintf x >> %s\n%s\n", b->runs, script);
+    fclose(f);
+    assert_int_equal(chmod(b->program, 0700), 0);
+}
+
+#define COPIES "(cat \"$2/$4\"; printf blob) > \"$6\"\necho '{\"ok\": true, \"cpu_s\": 1.5}'"
+
+static int set_up(void **state)
+{
+    struct bench *b = calloc(1, sizeof *b);
+    *state = b;
+    strcpy(b->dir, "/tmp/shearwater-imports-XXXXXX");
+    if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
+        team_create(&b->loop, "test", 2, &b->team) || job_store_open(&b->loop, b->dir, &b->store))
+        return -1;
+    snprintf(b->program, sizeof b->program, "%s/importer", b->dir);
+    snprintf(b->runs, sizeof b->runs, "%s/runs", b->dir);
+    put(b, "{\"a\": 1}", &b->scene.scene);
+    b->scene.files = calloc(1, sizeof *b->scene.files);
+    b->scene.file_count = 1;
+    b->scene.files[0].path = strdup("mesh.bin");
+    put(b, "mesh", &b->scene.files[0].asset);
+    b->options = (struct import_options){.loop = &b->loop,
+                                         .team = b->team,
+                                         .objects = &b->objects,
+                                         .program = b->program,
+                                         .limit_ms = 20000};
+    importer_does(b, COPIES);
+    return imports_create(&b->options, b->store, &b->imports);
+}
+
+static void settle(struct bench *b)
+{
+    uv_run(&b->loop, UV_RUN_DEFAULT);
+}
+
+static int tear_down(void **state)
+{
+    struct bench *b = *state;
+    imports_stop(b->imports);
+    job_store_close(&b->store);
+    team_destroy(&b->team);
+    settle(b);
+    imports_destroy(&b->imports);
+    const int error = uv_loop_close(&b->loop);
+    job_fini(&b->scene);
+    objects_remove_dir(b->dir);
+    free(b);
+    return error;
+}
+
+static void on_done(void *ctx, const struct fault *fault, const struct digest *blob,
+                    uint64_t cpu_us)
+{
+    struct answer *answer = ctx;
+    answer->told++;
+    answer->code = fault ? fault->code : 0;
+    answer->cpu_us = cpu_us;
+    if (!fault) answer->blob = *blob;
+}
+
+static struct import_request *ask(struct bench *b, struct answer *answer)
+{
+    struct import_request *request = NULL;
+    *answer = (struct answer){0};
+    assert_int_equal(imports_request(b->imports, &b->scene, on_done, answer, &request), 0);
+    assert_non_null(request);
+    assert_int_equal(answer->told, 0); /* later, never at once */
+    return request;
+}
+
+static long runs_of(const struct bench *b)
+{
+    struct stat st;
+    return stat(b->runs, &st) ? 0 : (long)st.st_size;
+}
+
+static void expect_blob(const struct bench *b, const struct answer *answer)
+{
+    struct digest expected;
+    digest_of("{\"a\": 1}blob", 12, &expected);
+    assert_int_equal(answer->told, 1);
+    assert_int_equal(answer->code, 0);
+    assert_true(digest_equal(&answer->blob, &expected));
+    assert_true(objects_have(&b->objects, &expected, NULL));
+}
+
+static void one_run_is_for_all_who_ask(void **state)
+{
+    struct bench *b = *state;
+    struct answer answers[3];
+    for (unsigned i = 0; i < 3; i++) ask(b, &answers[i]);
+    settle(b);
+    for (unsigned i = 0; i < 3; i++) expect_blob(b, &answers[i]);
+    assert_int_equal(runs_of(b), 1);
+    assert_int_equal(answers[0].cpu_us, 1500000); /* charged once */
+    assert_int_equal(answers[1].cpu_us + answers[2].cpu_us, 0);
+}
+
+static void what_was_imported_is_remembered(void **state)
+{
+    struct bench *b = *state;
+    struct answer first, second;
+    ask(b, &first);
+    settle(b);
+    ask(b, &second);
+    settle(b);
+    expect_blob(b, &second);
+    assert_int_equal(second.cpu_us, 0);
+    assert_int_equal(runs_of(b), 1);
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(&b->objects, &first.blob, path);
+    assert_int_equal(unlink(path), 0); /* a memory of what is gone is none */
+    ask(b, &second);
+    settle(b);
+    expect_blob(b, &second);
+    assert_int_equal(runs_of(b), 2);
+}
+
+static void other_files_are_another_scene(void **state)
+{
+    struct bench *b = *state;
+    struct answer first, second;
+    ask(b, &first);
+    b->scene.files[0].path[0] = 'M';
+    ask(b, &second);
+    settle(b);
+    expect_blob(b, &first);
+    expect_blob(b, &second);
+    assert_int_equal(runs_of(b), 2);
+}
+
+static void a_failure_is_told_to_all_and_not_remembered(void **state)
+{
+    struct bench *b = *state;
+    struct answer answers[2];
+    importer_does(b, "exit 3");
+    for (unsigned i = 0; i < 2; i++) ask(b, &answers[i]);
+    settle(b);
+    for (unsigned i = 0; i < 2; i++) {
+        assert_int_equal(answers[i].told, 1);
+        assert_int_not_equal(answers[i].code, 0);
+    }
+    importer_does(b, COPIES);
+    ask(b, &answers[0]);
+    settle(b);
+    expect_blob(b, &answers[0]);
+}
+
+static void who_forgets_is_told_nothing(void **state)
+{
+    struct bench *b = *state;
+    struct answer forgotten, kept;
+    struct import_request *request = ask(b, &forgotten);
+    ask(b, &kept);
+    imports_forget(&request);
+    assert_null(request);
+    settle(b);
+    expect_blob(b, &kept);
+    assert_int_equal(forgotten.told, 0);
+}
+
+static void forget_soon(uv_timer_t *timer)
+{
+    imports_forget(timer->data);
+    uv_close((uv_handle_t *)timer, NULL);
+}
+
+/* It would take a minute. */
+static void what_nobody_waits_for_is_killed(void **state)
+{
+    struct bench *b = *state;
+    struct answer answer;
+    uv_timer_t timer;
+    importer_does(b, "exec sleep 60");
+    struct import_request *request = ask(b, &answer);
+    uv_timer_init(&b->loop, &timer);
+    timer.data = &request;
+    uv_timer_start(&timer, forget_soon, 200, 0);
+    const uint64_t begin_ns = uv_hrtime();
+    settle(b);
+    assert_true(uv_hrtime() - begin_ns < 20ull * 1000000000);
+    assert_int_equal(answer.told, 0);
+    importer_does(b, COPIES);
+    ask(b, &answer);
+    settle(b);
+    expect_blob(b, &answer);
+}
+
+/* Whichever piece is missing: refused at once with nothing begun, or told of later, once. */
+static void without_memory_it_is_refused_or_goes_on(void **state)
+{
+    struct bench *b = *state;
+    if (!memory_can_lack) skip();
+    unsigned refused = 0;
+    for (unsigned k = 1;; k++) {
+        struct answer answer = {0};
+        struct import_request *request = NULL;
+        until_lack = k;
+        const int error = imports_request(b->imports, &b->scene, on_done, &answer, &request);
+        const bool came = until_lack == 0;
+        until_lack = 0;
+        settle(b);
+        assert_true(error == 0 || error == ERR_MEMORY);
+        assert_int_equal(answer.told, error == 0);
+        refused += error != 0;
+        if (!error) expect_blob(b, &answer);
+        if (!came) break;
+        assert_int_equal(error, ERR_MEMORY);
+        assert_null(request);
+    }
+    assert_in_range(refused, 5, 50);
+    assert_int_equal(runs_of(b), 1);
+}
+
+/* ... and who asked before is not touched by it. */
+static void a_refusal_leaves_the_others(void **state)
+{
+    struct bench *b = *state;
+    if (!memory_can_lack) skip();
+    struct answer answer, other = {0};
+    struct import_request *request = NULL;
+    ask(b, &answer);
+    until_lack = 1;
+    assert_int_equal(imports_request(b->imports, &b->scene, on_done, &other, &request), ERR_MEMORY);
+    until_lack = 0;
+    settle(b);
+    expect_blob(b, &answer);
+    assert_int_equal(other.told, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(one_run_is_for_all_who_ask),
+        TEST(what_was_imported_is_remembered),
+        TEST(other_files_are_another_scene),
+        TEST(a_failure_is_told_to_all_and_not_remembered),
+        TEST(who_forgets_is_told_nothing),
+        TEST(what_nobody_waits_for_is_killed),
+        TEST(without_memory_it_is_refused_or_goes_on),
+        TEST(a_refusal_leaves_the_others),
+    };
+    return cmocka_run_group_tests_name("imports", tests, NULL, NULL);
+}
