@@ -8,187 +8,30 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "server/store/job_request.h"
+#include "server/store/job_batches.h"
 #include "server/store/removal_timer.h"
-#include "server/team/team.h"
-
-/* Requests that one commit makes durable together: bounds how long an early one waits. */
-#define BATCH_REQUESTS 256
 
 struct job_store {
-    struct team_task task; /* the batch in work; first, so that a task is its store */
-    struct team *team;     /* one thread */
+    struct job_batches batches;
     struct job_database *db;
     int lock_fd;
-    bool busy, searching;             /* a batch; for a text in all jobs */
-    struct job_request *first, *last; /* waiting */
-    struct job_request *batch;        /* in work */
-    uint64_t commit_us;               /* of that: how long its commit took; 0: it changes nothing */
-    bool commit_failed;
-    struct duration_histogram commits;
-    uint64_t failures, waiting;
+    bool searching; /* for a text in all jobs */
     struct asset_room room;
     struct removal_timer removals;
     struct removal_pass pass; /* the last one */
 };
 
-/* -- on the store's thread -- */
-
-static void perform_marked(struct job_database *db, struct job_request *r)
+/* What a request was about may be due again. */
+static void on_performed(void *ctx, const struct job_request *r)
 {
-    r->error = job_database_mark(db);
-    if (r->error) return;
-    r->error = job_request_perform(r, db);
-    job_database_unmark(db, r->error == 0);
-}
-
-static void perform_changes(struct job_store *store)
-{
-    for (struct job_request *r = store->batch; r; r = r->next) {
-        if (!job_request_is_write(r)) continue;
-        perform_marked(store->db, r);
-        /* A full disk ends the whole batch by itself; what follows would commit on its own. */
-        if (!job_database_in_batch(store->db)) return;
-    }
-}
-
-/* As one commit: 0 when all of it is durable, else nothing is. */
-static int commit_changes(struct job_store *store)
-{
-    int error = job_database_begin(store->db);
-    if (error) return error;
-    perform_changes(store);
-    error = job_database_in_batch(store->db) ? job_database_commit(store->db) : ERR_IO;
-    if (error) job_database_rollback(store->db);
-    return error;
-}
-
-static void fail_changes(struct job_request *batch, int error)
-{
-    for (struct job_request *r = batch; r; r = r->next)
-        if (job_request_is_write(r) && r->error == 0) r->error = error;
-}
-
-/* What is asked for comes after the changes: it sees what is durable, and is answered on a disk
- * that takes nothing, too. 0 when the changes are durable. */
-static int perform_batch(struct job_store *store, bool writes)
-{
-    int error = job_database_refresh(store->db, writes);
-    const bool is_open = job_database_is_open(store->db);
-    if (!error && writes) error = commit_changes(store);
-    if (error) fail_changes(store->batch, error);
-    for (struct job_request *r = store->batch; r; r = r->next)
-        if (!job_request_is_write(r))
-            r->error = is_open ? job_request_perform(r, store->db) : error;
-    return error;
-}
-
-static void run_batch(struct team_task *task)
-{
-    struct job_store *store = (struct job_store *)task;
-    const uint64_t began_ns = uv_hrtime();
-    bool writes = false;
-    for (struct job_request *r = store->batch; r; r = r->next) writes |= job_request_is_write(r);
-    store->commit_failed = perform_batch(store, writes) != 0;
-    store->commit_us = writes ? (uv_hrtime() - began_ns) / 1000 + 1 : 0;
-}
-
-/* -- on the loop's thread -- */
-
-static void count_commit(struct job_store *store)
-{
-    if (store->commit_us) duration_histogram_add(&store->commits, store->commit_us);
-    store->failures += store->commit_failed;
+    struct job_store *store = ctx;
+    if (r->text) store->searching = false;
+    if (job_request_may_wait(r)) job_store_look_at_removals(store);
 }
 
 void job_store_totals(const struct job_store *s, struct job_store_totals *out)
 {
-    *out = (struct job_store_totals){
-        .commits = s->commits, .failures = s->failures, .waiting = s->waiting};
-}
-
-/* Takes the oldest requests, at most a batch of them, off the queue. */
-static struct job_request *take_batch(struct job_store *store)
-{
-    struct job_request *batch = store->first, *end = batch;
-    int count = 1;
-    for (; end && end->next && count < BATCH_REQUESTS; count++) end = end->next;
-    if (!end) return NULL;
-    store->waiting -= (uint64_t)count;
-    store->first = end->next;
-    if (!store->first) store->last = NULL;
-    end->next = NULL;
-    return batch;
-}
-
-/* While a batch is being committed the next one gathers: that is what makes a commit a group's. */
-static void start_batch(struct job_store *store)
-{
-    if (store->busy || !store->first) return;
-    store->batch = take_batch(store);
-    store->busy = true;
-    team_submit(store->team, &store->task);
-}
-
-static void batch_done(struct team_task *task)
-{
-    struct job_store *store = (struct job_store *)task;
-    struct job_request *batch = store->batch;
-    store->batch = NULL;
-    store->busy = false;
-    count_commit(store);
-    start_batch(store); /* first, so that the disk works while the answers go out */
-    while (batch) {
-        struct job_request *r = batch;
-        batch = r->next;
-        if (r->text) store->searching = false;
-        if (job_request_may_wait(r)) job_store_look_at_removals(store);
-        job_request_answer(r);
-        job_request_free(r);
-    }
-}
-
-/* A report takes the place of an older one that still waits, so that on a disk that hangs for hours
- * each job has one, and one for each of its frames. Nobody is called back for it, and what lies
- * between is not about these texts: a frame's report is, and stays the older one. */
-static bool join_waiting(struct job_store *store, struct job_request *r)
-{
-    struct job_request *last = NULL;
-    if ((r->kind != REQUEST_UPDATE && r->kind != REQUEST_UPDATE_DOCUMENT) || r->call.done)
-        return false;
-    for (struct job_request *w = store->first; w; w = w->next) {
-        if (strcmp(w->id, r->id) != 0) continue;
-        if (w->kind == r->kind) last = w;
-        if (w->kind == REQUEST_UPDATE_FRAME && w->report && r->report) last = NULL;
-    }
-    if (!last) return false;
-    job_request_take_texts(last, r);
-    job_request_free(r);
-    return true;
-}
-
-static void enqueue(struct job_store *store, struct job_request *r)
-{
-    if (join_waiting(store, r)) return;
-    if (store->last)
-        store->last->next = r;
-    else
-        store->first = r;
-    store->last = r;
-    store->waiting++;
-    start_batch(store);
-}
-
-/* Without memory for the request itself the answer comes at once. */
-static void submit(struct job_store *store, struct job_request *r, int error)
-{
-    if (!error) {
-        enqueue(store, r);
-        return;
-    }
-    r->error = error;
-    job_request_answer(r);
-    job_request_free(r);
+    *out = s->batches.totals;
 }
 
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
@@ -225,7 +68,7 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
         if (!error) error = job_request_take_assets(r, assets->items, assets->count);
     }
     r->call.inserted = done;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_find_key(struct job_store *s, const char *owner, const char *idempotency_key,
@@ -241,7 +84,7 @@ void job_store_find_key(struct job_store *s, const char *owner, const char *idem
     memcpy(r->owner, owner, strlen(owner) + 1);
     r->body = *body;
     r->call.inserted = done;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *fault,
@@ -257,7 +100,7 @@ void job_store_update(struct job_store *s, const char *id, const char *state, co
     r->fault = job_request_copy(fault, &error);
     r->report = job_request_copy(report, &error);
     r->call.done = done;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_steer(struct job_store *s, const char *id, const int32_t *priority,
@@ -273,7 +116,7 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
     if (priority) r->priority = *priority;
     if (paused) r->paused = *paused;
     r->call.done = done;
-    submit(s, r, 0);
+    job_batches_submit(&s->batches, r, 0);
 }
 
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
@@ -289,7 +132,7 @@ void job_store_update_frame(struct job_store *s, const char *id, const struct fr
     r->state = job_request_copy(frame->state, &error);
     r->report = job_request_copy(report, &error);
     r->call.done = done;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_update_document(struct job_store *s, const char *id, const char *document,
@@ -303,7 +146,7 @@ void job_store_update_document(struct job_store *s, const char *id, const char *
     int error = 0;
     r->document = job_request_copy(document, &error);
     r->call.done = done;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx)
@@ -314,7 +157,7 @@ void job_store_remove(struct job_store *s, const char *id, job_store_done done, 
         return;
     }
     r->call.done = done;
-    submit(s, r, 0);
+    job_batches_submit(&s->batches, r, 0);
 }
 
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx)
@@ -325,7 +168,7 @@ void job_store_get(struct job_store *s, const char *id, job_store_found done, vo
         return;
     }
     r->call.found = done;
-    submit(s, r, 0);
+    job_batches_submit(&s->batches, r, 0);
 }
 
 void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
@@ -346,7 +189,7 @@ void job_store_list(struct job_store *s, const struct job_listing *listing, job_
     if (r->owned) snprintf(r->owner, sizeof r->owner, "%s", listing->owner);
     r->call.listed = done;
     if (!error && r->text) s->searching = true;
-    submit(s, r, error);
+    job_batches_submit(&s->batches, r, error);
 }
 
 void job_store_remember_blob(struct job_store *s, const struct digest *source,
@@ -362,7 +205,7 @@ void job_store_remember_blob(struct job_store *s, const struct digest *source,
     r->blob = *blob;
     r->room = s->room;
     r->call.done = done;
-    submit(s, r, job_request_take_assets(r, assets, asset_count));
+    job_batches_submit(&s->batches, r, job_request_take_assets(r, assets, asset_count));
 }
 
 void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
@@ -375,7 +218,7 @@ void job_store_find_blob(struct job_store *s, const struct digest *source, job_s
     }
     r->source = *source;
     r->call.blob = done;
-    submit(s, r, 0);
+    job_batches_submit(&s->batches, r, 0);
 }
 
 int job_store_unfinished(struct job_store *s,
@@ -384,7 +227,7 @@ int job_store_unfinished(struct job_store *s,
                          void *ctx)
 {
     /* The connection is the caller's only while the store's thread has nothing to do. */
-    if (s->busy || s->first) return ERR_STATE;
+    if (!job_batches_are_done(&s->batches)) return ERR_STATE;
     struct job_records records = {0};
     int error = job_database_unfinished(s->db, &records);
     for (size_t i = 0; !error && i < records.count; i++) {
@@ -412,7 +255,7 @@ void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim
     r->room = s->room;
     r->claim = *claim;
     r->call.gave_up = done;
-    submit(s, r, 0);
+    job_batches_submit(&s->batches, r, 0);
 }
 
 void job_store_resume_removals(struct job_store *s)
@@ -445,7 +288,7 @@ static void on_removals_due(void *ctx)
     r->room = store->room;
     r->pass = store->pass;
     r->call.passed = on_passed;
-    submit(store, r, 0);
+    job_batches_submit(&store->batches, r, 0);
 }
 
 /* Two coordinators on one folder would undo each other's work. */
@@ -474,13 +317,11 @@ int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out)
     struct job_store *store = calloc(1, sizeof *store);
     if (!store) return ERR_MEMORY;
     store->lock_fd = -1;
-    store->task.run = run_batch;
-    store->task.done = batch_done;
     char path[4352];
     int error = lock_dir(dir, &store->lock_fd);
     snprintf(path, sizeof path, "%s/jobs.sqlite", dir);
     if (!error) error = job_database_open(path, &store->db);
-    if (!error) error = team_create(loop, "store", 1, &store->team);
+    if (!error) error = job_batches_open(&store->batches, loop, store->db, on_performed, store);
     if (error) {
         close_files(store);
         free(store);
@@ -500,7 +341,7 @@ void job_store_close(struct job_store **out)
 {
     struct job_store *store = *out;
     if (!store) return;
-    team_destroy(&store->team);
+    job_batches_close(&store->batches);
     close_files(store);
     store->removals.handle.data = store;
     uv_close((uv_handle_t *)&store->removals.handle, on_closed);

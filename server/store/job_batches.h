@@ -1,0 +1,38 @@
+#pragma once
+/* Requests to the job store in groups: all changes of a group are one commit, and while one is
+ * being committed the next gathers. A group at a time is with the store's thread, which alone uses
+ * the database then. Functions are for the loop's thread. */
+#include "server/store/job_request.h"
+#include "server/store/job_store.h"
+#include "server/team/team.h"
+
+/* A request was performed; its answer follows. */
+typedef void (*job_batches_performed)(void *ctx, const struct job_request *r);
+
+struct job_batches {
+    struct team_task task; /* the group in work; first, so that a task is its batches */
+    struct team *team;     /* one thread */
+    struct job_database *db;
+    bool busy;                        /* a group is in work */
+    struct job_request *first, *last; /* waiting */
+    struct job_request *batch;        /* in work */
+    uint64_t commit_us;               /* of that: how long its commit took; 0: it changes nothing */
+    bool commit_failed;
+    struct job_store_totals totals;
+    job_batches_performed performed;
+    void *ctx;
+};
+
+/* The database is borrowed until job_batches_close. ERR_MEMORY, ERR_IO. */
+int job_batches_open(struct job_batches *b, uv_loop_t *loop, struct job_database *db,
+                     job_batches_performed performed, void *ctx);
+
+/* Takes the request, and answers it later; with an error (there was no memory for all of it) at
+ * once. */
+void job_batches_submit(struct job_batches *b, struct job_request *r, int error);
+
+/* Nothing waits or is in work: the database is the caller's until the next request. */
+bool job_batches_are_done(const struct job_batches *b);
+
+/* Lets what waits be performed and answered. The loop must run once more afterwards. */
+void job_batches_close(struct job_batches *b);
