@@ -3,12 +3,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "proto/json.h"
-#include "server/http/crowd.h"
 #include "server/http/etag.h"
 #include "server/http/guard.h"
+#include "server/http/request_body.h"
 #include "server/http/request_log.h"
 #include "server/http/static_files.h"
 
@@ -204,108 +203,6 @@ static bool find_route(struct request *r, const char *method)
     return false;
 }
 
-static bool check_media_type(struct request *r)
-{
-    const char *type = request_header(r, "Content-Type");
-    size_t n = type ? strcspn(type, "; \t") : 0;
-    if (n == 16 && strncasecmp(type, "application/json", 16) == 0) return true;
-    request_problem(r, PROBLEM_MEDIA_TYPE, "the body must be application/json", NULL);
-    return false;
-}
-
-static bool check_size(struct request *r, uint64_t size_bytes, uint64_t limit_bytes)
-{
-    char detail[96];
-    if (size_bytes <= limit_bytes) return true;
-    snprintf(detail, sizeof detail, "at most %llu bytes are taken here",
-             (unsigned long long)limit_bytes);
-    request_problem(r, PROBLEM_TOO_LARGE, detail, NULL);
-    return false;
-}
-
-/* An upload has the time of a request, and more with all that it brings: who brings little keeps
- * its place from nobody for long. */
-static void pace(struct request *r)
-{
-    const struct http *http = r->http;
-    uint64_t ms = http->request_ms + r->file_bytes * 1000 / LIMIT_UPLOAD_PACE;
-    r->peer->deadline_ms = r->file_from_ms + (ms < http->upload_ms ? ms : http->upload_ms);
-}
-
-/* The connection waits for the disk, which is no fault of the client's: no deadline of his runs. */
-static void sleep_for_disk(struct request *r)
-{
-    r->suspended = true;
-    r->asleep_ms = uv_now(r->http->options.loop);
-    peer_deadline(r->peer, 0);
-    MHD_suspend_connection(r->connection);
-}
-
-void request_go_on(struct request *r)
-{
-    if (!r->suspended || r->response) return;
-    r->suspended = false;
-    r->file_from_ms += uv_now(r->http->options.loop) - r->asleep_ms;
-    pace(r);
-    MHD_resume_connection(r->connection);
-    http_kick(r->http);
-}
-
-/* Whether there can be a file is known before the body is asked for: opened() sees it. */
-static bool begin_file(struct request *r)
-{
-    const int error = upload_begin(r, &r->upload);
-    if (error == ERR_FULL)
-        request_problem(r, PROBLEM_BUSY, "too many files arrive at once", NULL);
-    else if (error)
-        request_trouble(r, error, "no file could be made for the body");
-    if (error) return false;
-    r->file_from_ms = uv_now(r->http->options.loop);
-    r->opens = true;
-    return true;
-}
-
-static void refuse_body(struct request *r, int error)
-{
-    if (error == ERR_TIMEOUT)
-        request_problem(r, PROBLEM_OVERDUE,
-                        "the disk takes too long to write it: nothing of the body is kept", NULL);
-    else
-        request_trouble(r, error, "the body could not be kept");
-}
-
-/* What is packed may unpack to anything: nothing here unpacks. */
-static bool check_coding(struct request *r)
-{
-    const char *coding = request_header(r, "Content-Encoding");
-    if (!coding || strcasecmp(coding, "identity") == 0) return true;
-    request_problem(r, PROBLEM_MEDIA_TYPE, "no content coding is taken: send it unpacked", NULL);
-    return false;
-}
-
-/* What changes something is read on the loop, so it must be short; a whole job is read elsewhere.
- */
-static size_t json_limit(const struct request *r)
-{
-    return r->match.id == ROUTE_JOB_SUBMIT ? LIMIT_JOB_BYTES : LIMIT_CHANGE_BYTES;
-}
-
-static bool check_body(struct request *r, const struct body_claim *claim)
-{
-    if (claim->present && !check_coding(r)) return false;
-    switch (route_of(r->match.id)->body) {
-    case BODY_JSON:
-        return check_media_type(r) && check_size(r, claim->size_bytes, json_limit(r));
-    case BODY_FILE:
-        return check_size(r, claim->size_bytes, LIMIT_ASSET_BYTES) && begin_file(r);
-    case BODY_NONE:
-        break;
-    }
-    if (!claim->present) return true;
-    request_problem(r, PROBLEM_MALFORMED, "this request takes no body", NULL);
-    return false;
-}
-
 static bool check(struct request *r, const char *method, const char *version)
 {
     struct body_claim claim;
@@ -319,7 +216,7 @@ static bool check(struct request *r, const char *method, const char *version)
         request_problem(r, PROBLEM_DRAINING, "ask again when it is back", NULL);
         return false;
     }
-    return check_body(r, &claim);
+    return request_body_check(r, &claim);
 }
 
 static enum MHD_Result queue(struct request *r)
@@ -339,63 +236,6 @@ static enum MHD_Result queue(struct request *r)
     return result;
 }
 
-/* Room grows by half: where it must be copied to grow that is a few times a body, not once a read.
- */
-static bool reserve_body(struct request *r, size_t size_bytes)
-{
-    size_t wanted = r->body_room_bytes + r->body_room_bytes / 2;
-    if (size_bytes <= r->body_room_bytes) return true;
-    if (wanted > json_limit(r) + 1) wanted = json_limit(r) + 1;
-    if (wanted < size_bytes) wanted = size_bytes;
-    crowd_make_body_room(r->http, r, wanted - r->body_room_bytes);
-    char *grown = realloc(r->body, wanted);
-    if (!grown) return false;
-    r->http->body_room_bytes += wanted - r->body_room_bytes;
-    r->body = grown;
-    r->body_room_bytes = wanted;
-    return true;
-}
-
-/* Past its cap a body without a stated length can only be cut off. Without memory for it the rest
- * is let pass, so that the answer can be sent. */
-static enum MHD_Result take_json(struct request *r, const char *data, size_t size_bytes)
-{
-    if (r->status) return MHD_NO; /* cut off meanwhile */
-    if (r->body_bytes + size_bytes > json_limit(r)) {
-        r->status = 413;
-        peer_abort(r->peer, 413);
-        return MHD_NO;
-    }
-    if (!reserve_body(r, r->body_bytes + size_bytes + 1)) {
-        r->body_error = ERR_MEMORY;
-        return MHD_YES;
-    }
-    memcpy(r->body + r->body_bytes, data, size_bytes);
-    r->body_bytes += size_bytes;
-    r->body[r->body_bytes] = '\0';
-    return MHD_YES;
-}
-
-/* Where the disk has no time for more the connection sleeps, and what is not taken comes again.
- * After a failed write the rest of the body is let pass, so that the answer can be sent. */
-static enum MHD_Result take_file(struct request *r, const char *data, size_t *size_bytes)
-{
-    const size_t bytes = *size_bytes < UPLOAD_PIECE_BYTES ? *size_bytes : UPLOAD_PIECE_BYTES;
-    if (r->file_bytes + *size_bytes > LIMIT_ASSET_BYTES) {
-        r->status = 413;
-        peer_abort(r->peer, 413);
-        return MHD_NO;
-    }
-    if (!r->response && !upload_take(r->upload, data, bytes)) {
-        sleep_for_disk(r);
-        return MHD_YES;
-    }
-    *size_bytes -= bytes;
-    r->file_bytes += bytes;
-    pace(r);
-    return MHD_YES;
-}
-
 /* What never waits is answered whoever else does. */
 static bool may_wait(enum route_id id)
 {
@@ -412,7 +252,7 @@ static void begin_answer(struct request *r)
     peer_deadline(r->peer, 0);
     const int error = r->upload ? upload_error(r->upload) : r->body_error;
     if (error)
-        refuse_body(r, error);
+        request_body_refuse(r, error);
     else if (may_wait(r->match.id) && !held_has_room(r->http))
         request_problem(r, PROBLEM_BUSY, "too many requests wait for the disk", NULL);
     else
@@ -424,7 +264,7 @@ static enum MHD_Result handle(struct request *r)
 {
     if (r->status && !r->response) return MHD_NO; /* cut off meanwhile */
     if (!r->handled && !r->response && r->upload && !upload_is_written(r->upload)) {
-        sleep_for_disk(r);
+        request_body_sleep(r);
         return MHD_YES;
     }
     if (!r->handled && !r->response) begin_answer(r);
@@ -446,7 +286,7 @@ static enum MHD_Result refuse(struct request *r)
 static enum MHD_Result begin(struct request *r, const char *method, const char *version)
 {
     if (!check(r, method, version)) return refuse(r);
-    if (r->opens) sleep_for_disk(r);
+    if (r->opens) request_body_sleep(r);
     return MHD_YES;
 }
 
@@ -455,7 +295,7 @@ static enum MHD_Result opened(struct request *r)
 {
     const int error = upload_error(r->upload);
     r->opens = false;
-    if (error && !r->response) refuse_body(r, error);
+    if (error && !r->response) request_body_refuse(r, error);
     return r->response ? refuse(r) : MHD_YES;
 }
 
@@ -465,8 +305,5 @@ enum MHD_Result request_step(struct request *r, const char *method, const char *
     if (!r->checked) return begin(r, method, version);
     if (r->opens) return opened(r);
     if (*size_bytes == 0) return handle(r);
-    if (route_of(r->match.id)->body == BODY_FILE) return take_file(r, data, size_bytes);
-    const size_t bytes = *size_bytes;
-    *size_bytes = 0;
-    return take_json(r, data, bytes);
+    return request_body_take(r, data, size_bytes);
 }
