@@ -8,11 +8,6 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-static int32_t number_of(const struct live_job *job, const struct live_frame *frame)
-{
-    return job->prepared->job.first_frame + (int32_t)(frame - job->frames);
-}
-
 bool live_job_has_unopened(const struct live_job *job)
 {
     return job->state == JOB_RUNNING &&
@@ -36,12 +31,6 @@ uint64_t live_job_frame_floats(const struct live_job *job)
     uint64_t layers = (uint64_t)__builtin_popcount(job->prepared->job.layers);
     return (uint64_t)plan->width_px * (uint64_t)plan->height_px *
            (3 * layers + 1 + waiting_floats(plan));
-}
-
-static void frame_event(const struct live_job *job, const struct live_frame *frame)
-{
-    jobs_event((struct live_job *)job, "frame",
-               live_job_frame_json(job->id, number_of(job, frame), frame->state), false);
 }
 
 /* The pixel feed shows one frame of a job at a time: the first that is in work. Between two there
@@ -136,18 +125,12 @@ void live_job_unshelve_frames(struct live_job *job)
     for (uint32_t i = 0; i < job->frame_count; i++) unshelve(job, &job->frames[i]);
 }
 
-static void release_pictures(const struct jobs *jobs, const struct digest *exr,
-                             const struct digest *png)
-{
-    objects_release(jobs->options.objects, exr);
-    objects_release(jobs->options.objects, png);
-}
-
 void live_job_free_frames(struct live_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct live_frame *frame = &job->frames[i];
-        if (frame->again == AGAIN_RECORD) release_pictures(job->jobs, &frame->exr, &frame->png);
+        if (frame->again == AGAIN_RECORD)
+            live_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
         free(frame->shelved);
     }
     free(job->frames);
@@ -297,49 +280,6 @@ static void on_unstored(void *ctx, struct frame *work, const struct fault *fault
     live_job_store_again(job, frame, fault);
 }
 
-/* A commit of one frame is on its way. */
-struct recording {
-    struct live_job *job;
-    unsigned run; /* of the job: another one has other frames */
-    struct live_frame *frame;
-    struct digest exr, png; /* held until they are on record, or never will be */
-};
-
-static void on_recorded(void *ctx, int error)
-{
-    struct recording *recording = ctx;
-    struct live_job *job = recording->job;
-    struct live_frame *frame = recording->frame;
-    const bool is_past = recording->run != job->runs;
-    const bool is_over =
-        job->gone || job->jobs->stopping || job_state_is_final(job->state) || is_past;
-    if (is_over || !error) release_pictures(job->jobs, &recording->exr, &recording->png);
-    free(recording);
-    job->holds--;
-    if (job->gone) {
-        live_job_release(job);
-        return;
-    }
-    if (is_over) return;
-    if (error) {
-        live_job_record_again(job, frame);
-        return;
-    }
-    job->pauses = job->tries = 0;
-    frame_state_go(&frame->state, FRAME_FINISHED);
-    job->frames_opened--;
-    job->frames_finished++;
-    job->revision++;
-    if (job->jobs->options.spools)
-        spools_remove(job->jobs->options.spools, job->id, number_of(job, frame));
-    frame_event(job, frame);
-    if (job->frames_finished == job->frame_count)
-        live_job_finish(job);
-    else
-        jobs_progress_soon(job->jobs, job);
-    jobs_advance_soon(job->jobs);
-}
-
 /* What a frame came to have beyond its plan, and what it warns of. */
 static void note_end(struct live_job *job, const struct frame *work)
 {
@@ -349,27 +289,6 @@ static void note_end(struct live_job *job, const struct frame *work)
     live_job_log(job, "warning", "frame %d: %s", frame_number(work), frame_warning(work));
     if (json_array_size(warnings) < LIMIT_WARNINGS)
         json_array_append_new(warnings, json_string(frame_warning(work)));
-}
-
-/* With what it cost: a job that is killed before it has ended would have lost that. */
-void live_job_record_frame(struct live_job *job, struct live_frame *frame)
-{
-    struct recording *recording = malloc(sizeof *recording);
-    char *report = recording ? live_job_kept_report(job) : NULL;
-    if (!report) {
-        free(recording);
-        live_job_record_again(job, frame);
-        return;
-    }
-    *recording = (struct recording){
-        .job = job, .run = job->runs, .frame = frame, .exr = frame->exr, .png = frame->png};
-    struct frame_row row = {.number = number_of(job, frame),
-                            .state = frame_state_name(FRAME_FINISHED),
-                            .exr = frame->exr,
-                            .png = frame->png};
-    job->holds++;
-    job_store_update_frame(job->jobs->options.store, job->id, &row, report, on_recorded, recording);
-    free(report);
 }
 
 static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
@@ -382,7 +301,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     frame->png = *png;
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
     note_end(job, work);
-    live_job_log(job, "frame", "frame %d is drawn and encoded", number_of(job, frame));
+    live_job_log(job, "frame", "frame %d is drawn and encoded", live_frame_number(job, frame));
     close_work(job, frame);
     live_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
@@ -394,10 +313,10 @@ static int start_work(struct live_job *job, struct live_frame *frame)
     const struct job *document = &job->prepared->job;
     struct plan plan = job->view ? *live_view_plan(job) : job->prepared->plan;
     const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
-    plan.pattern.frame = (uint32_t)number_of(job, frame);
+    plan.pattern.frame = (uint32_t)live_frame_number(job, frame);
     struct frame_options options = {
         .id = ++jobs->next_frame_id,
-        .number = number_of(job, frame),
+        .number = live_frame_number(job, frame),
         .layers = document->layers,
         .metadata = {.job = job->fingerprint,
                      .build = build_id(),
@@ -405,7 +324,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                      .spp = plan.paths.spp > 0 ? plan.paths.spp
                             : u > 0            ? u * u
                                                : l * l,
-                     .frame = number_of(job, frame),
+                     .frame = live_frame_number(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,
         .team = jobs->options.team,
@@ -442,7 +361,7 @@ void live_job_open_frame(struct live_job *job)
     int error = start_work(job, frame);
     if (error) {
         struct fault fault;
-        fault_set(&fault, error, "/image", "no memory for frame %d", number_of(job, frame));
+        fault_set(&fault, error, "/image", "no memory for frame %d", live_frame_number(job, frame));
         live_job_fail_or_begin_again(job, &fault);
         return;
     }
@@ -451,13 +370,13 @@ void live_job_open_frame(struct live_job *job)
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);
-    live_job_log(job, "frame", "frame %d is begun", number_of(job, frame));
+    live_job_log(job, "frame", "frame %d is begun", live_frame_number(job, frame));
     if (job->trace_started_us == 0) {
         job->trace_started_us = jobs_clock_us();
         job->trace_started_fraction = live_job_fraction(job);
     }
     if (!job->shown && !job->view) show(job, frame);
     job->revision++;
-    frame_event(job, frame);
+    live_frame_tell(job, frame);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }

@@ -112,9 +112,15 @@ void live_job_store_again(struct live_job *job, struct live_frame *frame,
 void live_job_record_again(struct live_job *job, struct live_frame *frame);
 void live_job_end_again(struct live_job *job);
 /* Sends to the store what is to be recorded: that a job has ended; that a frame's files are there
- * (live_frames.c). */
+ * (live_record.c). */
 void live_job_record_end(struct live_job *job);
 void live_job_record_frame(struct live_job *job, struct live_frame *frame);
+/* Its files are on record, or never will be: nothing of the frame's holds them any more. */
+void live_frame_release_pictures(const struct jobs *jobs, const struct digest *exr,
+                                 const struct digest *png);
+int32_t live_frame_number(const struct live_job *job, const struct live_frame *frame);
+/* Tells the streams of its state. */
+void live_frame_tell(const struct live_job *job, const struct live_frame *frame);
 
 /* live_log.c: a line in its log, with the time. */
 void live_job_log(struct live_job *job, const char *what, const char *format, ...)
