@@ -16,8 +16,9 @@
 int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **out,
               struct fault *fault);
 
-/* Reads what another program wrote: any value, of any size, no duplicates. The caller owns *out,
- * NULL with an error. ERR_SYNTAX, ERR_RANGE, ERR_MEMORY, as of json_read. */
+/* Reads what another program wrote: any value, of any size, by jansson's own rules (nested 2048
+ * deep at most, no \u0000) and without duplicates. The caller owns *out, NULL with an error.
+ * ERR_SYNTAX, ERR_RANGE, ERR_MEMORY, as of json_read. */
 int json_read_foreign(const char *text, size_t size_bytes, json_t **out);
 
 /* The text of a value, to be freed; NULL of NULL and without memory, also if some was missing since

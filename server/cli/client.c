@@ -151,7 +151,7 @@ static int code_of_status(long status)
 static int refused(long status, const struct answer *a, struct fault *fault)
 {
     json_t *problem = NULL;
-    if (a->data) json_read_foreign(a->data, a->size_bytes, &problem);
+    if (a->data) (void)json_read_foreign(a->data, a->size_bytes, &problem);
     const char *detail = json_string_value(json_object_get(problem, "detail"));
     const char *title = json_string_value(json_object_get(problem, "title"));
     const char *pointer = json_string_value(json_object_get(problem, "pointer"));
@@ -270,7 +270,9 @@ static int parse_answer(const struct answer *a, json_t **out, struct fault *faul
     const int error = json_read_foreign(a->data, a->size_bytes, out);
     if (!error) return 0;
     return fault_set(fault, error, "", "the server's answer %s",
-                     error == ERR_MEMORY ? "does not fit in memory" : "is not JSON");
+                     error == ERR_MEMORY   ? "does not fit in memory"
+                     : error == ERR_SYNTAX ? "is not JSON"
+                                           : "has a number that is too large");
 }
 
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,
@@ -399,6 +401,9 @@ int client_events(struct client *c, const char *job, client_event event, void *c
         if (parser.events > before) tries = -1;
         if (!parser.stopped) nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
     }
+    if (parser.error)
+        error = fault_set(fault, parser.error, "", "events of job %s: %s", job,
+                          error_text(parser.error));
     if (parser.stopped) error = 0;
     event_parser_fini(&parser);
     return error;

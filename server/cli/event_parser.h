@@ -6,7 +6,8 @@
 #include <stdint.h>
 
 struct event_parser {
-    bool (*event)(void *ctx, const char *name, const json_t *data); /* false: stop */
+    /* false: stop. data is NULL where it is no JSON. */
+    bool (*event)(void *ctx, const char *name, const json_t *data);
     void *ctx;
     char *line; /* owned; the unfinished line */
     size_t line_bytes, line_capacity;
@@ -16,6 +17,7 @@ struct event_parser {
     char last_id[40];      /* of the last whole one */
     uint64_t events;
     bool stopped; /* by the callback */
+    int error;    /* of what was fed last: ERR_MEMORY, ERR_LIMIT; the event has not been seen */
 };
 
 void event_parser_init(struct event_parser *p,
@@ -25,5 +27,5 @@ void event_parser_fini(struct event_parser *p);
 /* A new connection: forgets the unfinished event, keeps the last id. */
 void event_parser_restart(struct event_parser *p);
 
-/* False when it was stopped, memory is exhausted or an event is above 16 MiB. */
+/* False when it was stopped, and with an error: memory is exhausted or an event is above 16 MiB. */
 bool event_parser_feed(struct event_parser *p, const char *bytes, size_t size_bytes);

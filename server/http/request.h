@@ -86,9 +86,6 @@ void request_fault(struct request *r, const struct fault *fault);
 void request_hold(struct request *r);
 bool request_back(struct request *r);
 
-/* Wakes one that waits for the disk to take more of its body. */
-void request_go_on(struct request *r);
-
 const char *request_header(const struct request *r, const char *name);
 bool request_is_head(const struct request *r);
 /* Is the parameter there as "1" or "true"? False and a problem is sent for other values than these

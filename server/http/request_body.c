@@ -6,6 +6,7 @@
 #include <strings.h>
 
 #include "server/http/crowd.h"
+#include "server/http/guard.h"
 
 static bool check_media_type(struct request *r)
 {
@@ -43,7 +44,7 @@ void request_body_sleep(struct request *r)
     MHD_suspend_connection(r->connection);
 }
 
-void request_go_on(struct request *r)
+void request_body_wake(struct request *r)
 {
     if (!r->suspended || r->response) return;
     r->suspended = false;

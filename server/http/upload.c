@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/http/request.h"
+#include "server/http/request_body.h"
 
 struct upload {
     uv_work_t work;
@@ -91,7 +92,7 @@ static void wake(struct upload *u)
     if (!u->wanted) return;
     u->wanted = false;
     u->waited_ms += uv_now(u->http->options.loop) - u->wanted_ms;
-    request_go_on(u->request);
+    request_body_wake(u->request);
 }
 
 static void done(uv_work_t *work, int status)

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "server/store/job_database.h"
+
 /* Requests that one commit makes durable together: bounds how long an early one waits. */
 #define BATCH_REQUESTS 256
 
@@ -69,8 +71,8 @@ static void run_batch(struct team_task *task)
 
 static void count_commit(struct job_batches *b)
 {
-    if (b->commit_us) duration_histogram_add(&b->totals.commits, b->commit_us);
-    b->totals.failures += b->commit_failed;
+    if (b->commit_us) duration_histogram_add(&b->commits, b->commit_us);
+    b->failures += b->commit_failed;
 }
 
 /* Takes the oldest requests, at most a batch of them, off the queue. */
@@ -80,7 +82,7 @@ static struct job_request *take_batch(struct job_batches *b)
     int count = 1;
     for (; end && end->next && count < BATCH_REQUESTS; count++) end = end->next;
     if (!end) return NULL;
-    b->totals.waiting -= (uint64_t)count;
+    b->waiting -= (uint64_t)count;
     b->first = end->next;
     if (!b->first) b->last = NULL;
     end->next = NULL;
@@ -140,7 +142,7 @@ static void enqueue(struct job_batches *b, struct job_request *r)
     else
         b->first = r;
     b->last = r;
-    b->totals.waiting++;
+    b->waiting++;
     start_batch(b);
 }
 

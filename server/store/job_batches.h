@@ -2,8 +2,8 @@
 /* Requests to the job store in groups: all changes of a group are one commit, and while one is
  * being committed the next gathers. A group at a time is with the store's thread, which alone uses
  * the database then. Functions are for the loop's thread. */
+#include "server/metric/duration_histogram.h"
 #include "server/store/job_request.h"
-#include "server/store/job_store.h"
 #include "server/team/team.h"
 
 /* A request was performed; its answer follows. */
@@ -18,7 +18,9 @@ struct job_batches {
     struct job_request *batch;        /* in work */
     uint64_t commit_us;               /* of that: how long its commit took; 0: it changes nothing */
     bool commit_failed;
-    struct job_store_totals totals;
+    struct duration_histogram commits; /* groups of changes, until they were durable or failed */
+    uint64_t failures;                 /* of these */
+    uint64_t waiting;                  /* requests now, but for those in work */
     job_batches_performed performed;
     void *ctx;
 };

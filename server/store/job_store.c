@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "server/store/job_batches.h"
+#include "server/store/job_request.h"
 #include "server/store/removal_timer.h"
 
 struct job_store {
@@ -31,7 +32,9 @@ static void on_performed(void *ctx, const struct job_request *r)
 
 void job_store_totals(const struct job_store *s, struct job_store_totals *out)
 {
-    *out = s->batches.totals;
+    const struct job_batches *b = &s->batches;
+    *out = (struct job_store_totals){
+        .commits = b->commits, .failures = b->failures, .waiting = b->waiting};
 }
 
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,

@@ -6,8 +6,10 @@
 
 #include <cmocka.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "proto/error.h"
 #include "server/cli/event_parser.h"
 #include "tests/unit/proto/json_memory.h"
 
@@ -65,22 +67,64 @@ static void test_stop(void **state)
     event_parser_fini(&parser);
 }
 
+static bool feed(struct event_parser *parser, const char *text)
+{
+    return event_parser_feed(parser, text, strlen(text));
+}
+
+/* What has not been seen whole is asked for again. */
 static void test_restart_forgets_the_unfinished(void **state)
 {
     (void)state;
     struct seen seen = {0};
     struct event_parser parser;
     event_parser_init(&parser, note, &seen);
-    assert_true(event_parser_feed(&parser, "id: 2\ndata: 1\n\n", 16));
-    assert_true(event_parser_feed(&parser, "id: 3\nevent: state\ndata: {\"a\"", 28));
-    assert_string_equal(parser.last_id, "2"); /* what has been seen whole */
+    assert_true(feed(&parser, "id: 2\ndata: 1\n\n"));
+    assert_true(feed(&parser, "id: 3\nevent: state\ndata: {\"a\""));
+    assert_string_equal(parser.last_id, "2");
     event_parser_restart(&parser);
-    assert_true(event_parser_feed(&parser, "data: 2\n\n", 9));
+    assert_true(feed(&parser, "data: 2\n\n"));
     assert_string_equal(seen.text, "message=1;message=2;");
     assert_string_equal(parser.last_id, "2");
-    assert_true(event_parser_feed(&parser, "id: 4\n\n", 7)); /* without data, seen as well */
+    assert_true(feed(&parser, "id: 4\n\n")); /* without data, seen as well */
     assert_string_equal(parser.last_id, "4");
     event_parser_fini(&parser);
+}
+
+static void test_no_json_is_no_data(void **state)
+{
+    (void)state;
+    struct seen seen = {0};
+    struct event_parser parser;
+    event_parser_init(&parser, note, &seen);
+    assert_true(feed(&parser, "id: 1\ndata: {\"a\":1,\"a\":2}\n\ndata: {\n\n"));
+    assert_string_equal(seen.text, "message=none;message=none;");
+    assert_int_equal(parser.error, 0);
+    assert_string_equal(parser.last_id, "1");
+    event_parser_fini(&parser);
+}
+
+/* 16 MiB in one event, of lines that are each within it. */
+static void test_an_event_is_not_endless(void **state)
+{
+    (void)state;
+    enum { LINE = 1 << 20 };
+    int seen = 0;
+    struct event_parser parser;
+    char *line = malloc(LINE + 1);
+    memset(line, '7', LINE);
+    memcpy(line, "data:", 5);
+    line[LINE - 1] = '\n';
+    line[LINE] = '\0';
+    event_parser_init(&parser, NULL, &seen);
+    int lines = 0;
+    while (lines < 20 && feed(&parser, line)) lines++;
+    assert_int_equal(lines, 16);
+    assert_int_equal(parser.error, ERR_LIMIT);
+    event_parser_restart(&parser);
+    assert_int_equal(parser.error, 0);
+    event_parser_fini(&parser);
+    free(line);
 }
 
 static bool count(void *ctx, const char *name, const json_t *data)
@@ -109,6 +153,7 @@ static void test_no_event_without_its_data(void **state)
         until_failure = 0;
         assert_int_equal(seen, fed);
         assert_string_equal(parser.last_id, fed ? "5" : "");
+        assert_int_equal(parser.error, fed ? 0 : ERR_MEMORY);
         assert_false(parser.stopped);
         event_parser_fini(&parser);
     } while (!fed);
@@ -121,6 +166,8 @@ int main(void)
         cmocka_unit_test(test_any_pieces),
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_restart_forgets_the_unfinished),
+        cmocka_unit_test(test_no_json_is_no_data),
+        cmocka_unit_test(test_an_event_is_not_endless),
         cmocka_unit_test(test_no_event_without_its_data),
     };
     return cmocka_run_group_tests(tests, fail_when_told, fail_no_more);
