@@ -246,6 +246,10 @@ $(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
 $(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
+comma := ,
+# Tests from which memory is taken away (tests/unit/server/lean_memory.h).
+lean := $(addprefix $(B)/tests/unit/server/test_,imports spools)
+$(lean): private CFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup)
 $(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(B)/libimport.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(import_libs)

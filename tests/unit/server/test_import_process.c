@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "server/job/import_process.h"
+#include "tests/unit/server/import_case.h"
 
 struct bench {
     uv_loop_t loop;
@@ -27,15 +28,6 @@ struct bench {
     uint64_t cpu_us;
 };
 
-static void put(struct bench *b, const char *text, struct digest *out)
-{
-    struct object_writer *writer = NULL;
-    bool existed;
-    assert_int_equal(object_writer_begin(&b->objects, &writer), 0);
-    assert_int_equal(object_writer_append(writer, text, strlen(text)), 0);
-    assert_int_equal(object_writer_finish(&writer, NULL, out, &existed), 0);
-}
-
 static int set_up(void **state)
 {
     struct bench *b = calloc(1, sizeof *b);
@@ -44,13 +36,13 @@ static int set_up(void **state)
     if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
         team_create(&b->loop, "test", 2, &b->team))
         return -1;
-    put(b, "{\"asset\": 1}", &b->scene.scene);
+    import_case_put(&b->objects, "{\"asset\": 1}", &b->scene.scene);
     b->scene.files = calloc(2, sizeof *b->scene.files);
     b->scene.file_count = 2;
     b->scene.files[0].path = strdup("textures/wood.png");
     b->scene.files[1].path = strdup("mesh.bin");
-    put(b, "wood", &b->scene.files[0].asset);
-    put(b, "mesh", &b->scene.files[1].asset);
+    import_case_put(&b->objects, "wood", &b->scene.files[0].asset);
+    import_case_put(&b->objects, "mesh", &b->scene.files[1].asset);
     return 0;
 }
 
@@ -83,15 +75,10 @@ static void on_done(void *ctx, const struct fault *fault, const struct digest *b
     b->cpu_us = cpu_us;
 }
 
-/* Called with --root ROOT --in NAME --out BLOB. */
 static void begin(struct bench *b, const char *script, uint64_t limit_ms)
 {
     snprintf(b->program, sizeof b->program, "%s/importer", b->dir);
-    FILE *f = fopen(b->program, "w");
-    assert_non_null(f);
-    fprintf(f, "#!/bin/sh\nroot=$2 name=$4 blob=$6\n%s\n", script);
-    fclose(f);
-    assert_int_equal(chmod(b->program, 0700), 0);
+    import_case_write(b->program, script);
     struct import_options options = {.loop = &b->loop,
                                      .team = b->team,
                                      .objects = &b->objects,
