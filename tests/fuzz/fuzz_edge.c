@@ -325,15 +325,26 @@ static void send_input(const uint8_t *data, size_t size_bytes)
     }
 }
 
+static size_t bytes_received(void)
+{
+    size_t sum = 0;
+    for (int i = 0; i < client_count; i++) sum += clients[i].text_bytes;
+    return sum;
+}
+
 /* Nobody sends any more, and streams are told to end: what was asked is answered. A connection
  * whose client has only said that it will send no more may wait for its deadline; here it is broken
  * off. */
 static void await_answers(void)
 {
+    size_t before_bytes;
     for (int i = 0; i < client_count; i++) finish_sending(&clients[i]);
     settle();
-    streams_end_all(edge.streams);
-    settle();
+    do { /* behind a stream that ends another one may begin, which was asked for meanwhile */
+        before_bytes = bytes_received();
+        streams_end_all(edge.streams);
+        settle();
+    } while (bytes_received() != before_bytes);
 }
 
 /* -- what must hold -- */
