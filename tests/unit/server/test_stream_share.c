@@ -6,13 +6,17 @@ enum { MANY = 20, PER_S = 40000, DEAR_US = 500 };
 static const struct streams_limits limits = {.cpu_us_per_s = PER_S, .stuck_ms = UINT64_MAX};
 
 static volatile unsigned burnt;
+static uint64_t
+    dearer_us; /* what sending took beyond that: a machine whose neighbours take of it */
 
 /* The time of the thread goes to who was asked for bytes last, as MHD's sending does. */
 static void send_it(struct streams *streams, enum meter_kind kind)
 {
-    for (const uint64_t end = meter_us(&streams->meter, kind) + DEAR_US;
-         meter_us(&streams->meter, kind) < end;)
+    const uint64_t end_us = meter_us(&streams->meter, kind) + DEAR_US;
+    uint64_t now_us;
+    while ((now_us = meter_us(&streams->meter, kind)) < end_us)
         for (int i = 0; i < 200; i++) burnt++;
+    dearer_us += now_us - end_us;
 }
 
 /* Reads what is due to those who are awake; how many of them got something. */
@@ -63,10 +67,12 @@ static void tell(struct streams *streams, const char *name)
     json_decref(data);
 }
 
-/* What they may take since then; a round more may have begun. */
+/* What they may take since then; a round more may have begun, and nobody foresees what was dearer.
+ */
 static uint64_t allowed_us(uint64_t begun_us, uint64_t per_s)
 {
-    return per_s / 4 + per_s * (streams_clock_us() - begun_us) / 1000000u + MANY * DEAR_US;
+    return per_s / 4 + per_s * (streams_clock_us() - begun_us) / 1000000u + MANY * DEAR_US +
+           dearer_us;
 }
 
 static void progress_waits_and_news_do_not(void **state)
@@ -75,6 +81,7 @@ static void progress_waits_and_news_do_not(void **state)
     struct crowd c;
     struct streams_totals totals;
     crowd_open(&c);
+    dearer_us = 0;
     for (int i = 0; i < MANY; i++)
         c.feed[i] = stream_events_response(c.streams, job, NULL, 0, json_object(), false);
     assert_int_equal(read_awake(c.streams, METER_EVENTS, c.feed), MANY);
@@ -128,6 +135,7 @@ static void feeds_share_the_time_and_get_all(void **state)
     read_awake(c.streams, METER_PIXELS, c.feed); /* its size */
     streams_totals(c.streams, &totals);
     const uint64_t before_us = totals.pixels_cpu_us, begun_us = streams_clock_us();
+    dearer_us = 0;
     while (streams_clock_us() - begun_us < 3000000) {
         stream_pixels(c.streams, job, everything);
         for (int i = 0; i < MANY; i++) got[i] += blocks_for(&c, i);
@@ -180,6 +188,7 @@ static void turns_begin_with_what_is_due(void **state)
     struct crowd c;
     char bytes[PIXELS_MESSAGE_BYTES];
     crowd_open(&c);
+    dearer_us = 0;
     for (int i = 0; i < MANY; i++)
         c.feed[i] = stream_events_response(c.streams, job, NULL, 0, json_object(), false);
     read_awake(c.streams, METER_EVENTS, c.feed);
@@ -187,12 +196,12 @@ static void turns_begin_with_what_is_due(void **state)
     /* They are awake: but others' handshakes may come before them. */
     tell(c.streams, "state");
     assert_false(((const struct reader *)c.feed[0]->ctx)->suspended);
-    assert_true(paid_us(c.streams) < 1000);
+    assert_true(paid_us(c.streams) < 10000); /* of 20000 */
     /* What one of them has given is sent on their time, once. */
     assert_true(c.feed[0]->read(c.feed[0]->ctx, 0, bytes, sizeof bytes) > 0);
     streams_meter_ran(c.streams);
     assert_in_range(paid_us(c.streams), 20000, 100000);
-    assert_true(paid_us(c.streams) < 1000);
+    assert_true(paid_us(c.streams) < 10000); /* of 20000 */
     crowd_close(&c);
 }
 
