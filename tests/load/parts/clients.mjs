@@ -48,7 +48,9 @@ export const cpu_s = (pid) => {
 // they were kept waiting for a CPU.
 export const threads_s = (pid) => {
     const sum = { first_s: 0, others_s: 0, waited_s: 0, first_waited_s: 0 };
-    for (const thread of readdirSync(`/proc/${pid}/task`)) {
+    let threads = [];
+    try { threads = readdirSync(`/proc/${pid}/task`); } catch { /* it has ended: an importer, say */ }
+    for (const thread of threads) {
         let text;
         try { text = readFileSync(`/proc/${pid}/task/${thread}/schedstat`, "latin1"); } catch { continue; /* it has ended */ }
         const [ran_ns, waited_ns] = text.split(" ").map(Number), first = Number(thread) === pid;
