@@ -275,8 +275,9 @@ void job_store_look_at_removals(struct job_store *s)
 /* On a disk that fails the round is left, and comes again. */
 static void on_passed(void *ctx, int error, const struct removal_pass *pass)
 {
+    static const struct removal_pass left = {.left = 1};
     struct job_store *store = ctx;
-    store->pass = error ? (struct removal_pass){.left = 1} : *pass;
+    store->pass = error ? left : *pass;
     removal_timer_over(&store->removals, &store->pass);
 }
 
