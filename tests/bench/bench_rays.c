@@ -1,6 +1,8 @@
 /* Rays per second of the worker's sample loop beside bare Embree.
  *
- *     bench_rays BLOB [THREADS]
+ *     bench_rays BLOB [THREADS [TURNS]]
+ *
+ * With TURNS it traces the frame below so often and does nothing else, for a profiler.
  *
  * Records the camera and shadow rays of a 720 x 720 frame at 9 samples a pixel without bounces,
  * replays them through nothing but Embree calls, and traces the same frame with tile_trace.
@@ -185,7 +187,9 @@ int main(int argc, char **argv)
     struct render_scene *scene;
     struct plan plan;
     long threads = argc > 2 ? strtol(argv[2], NULL, 10) : 1;
-    if (argc < 2 || threads < 1 || threads > THREADS_MAX) fail("usage: bench_rays BLOB [THREADS]");
+    const long turns = argc > 3 ? strtol(argv[3], NULL, 10) : 0;
+    if (argc < 2 || threads < 1 || threads > THREADS_MAX || turns < 0)
+        fail("usage: bench_rays BLOB [THREADS [TURNS]]");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
     if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     plan_init(&blob, &plan);
@@ -199,9 +203,12 @@ int main(int argc, char **argv)
     }
     const char *slash = strrchr(argv[1], '/');
     const char *name = slash ? slash + 1 : argv[1];
-    bench_against_bare(name, shares, (uint32_t)threads);
-    plan_add_all(&plan);
-    bench_all_effects(name, shares, (uint32_t)threads);
+    for (long i = 0; i < turns; i++) run_all(shares, (uint32_t)threads, false);
+    if (turns == 0) {
+        bench_against_bare(name, shares, (uint32_t)threads);
+        plan_add_all(&plan);
+        bench_all_effects(name, shares, (uint32_t)threads);
+    }
     for (uint32_t i = 0; i < (uint32_t)threads; i++) {
         for (int k = 0; k < QUERY_KIND_COUNT; k++) free(shares[i].recorder.kinds[k].rays);
         free(shares[i].chunk);

@@ -297,7 +297,8 @@ static void without_memory_on_the_way_who_asked_is_told(void **state)
         ask(b, &answer);
         settle(b);
         expect_blob(b, &answer);
-        b->scene.files[0].path[0] = (char)('a' + k % 26); /* another scene: nobody remembers it */
+        b->scene.files[0].path[0] = (char)('A' + k / 26); /* another scene: nobody remembers it */
+        b->scene.files[0].path[1] = (char)('A' + k % 26);
     } while (came);
     assert_in_range(k, 4, 100);
     assert_in_range(failed, 1, k);
