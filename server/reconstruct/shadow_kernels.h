@@ -55,10 +55,23 @@ struct shadow_target {
 };
 _Static_assert(sizeof(struct shadow_target) == 64, "one cache line");
 
+/* Numbers of a source, in its order. */
+enum shadow_number {
+    SHADOW_POINT = 0,
+    SHADOW_NORMAL = 3,
+    SHADOW_U = 6,
+    SHADOW_ETA = 8,
+    SHADOW_SPREAD = 9,
+    SHADOW_SLOT = 10,  /* an integer's bits */
+    SHADOW_PHASE = 11, /* likewise */
+    SHADOW_NUMBERS = 12,
+};
+
 struct shadow_field {
     int32_t width, height;
     const struct shadow_source *sources; /* width * height, row by row */
     const struct shadow_target *targets; /* likewise */
+    const float *planes[SHADOW_NUMBERS]; /* the sources' numbers, an array each; for walks alone */
     uint32_t strata;                     /* l */
     uint32_t scale;                      /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
     uint32_t window;                     /* r rounded up to a multiple of 8 */
@@ -140,6 +153,10 @@ struct shadow_kernels {
     void (*shear_receivers)(const struct wedge_shear *shear, const uint32_t *pixels, uint32_t count,
                             const float *most, const float *least, struct shadow_source *sources,
                             struct shadow_target *targets);
+
+    /* Numbers of `count` sources, an array each. */
+    void (*line_up)(const struct shadow_source *sources, size_t count,
+                    float *const planes[SHADOW_NUMBERS]);
 
     /* Sets marks[q] to 1 for all pixels q that the walks of `count` pixels along an axis reach. */
     void (*mark_walks)(const struct shadow_field *field, uint32_t axis, const uint32_t *pixels,

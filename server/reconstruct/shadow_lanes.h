@@ -14,18 +14,6 @@
 #define SHADOW_PADDED                                                                              \
     ((SHADOW_TAPS + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES) /* lanes of all taps */
 
-/* In the order of struct shadow_source. */
-enum shadow_number {
-    SHADOW_POINT = 0,
-    SHADOW_NORMAL = 3,
-    SHADOW_U = 6,
-    SHADOW_ETA = 8,
-    SHADOW_SPREAD = 9,
-    SHADOW_SLOT = 10,
-    SHADOW_PHASE = 11,
-    SHADOW_NUMBERS = 12,
-};
-
 /* Four sums side by side; they start on 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
@@ -140,4 +128,17 @@ static inline void lanes_look_up(const float table[8], const int32_t *index, int
 #else
     for (int i = 0; i < count; i++) out[i] = table[index[i]];
 #endif
+}
+
+static void kernel_line_up(const struct shadow_source *sources, size_t count,
+                           float *const planes[SHADOW_NUMBERS])
+{
+    struct shadow_lanes lanes;
+    for (size_t first = 0; first < count; first += SHADOW_LANES) {
+        const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+        for (size_t i = 0; i < SHADOW_LANES; i++) lanes.to[i] = (int32_t)(i < n ? i : n - 1);
+        lanes_fetch(sources + first, SHADOW_LANES, SHADOW_NUMBERS, &lanes);
+        for (size_t k = 0; k < SHADOW_NUMBERS; k++)
+            memcpy(planes[k] + first, lanes.number[k], n * sizeof *planes[k]);
+    }
 }

@@ -21,6 +21,7 @@ struct sheared {
     uint32_t *order;        /* pixels by slot: those with rows first */
     uint32_t rows, columns; /* slots with rows; slots in all */
     float *cells;           /* 4 r a pixel of a batch */
+    float *planes;          /* the field's */
 };
 
 /* Adds the lit pixels that walks along axis 1 reach, or those that only walks along axis 0 do. */
@@ -61,6 +62,19 @@ static int create_sums(struct sheared *s)
     return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
 }
 
+/* The sources as they are now, an array a number. */
+static int line_up(struct sheared *s)
+{
+    const size_t area = (size_t)s->field.width * (size_t)s->field.height;
+    float *planes[SHADOW_NUMBERS];
+    s->planes = scratch_take(s->patch->scratch, SHADOW_NUMBERS * area * sizeof *s->planes);
+    if (!s->planes) return ERR_MEMORY;
+    for (size_t k = 0; k < SHADOW_NUMBERS; k++)
+        s->field.planes[k] = planes[k] = s->planes + k * area;
+    s->kernels->line_up(s->field.sources, area, planes);
+    return 0;
+}
+
 static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32_t count,
                          int32_t *x, int32_t *y)
 {
@@ -88,11 +102,15 @@ static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
     s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
 }
 
-static void run_passes(struct sheared *s, const uint32_t *pixels, uint32_t count, float *seen)
+static void project_all(struct sheared *s)
 {
-    float sums[2 * BATCH];
     for (uint32_t k = 0; k < s->columns; k += BATCH)
         run_columns(s, k, s->columns - k < BATCH ? s->columns - k : BATCH);
+}
+
+static void run_walks(struct sheared *s, const uint32_t *pixels, uint32_t count, float *seen)
+{
+    float sums[2 * BATCH];
     for (uint32_t k = 0; k < s->rows; k += BATCH) {
         const uint32_t n = s->rows - k < BATCH ? s->rows - k : BATCH;
         s->kernels->walk_columns(&s->field, s->order + k, n, s->cells);
@@ -148,8 +166,11 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     if (!error) memset(needs, 0, 2 * area);
     if (!error) find_slots(&s, pixels, count);
     if (!error) error = create_sums(&s);
-    if (!error) run_passes(&s, pixels, count, seen);
+    if (!error) project_all(&s);
+    if (!error) error = line_up(&s);
+    if (!error) run_walks(&s, pixels, count, seen);
     free(s.cells);
+    scratch_give(patch->scratch, s.planes);
     scratch_give(patch->scratch, s.field.rows);
     scratch_give(patch->scratch, s.field.columns);
     scratch_give(patch->scratch, s.order);

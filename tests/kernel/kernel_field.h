@@ -44,6 +44,7 @@ struct kernel_field {
     struct plan plan;
     struct receiver_light light;
     float *planes[FIELD_PLANES];
+    float *lined[SHADOW_NUMBERS]; /* the field's planes */
     int32_t *reach;
     uint32_t *bits;
     uint32_t *pixels, count; /* those that have room to walk and are lit */
@@ -306,6 +307,9 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
         field_target(&r, wild, &out->targets[i]);
         if (s->slot >= 0) out->pixels[1 + out->count++] = (uint32_t)i;
     }
+    for (int k = 0; k < SHADOW_NUMBERS; k++)
+        f->planes[k] = out->lined[k] = field_memory(area * sizeof *out->lined[k]);
+    shadow_kernels_c.line_up(out->sources, area, out->lined);
     field_light(seed, out);
     field_tables(&r, out);
     field_inputs(&r, wild, out);
@@ -343,6 +347,7 @@ static inline void field_fini(struct kernel_field *k)
                          k->normal[2]};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
     for (int i = 0; i < FIELD_PLANES; i++) free(k->planes[i]);
+    for (int i = 0; i < SHADOW_NUMBERS; i++) free(k->lined[i]);
 }
 
 #define FIELD_RECEIVER 27 /* numbers of a source and its target */
