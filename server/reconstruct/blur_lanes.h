@@ -1,5 +1,5 @@
 #pragma once
-/* shadow_kernels' blur and sum_slopes. */
+/* shadow_kernels' blur. */
 #include <stddef.h>
 #include <string.h>
 
@@ -52,52 +52,5 @@ static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first,
         else
             memcpy(group, f->seen + first + i, n * sizeof *group);
         memcpy(out + i, group, n * sizeof *group);
-    }
-}
-
-#define SLOPES_SIDE  5
-#define SLOPES_LANES 32 /* SLOPES_SIDE squared, filled up to whole lanes */
-
-/* Those of the pixels around that have values (not below 0), from the top left: their offsets into
- * q->to, filled up to whole lanes. Returns how many. */
-static inline size_t slopes_take(const int32_t around[SLOPES_LANES], const float *a,
-                                 struct shadow_lanes *q)
-{
-    _Alignas(64) int32_t full[SLOPES_LANES] = {0};
-    int32_t kept[SLOPES_LANES];
-    for (int32_t i = 0; i < SLOPES_SIDE * SLOPES_SIDE; i++) full[i] = !(a[around[i]] < 0.0f);
-    const size_t count = lanes_kept(full, SLOPES_LANES, kept);
-    for (size_t i = 0; i < count; i++) q->to[i] = around[kept[i]];
-    for (size_t i = count; i % SHADOW_LANES != 0; i++) q->to[i] = 0;
-    return count;
-}
-
-static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
-                              const float *a, const float *b, float *out)
-{
-    struct shadow_lanes q;
-    int32_t around[SLOPES_LANES] = {0};
-    for (int32_t i = 0; i < SLOPES_SIDE * SLOPES_SIDE; i++)
-        around[i] = (i / SLOPES_SIDE - 2) * f->width + i % SLOPES_SIDE - 2;
-    for (uint32_t k = 0; k < count; k++) {
-        const struct shadow_source *p = &f->sources[pixels[k]];
-        const struct asker asker = asker_of(p, &f->targets[pixels[k]]);
-        const float *here_a = a + pixels[k], *here_b = b + pixels[k];
-        int32_t same[SLOPES_LANES] = {0};
-        float sums[3] = {0};
-        const size_t n = slopes_take(around, here_a, &q);
-        const size_t padded = (n + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES;
-        lanes_fetch(p, padded, SHADOW_ETA, &q);
-        for (size_t i = 0; i < padded; i++) {
-            float squared;
-            same[i] = compatible(&asker, &q, i, &squared);
-        }
-        for (size_t i = 0; i < n; i++) {
-            if (!same[i]) continue;
-            sums[0] += 1.0f;
-            sums[1] += here_a[q.to[i]];
-            sums[2] += here_b[q.to[i]];
-        }
-        memcpy(out + (size_t)k * 3, sums, sizeof sums);
     }
 }

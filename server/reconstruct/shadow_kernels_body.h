@@ -9,6 +9,7 @@
 #include "server/reconstruct/estimate_lanes.h"
 #include "server/reconstruct/project_lanes.h"
 #include "server/reconstruct/receiver_lanes.h"
+#include "server/reconstruct/slope_lanes.h"
 #include "server/reconstruct/unoccluded_lanes.h"
 #include "server/reconstruct/walk_lanes.h"
 #include "server/reconstruct/wedge_lanes.h"

@@ -65,6 +65,47 @@ lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct sh
 }
 #endif
 
+/* Points and normals of `count` neighbours from `from` on: number k of neighbour i at
+ * out[k * stride + i]. */
+static inline __attribute__((always_inline)) void
+lanes_turn(const struct shadow_source *from, size_t count, size_t stride, float *out)
+{
+    size_t i = 0;
+#ifdef __AVX2__
+    while (count >= 8 && i < count) {
+        const size_t left = count - i,
+                     at = left < 8 ? count - 8 : i; /* the last turn may overlap */
+        const struct shadow_source *line = from + at;
+        float *to = out + at;
+        __m256 a[4], b[4];
+        for (int k = 0; k < 4; k++) {
+            const float *low = lanes_line(line, k), *high = lanes_line(line, k + 4);
+            a[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low)), _mm_load_ps(high),
+                                        1);
+            b[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low + 4)),
+                                        _mm_load_ps(high + 4), 1);
+        }
+        const __m256 low01 = _mm256_unpacklo_ps(a[0], a[1]),
+                     high01 = _mm256_unpackhi_ps(a[0], a[1]);
+        const __m256 low23 = _mm256_unpacklo_ps(a[2], a[3]),
+                     high23 = _mm256_unpackhi_ps(a[2], a[3]);
+        const __m256 more01 = _mm256_unpacklo_ps(b[0], b[1]);
+        const __m256 more23 = _mm256_unpacklo_ps(b[2], b[3]);
+        _mm256_storeu_ps(to, _mm256_shuffle_ps(low01, low23, 0x44));
+        _mm256_storeu_ps(to + stride, _mm256_shuffle_ps(low01, low23, 0xee));
+        _mm256_storeu_ps(to + 2 * stride, _mm256_shuffle_ps(high01, high23, 0x44));
+        _mm256_storeu_ps(to + 3 * stride, _mm256_shuffle_ps(high01, high23, 0xee));
+        _mm256_storeu_ps(to + 4 * stride, _mm256_shuffle_ps(more01, more23, 0x44));
+        _mm256_storeu_ps(to + 5 * stride, _mm256_shuffle_ps(more01, more23, 0xee));
+        i = at + 8;
+    }
+#endif
+    for (; i < count; i++) {
+        const float *line = lanes_line(from, (int32_t)i);
+        for (size_t k = 0; k < 6; k++) out[k * stride + i] = line[k];
+    }
+}
+
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
  */
 static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out)
