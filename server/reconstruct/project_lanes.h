@@ -3,26 +3,142 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
 
-/* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases. */
-static inline void project_weights(const struct shadow_field *f, uint32_t axis,
-                                   const struct shadow_target *t, float g, float *out)
+#define PROJECT_LANES 16
+
+/* Where strata begin of pixels side by side: first node, how far that lies from the stratum's
+ * sample, which of a row's weights are those of the phases below and above, and how far it is from
+ * the one below. */
+struct project_start {
+    int32_t node[PROJECT_LANES], below[PROJECT_LANES], above[PROJECT_LANES];
+    float g[PROJECT_LANES], rest[PROJECT_LANES];
+};
+
+static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
+                                 const float jitter[PROJECT_LANES], struct project_start *out)
 {
-    const float per_node = 2.0f / (float)f->scale, gamma = t->gamma[axis];
-    const float phase = g * SHADOW_PHASES, whole = floorf(phase), rest = phase - whole;
-    const float *below =
-        f->weights + ((size_t)t->weights[axis] * (SHADOW_PHASES + 1) + (size_t)whole) * f->window;
-    const float *above = below + (whole < SHADOW_PHASES ? f->window : 0);
-    for (uint32_t first = 0; first < f->window; first += 8) { /* 0 from r on */
-        for (uint32_t j = first; j < first + 8; j++) {
-            const float y = 1.0f - (g + (float)j) * per_node;
-            const float cover = below[j] + (above[j] - below[j]) * rest;
-            out[j] = cover * (1.0f + gamma * y);
+    const float strata_nodes = (float)f->scale / (float)f->strata, a = (float)stratum;
+    const int32_t window = (int32_t)f->window;
+    for (int i = 0; i < PROJECT_LANES; i++) {
+        const float at = (a + jitter[i]) * strata_nodes, first = ceilf(at), g = first - at;
+        const float phase = g * SHADOW_PHASES, whole = floorf(phase);
+        const int32_t below = (int32_t)whole;
+        out->node[i] = (int32_t)first;
+        out->g[i] = g;
+        out->below[i] = below * window;
+        out->above[i] = (below < SHADOW_PHASES ? below + 1 : below) * window;
+        out->rest[i] = phase - whole;
+    }
+}
+
+/* A row of weights, as a pixel needs it. */
+struct project_row {
+    const float *weights;
+    float per_node, gamma;
+};
+
+static inline struct project_row project_row_of(const struct shadow_field *f, uint32_t axis,
+                                                const struct shadow_target *t)
+{
+    const size_t row = (size_t)t->weights[axis] * (SHADOW_PHASES + 1);
+    return (struct project_row){f->weights + row * f->window, 2.0f / (float)f->scale,
+                                t->gamma[axis]};
+}
+
+/* Weights of nodes side by side, anywhere in memory. */
+typedef float project_eight __attribute__((vector_size(32), aligned(4), may_alias));
+
+/* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases; 0
+ * from r on. */
+static inline __attribute__((always_inline)) void project_weigh(const struct project_row *row,
+                                                                uint32_t window, int32_t below,
+                                                                int32_t above, float g, float rest,
+                                                                float *out)
+{
+    const float *from = row->weights;
+    project_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7};
+    for (uint32_t j = 0; j < window; j += 8, nodes += 8.0f) {
+        const project_eight low = *(const project_eight *)(from + below + j);
+        const project_eight high = *(const project_eight *)(from + above + j);
+        const project_eight y = 1.0f - (g + nodes) * row->per_node;
+        const project_eight cover = low + (high - low) * rest;
+        *(project_eight *)(out + j) = cover * (1.0f + row->gamma * y);
+    }
+}
+
+/* The strata of a pixel. */
+struct project_strata {
+    _Alignas(64) float weights[SHADOW_STRATA_MAX][SHADOW_STRATA_MAX]; /* of nodes; 0 from r on */
+    int32_t first[SHADOW_STRATA_MAX];                                 /* node */
+    const uint32_t *seen;
+};
+
+/* What loops over a pixel's strata and nodes need to know; of the field. */
+struct project_shape {
+    uint32_t strata, scale, window, lanes;
+};
+
+#ifdef __AVX512F__
+/* Nodes whose sums stay in registers, four nodes in each. */
+#define PROJECT_NODES 16
+
+/* Sums of four rows from `row` on at PROJECT_NODES nodes from `node` on, stratum by stratum. */
+static inline __attribute__((always_inline)) void project_sum(const struct project_strata *s,
+                                                              uint32_t l, uint32_t row,
+                                                              uint32_t node,
+                                                              __m512 sums[PROJECT_NODES / 4])
+{
+    const __m512i own = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+    const __m512i most = _mm512_set1_epi32(SHADOW_STRATA_MAX);
+    for (int k = 0; k < PROJECT_NODES / 4; k++) sums[k] = _mm512_setzero_ps();
+    for (uint32_t a = 0; a < l; a++) {
+        const __m256 low = _mm256_load_ps(s->weights[a]), high = _mm256_load_ps(s->weights[a] + 8);
+        const __m512 weights = _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+        const __mmask16 seen = (__mmask16)((s->seen[a] >> row & 0xfu) * 0x1111u);
+        const __m512i first = _mm512_add_epi32(own, _mm512_set1_epi32((int32_t)node - s->first[a]));
+        for (int k = 0; k < PROJECT_NODES / 4; k++) {
+            const __m512i at = _mm512_add_epi32(first, _mm512_set1_epi32(4 * k));
+            sums[k] = _mm512_mask_add_ps(sums[k], _mm512_mask_cmplt_epu32_mask(seen, at, most),
+                                         sums[k], _mm512_permutexvar_ps(at, weights));
         }
     }
 }
 
+/* As many of these as there are nodes, which lie `stride` numbers apart. */
+static inline __attribute__((always_inline)) void
+project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes, uint32_t stride, float *node)
+{
+    for (uint32_t k = 0; k < PROJECT_NODES / 4 && 4 * k < nodes; k++) {
+        float *to = node + (size_t)4 * k * stride;
+        const uint32_t left = nodes - 4 * k;
+        if (stride == 4 && left >= 4) {
+            _mm512_storeu_ps(to, sums[k]);
+            continue;
+        }
+        _mm_store_ps(to, _mm512_castps512_ps128(sums[k]));
+        if (left > 1) _mm_store_ps(to + stride, _mm512_extractf32x4_ps(sums[k], 1));
+        if (left > 2) _mm_store_ps(to + (size_t)2 * stride, _mm512_extractf32x4_ps(sums[k], 2));
+        if (left > 3) _mm_store_ps(to + (size_t)3 * stride, _mm512_extractf32x4_ps(sums[k], 3));
+    }
+}
+
+static inline __attribute__((always_inline)) void
+project_column(struct project_shape shape, const struct project_strata *s, float *columns)
+{
+    const uint32_t used = 2 * shape.scale, lanes = shape.lanes;
+    for (uint32_t row = 0; row < lanes; row += 4) {
+        for (uint32_t n = 0; n < used; n += PROJECT_NODES) {
+            __m512 sums[PROJECT_NODES / 4];
+            project_sum(s, shape.strata, row, n, sums);
+            project_store(sums, used - n, lanes, columns + (size_t)n * lanes + row);
+        }
+    }
+    for (uint32_t i = 0; i < 2 * lanes; i += 4) /* no weight reaches the last two */
+        *(shadow_four *)(columns + (size_t)used * lanes + i) = (shadow_four){0};
+}
+#else
 /* To node j weights[j] share; nodes lie `stride` numbers apart. */
 static inline void project_add(uint32_t count, const float *weights, const float *share,
                                uint32_t stride, float *node)
@@ -31,73 +147,152 @@ static inline void project_add(uint32_t count, const float *weights, const float
     for (uint32_t j = 0; j < count; j++, node += stride) *(shadow_four *)node += weights[j] * four;
 }
 
+static inline __attribute__((always_inline)) void
+project_column(struct project_shape shape, const struct project_strata *s, float *columns)
+{
+    const uint32_t lanes = shape.lanes;
+    _Alignas(16) float share[SHADOW_STRATA_MAX + 4];
+    memset(columns, 0, (2 * (size_t)shape.scale + 2) * lanes * sizeof *columns);
+    for (uint32_t a = 0; a < shape.strata; a++) {
+        float *node = columns + (size_t)s->first[a] * lanes;
+        for (uint32_t b = 0; b < lanes; b += 4) {
+            for (uint32_t i = b; i < b + 4; i++) share[i] = (float)(s->seen[a] >> i & 1u);
+        }
+        for (uint32_t b = 0; b < lanes; b += 4)
+            project_add(shape.scale, s->weights[a], share + b, lanes, node + b);
+    }
+}
+#endif
+
+static inline __attribute__((always_inline)) void
+project_columns(const struct shadow_field *f, struct project_shape shape, const uint32_t *pixels,
+                uint32_t count, const float *jitter, const uint32_t *seen)
+{
+    const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * shape.lanes;
+    struct project_start starts[SHADOW_STRATA_MAX];
+    struct project_strata strata = {0};
+    for (uint32_t k = 0; k < count; k++) {
+        const uint32_t lane = k % PROJECT_LANES, left = count - k;
+        const struct project_row row = project_row_of(f, 0, &f->targets[pixels[k]]);
+        float own[PROJECT_LANES] = {0};
+        for (uint32_t i = 0; lane == 0 && i < PROJECT_LANES && i < left; i++)
+            own[i] = jitter[k + i];
+        for (uint32_t a = 0; lane == 0 && a < l; a++) project_begin(f, a, own, &starts[a]);
+        for (uint32_t a = 0; a < l; a++) {
+            const struct project_start *s = &starts[a];
+            strata.first[a] = s->node[lane];
+            project_weigh(&row, shape.window, s->below[lane], s->above[lane], s->g[lane],
+                          s->rest[lane], strata.weights[a]);
+        }
+        strata.seen = seen + (size_t)k * l;
+        project_column(shape, &strata, f->columns + (size_t)f->sources[pixels[k]].slot * size);
+    }
+}
+
+/* Loops over as few strata as usual are faster where the compiler knows how many. */
 static void kernel_project_columns(const struct shadow_field *f, const uint32_t *pixels,
                                    uint32_t count, const float *jitter, const uint32_t *seen)
 {
-    const uint32_t l = f->strata, lanes = f->lanes, size = shadow_nodes(f) * lanes;
-    const float strata_nodes = (float)f->scale / (float)l;
-    _Alignas(64) float weights[SHADOW_STRATA_MAX], share[SHADOW_STRATA_MAX + 4];
-    for (uint32_t k = 0; k < count; k++) {
-        const struct shadow_target *t = &f->targets[pixels[k]];
-        float *columns = f->columns + (size_t)f->sources[pixels[k]].slot * size;
-        memset(columns, 0, size * sizeof *columns);
-        for (uint32_t a = 0; a < l; a++) {
-            const float at = ((float)a + jitter[k]) * strata_nodes, first = ceilf(at);
-            const uint32_t bits = seen[k * l + a];
-            float *node = columns + (size_t)first * lanes;
-            project_weights(f, 0, t, first - at, weights);
-            for (uint32_t b = 0; b < lanes; b += 4) {
-                for (uint32_t i = b; i < b + 4; i++) share[i] = (float)(bits >> i & 1u);
-            }
-            for (uint32_t b = 0; b < lanes; b += 4)
-                project_add(f->scale, weights, share + b, lanes, node + b);
-        }
+    static const struct project_shape three = {3, 8, 8, 4}, four = {4, 8, 8, 8};
+    const struct project_shape shape = {f->strata, f->scale, f->window, f->lanes};
+    if (memcmp(&shape, &three, sizeof shape) == 0)
+        project_columns(f, three, pixels, count, jitter, seen);
+    else if (memcmp(&shape, &four, sizeof shape) == 0)
+        project_columns(f, four, pixels, count, jitter, seen);
+    else
+        project_columns(f, shape, pixels, count, jitter, seen);
+}
+
+/* -- rows: cells go to nodes as a node's sum over the cells, in order, so that sums stay in
+ * registers -- */
+
+#define PROJECT_CHUNK   16 /* nodes whose sums do */
+#define PROJECT_VECTORS (2 * PROJECT_CHUNK / LANES_PER_VECTOR)
+#define PROJECT_PAD     (SHADOW_STRATA_MAX + 2) /* nodes before weights that are 0 */
+#define PROJECT_PADDED  (PROJECT_PAD + 2 * SHADOW_STRATA_MAX)
+#define PROJECT_GROUP   8 /* pixels: weights are read long after they were written */
+
+/* Weights of a pixel for cells of one parity, that of node n twice at 2 (PROJECT_PAD + n). */
+struct project_padded {
+    _Alignas(64) float of[2 * PROJECT_PADDED];
+};
+
+/* As project_weigh does at the phase itself; `y` of the nodes. */
+static inline void project_pad(const struct project_row *row, uint32_t window, float g,
+                               struct project_padded *out)
+{
+    const float *from = row->weights + (uint32_t)(g * SHADOW_PHASES) * window;
+    float *to = out->of + (size_t)2 * PROJECT_PAD;
+    shadow_four nodes = {0, 1, 2, 3};
+    for (uint32_t j = 0; j < window; j += 4, nodes += 4.0f) {
+        const shadow_four y = 1.0f - (g + nodes) * row->per_node;
+        const shadow_four w = *(const shadow_four *)(from + j) * (1.0f + row->gamma * y);
+        shadow_four *twice = (shadow_four *)(to + (size_t)2 * j);
+        twice[0] = __builtin_shufflevector(w, w, 0, 0, 1, 1);
+        twice[1] = __builtin_shufflevector(w, w, 2, 2, 3, 3);
     }
 }
 
-#define PROJECT_CHUNK 8 /* nodes whose sums stay in registers */
-#define PROJECT_PAD   (2 * SHADOW_STRATA_MAX + PROJECT_CHUNK)
-
-/* Weights of node n for cells of one parity at padded[2 * (PAD + n)], twice, zeros around. */
-static inline void project_pad(const struct shadow_field *f, const struct shadow_target *t, float g,
-                               float padded[4 * PROJECT_PAD])
+/* A cell's two numbers, again and again. */
+static inline lanes_vector project_pair(const float *pair)
 {
-    float weights[SHADOW_STRATA_MAX];
-    project_weights(f, 1, t, g, weights);
-    for (uint32_t j = 0; j < f->scale; j++)
-        padded[2 * (PROJECT_PAD + j)] = padded[2 * (PROJECT_PAD + j) + 1] = weights[j];
+    typedef int64_t pairs __attribute__((vector_size(LANES_VECTOR_BYTES)));
+    int64_t both;
+    memcpy(&both, pair, sizeof both);
+    return (lanes_vector)(both + (pairs){0});
 }
 
-/* Cells go to nodes as a node's sum over the cells, in order, so that sums stay in registers. */
+static inline __attribute__((always_inline)) void
+project_cells(uint32_t scale, const struct project_padded *even, const struct project_padded *odd,
+              const float *cells, uint32_t first, lanes_vector sums[PROJECT_VECTORS])
+{
+    for (int v = 0; v < PROJECT_VECTORS; v++) sums[v] = (lanes_vector){0};
+    for (uint32_t c = 0; c < scale; c++) {
+        const size_t at = 2 * (size_t)(PROJECT_PAD + first - 1 - c);
+        const lanes_vector a = project_pair(cells + (size_t)4 * c);
+        const lanes_vector b = project_pair(cells + (size_t)4 * c + 2);
+        for (int v = 0; v < PROJECT_VECTORS; v++)
+            sums[v] += lanes_load_vector(even->of + at + v * LANES_PER_VECTOR) * a;
+        for (int v = 0; v < PROJECT_VECTORS; v++)
+            sums[v] += lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR) * b;
+    }
+}
+
+static inline __attribute__((always_inline)) void project_rows(const struct shadow_field *f,
+                                                               uint32_t scale,
+                                                               const uint32_t *pixels,
+                                                               uint32_t count, const float *cells)
+{
+    const uint32_t used = 2 * scale, window = (scale + 7) / 8 * 8; /* no weight reaches the rest */
+    struct project_padded even[PROJECT_GROUP] = {0}, odd[PROJECT_GROUP] = {0};
+    for (uint32_t k = 0; k < count; k++) {
+        const uint32_t own = k % PROJECT_GROUP, left = count - k;
+        for (uint32_t i = 0; own == 0 && i < PROJECT_GROUP && i < left; i++) {
+            const struct project_row row = project_row_of(f, 1, &f->targets[pixels[k + i]]);
+            project_pad(&row, window, 0.75f, &even[i]);
+            project_pad(&row, window, 0.25f, &odd[i]);
+        }
+        float *rows = f->rows + (size_t)f->sources[pixels[k]].slot * 2 * (used + 2);
+        for (uint32_t n = 0; n < used; n += PROJECT_CHUNK) {
+            lanes_vector sums[PROJECT_VECTORS];
+            project_cells(scale, &even[own], &odd[own], cells + (size_t)k * 4 * scale, n, sums);
+            for (uint32_t v = 0; v < PROJECT_VECTORS; v++) {
+                const uint32_t at = 2 * n + v * LANES_PER_VECTOR, end = 2 * used;
+                if (at + LANES_PER_VECTOR <= end)
+                    *(lanes_stored *)(rows + at) = sums[v];
+                else if (at < end)
+                    memcpy(rows + at, &sums[v], (end - at) * sizeof *rows);
+            }
+        }
+        memset(rows + (size_t)used * 2, 0, 4 * sizeof *rows);
+    }
+}
+
 static void kernel_project_rows(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, const float *cells)
 {
-    const uint32_t nodes = shadow_nodes(f), used = 2 * f->scale; /* no weight reaches the rest */
-    _Alignas(64) float even[4 * PROJECT_PAD] = {0}, odd[4 * PROJECT_PAD] = {0};
-    for (uint32_t k = 0; k < count; k++) {
-        const struct shadow_target *t = &f->targets[pixels[k]];
-        const float *cell = cells + (size_t)k * 4 * f->scale;
-        float *rows = f->rows + (size_t)f->sources[pixels[k]].slot * nodes * 2;
-        project_pad(f, t, 0.75f, even);
-        project_pad(f, t, 0.25f, odd);
-        memset(rows + (size_t)used * 2, 0, (nodes - used) * 2 * sizeof *rows);
-        for (uint32_t n = 0; n < used; n += PROJECT_CHUNK) {
-            float sums[2 * PROJECT_CHUNK] = {0};
-            for (uint32_t c = 0; c < f->scale; c++) {
-                const float *e = even + 2 * (PROJECT_PAD + n - 1 - c);
-                const float *o = odd + 2 * (PROJECT_PAD + n - 1 - c);
-                const float *pair = cell + 4 * (size_t)c;
-                for (uint32_t j = 0; j < PROJECT_CHUNK; j++) {
-                    sums[2 * j] += e[2 * j] * pair[0];
-                    sums[2 * j + 1] += e[2 * j + 1] * pair[1];
-                }
-                for (uint32_t j = 0; j < PROJECT_CHUNK; j++) {
-                    sums[2 * j] += o[2 * j] * pair[2];
-                    sums[2 * j + 1] += o[2 * j + 1] * pair[3];
-                }
-            }
-            const uint32_t left = used - n, most = left < PROJECT_CHUNK ? left : PROJECT_CHUNK;
-            memcpy(rows + (size_t)n * 2, sums, most * 2 * sizeof *sums);
-        }
-    }
+    if (f->scale == 8)
+        project_rows(f, 8, pixels, count, cells);
+    else
+        project_rows(f, f->scale, pixels, count, cells);
 }
