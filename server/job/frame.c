@@ -29,7 +29,7 @@ static void destroy(struct frame *f)
     frame_rounds_destroy(f);
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
-    scratch_destroy(&f->scratch);
+    scratch_destroy(&f->own_scratch);
     image_destroy(&f->image);
     bytes_writer_fini(&f->plan_bytes);
     free(f);
@@ -78,7 +78,8 @@ int frame_create(const struct frame_options *options, struct frame **out)
         error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
     if (!error) error = film_create(&f->plan, f->block_px, block_halo_px(&f->plan), &f->film);
-    if (!error) error = scratch_create(&f->scratch);
+    if (!error && !options->scratch) error = scratch_create(&f->own_scratch);
+    f->scratch = options->scratch ? options->scratch : f->own_scratch;
     if (!error) film_gather_in(f->film, f->scratch);
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);

@@ -48,6 +48,8 @@ struct frame_options {
     struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
     const struct plan *plan;      /* copied */
     struct team *team;
+    struct scratch *scratch; /* of the team's work on blocks; borrowed until the frame's last task
+                                is over; NULL: one of its own */
     const struct objects *objects;
     struct spools *spools;  /* where its tiles are kept until it has its files; NULL: nowhere */
     char job[JOB_ID_BYTES]; /* its name there, with the number */

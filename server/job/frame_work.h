@@ -96,7 +96,7 @@ struct frame {
     struct frame_target target; /* all NULL without one */
     struct frame_rate rate;     /* all NULL without */
     struct frame_spool spool;
-    struct scratch *scratch; /* of the team's work on blocks */
+    struct scratch *scratch, *own_scratch; /* of the team's work on blocks; NULL: it is borrowed */
     struct image *image; /* on the loop's thread, but rows that are final: the team reads them */
     struct frame_files files;
     uint64_t begun_us, arrived_us, drawn_us; /* when; `arrived`: its last result so far */

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "server/job/jobs_table.h"
+#include "server/reconstruct/scratch.h"
 
 static uint64_t clock_us(clockid_t clock)
 {
@@ -164,6 +165,20 @@ void jobs_progress_soon(struct jobs *jobs, struct live_job *job)
         uv_timer_start(&jobs->progress, on_progress, PROGRESS_EVERY_MS, 0);
 }
 
+/* Also in the midst of a long frame: that takes back what it needs, once. */
+static void on_unused(uv_timer_t *timer)
+{
+    struct jobs *jobs = timer->data;
+    scratch_trim(jobs->scratch, 0);
+}
+
+void jobs_mind_scratch(struct jobs *jobs)
+{
+    if (jobs->stopping) return;
+    uv_timer_start(&jobs->unused, on_unused, SCRATCH_UNUSED_MS, 0);
+    scratch_trim(jobs->scratch, SCRATCH_MOST_BYTES);
+}
+
 int jobs_create(const struct jobs_options *options, struct jobs **out)
 {
     struct jobs *jobs = calloc(1, sizeof *jobs);
@@ -174,7 +189,9 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
                                     .program = options->import_program,
                                     .limit_ms = LIMIT_IMPORT_MS};
     jobs->options = *options;
-    if (imports_create(&import, options->store, &jobs->imports) != 0) {
+    if (scratch_create(&jobs->scratch) != 0 ||
+        imports_create(&import, options->store, &jobs->imports) != 0) {
+        scratch_destroy(&jobs->scratch);
         free(jobs);
         return ERR_MEMORY;
     }
@@ -183,8 +200,9 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     uv_timer_init(options->loop, &jobs->abandoned);
     uv_timer_init(options->loop, &jobs->idle);
     uv_timer_init(options->loop, &jobs->again);
-    jobs->again.data = jobs->idle.data = jobs->advance.data = jobs->progress.data =
-        jobs->abandoned.data = jobs;
+    uv_timer_init(options->loop, &jobs->unused);
+    jobs->unused.data = jobs->again.data = jobs->idle.data = jobs->advance.data =
+        jobs->progress.data = jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
 }
@@ -266,6 +284,7 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     uv_close((uv_handle_t *)&jobs->idle, NULL);
     uv_close((uv_handle_t *)&jobs->again, NULL);
+    uv_close((uv_handle_t *)&jobs->unused, NULL);
     for (size_t i = 0; i < jobs->count; i++) {
         live_view_keep(jobs->by_id[i]);
         live_job_drop(jobs->by_id[i]);
@@ -288,6 +307,7 @@ void jobs_destroy(struct jobs **jobs_)
     fair_share_fini(&jobs->share);
     job_counts_fini(&jobs->counts);
     free(jobs->by_id);
+    scratch_destroy(&jobs->scratch);
     free(jobs);
 }
 

@@ -129,6 +129,7 @@ void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame 
                      : jobs->open_count - jobs->open_live < OPEN_MOST + PARKED_MOST);
     jobs->open_live += job->live;
     insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
+    jobs_mind_scratch(jobs);
 }
 
 static void sort_open(struct jobs *jobs)
@@ -193,6 +194,7 @@ void jobs_table_close(struct jobs *jobs, struct live_frame *frame)
     jobs->open_live -= jobs->open[at].job->live;
     jobs->open_count--;
     for (; at < jobs->open_count; at++) jobs->open[at] = jobs->open[at + 1];
+    jobs_mind_scratch(jobs);
 }
 
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t id)

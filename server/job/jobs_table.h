@@ -18,6 +18,8 @@
 #define READY_TENANTS      8  /* of whom only the next few are looked at */
 #define ENDED_STREAMS      32 /* ended jobs whose late readers still find the last events */
 #define PROGRESS_EVERY_MS  100
+#define SCRATCH_MOST_BYTES ((size_t)256 << 20) /* that the next frame finds */
+#define SCRATCH_UNUSED_MS  10000 /* without another frame, until it holds none that is not used */
 #define ABANDONED_AFTER_MS                                                                         \
     10000 /* without a worker, after the last one was put into quarantine                          \
            */
@@ -39,7 +41,9 @@ struct jobs {
     struct jobs_options options;
     struct fleet *fleet; /* NULL before it is set and after jobs_stop */
     struct imports *imports;
+    struct scratch *scratch; /* of the team's work on blocks, whichever frame they are of */
     uv_timer_t advance, progress, idle, again;
+    uv_timer_t unused; /* runs since a frame was last opened or closed */
     struct job_id_source ids;
     uint64_t next_frame_id;
 
@@ -105,6 +109,8 @@ bool jobs_try_again(struct jobs *jobs);
 /* jobs.c */
 /* Has that called from time to time. */
 void jobs_try_again_soon(struct jobs *jobs);
+/* A frame was opened or closed: the scratch holds what the next one may need, for a while. */
+void jobs_mind_scratch(struct jobs *jobs);
 /* Unless a worker joins within ABANDONED_AFTER_MS, fails the jobs whose results were refused and
  * takes back the workers that sent them. */
 void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal);

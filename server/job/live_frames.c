@@ -328,6 +328,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,
         .team = jobs->options.team,
+        .scratch = jobs->scratch,
         .objects = jobs->options.objects,
         .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
         .kept = job->view != NULL,

@@ -34,15 +34,19 @@ int scratch_create(struct scratch **out)
     return ERR_MEMORY;
 }
 
+static void free_all(struct piece *first)
+{
+    for (struct piece *next; first; first = next) {
+        next = first->next;
+        free(first);
+    }
+}
+
 void scratch_destroy(struct scratch **scratch)
 {
     struct scratch *s = *scratch;
     if (!s) return;
-    while (s->free) {
-        struct piece *piece = s->free;
-        s->free = piece->next;
-        free(piece);
-    }
+    free_all(s->free);
     pthread_mutex_destroy(&s->mutex);
     free(s);
     *scratch = NULL;
@@ -107,4 +111,25 @@ void scratch_give(struct scratch *s, void *memory)
     piece->next = s->free;
     s->free = piece;
     pthread_mutex_unlock(&s->mutex);
+}
+
+static size_t held_bytes(const struct scratch *s)
+{
+    size_t bytes = 0;
+    for (const struct piece *piece = s->free; piece; piece = piece->next) bytes += piece->bytes;
+    return bytes;
+}
+
+void scratch_trim(struct scratch *s, size_t most_bytes)
+{
+    struct piece *gone = NULL;
+    pthread_mutex_lock(&s->mutex);
+    for (size_t held = held_bytes(s); held > most_bytes;) {
+        struct piece *largest = take_best(s, SIZE_MAX); /* none fits: the largest is best */
+        held -= largest->bytes;
+        largest->next = gone;
+        gone = largest;
+    }
+    pthread_mutex_unlock(&s->mutex);
+    free_all(gone);
 }

@@ -1,8 +1,9 @@
 #pragma once
 /* Large pieces of memory that work on one block after another takes and gives back. Kept from one
- * block to the next: fresh pages cost the system's time, and huge ones spare the CPU's look-ups.
+ * block to the next, and from one frame to the next: fresh pages cost the system's time, and huge
+ * ones spare the CPU's look-ups.
  *
- * Any thread. It holds no more pieces than were taken at once. */
+ * Any thread. It holds no more pieces than were taken at once since it was trimmed. */
 #include <stddef.h>
 
 struct scratch;
@@ -19,3 +20,6 @@ void *scratch_take(struct scratch *scratch, size_t bytes);
 
 /* To where it was taken from. memory may be NULL. */
 void scratch_give(struct scratch *scratch, void *memory);
+
+/* Of what was given back it goes on holding `most_bytes` at most: the largest pieces go first. */
+void scratch_trim(struct scratch *scratch, size_t most_bytes);

@@ -53,6 +53,28 @@ static void every_byte_is_there(void **state)
     scratch_destroy(&scratch);
 }
 
+/* The largest pieces go first, and none that is out. */
+static void holds_no_more_than_asked(void **state)
+{
+    (void)state;
+    struct scratch *scratch;
+    assert_int_equal(scratch_create(&scratch), 0);
+    uint8_t *out = scratch_take(scratch, 6000000), *small = scratch_take(scratch, 1000);
+    scratch_give(scratch, scratch_take(scratch, 3000000));
+    scratch_give(scratch, small);
+    scratch_trim(scratch, 100000);
+    assert_ptr_equal(scratch_take(scratch, 1000), small);
+    memset(out, 0xff, 6000000);
+    scratch_give(scratch, small);
+    scratch_give(scratch, out);
+    scratch_trim(scratch, SIZE_MAX);
+    assert_ptr_equal(scratch_take(scratch, 6000000), out);
+    scratch_give(scratch, out);
+    scratch_trim(scratch, 0);
+    scratch_trim(scratch, 0);
+    scratch_destroy(&scratch);
+}
+
 /* The same sizes over and over, in another order each time: soon nothing new is needed. */
 static void comes_to_rest(void **state)
 {
@@ -81,6 +103,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keeps_what_comes_back),
         cmocka_unit_test(every_byte_is_there),
+        cmocka_unit_test(holds_no_more_than_asked),
         cmocka_unit_test(comes_to_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
