@@ -28,5 +28,5 @@ static inline float gaussian_phi(float z)
 {
     const float t = 1.5976f * z + 0.070566f * z * z * z;
     const float e = gaussian_exp_minus(t < 0.0f ? -t : t);
-    return t < 0.0f ? e / (1.0f + e) : 1.0f / (1.0f + e);
+    return (t < 0.0f ? e : 1.0f) / (1.0f + e);
 }

@@ -157,6 +157,15 @@ static inline float lanes_total(float parts[SHADOW_LANES])
     return parts[0];
 }
 
+/* The same, in registers; the parts stay as they are. */
+static inline float lanes_sum(const float parts[SHADOW_LANES])
+{
+    typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
+    const four *in = (const four *)parts;
+    const four sum = (in[0] + in[2]) + (in[1] + in[3]);
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
 /* out[i] = table[index[i]] of `count` lanes, a multiple of 8; indices 0 .. 7. */
 static inline void lanes_look_up(const float table[8], const int32_t *index, int count, float *out)
 {

@@ -1,0 +1,210 @@
+#pragma once
+/* Windows along edges: where these are, and what follows for pixels side by side. */
+#include <math.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/compatible_lanes.h"
+#include "server/reconstruct/edge.h"
+#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/receiver_lanes.h"
+
+/* Pixels at 9 samples; all shrink with m(N), as the noise that is averaged and the penumbra's own
+ * width do. */
+#define EDGE_ALONG_PX  2.0f  /* sigma along an edge without any bend */
+#define EDGE_ACROSS_PX 0.35f /* least sigma across */
+#define EDGE_TENSOR_PX 2.2f  /* sigma of the structure tensor's window */
+
+#define EDGE_NODES  8                          /* from the light's centre to its edge */
+#define EDGE_AROUND (EDGE_SIDE * SHADOW_LANES) /* a view: each row filled up to whole lanes */
+
+/* The same for all pixels. */
+struct edge_fixed {
+    float tensor[EDGE_AROUND];   /* weights of the structure tensor; 0 past the end */
+    float profile[SHADOW_LANES]; /* I at the nodes but the last, twice */
+    float last_profile;
+    float x[EDGE_AROUND], y[EDGE_AROUND];
+    int32_t inside[EDGE_AROUND];
+    int32_t to[EDGE_AROUND]; /* from the pixel */
+    struct receiver_stepper stepper[2];
+};
+
+/* Which pixels around one show the same surface; zeros before and after, where what lies opposite
+ * of others is looked for, or beside them. */
+struct edge_view {
+    _Alignas(64) int32_t padded[SHADOW_LANES + EDGE_AROUND + SHADOW_LANES + 1];
+};
+
+static inline const int32_t *edge_same(const struct edge_view *view)
+{
+    return view->padded + SHADOW_LANES;
+}
+
+/* Pixels side by side: what they ask for, and windows around them. */
+struct edge_windows {
+    float tensor[3][SHADOW_LANES]; /* xx, xy, yy */
+    float point[3][SHADOW_LANES], surface[3][SHADOW_LANES], eta[SHADOW_LANES];
+    float sigma_px[SHADOW_LANES];
+    int32_t told[SHADOW_LANES];                             /* can the edge be? */
+    float across[2][SHADOW_LANES];                          /* unit, pixels */
+    float falloff[2][SHADOW_LANES];                         /* 1 / (2 sigma^2) across, along */
+    float normal[2][SHADOW_LANES];                          /* nu */
+    float reach[2][SHADOW_LANES], inverse[2][SHADOW_LANES]; /* struct coverage_shear, by axes */
+    float all[2][SHADOW_LANES], rest[2][SHADOW_LANES];
+    float last[2][SHADOW_LANES]; /* I / cov at the last node */
+};
+
+static inline void edge_fix(const struct edge_field *f, struct edge_fixed *out)
+{
+    const bool gaussian = f->light->rectangle.profile == PROFILE_GAUSSIAN;
+    const float tensor_px = EDGE_TENSOR_PX * f->scale, falloff = 0.5f / (tensor_px * tensor_px);
+    for (int i = 0; i < EDGE_AROUND; i++) {
+        const int32_t x = i % SHADOW_LANES - EDGE_REACH_PX, y = i / SHADOW_LANES - EDGE_REACH_PX;
+        const float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
+        const bool pairs = x < EDGE_REACH_PX && y < EDGE_REACH_PX;
+        out->x[i] = (float)x;
+        out->y[i] = (float)y;
+        out->inside[i] = x <= EDGE_REACH_PX;
+        out->to[i] = y * f->width + x;
+        out->tensor[i] = pairs ? gaussian_exp_minus((cx * cx + cy * cy) * falloff) : 0.0f;
+    }
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float y = (float)(i % EDGE_NODES) / EDGE_NODES;
+        out->profile[i] = gaussian ? gaussian_exp_minus(2.0f * y * y) : 1.0f;
+    }
+    out->last_profile = gaussian ? gaussian_exp_minus(2.0f) : 1.0f;
+    for (int i = 0; i < 2; i++) out->stepper[i] = receiver_stepper_of(f->light, i);
+}
+
+/* Fills the view, and `seen` where it is. */
+static inline void edge_look(const struct edge_field *f, const struct edge_fixed *fixed,
+                             size_t pixel, struct edge_view *v, float *seen)
+{
+    const struct asker asker = asker_of(&f->sources[pixel], &f->targets[pixel]);
+    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+        const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
+        const float *x = f->point[0] + q, *y = f->point[1] + q, *z = f->point[2] + q;
+        const float *nx = f->normal[0] + q, *ny = f->normal[1] + q, *nz = f->normal[2] + q;
+        const float *own = f->seen + q;
+        for (int i = 0; i < SHADOW_LANES; i++) {
+            const float value = own[i];
+            float squared;
+            const int32_t same =
+                compatible_point(&asker, x[i], y[i], z[i], nx[i], ny[i], nz[i], &squared) &
+                fixed->inside[row + i];
+            v->padded[SHADOW_LANES + row + i] = same;
+            seen[row + i] = same ? value : 0.0f;
+        }
+    }
+}
+
+/* The structure tensor over four pixels that touch: xx, xy, yy. */
+static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge_view *v,
+                               const float *seen, float out[3])
+{
+    _Alignas(64) float xx[SHADOW_LANES] = {0}, xy[SHADOW_LANES] = {0}, yy[SHADOW_LANES] = {0};
+    for (int row = 0; row + SHADOW_LANES < EDGE_AROUND; row += SHADOW_LANES) {
+        const float *above = seen + row, *below = above + SHADOW_LANES;
+        const int32_t *same = edge_same(v) + row, *same_below = same + SHADOW_LANES;
+        for (int i = 0; i < SHADOW_LANES; i++) {
+            const int32_t all = same[i] & same[i + 1] & same_below[i] & same_below[i + 1];
+            const float a = below[i + 1] - above[i], b = below[i] - above[i + 1];
+            const float tensor = fixed->tensor[row + i], weight = all ? tensor : 0.0f;
+            xx[i] += weight * (a - b) * (a - b);
+            xy[i] += weight * (a - b) * (a + b);
+            yy[i] += weight * (a + b) * (a + b);
+        }
+    }
+    out[0] = lanes_sum(xx);
+    out[1] = lanes_sum(xy);
+    out[2] = lanes_sum(yy);
+}
+
+static inline void edge_ask(const struct edge_field *f, const struct edge_fixed *fixed,
+                            size_t pixel, float sigma_px, uint32_t lane, struct edge_view *view,
+                            struct edge_windows *w)
+{
+    const struct shadow_source *s = &f->sources[pixel];
+    float seen[EDGE_AROUND + SHADOW_LANES + 1], tensor[3];
+    for (int i = EDGE_AROUND; i < EDGE_AROUND + SHADOW_LANES + 1; i++) seen[i] = 0.0f;
+    edge_look(f, fixed, pixel, view, seen);
+    edge_tensor(fixed, view, seen, tensor);
+    for (int k = 0; k < 3; k++) {
+        w->tensor[k][lane] = tensor[k];
+        w->point[k][lane] = s->point[k];
+        w->surface[k][lane] = s->normal[k];
+    }
+    w->eta[lane] = s->eta;
+    w->sigma_px[lane] = sigma_px;
+}
+
+/* The unit vectors across edges, and windows' widths by how sure these are: 0 in every direction
+ * alike .. 1. */
+static inline void edge_turn(const struct edge_field *f, struct edge_windows *w)
+{
+    const float least = EDGE_ACROSS_PX * f->scale, most = EDGE_ALONG_PX * f->scale;
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float xx = w->tensor[0][i], xy = w->tensor[1][i], yy = w->tensor[2][i];
+        /* The tensor's larger eigenvector, by half of twice its angle. */
+        const float half = 0.5f * (xx - yy), root = sqrtf(half * half + xy * xy);
+        const float twice = half / (root > 0.0f ? root : 1.0f); /* in [-1, 1] but for rounding */
+        const float y = sqrtf(twice < 1.0f ? 0.5f - 0.5f * twice : 0.0f);
+        const float sure = 2.0f * root / (root > 0.0f ? xx + yy : 1.0f);
+        const float sigma_px = w->sigma_px[i], across = sigma_px > least ? sigma_px : least;
+        const float longer = most > across ? most - across : 0.0f;
+        const float along = across + sure * sure * longer;
+        w->told[i] = sure > 0.0f;
+        w->across[0][i] = sqrtf(twice > -1.0f ? 0.5f + 0.5f * twice : 0.0f);
+        w->across[1][i] = xy < 0.0f ? -y : y;
+        w->sigma_px[i] = across;
+        w->falloff[0][i] = 0.5f / (across * across);
+        w->falloff[1][i] = 0.5f / (along * along);
+    }
+}
+
+/* Edges' normals on the light. */
+static inline void edge_face(const struct edge_fixed *fixed, struct edge_windows *w)
+{
+    for (int axis = 0; axis < 2; axis++) {
+        const struct receiver_stepper stepper = fixed->stepper[axis];
+        for (int i = 0; i < SHADOW_LANES; i++) {
+            float x, y;
+            receiver_step(&stepper, w->point[0][i], w->point[1][i], w->point[2][i],
+                          w->surface[0][i], w->surface[1][i], w->surface[2][i], &x, &y);
+            w->normal[axis][i] = x * w->across[0][i] + y * w->across[1][i];
+        }
+    }
+}
+
+/* What moves along an axis of the light by a pixel across the edge, in half-sides: coverage. */
+static inline void edge_shear(const struct edge_field *f, const struct edge_fixed *fixed,
+                              const float length[SHADOW_LANES], int axis, struct edge_windows *w)
+{
+    const float half = f->light->rectangle.half[axis], last = fixed->last_profile;
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float normal = w->normal[axis][i] / length[i];
+        const float shear = w->eta[i] * fabsf(normal) / (length[i] * half), delta = 0.5f * shear;
+        const struct coverage_shear s = coverage_shear_of(
+            shear * w->sigma_px[i], delta < COVERAGE_DELTA_MOST ? delta : COVERAGE_DELTA_MOST);
+        w->normal[axis][i] = normal;
+        w->reach[axis][i] = s.reach;
+        w->inverse[axis][i] = s.inverse;
+        w->all[axis][i] = s.all;
+        w->rest[axis][i] = s.rest;
+        w->last[axis][i] = last / coverage_at(&s, 1.0f);
+    }
+}
+
+/* Makes windows of what was asked for. */
+static inline void edge_make_windows(const struct edge_field *f, const struct edge_fixed *fixed,
+                                     struct edge_windows *w)
+{
+    float length[SHADOW_LANES];
+    edge_turn(f, w);
+    edge_face(fixed, w);
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float n0 = w->normal[0][i], n1 = w->normal[1][i];
+        length[i] = sqrtf(n0 * n0 + n1 * n1);
+        w->told[i] &= (length[i] > 0.0f) & (length[i] < INFINITY);
+    }
+    for (int axis = 0; axis < 2; axis++) edge_shear(f, fixed, length, axis, w);
+}
