@@ -35,7 +35,9 @@ static float kept_share(const struct edges *e, float sigma_px)
     return within * within * (3.0f - 2.0f * within);
 }
 
-static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count)
+/* Until something is found, nothing is told of any pixel. */
+static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count,
+                       struct edge_answer *out)
 {
     uint32_t *lists = e->lists = scratch_take(e->patch->scratch, 4 * sizeof *lists * (count + 1));
     if (!lists) return ERR_MEMORY;
@@ -45,6 +47,7 @@ static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count)
     e->seen = (float *)(void *)(lists + 3 * (size_t)count);
     for (uint32_t k = 0; k < count; k++) {
         const float sigma_px = wedge_width_px(&e->receivers->targets[pixels[k]]);
+        out[k] = (struct edge_answer){-1.0f, 1.0f, sigma_px};
         if (!(sigma_px < WIDE_PX * e->scale)) continue;
         e->pixels[e->count] = pixels[k];
         e->asked[e->count] = k;
@@ -147,14 +150,14 @@ int edges_filter(const struct receiver_light *light, const struct patch *patch,
                       .kernels = kernels,
                       .receivers = receivers,
                       .scale = wedge_scale(light->plan, light->strata)};
-    int error = find_narrow(&e, pixels, count);
+    int error = find_narrow(&e, pixels, count, out);
     if (!error && e.count > 0) error = create_planes(&e);
     if (!error && e.count > 0) error = load_windows(&e);
     if (!error && e.count > 0) run(&e);
-    for (uint32_t k = 0; !error && k < count; k++) out[k] = (struct edge_answer){-1.0f, 1.0f};
     for (uint32_t k = 0; !error && k < e.count; k++) {
         if (e.seen[k] < 0.0f) continue;
-        out[e.asked[k]] = (struct edge_answer){e.seen[k], kept_share(&e, e.sigma_px[k])};
+        out[e.asked[k]] =
+            (struct edge_answer){e.seen[k], kept_share(&e, e.sigma_px[k]), e.sigma_px[k]};
     }
     scratch_give(patch->scratch, e.planes);
     scratch_give(patch->scratch, e.lists);

@@ -35,6 +35,7 @@ struct edge_field {
 struct edge_answer {
     float seen; /* -1: nothing */
     float kept; /* how much of the sheared filter's answer stays; 1 where this one says nothing */
+    float width_px; /* of the sheared filter */
 };
 
 /* Looks along edges around those of `count` pixels whose filter is narrow: at some width and below

@@ -58,35 +58,49 @@ static void fill_unoccluded(const struct shadow *s)
     }
 }
 
+/* The first of `count` pixels from `first` on that an occluded sample shades, and one past the
+ * last; `count` and 0 where there is none. */
+static void shaded_span(const struct shadow *s, size_t first, int32_t count, int32_t *x0,
+                        int32_t *x1)
+{
+    const float *slope = s->patch->lights[s->light.index].slope_max + first;
+    *x0 = 0;
+    while (*x0 < count && !(slope[*x0] > 0.0f)) ++*x0;
+    *x1 = *x0 < count ? count : 0;
+    while (*x1 > 0 && !(slope[*x1 - 1] > 0.0f)) --*x1;
+}
+
 /* The smallest rectangle around inner pixels that an occluded sample is near enough to shade:
  * no other can have a wedge. Empty when there is none. */
 static struct rect shaded_rect(const struct shadow *s)
 {
     const struct rect look = rect_intersect(rect_grow(s->inner, WEDGE_FILL_PX), s->patch->rect);
+    const int32_t width = rect_width(look);
     struct rect found = {INT32_MAX, INT32_MAX, INT32_MIN, INT32_MIN};
     for (int32_t y = look.y0; y < look.y1; y++) {
-        const size_t row = patch_pixel(s->patch, look.x0, y);
-        for (int32_t x = look.x0; x < look.x1; x++) {
-            if (!wedge_is_occluded(&s->light, s->patch, row + (size_t)(x - look.x0))) continue;
-            if (x < found.x0) found.x0 = x;
-            if (x >= found.x1) found.x1 = x + 1;
-            if (y < found.y0) found.y0 = y;
-            found.y1 = y + 1;
-        }
+        int32_t x0, x1;
+        shaded_span(s, patch_pixel(s->patch, look.x0, y), width, &x0, &x1);
+        if (x1 == 0) continue;
+        if (look.x0 + x0 < found.x0) found.x0 = look.x0 + x0;
+        if (look.x0 + x1 > found.x1) found.x1 = look.x0 + x1;
+        if (y < found.y0) found.y0 = y;
+        found.y1 = y + 1;
     }
     if (found.x1 < found.x0) return (struct rect){0, 0, 0, 0};
     return rect_intersect(rect_grow(found, WEDGE_FILL_PX), s->inner);
 }
 
-/* Pixels of `rect` that have a wedge, as indices of the receivers' rect. */
+/* Pixels of `rect` that have a wedge, as indices of the receivers' rect; there is room for one
+ * more. */
 static uint32_t list_wedges(const struct receivers *r, const struct wedges *wedges,
                             struct rect rect, uint32_t *pixels)
 {
     uint32_t count = 0;
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        for (int32_t x = rect.x0; x < rect.x1; x++) {
-            const size_t i = receiver_index(r, x, y);
-            if (wedges->most[i] >= 0.0f) pixels[count++] = (uint32_t)i;
+        const size_t row = receiver_index(r, rect.x0, y);
+        for (size_t i = row; i < row + (size_t)rect_width(rect); i++) {
+            pixels[count] = (uint32_t)i;
+            count += wedges->most[i] >= 0.0f;
         }
     }
     return count;
@@ -125,8 +139,7 @@ static int run_both(const struct shadow *s, struct receivers *r, const struct co
     error = sheared_filter(&s->light, s->patch, coverage, s->kernels, r, rest, left, seen);
     for (uint32_t k = 0, at = 0; !error && k < count; k++) {
         const float sheared = edges[k].kept > 0.0f ? seen[at++] : -1.0f;
-        store(s, r, pixels[k], edge_join(&edges[k], sheared),
-              wedge_width_px(&r->targets[pixels[k]]));
+        store(s, r, pixels[k], edge_join(&edges[k], sheared), edges[k].width_px);
     }
     return error;
 }
@@ -173,7 +186,7 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     struct receivers receivers;
     struct wedges wedges = {0};
     uint32_t *pixels =
-        scratch_take(s->patch->scratch, (size_t)rect_area(shaded) * sizeof *pixels + 1);
+        scratch_take(s->patch->scratch, ((size_t)rect_area(shaded) + 1) * sizeof *pixels);
     uint32_t count = 0;
     int error = receivers_create(&s->light, s->patch, s->kernels,
                                  rect_grow(shaded, reach_px(filter) + WEDGE_FILL_PX), &receivers);

@@ -62,6 +62,17 @@ static int create_sums(struct sheared *s)
     return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
 }
 
+/* The pixels from the first to the last that a walk reaches. */
+static size_t reached(const struct sheared *s, size_t *first)
+{
+    const uint8_t *a = s->needs[0], *b = s->needs[1];
+    size_t end = (size_t)s->field.width * (size_t)s->field.height;
+    *first = 0;
+    while (*first < end && !(a[*first] | b[*first])) ++*first;
+    while (end > *first && !(a[end - 1] | b[end - 1])) end--;
+    return end - *first;
+}
+
 /* The sources as they are now, an array a number. */
 static int line_up(struct sheared *s)
 {
@@ -69,9 +80,12 @@ static int line_up(struct sheared *s)
     float *planes[SHADOW_NUMBERS];
     s->planes = scratch_take(s->patch->scratch, SHADOW_NUMBERS * area * sizeof *s->planes);
     if (!s->planes) return ERR_MEMORY;
-    for (size_t k = 0; k < SHADOW_NUMBERS; k++)
-        s->field.planes[k] = planes[k] = s->planes + k * area;
-    s->kernels->line_up(s->field.sources, area, planes);
+    size_t first, count = reached(s, &first);
+    for (size_t k = 0; k < SHADOW_NUMBERS; k++) {
+        s->field.planes[k] = s->planes + k * area;
+        planes[k] = s->planes + k * area + first;
+    }
+    s->kernels->line_up(s->field.sources + first, count, planes);
     return 0;
 }
 

@@ -11,17 +11,30 @@ void strata_jitters(const struct receiver_light *light, const int32_t *x, const 
     }
 }
 
+/* From the l rows' bits, row after row, to columns. */
+static inline __attribute__((always_inline)) void turn(uint32_t l, const uint8_t *bytes,
+                                                       uint32_t columns[SHADOW_STRATA_MAX])
+{
+    for (uint32_t a = 0; a < l; a++) {
+        uint32_t column = 0;
+        for (uint32_t b = 0, k = a; b < l; b++, k += l)
+            column |= ((uint32_t)bytes[k >> 3] >> (k & 7u) & 1u) << b;
+        columns[a] = column;
+    }
+}
+
 void strata_columns(const struct receiver_light *light, const struct patch *patch, size_t i,
                     uint32_t columns[SHADOW_STRATA_MAX])
 {
     const size_t area = (size_t)rect_area(patch->rect);
-    const uint8_t *bits = patch->lights[light->index].visibility + i;
+    const uint8_t *visibility = patch->lights[light->index].visibility + i;
     const uint32_t l = light->strata;
-    for (uint32_t a = 0; a < l; a++) columns[a] = 0;
-    for (uint32_t k = 0, b = 0; b < l; b++) {
-        for (uint32_t a = 0; a < l; a++, k++)
-            columns[a] |= ((uint32_t)bits[(k >> 3) * area] >> (k & 7u) & 1u) << b;
-    }
+    uint8_t bytes[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 8];
+    for (uint32_t k = 0; k < (l * l + 7) / 8; k++) bytes[k] = visibility[k * area];
+    if (l == 3)
+        turn(3, bytes, columns); /* the loops in there come apart */
+    else
+        turn(l, bytes, columns);
 }
 
 void strata_bits(const struct receiver_light *light, const struct patch *patch, size_t first,

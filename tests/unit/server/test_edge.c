@@ -243,7 +243,8 @@ static void answers_stand_alone(void **state)
 static void answers_join(void **state)
 {
     (void)state;
-    const struct edge_answer none = {-1.0f, 1.0f}, all = {0.25f, 0.0f}, half = {0.25f, 0.5f};
+    const struct edge_answer none = {.seen = -1.0f, .kept = 1.0f}, all = {.seen = 0.25f};
+    const struct edge_answer half = {.seen = 0.25f, .kept = 0.5f};
     assert_true(edge_join(&none, 0.75f) == 0.75f && edge_join(&none, -1.0f) == -1.0f);
     assert_true(edge_join(&all, -1.0f) == 0.25f && edge_join(&half, -1.0f) == 0.25f);
     assert_true(edge_join(&half, 0.75f) == 0.5f && edge_join(&half, 0.25f) == 0.25f);
