@@ -1,0 +1,186 @@
+#pragma once
+/* The taps of sixteen pixels' walks: where they lie, who counts of what lies there, what it weighs.
+ * What a pixel gets does not depend on those beside it. */
+#include <stddef.h>
+#include <string.h>
+
+#include "server/reconstruct/compatible_lanes.h"
+#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/walk_group_lanes.h"
+
+#define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
+
+/* What a tap reads of its neighbours, in the order of these. */
+enum walk_number {
+    WALK_POINT = 0,
+    WALK_NORMAL = 3,
+    WALK_U = 6,
+    WALK_ETA,
+    WALK_SPREAD,
+    WALK_SLOT,
+    WALK_PHASE,
+    WALK_NUMBERS,
+};
+
+/* What sixteen pixels ask with. */
+struct walk_askers {
+    float own[WALK_SPREAD][SHADOW_LANES]; /* their numbers, up to eta */
+    float plane_least[SHADOW_LANES], distance_most2[SHADOW_LANES];
+    float distance[SHADOW_LANES], falloff[SHADOW_LANES];
+};
+
+/* A number of sixteen pixels. */
+typedef float walk_sixteen __attribute__((vector_size(4 * SHADOW_LANES), may_alias));
+typedef int32_t walk_whole_sixteen __attribute__((vector_size(4 * SHADOW_LANES)));
+
+/* Taps of sixteen pixels from the walks' negative ends on; the nearer pixel in rows or columns
+ * first. They are placed, met and weighed one kind of step after the other, each of which is short:
+ * then the CPU has several taps in work at once. */
+struct walk_taps {
+    struct walk_group group;
+    struct walk_askers askers;
+    _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
+    float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
+                                                    first; when they are balanced, lane by lane */
+    uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* the lower one: its place among all sums */
+    uint32_t phase[SHADOW_TAPS]
+                  [SHADOW_LANES]; /* of the neighbour: its place among a pixel's sums */
+};
+
+static inline void walk_ask(const struct shadow_field *f, uint32_t axis, const float *const *planes,
+                            struct walk_taps *taps)
+{
+    struct walk_askers *a = &taps->askers;
+    walk_fetch(planes, WALK_SPREAD, taps->group.pixel, a->own);
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        const struct shadow_target *t = &f->targets[taps->group.pixel[i]];
+        a->plane_least[i] = t->plane_least;
+        a->distance_most2[i] = t->distance_most2;
+        a->distance[i] = t->distance;
+        a->falloff[i] = t->walk[axis].falloff;
+    }
+}
+
+static inline int32_t walk_whole(float number)
+{
+    int32_t whole;
+    memcpy(&whole, &number, sizeof whole);
+    return whole;
+}
+
+/* Finds who counts of what lies at tap n, q: how far along the walk as an exponent of the weight
+ * (the weights' first half), the node that is read (the second; below 0: it does not count) and the
+ * place of the neighbour's sums, of which there are `slot_sums`. */
+static inline void walk_meet(const struct shadow_field *f, uint32_t axis, int32_t slot_sums,
+                             float q[][SHADOW_LANES], int32_t n, struct walk_taps *taps)
+{
+    const struct walk_askers *a = &taps->askers;
+    const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])a->own;
+    const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
+    const float centre = (float)f->scale;
+    float exponent[SHADOW_LANES], nodes[SHADOW_LANES];
+    int32_t place[SHADOW_LANES];
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        const struct asker asker = {{p[0][i], p[1][i], p[2][i]},
+                                    {p[3][i], p[4][i], p[5][i]},
+                                    a->plane_least[i],
+                                    a->distance_most2[i]};
+        float squared;
+        const int32_t same = compatible_point(&asker, q[0][i], q[1][i], q[2][i], q[3][i], q[4][i],
+                                              q[5][i], &squared);
+        const float delta = a->distance[i] * (q[WALK_U][i] - p[WALK_U][i]);
+        const float shear = fabsf(q[WALK_ETA][i] - p[WALK_ETA][i]) + q[WALK_SPREAD][i];
+        const float node = centre - p[WALK_ETA][i] * delta * per_length;
+        const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre);
+        exponent[i] = delta * delta * a->falloff[i];
+        nodes[i] = kept ? node : -1.0f;
+        place[i] = walk_whole(q[WALK_SLOT][i]) * slot_sums;
+    }
+    memcpy(taps->weight[n], exponent, sizeof exponent);
+    memcpy(taps->weight[n] + SHADOW_LANES, nodes, sizeof nodes);
+    memcpy(taps->at[n], place, sizeof place);
+    if (axis == 0) memcpy(taps->phase[n], q[WALK_PHASE], sizeof q[WALK_PHASE]);
+}
+
+/* What tap n weighs, and where its sums are read and added to; a node has `stride` of them, and so
+ * has a phase. */
+static inline void walk_weigh(uint32_t axis, uint32_t stride, int32_t n, struct walk_taps *taps)
+{
+    float weight[2][SHADOW_LANES];
+    uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        const float node = taps->weight[n][SHADOW_LANES + i];
+        const float all = taps->tap[n].share[i] * gaussian_exp_minus(taps->weight[n][i]);
+        const int32_t kept = (node >= 0.0f) & (all > 0.0f);
+        const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
+        const float whole = floorf(at), rest = at - whole;
+        const uint32_t lower = taps->at[n][i] + (uint32_t)(int32_t)whole * stride;
+        weight[0][i] = counted * (1.0f - rest);
+        weight[1][i] = counted * rest;
+        place[i] = kept ? lower : 0;
+    }
+    for (uint32_t i = 0; axis == 0 && i < SHADOW_LANES; i++)
+        phase[i] = (taps->weight[n][SHADOW_LANES + i] >= 0.0f ? taps->phase[n][i] : 0) * stride;
+    memcpy(taps->weight[n], weight, sizeof weight);
+    memcpy(taps->at[n], place, sizeof place);
+    if (axis == 0) memcpy(taps->phase[n], phase, sizeof phase);
+}
+
+/* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
+ * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
+ * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
+ * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+static inline void walk_balance(struct walk_taps *taps)
+{
+    const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
+    walk_sixteen first = {0}, second = {0};
+    for (int32_t n = 0; n < count; n++) {
+        const float k = (float)((n >> 1) - reach);
+        const walk_sixteen *w = (const walk_sixteen *)taps->weight[n];
+        const walk_sixteen moment = k * (w[0] + w[1]);
+        first += moment;
+        second += moment * k;
+    }
+    /* S2 is a sum of squares, and 0 only where S1 is. */
+    const walk_sixteen one = (walk_sixteen){0} + 1.0f;
+    const walk_sixteen none = (walk_sixteen)((second <= 0.0f) & (walk_whole_sixteen)one);
+    const walk_sixteen slope = WALK_LINEAR * first / (second + none);
+    _Alignas(64) float slopes[SHADOW_LANES];
+    *(walk_sixteen *)slopes = slope;
+    for (int32_t n = 0; n < count; n++) {
+        const float k = (float)((n >> 1) - reach);
+        float pairs[2 * SHADOW_LANES];
+        for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+            const float factor = 1.0f - slopes[i] * k;
+            pairs[2 * i] = factor * taps->weight[n][i];
+            pairs[2 * i + 1] = factor * taps->weight[n][SHADOW_LANES + i];
+        }
+        memcpy(taps->weight[n], pairs, sizeof pairs);
+    }
+}
+
+/* Weighs the walks of up to sixteen of the `left` pixels. */
+static inline __attribute__((always_inline)) void walk_take(const struct shadow_field *f,
+                                                            uint32_t axis, uint32_t stride,
+                                                            const uint32_t *pixels, uint32_t left,
+                                                            struct walk_taps *taps)
+{
+    const float *const *all = f->planes;
+    const float *const planes[WALK_NUMBERS] = {
+        all[SHADOW_POINT],      all[SHADOW_POINT + 1],  all[SHADOW_POINT + 2], all[SHADOW_NORMAL],
+        all[SHADOW_NORMAL + 1], all[SHADOW_NORMAL + 2], all[SHADOW_U + axis],  all[SHADOW_ETA],
+        all[SHADOW_SPREAD],     all[SHADOW_SLOT],       all[SHADOW_PHASE]};
+    const int32_t slot_sums = (int32_t)(shadow_nodes(f) * stride);
+    walk_group_load(f, axis, pixels, left, &taps->group);
+    walk_ask(f, axis, planes, taps);
+    const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
+    for (int32_t k = -reach; k <= reach; k++)
+        walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);
+    for (int32_t n = 0; n < count; n++) {
+        float q[WALK_NUMBERS][SHADOW_LANES];
+        walk_fetch(planes, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, q);
+        walk_meet(f, axis, slot_sums, q, n, taps);
+    }
+    for (int32_t n = 0; n < count; n++) walk_weigh(axis, stride, n, taps);
+    walk_balance(taps);
+}
