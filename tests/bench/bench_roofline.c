@@ -231,6 +231,7 @@ static void measure_all(void)
         FIELD("place_receivers", place_receivers, KERNEL_PLACE_RECEIVERS, 1 + POINT + NORMAL,
               2 * LINE),
         FIELD("shear_receivers", shear_receivers, KERNEL_SHEAR_RECEIVERS, 3 + 2 * LINE, 2 * LINE),
+        FIELD("line_up", line_up, KERNEL_LINE_UP, LINE, SHADOW_NUMBERS),
         FIELD("mark_walks", mark_walks, KERNEL_MARK_WALKS, 1 + LINE, 0.25),
         FIELD("project_columns", project_columns, KERNEL_PROJECT_COLUMNS, 2 + STRATA + 2 * LINE,
               nodes * lanes),

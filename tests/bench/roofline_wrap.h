@@ -32,6 +32,8 @@ WRAP(shadow, shear_receivers, n,
      (const struct wedge_shear *w, const uint32_t *pixels, uint32_t n, const float *most,
       const float *least, struct shadow_source *s, struct shadow_target *t),
      w, pixels, n, most, least, s, t)
+WRAP(shadow, line_up, (double)n,
+     (const struct shadow_source *s, size_t n, float *const planes[SHADOW_NUMBERS]), s, n, planes)
 WRAP(shadow, mark_walks, n,
      (const struct shadow_field *f, uint32_t axis, const uint32_t *pixels, uint32_t n, uint8_t *m),
      f, axis, pixels, n, m)
@@ -69,6 +71,7 @@ static const struct shadow_kernels wrapped_shadow = {
     .unoccluded = wrapped_shadow_unoccluded,
     .place_receivers = wrapped_shadow_place_receivers,
     .shear_receivers = wrapped_shadow_shear_receivers,
+    .line_up = wrapped_shadow_line_up,
     .mark_walks = wrapped_shadow_mark_walks,
     .project_columns = wrapped_shadow_project_columns,
     .walk_columns = wrapped_shadow_walk_columns,

@@ -15,6 +15,7 @@ enum kernel {
     KERNEL_UNOCCLUDED,
     KERNEL_PLACE_RECEIVERS,
     KERNEL_SHEAR_RECEIVERS,
+    KERNEL_LINE_UP,
     KERNEL_MARK_WALKS,
     KERNEL_PROJECT_COLUMNS,
     KERNEL_WALK_COLUMNS,
@@ -29,9 +30,9 @@ enum kernel {
 };
 
 static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded",   "place_receivers", "shear_receivers", "mark_walks", "project_columns",
-    "walk_columns", "project_rows",    "walk_rows",       "blur x",     "blur y",
-    "estimate",     "filter_edges",    "sum_slopes"};
+    "unoccluded",      "place_receivers", "shear_receivers", "line_up",   "mark_walks",
+    "project_columns", "walk_columns",    "project_rows",    "walk_rows", "blur x",
+    "blur y",          "estimate",        "filter_edges",    "sum_slopes"};
 
 #define FIELD_PLANES 11 /* of struct shadow_blur but its reach */
 #define FIELD_ROWS   7  /* of weights */
@@ -369,6 +370,8 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
         return (size_t)count * 2;
     case KERNEL_SUM_SLOPES:
         return (size_t)count * 3;
+    case KERNEL_LINE_UP:
+        return (size_t)count * SHADOW_NUMBERS;
     case KERNEL_PLACE_RECEIVERS:
     case KERNEL_SHEAR_RECEIVERS:
         return (size_t)count * FIELD_RECEIVER;
@@ -436,6 +439,20 @@ static inline void field_shear(const struct kernel_field *k, const struct shadow
         out = field_print(&k->sheared[pixels[i]], &k->sheared_targets[pixels[i]], out);
 }
 
+/* Sources from the first pixel on, as many as there are pixels; what is whole as numbers. */
+static inline void field_line_up(const struct kernel_field *k, const struct shadow_kernels *kernels,
+                                 const uint32_t *pixels, uint32_t count, float *out)
+{
+    float *planes[SHADOW_NUMBERS];
+    for (size_t i = 0; i < SHADOW_NUMBERS; i++) planes[i] = out + i * count;
+    if (count > 0) kernels->line_up(k->sources + pixels[0], count, planes);
+    for (size_t i = SHADOW_SLOT * (size_t)count; i < SHADOW_NUMBERS * (size_t)count; i++) {
+        int32_t whole;
+        memcpy(&whole, out + i, sizeof whole);
+        out[i] = (float)whole;
+    }
+}
+
 /* Row by row, from number `first` of the listed pixels on: one run to the end of its row at most.
  */
 static inline void field_blur(const struct kernel_field *k, const struct shadow_kernels *kernels,
@@ -498,6 +515,9 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
         break;
     case KERNEL_SHEAR_RECEIVERS:
         field_shear(k, kernels, pixels, count, out);
+        break;
+    case KERNEL_LINE_UP:
+        field_line_up(k, kernels, pixels, count, out);
         break;
     case KERNEL_MARK_WALKS:
         field_mark(&f, kernels, pixels, count, out);
