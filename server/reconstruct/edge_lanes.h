@@ -4,7 +4,7 @@
 
 #include "proto/pattern.h"
 #include "server/reconstruct/edge_window_lanes.h"
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/gaussian_lanes.h"
 
 #define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
 #define EDGE_PARTS         2    /* of sums: neighbours go to them in turn */
@@ -190,10 +190,8 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
     const float *u = n->u[0] + first, *v = n->u[1] + first;
     struct lanes column[SHADOW_STRATA_MAX], shift[2], weight;
     struct lanes_whole bits = lanes_load_whole(n->bits + first);
-    float weights[SHADOW_LANES];
-    for (size_t i = 0; i < SHADOW_LANES; i++)
-        weights[i] = gaussian_exp_minus(n->exponent[first + i]);
-    weight = lanes_load(weights);
+    weight = lanes_load(n->exponent + first);
+    for (int i = 0; i < LANES_VECTORS; i++) weight.v[i] = gaussian_exp_minus_lanes(weight.v[i]);
     for (int i = 0; i < LANES_VECTORS; i++) {
         const lanes_vector du = lanes_load_vector(u + i * LANES_PER_VECTOR) - c->u[0];
         const lanes_vector dv = lanes_load_vector(v + i * LANES_PER_VECTOR) - c->u[1];

@@ -2,88 +2,160 @@
 /* shadow_kernels' estimate: sum of I G V over sum of I G at a pixel's strata. */
 #include "proto/pattern.h"
 #include "proto/plan.h"
-#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/gaussian_lanes.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 #define ESTIMATE_NEAR_MOST 1e9f /* (size / distance)^2 */
 
-/* Receivers side by side; those past the end have no normal. */
-struct estimate_chunk {
-    float to[3][SHADOW_LANES], normal[3][SHADOW_LANES];
-    float u[SHADOW_STRATA_MAX][SHADOW_LANES], v[SHADOW_LANES], jitter[2][SHADOW_LANES];
-    float seen[SHADOW_LANES], all[SHADOW_LANES], count[SHADOW_LANES];
-    int32_t bit[SHADOW_LANES];
+/* Receivers side by side, as they were given; SHADOW_LANES may be read of each. */
+struct estimate_receivers {
+    const float *point[3], *normal[3], *jitter[2];
+    const uint32_t *bits;
+    size_t stride;
 };
 
-static inline void estimate_load(const struct shadow_rectangle *light, size_t first, size_t count,
-                                 const float *const point[3], const float *const normal[3],
-                                 const float *const jitter[2], struct estimate_chunk *c)
+/* The last receivers, filled up with some that have no normal. */
+struct estimate_rest {
+    float numbers[8][SHADOW_LANES];
+    uint32_t bits[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 32][SHADOW_LANES];
+};
+
+static inline struct estimate_receivers estimate_receivers_at(const struct estimate_receivers *all,
+                                                              size_t first)
 {
+    struct estimate_receivers r = {.bits = all->bits + first, .stride = all->stride};
     for (int k = 0; k < 3; k++) {
-        for (size_t i = count; i < SHADOW_LANES; i++) c->to[k][i] = c->normal[k][i] = 0.0f;
-        for (size_t i = 0; i < count; i++) {
-            c->to[k][i] = light->centre[k] - point[k][first + i];
-            c->normal[k][i] = normal[k][first + i];
+        r.point[k] = all->point[k] + first;
+        r.normal[k] = all->normal[k] + first;
+    }
+    for (int k = 0; k < 2; k++) r.jitter[k] = all->jitter[k] + first;
+    return r;
+}
+
+/* Moves `count` receivers to where there is room for all lanes. */
+static inline void estimate_fill(struct estimate_receivers *r, size_t count, uint32_t strata,
+                                 struct estimate_rest *rest)
+{
+    const float **numbers[] = {&r->point[0],  &r->point[1],  &r->point[2],  &r->normal[0],
+                               &r->normal[1], &r->normal[2], &r->jitter[0], &r->jitter[1]};
+    *rest = (struct estimate_rest){0};
+    for (size_t k = 0; k < 8; k++) {
+        memcpy(rest->numbers[k], *numbers[k], count * sizeof(float));
+        *numbers[k] = rest->numbers[k];
+    }
+    for (size_t k = 0; k < (strata + 31) / 32; k++)
+        memcpy(rest->bits[k], r->bits + k * r->stride, count * sizeof(uint32_t));
+    r->bits = rest->bits[0];
+    r->stride = SHADOW_LANES;
+}
+
+static inline lanes_mask estimate_words(const uint32_t *from)
+{
+    lanes_mask out;
+    memcpy(&out, from, sizeof out);
+    return out;
+}
+
+/* Is each receiver's light all seen or not seen at all? Then out[i] says which. */
+static inline bool estimate_is_plain(const struct estimate_receivers *r, uint32_t strata,
+                                     float out[SHADOW_LANES])
+{
+    struct lanes_whole mixed;
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const size_t at = (size_t)v * LANES_PER_VECTOR;
+        lanes_mask some = {0}, missing = {0};
+        for (uint32_t k = 0; k < strata; k += 32) {
+            const uint32_t left = strata - k, all = left < 32 ? (1u << left) - 1 : 0xffffffffu;
+            const lanes_mask word = estimate_words(r->bits + k / 32 * r->stride + at);
+            some |= word & (int32_t)all;
+            missing |= ~word & (int32_t)all;
+        }
+        mixed.v[v] = (some != 0) & (missing != 0);
+        *(lanes_stored *)(out + at) = lanes_where(some != 0, lanes_all(1.0f).v[v]);
+    }
+    return !lanes_any(&mixed);
+}
+
+/* Receivers side by side, and sums over their strata. */
+struct estimate_chunk {
+    struct lanes to[3], normal[3];
+    struct lanes seen, all, count;
+};
+
+/* One stratum of vector i, (u, v) in [-1, 1]^2 of the light. I G but for factors that all strata
+ * share; in units of the light's size and bounded, so that squares of squares stay finite. */
+static inline __attribute__((always_inline)) void estimate_add(const struct shadow_rectangle *light,
+                                                               bool gaussian, int i, lanes_vector u,
+                                                               lanes_vector v, lanes_mask seen,
+                                                               struct estimate_chunk *c)
+{
+    const float hu = light->half[0], hv = light->half[1], size2 = hu * hu + hv * hv;
+    const float *a = light->axis[0], *b = light->axis[1];
+    const lanes_vector one = lanes_all(1.0f).v[0], most = lanes_all(ESTIMATE_NEAR_MOST).v[0];
+    const lanes_vector along = u * hu, aside = v * hv;
+    const lanes_vector x = c->to[0].v[i] + along * a[0] + aside * b[0];
+    const lanes_vector y = c->to[1].v[i] + along * a[1] + aside * b[1];
+    const lanes_vector z = c->to[2].v[i] + along * a[2] + aside * b[2];
+    const lanes_vector up = x * c->normal[0].v[i] + y * c->normal[1].v[i] + z * c->normal[2].v[i];
+    const lanes_vector squared = x * x + y * y + z * z;
+    const lanes_vector near = size2 / lanes_select(squared > 0.0f, squared, one);
+    const lanes_vector bounded = lanes_select(near < most, near, most);
+    const lanes_vector facing =
+        gaussian ? gaussian_exp_minus_lanes(2.0f * (u * u + v * v)) * up : up;
+    const lanes_vector weight =
+        lanes_where((up > 0.0f) & (squared > 0.0f), facing * (bounded * bounded));
+    c->all.v[i] += weight;
+    c->seen.v[i] += lanes_where(seen, weight);
+    c->count.v[i] += lanes_where(seen, one);
+}
+
+/* Where strata k of l of an axis lie, in [-1, 1]. */
+static inline struct lanes estimate_strata(const float *jitter, uint32_t l, uint32_t k)
+{
+    struct lanes out;
+    for (int i = 0; i < LANES_VECTORS; i++) {
+        const lanes_vector most = lanes_all(PATTERN_JITTER_MAX).v[0];
+        const lanes_vector j = lanes_load_vector(jitter + (size_t)i * LANES_PER_VECTOR);
+        const lanes_vector within = lanes_select(j < most, j, most); /* as pattern_axis has it */
+        out.v[i] = 2.0f * (((float)k + within) / (float)l) - 1.0f;
+    }
+    return out;
+}
+
+static inline __attribute__((always_inline)) void estimate_sum(const struct shadow_rectangle *light,
+                                                               bool gaussian, uint32_t l,
+                                                               const struct estimate_receivers *r,
+                                                               struct estimate_chunk *c)
+{
+    struct lanes u[SHADOW_STRATA_MAX];
+    for (int k = 0; k < 3; k++) {
+        c->to[k] = lanes_load(r->point[k]);
+        c->normal[k] = lanes_load(r->normal[k]);
+        for (int i = 0; i < LANES_VECTORS; i++) c->to[k].v[i] = light->centre[k] - c->to[k].v[i];
+    }
+    c->seen = c->all = c->count = lanes_all(0.0f);
+    for (uint32_t a = 0; a < l; a++) u[a] = estimate_strata(r->jitter[0], l, a);
+    for (uint32_t k = 0, b = 0; b < l; b++) {
+        const struct lanes v = estimate_strata(r->jitter[1], l, b);
+        for (uint32_t a = 0; a < l; a++, k++) {
+            const uint32_t *words = r->bits + k / 32 * r->stride;
+            const int32_t own = (int32_t)(1u << k % 32);
+            for (int i = 0; i < LANES_VECTORS; i++)
+                estimate_add(light, gaussian, i, u[a].v[i], v.v[i],
+                             (estimate_words(words + (size_t)i * LANES_PER_VECTOR) & own) != 0, c);
         }
     }
-    for (int k = 0; k < 2; k++) {
-        for (size_t i = 0; i < SHADOW_LANES; i++)
-            c->jitter[k][i] = i < count ? jitter[k][first + i] : 0.0f;
-    }
 }
 
-/* Stratum k of the receivers into c->bit. */
-static inline void estimate_bits(const uint32_t *bits, size_t stride, size_t first, size_t count,
-                                 uint32_t k, struct estimate_chunk *c)
+/* The seen share of all; of the strata's number where none counts. */
+static inline void estimate_share(const struct estimate_chunk *c, float strata,
+                                  float out[SHADOW_LANES])
 {
-    const uint32_t *word = bits + k / 32 * stride + first;
-    for (size_t i = 0; i < count; i++) c->bit[i] = (int32_t)(word[i] >> (k & 31u) & 1u);
-}
-
-/* Is each receiver's light all seen or not seen at all? Then c->bit says which. */
-static inline bool estimate_is_plain(const uint32_t *bits, size_t stride, size_t first,
-                                     size_t count, uint32_t strata, struct estimate_chunk *c)
-{
-    uint32_t some[SHADOW_LANES] = {0}, missing[SHADOW_LANES] = {0};
-    int32_t mixed = 0;
-    for (uint32_t k = 0; k < strata; k += 32) {
-        const uint32_t *word = bits + k / 32 * stride + first;
-        const uint32_t left = strata - k, all = left < 32 ? (1u << left) - 1 : 0xffffffffu;
-        for (size_t i = 0; i < count; i++) {
-            some[i] |= word[i] & all;
-            missing[i] |= ~word[i] & all;
-        }
-    }
-    for (size_t i = 0; i < count; i++) {
-        mixed |= (some[i] != 0) & (missing[i] != 0);
-        c->bit[i] = some[i] != 0;
-    }
-    return !mixed;
-}
-
-/* One stratum, (u, v) in [-1, 1]^2 of the light. I G but for factors that all strata share; in
- * units of the light's size and bounded, so that squares of squares stay finite. */
-static inline void estimate_add(const struct shadow_rectangle *r, const float u[SHADOW_LANES],
-                                struct estimate_chunk *c)
-{
-    const float hu = r->half[0], hv = r->half[1], size2 = hu * hu + hv * hv;
-    const float *a = r->axis[0], *b = r->axis[1];
-    const float spread = r->profile == PROFILE_GAUSSIAN ? 2.0f : 0.0f; /* exp(0) is 1 */
-    for (size_t i = 0; i < SHADOW_LANES; i++) {
-        const float along = u[i] * hu, aside = c->v[i] * hv;
-        const float x = c->to[0][i] + along * a[0] + aside * b[0];
-        const float y = c->to[1][i] + along * a[1] + aside * b[1];
-        const float z = c->to[2][i] + along * a[2] + aside * b[2];
-        const float up = x * c->normal[0][i] + y * c->normal[1][i] + z * c->normal[2][i];
-        const float squared = x * x + y * y + z * z;
-        const float profile = gaussian_exp_minus(spread * (u[i] * u[i] + c->v[i] * c->v[i]));
-        const float near = size2 / (squared > 0.0f ? squared : 1.0f);
-        const float bounded = near < ESTIMATE_NEAR_MOST ? near : ESTIMATE_NEAR_MOST;
-        const float g = profile * up * (bounded * bounded);
-        const float weight = ((up > 0.0f) & (squared > 0.0f)) ? g : 0.0f;
-        c->all[i] += weight;
-        c->seen[i] += c->bit[i] ? weight : 0.0f;
-        c->count[i] += (float)c->bit[i];
+    for (int i = 0; i < LANES_VECTORS; i++) {
+        const lanes_mask any = c->all.v[i] > 0.0f;
+        const lanes_vector all = lanes_select(any, c->all.v[i], lanes_all(strata).v[0]);
+        *(lanes_stored *)(out + (size_t)i * LANES_PER_VECTOR) =
+            lanes_select(any, c->seen.v[i], c->count.v[i]) / all;
     }
 }
 
@@ -92,26 +164,25 @@ static void kernel_estimate(const struct shadow_rectangle *light, uint32_t l, ui
                             const float *const jitter[2], const uint32_t *bits, size_t stride,
                             float *out)
 {
-    struct estimate_chunk c = {0};
-    const float strata = (float)(l * l);
+    const struct estimate_receivers all = {{point[0], point[1], point[2]},
+                                           {normal[0], normal[1], normal[2]},
+                                           {jitter[0], jitter[1]},
+                                           bits,
+                                           stride};
+    struct estimate_rest rest;
+    struct estimate_chunk c;
     for (size_t first = 0; first < count; first += SHADOW_LANES) {
         const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
-        const bool plain = estimate_is_plain(bits, stride, first, n, l * l, &c);
-        for (size_t i = 0; plain && i < n; i++) out[first + i] = (float)c.bit[i];
-        if (plain) continue;
-        estimate_load(light, first, n, point, normal, jitter, &c);
-        for (uint32_t a = 0; a < l; a++) {
-            for (size_t i = 0; i < SHADOW_LANES; i++)
-                c.u[a][i] = 2.0f * pattern_axis(c.jitter[0][i], l, a) - 1.0f;
+        struct estimate_receivers r = estimate_receivers_at(&all, first);
+        float answer[SHADOW_LANES];
+        if (n < SHADOW_LANES) estimate_fill(&r, n, l * l, &rest);
+        if (!estimate_is_plain(&r, l * l, answer)) {
+            if (light->profile == PROFILE_GAUSSIAN)
+                estimate_sum(light, true, l, &r, &c);
+            else
+                estimate_sum(light, false, l, &r, &c);
+            estimate_share(&c, (float)(l * l), answer);
         }
-        for (size_t i = 0; i < SHADOW_LANES; i++) c.seen[i] = c.all[i] = c.count[i] = 0.0f;
-        for (uint32_t k = 0; k < l * l; k++) {
-            for (size_t i = 0; k % l == 0 && i < SHADOW_LANES; i++)
-                c.v[i] = 2.0f * pattern_axis(c.jitter[1][i], l, k / l) - 1.0f;
-            estimate_bits(bits, stride, first, n, k, &c);
-            estimate_add(light, c.u[k % l], &c);
-        }
-        for (size_t i = 0; i < n; i++)
-            out[first + i] = c.all[i] > 0.0f ? c.seen[i] / c.all[i] : c.count[i] / strata;
+        memcpy(out + first, answer, n * sizeof *out);
     }
 }
