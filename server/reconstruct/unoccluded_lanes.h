@@ -64,16 +64,12 @@ static const float unoccluded_nodes_12[2][12] = {
 static inline float unoccluded_arc(float cosine, float along, float sine)
 {
     const float x = fabsf(cosine);
-    const float fit =
-        1.57079631f +
-        x * (-0.999996f +
-             x * (0.785263024f +
-                  x * (-0.664857777f +
-                       x * (0.576413591f +
-                            x * (-0.480613401f +
-                                 x * (0.348387262f +
-                                      x * (-0.192103921f +
-                                           x * (0.0678737293f + x * -0.0111628242f))))))));
+    /* by pairs of coefficients: half as many steps that wait for each other */
+    const float x2 = x * x, x4 = x2 * x2;
+    const float fit01 = 1.57079631f + x * -0.999996f, fit23 = 0.785263024f + x * -0.664857777f;
+    const float fit45 = 0.576413591f + x * -0.480613401f, fit67 = 0.348387262f + x * -0.192103921f;
+    const float fit89 = 0.0678737293f + x * -0.0111628242f;
+    const float fit = (fit01 + x2 * fit23) + x4 * ((fit45 + x2 * fit67) + x4 * fit89);
     float share = along / (sine > UNOCCLUDED_TINY ? sine : UNOCCLUDED_TINY);
     share = share < 1.0f ? share : 1.0f; /* where squares underflow */
     share = share > -1.0f ? share : -1.0f;
