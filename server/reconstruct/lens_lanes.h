@@ -64,20 +64,20 @@ static inline void lens_sum_inner(const struct lens_gather *g, size_t first, uin
 static inline void lens_sum_outer(const struct lens_gather *g, size_t first, uint32_t tap,
                                   uint32_t end, struct lens_sums *sum)
 {
+    const float *reach = g->plane[LENS_CELL_REACH], *plane[LENS_SUMS]; /* to be kept at hand */
+    for (int s = 0; s < LENS_SUMS; s++) plane[s] = g->plane[LENS_CELL_WEIGHT + s];
     for (; tap < end; tap++) {
         const size_t at = (size_t)((ptrdiff_t)first + g->taps[tap].at);
         lanes_vector in[LENS_VECTORS], any = {0};
         for (size_t v = 0; v < LENS_VECTORS; v++) {
-            in[v] = lens_covered(
-                lanes_load_vector(g->plane[LENS_CELL_REACH] + at + v * LANES_PER_VECTOR),
-                g->taps[tap].distance);
+            in[v] = lens_covered(lanes_load_vector(reach + at + v * LANES_PER_VECTOR),
+                                 g->taps[tap].distance);
             any = (lanes_vector)((lanes_mask)any | (lanes_mask)in[v]);
         }
         if (!lens_is_any(any)) continue;
         for (size_t v = 0; v < LENS_VECTORS; v++)
             for (int s = 0; s < LENS_SUMS; s++)
-                sum->v[v][s] += in[v] * lanes_load_vector(g->plane[LENS_CELL_WEIGHT + s] + at +
-                                                          v * LANES_PER_VECTOR);
+                sum->v[v][s] += in[v] * lanes_load_vector(plane[s] + at + v * LANES_PER_VECTOR);
     }
 }
 
