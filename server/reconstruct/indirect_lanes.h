@@ -207,26 +207,70 @@ static void kernel_line(const struct indirect_field *f, const struct indirect_ru
     }
 }
 
+/* Adds `near` where it is above 0 and of the same object, and counts it. */
+static inline void nearness_add(lanes_mask object, lanes_mask own, lanes_vector near,
+                                lanes_vector *sum, lanes_vector *counts)
+{
+    const lanes_vector one = lanes_all(1.0f).v[0];
+#ifdef __AVX512F__
+    const __mmask16 same = _mm512_cmpeq_epi32_mask((__m512i)object, (__m512i)own);
+    const __mmask16 met =
+        _mm512_mask_cmp_ps_mask(same, (__m512)near, _mm512_setzero_ps(), _CMP_GT_OQ);
+    *sum = (lanes_vector)_mm512_mask_add_ps((__m512)*sum, met, (__m512)*sum, (__m512)near);
+    *counts = (lanes_vector)_mm512_mask_add_ps((__m512)*counts, met, (__m512)*counts, (__m512)one);
+#else
+    const lanes_mask met = (object == own) & (near > 0.0f);
+    *sum += lanes_where(met, near);
+    *counts += lanes_where(met, one);
+#endif
+}
+
+/* Groups of sixteen pixels at once: as many as registers hold sums of. Each sum waits for its last
+ * addend. */
+#ifdef __AVX512F__
+#define NEARNESS_GROUPS 2
+#else
+#define NEARNESS_GROUPS 1
+#endif
+
+/* `groups` of sixteen pixels from p on. */
+static inline __attribute__((always_inline)) void nearness_mean(const struct indirect_field *f,
+                                                                const struct indirect_run *run,
+                                                                const float *nearness, size_t p,
+                                                                int groups, float *out)
+{
+    struct lanes sum[NEARNESS_GROUPS], counts[NEARNESS_GROUPS];
+    struct lanes_whole own[NEARNESS_GROUPS];
+    for (int g = 0; g < groups; g++) {
+        sum[g] = counts[g] = lanes_all(0.0f);
+        own[g] = lanes_load_whole(f->object + p + g * INDIRECT_LANES);
+    }
+    for (int32_t y = -run->before; y <= run->after; y++) {
+        for (int32_t x = -INDIRECT_NEAR_PX; x <= INDIRECT_NEAR_PX; x++) {
+            for (int g = 0; g < groups; g++) {
+                const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x + g * INDIRECT_LANES);
+                const struct lanes_whole object = lanes_load_whole(f->object + q);
+                const struct lanes near = lanes_load(nearness + q);
+                for (int v = 0; v < LANES_VECTORS; v++)
+                    nearness_add(object.v[v], own[g].v[v], near.v[v], &sum[g].v[v],
+                                 &counts[g].v[v]);
+            }
+        }
+    }
+    for (int g = 0; g < groups; g++) {
+        for (int v = 0; v < LANES_VECTORS; v++)
+            sum[g].v[v] /=
+                lanes_select(counts[g].v[v] > 0.0f, counts[g].v[v], lanes_all(1.0f).v[v]);
+        lanes_store(&sum[g], out + p + g * INDIRECT_LANES);
+    }
+}
+
 static void kernel_nearness(const struct indirect_field *f, const struct indirect_run *run,
                             const float *nearness, float *out)
 {
-    for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
-        struct lanes sum = lanes_all(0.0f), counts = lanes_all(0.0f);
-        const struct lanes_whole own = lanes_load_whole(f->object + p);
-        for (int32_t y = -run->before; y <= run->after; y++) {
-            for (int32_t x = -INDIRECT_NEAR_PX; x <= INDIRECT_NEAR_PX; x++) {
-                const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x);
-                const struct lanes_whole object = lanes_load_whole(f->object + q);
-                const struct lanes near = lanes_load(nearness + q);
-                for (int v = 0; v < LANES_VECTORS; v++) {
-                    const lanes_mask met = (object.v[v] == own.v[v]) & (near.v[v] > 0.0f);
-                    sum.v[v] += lanes_where(met, near.v[v]);
-                    counts.v[v] += lanes_where(met, lanes_all(1.0f).v[v]);
-                }
-            }
-        }
-        for (int v = 0; v < LANES_VECTORS; v++)
-            sum.v[v] /= lanes_select(counts.v[v] > 0.0f, counts.v[v], lanes_all(1.0f).v[v]);
-        lanes_store(&sum, out + p);
-    }
+    const size_t end = run->first + run->count;
+    size_t p = run->first;
+    for (; p + NEARNESS_GROUPS * INDIRECT_LANES <= end; p += NEARNESS_GROUPS * INDIRECT_LANES)
+        nearness_mean(f, run, nearness, p, NEARNESS_GROUPS, out);
+    for (; p < end; p += INDIRECT_LANES) nearness_mean(f, run, nearness, p, 1, out);
 }
