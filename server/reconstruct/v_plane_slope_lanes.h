@@ -1,11 +1,12 @@
 #pragma once
-/* v_plane_kernels' strata, slopes, average and records: pixels of a row side by side, in plain
- * loops that the compiler vectorises. */
+/* v_plane_kernels' strata, slopes, average and records: pixels of a row side by side, in
+ * vectors or plain loops that the compiler vectorises. */
 #include <math.h>
 #include <string.h>
 
 #include "proto/pattern.h"
 #include "proto/v_plane.h"
+#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
 #define V_PLANE_TURN 6.28318531f
@@ -69,85 +70,133 @@ static void kernel_strata(const struct v_plane_strata *s, const float *jitter_u,
     }
 }
 
-/* What sixteen pixels' samples add up to. */
+/* The first `n` lanes, all of them where the compiler knows so; 0 beyond. */
+static inline __attribute__((always_inline)) lanes_vector v_plane_load(const float *from, size_t n)
+{
+    lanes_vector out = {0};
+    memcpy(&out, from, n * sizeof *from);
+    return out;
+}
+
+static inline __attribute__((always_inline)) lanes_mask v_plane_load_mask(const int32_t *from,
+                                                                          size_t n)
+{
+    lanes_mask out = {0};
+    memcpy(&out, from, n * sizeof *from);
+    return out;
+}
+
+static inline lanes_vector v_plane_root(lanes_vector x)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_sqrt_ps((__m512)x);
+#elif defined __AVX__
+    return (lanes_vector)_mm256_sqrt_ps((__m256)x);
+#else
+    return (lanes_vector)_mm_sqrt_ps((__m128)x);
+#endif
+}
+
+/* What pixels' samples add up to. */
 struct v_plane_sums {
-    float weight[V_PLANE_LANES], mean[V_PLANE_LANES], square[V_PLANE_LANES];
+    lanes_vector weight, mean, square;
 };
 
-static inline void v_plane_add_slopes(const struct v_plane_strata *s,
-                                      const struct v_plane_planes *planes, uint32_t i, uint32_t at,
-                                      uint32_t count, const float *inverse, float least,
-                                      struct v_plane_sums *sums)
+/* Stratum i of `n` pixels from `at` on. */
+static inline __attribute__((always_inline)) void
+v_plane_add_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes, uint32_t i,
+                   size_t at, size_t n, lanes_vector inverse, float least,
+                   struct v_plane_sums *sums)
 {
-    const float *sample = planes->first + 4 * (size_t)i * planes->stride + at;
-    const float *r = sample, *g = r + planes->stride, *b = g + planes->stride;
-    const float *t = b + planes->stride;
-    const float *height = s->height + i % s->l * s->stride + at;
-    const float *cosine = s->cosine + i / s->l * s->stride + at;
-    for (uint32_t k = 0; k < count; k++) {
-        const float z = height[k] * cosine[k], up = t[k] * inverse[k] * z;
-        const int32_t hit = t[k] > 0.0f;
-        const int32_t bright = (r[k] > 0.0f) | (g[k] > 0.0f) | (b[k] > 0.0f);
-        const float met = 1.0f / (up > least ? up : least);
-        const float a = hit ? met : 0.0f, w = hit | bright ? z * z : 0.0f;
-        sums->weight[k] += w;
-        sums->mean[k] += w * a;
-        sums->square[k] += w * a * a;
-    }
+    const float *r = planes->first + 4 * (size_t)i * planes->stride + at;
+    const float *g = r + planes->stride, *b = g + planes->stride;
+    const lanes_vector t = v_plane_load(b + planes->stride, n), lowest = lanes_all(least).v[0];
+    const lanes_vector z = v_plane_load(s->height + i % s->l * s->stride + at, n) *
+                           v_plane_load(s->cosine + i / s->l * s->stride + at, n);
+    const lanes_vector up = t * inverse * z, met = 1.0f / lanes_select(up > lowest, up, lowest);
+    const lanes_mask hit = t > 0.0f, bright = (v_plane_load(r, n) > 0.0f) |
+                                              (v_plane_load(g, n) > 0.0f) |
+                                              (v_plane_load(b, n) > 0.0f);
+    const lanes_vector a = lanes_where(hit, met), w = lanes_where(hit | bright, z * z);
+    sums->weight += w;
+    sums->mean += w * a;
+    sums->square += w * a * a;
+}
+
+/* `n` pixels from `at` on, of a vector at most. */
+static inline __attribute__((always_inline)) void
+v_plane_slopes_vector(const struct v_plane_strata *s, const struct v_plane_planes *planes,
+                      const struct v_plane_source *sources, float least_px, size_t at, size_t n,
+                      float *mean, float *deviation)
+{
+    const lanes_vector zero = {0}, one = lanes_all(1.0f).v[0];
+    struct v_plane_sums sums = {zero, zero, zero};
+    float pixel[LANES_PER_VECTOR] = {0};
+    for (size_t k = 0; k < n; k++) pixel[k] = sources[at + k].pixel;
+    const lanes_vector size = lanes_load_vector(pixel);
+    const lanes_mask measured = size > 0.0f; /* then it is not 0 */
+    const lanes_vector inverse = lanes_where(measured, one / lanes_select(measured, size, one));
+    for (uint32_t i = 0; i < s->l * s->l; i++)
+        v_plane_add_slopes(s, planes, i, at, n, inverse, least_px, &sums);
+    const lanes_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
+    const lanes_vector scale = lanes_where(any, one / lanes_select(any, sums.weight, one));
+    const lanes_vector m = sums.mean * scale, square = sums.square * scale - m * m;
+    const lanes_vector root = v_plane_root(lanes_where(any & (square > 0.0f), square));
+    const lanes_vector answer = lanes_select(any, m, zero - one);
+    memcpy(mean + at, &answer, n * sizeof *mean);
+    memcpy(deviation + at, &root, n * sizeof *deviation);
 }
 
 static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes,
                           const struct v_plane_source *sources, float least_px, float *mean,
                           float *deviation)
 {
-    for (uint32_t at = 0; at < s->count; at += V_PLANE_LANES) {
-        const uint32_t left = s->count - at, n = left < V_PLANE_LANES ? left : V_PLANE_LANES;
-        struct v_plane_sums sums = {{0}, {0}, {0}};
-        float inverse[V_PLANE_LANES];
-        for (uint32_t k = 0; k < n; k++) /* sizes are not 0 where something was measured */
-            inverse[k] = sources[at + k].pixel > 0.0f ? 1.0f / sources[at + k].pixel : 0.0f;
-        for (uint32_t i = 0; i < s->l * s->l; i++)
-            v_plane_add_slopes(s, planes, i, at, n, inverse, least_px, &sums);
-        for (uint32_t k = 0; k < n; k++) {
-            const int32_t any = (sums.weight[k] > 0.0f) & (inverse[k] > 0.0f);
-            const float scale = any ? 1.0f / sums.weight[k] : 0.0f;
-            const float m = sums.mean[k] * scale, square = sums.square[k] * scale - m * m;
-            mean[at + k] = any ? m : -1.0f;
-            deviation[at + k] = any && square > 0.0f ? sqrtf(square) : 0.0f;
+    size_t at = 0;
+    for (; at + LANES_PER_VECTOR <= s->count; at += LANES_PER_VECTOR)
+        v_plane_slopes_vector(s, planes, sources, least_px, at, LANES_PER_VECTOR, mean, deviation);
+    if (at < s->count)
+        v_plane_slopes_vector(s, planes, sources, least_px, at, s->count - at, mean, deviation);
+}
+
+/* `n` pixels from p on, of a vector at most. */
+static inline __attribute__((always_inline)) void
+v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n, float *mean,
+                       float *deviation)
+{
+    const float *const *normal = in->normal;
+    const lanes_vector x = v_plane_load(normal[0] + p, n), y = v_plane_load(normal[1] + p, n);
+    const lanes_vector z = v_plane_load(normal[2] + p, n), one = lanes_all(1.0f).v[0];
+    const lanes_mask object = v_plane_load_mask(in->object + p, n);
+    lanes_vector m = {0}, d = {0}, counts = {0};
+    for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
+        for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
+            const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
+            const lanes_vector alike = x * v_plane_load(normal[0] + q, n) +
+                                       y * v_plane_load(normal[1] + q, n) +
+                                       z * v_plane_load(normal[2] + q, n);
+            const lanes_vector near = v_plane_load(in->mean + q, n);
+            const lanes_mask same = (v_plane_load_mask(in->object + q, n) == object) &
+                                    (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
+            m += lanes_where(same, near);
+            d += lanes_where(same, v_plane_load(in->deviation + q, n));
+            counts += lanes_where(same, one);
         }
     }
+    const lanes_mask any = counts > 0.0f;
+    const lanes_vector scale = lanes_where(any, one / lanes_select(any, counts, one));
+    m *= scale;
+    d *= scale;
+    memcpy(mean + p, &m, n * sizeof *mean);
+    memcpy(deviation + p, &d, n * sizeof *deviation);
 }
 
 static void kernel_average(const struct v_plane_slopes_field *in, size_t first, uint32_t count,
                            float *mean, float *deviation)
 {
-    const float *x = in->normal[0], *y = in->normal[1], *z = in->normal[2];
-    const float *const own_mean = in->mean, *const own_deviation = in->deviation;
-    const int32_t *object = in->object;
-    for (uint32_t at = 0; at < count; at += V_PLANE_LANES) {
-        const uint32_t left = count - at, n = left < V_PLANE_LANES ? left : V_PLANE_LANES;
-        const size_t p = first + at;
-        float m[V_PLANE_LANES] = {0}, d[V_PLANE_LANES] = {0}, counts[V_PLANE_LANES] = {0};
-        for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
-            for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
-                const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
-                for (uint32_t k = 0; k < n; k++) {
-                    const float alike =
-                        x[p + k] * x[q + k] + y[p + k] * y[q + k] + z[p + k] * z[q + k];
-                    const int32_t same = (object[q + k] == object[p + k]) &
-                                         (own_mean[q + k] >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
-                    m[k] += same ? own_mean[q + k] : 0.0f;
-                    d[k] += same ? own_deviation[q + k] : 0.0f;
-                    counts[k] += same ? 1.0f : 0.0f;
-                }
-            }
-        }
-        for (uint32_t k = 0; k < n; k++) {
-            const float scale = counts[k] > 0.0f ? 1.0f / counts[k] : 0.0f;
-            mean[p + k] = m[k] * scale;
-            deviation[p + k] = d[k] * scale;
-        }
-    }
+    size_t at = 0;
+    for (; at + LANES_PER_VECTOR <= count; at += LANES_PER_VECTOR)
+        v_plane_average_vector(in, first + at, LANES_PER_VECTOR, mean, deviation);
+    if (at < count) v_plane_average_vector(in, first + at, count - at, mean, deviation);
 }
 
 static void kernel_records(const struct v_plane_strata *s, const struct v_plane_planes *planes,
