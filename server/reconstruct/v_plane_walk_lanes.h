@@ -246,26 +246,43 @@ static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32
     }
 }
 
+/* Between which nodes taps are read, and how much of their weights is the lower and the upper
+ * one's. */
+struct v_plane_nodes {
+    _Alignas(64) float below[V_PLANE_PADDED], above[V_PLANE_PADDED];
+    _Alignas(64) int32_t at[V_PLANE_PADDED]; /* numbers from the pixel's own in the tap's row */
+};
+
+static inline void v_plane_find_nodes(const struct v_plane_taps *taps, uint32_t count,
+                                      struct v_plane_nodes *out)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const float node = (taps->shift[i] + 1.0f) * V_PLANE_NODE_MID, whole = floorf(node);
+        const float weight = taps->weight[i], above = weight * (node - whole);
+        out->above[i] = above;
+        out->below[i] = weight - above;
+        out->at[i] = taps->column[i] * V_PLANE_NODE_FLOATS + 4 * (int32_t)whole;
+    }
+}
+
 static void kernel_rows(const struct v_plane_field *f, int32_t y, const int32_t *x, uint32_t count,
                         const float *const *rows, float *out)
 {
     struct v_plane_taps taps;
+    struct v_plane_nodes nodes;
     for (uint32_t k = 0; k < count; k++) {
         const size_t p = (size_t)y * (size_t)f->width + (size_t)x[k];
+        const size_t own = (size_t)x[k] * V_PLANE_NODE_FLOATS;
         const struct v_plane_walk *w = &f->walks[0][p];
         const uint32_t n = v_plane_place(w, &f->sources[p], f->width, &taps);
         v_plane_four sum = {0};
         v_plane_weigh(w, &f->sources[p], n, &taps);
+        v_plane_find_nodes(&taps, n, &nodes);
         for (uint32_t i = 0; i < n; i++) {
             if (!(taps.weight[i] > 0.0f)) continue;
-            const float node = (taps.shift[i] + 1.0f) * V_PLANE_NODE_MID, whole = floorf(node);
-            const float above = taps.weight[i] * (node - whole), below = taps.weight[i] - above;
-            const v_plane_four *at =
-                (const v_plane_four *)(const void *)(rows[V_PLANE_REACH_PX + taps.row[i]] +
-                                                     (size_t)(x[k] + taps.column[i]) *
-                                                         V_PLANE_NODE_FLOATS) +
-                (size_t)whole;
-            sum += below * at[0] + above * at[1];
+            const float *row = rows[V_PLANE_REACH_PX + taps.row[i]] + own;
+            const v_plane_four *at = (const v_plane_four *)(const void *)(row + nodes.at[i]);
+            sum += nodes.below[i] * at[0] + nodes.above[i] * at[1];
         }
         memcpy(out + 4 * (size_t)k, &sum, sizeof sum);
     }
