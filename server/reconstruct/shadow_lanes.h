@@ -149,35 +149,12 @@ lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most, struc
 
 /* The sum over lanes in a fixed order, in pairs. Sums are kept in as many parts as there are lanes.
  */
-static inline float lanes_total(float parts[SHADOW_LANES])
-{
-    for (uint32_t half = SHADOW_LANES / 2; half > 0; half /= 2) {
-        for (uint32_t i = 0; i < half; i++) parts[i] += parts[i + half];
-    }
-    return parts[0];
-}
-
-/* The same, in registers; the parts stay as they are. */
 static inline float lanes_sum(const float parts[SHADOW_LANES])
 {
     typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
     const four *in = (const four *)parts;
     const four sum = (in[0] + in[2]) + (in[1] + in[3]);
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-/* out[i] = table[index[i]] of `count` lanes, a multiple of 8; indices 0 .. 7. */
-static inline void lanes_look_up(const float table[8], const int32_t *index, int count, float *out)
-{
-#ifdef __AVX2__
-    const __m256 all = _mm256_loadu_ps(table);
-    for (int i = 0; i < count; i += 8) {
-        const __m256i at = _mm256_loadu_si256((const __m256i *)(const void *)(index + i));
-        _mm256_storeu_ps(out + i, _mm256_permutevar8x32_ps(all, at));
-    }
-#else
-    for (int i = 0; i < count; i++) out[i] = table[index[i]];
-#endif
 }
 
 static void kernel_line_up(const struct shadow_source *sources, size_t count,
