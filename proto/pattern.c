@@ -65,16 +65,25 @@ static float unit_float(uint64_t fraction)
  * of one lattice are: those that a filter or an estimator combines with light or direction use the
  * second lattice or pattern_shuffled. The others are only summed; they draw signs, so that what
  * error the lattice leaves is not the same in each. */
-static void lattice_phase(uint32_t dimension, int32_t x, int32_t y, uint64_t phase[2])
+static void lattice_init(const struct pattern *p, uint32_t dimension, struct pattern_lattice *out)
 {
     const bool second = dimension == PATTERN_PIXEL || dimension == PATTERN_LENS;
-    const uint64_t(*m)[2] = lattices[second];
-    const uint64_t px = (uint64_t)(int64_t)x, py = (uint64_t)(int64_t)y;
     const uint64_t signs = dimension == PATTERN_LIGHT ? 0 : mix(dimension + 1);
-    phase[0] = px * m[0][0] + py * m[0][1];
-    phase[1] = px * m[1][0] + py * m[1][1];
-    if (signs & 1) phase[0] = 0 - phase[0];
-    if (signs & 2) phase[1] = 0 - phase[1];
+    for (int axis = 0; axis < 2; axis++) {
+        const uint64_t *m = lattices[second][axis];
+        const bool negative = signs >> axis & 1;
+        out->by[axis][0] = negative ? 0 - m[0] : m[0];
+        out->by[axis][1] = negative ? 0 - m[1] : m[1];
+    }
+    out->origin[0] = frame_key(p, dimension, PURPOSE_ORIGIN_0);
+    out->origin[1] = frame_key(p, dimension, PURPOSE_ORIGIN_1);
+}
+
+bool pattern_lattice_init(const struct pattern *p, uint32_t dimension, struct pattern_lattice *out)
+{
+    if (dimension >= PATTERN_LIGHT_NET) return false;
+    lattice_init(p, dimension, out);
+    return true;
 }
 
 static uint32_t reverse_bits(uint32_t v)
@@ -135,17 +144,14 @@ static void net_jitters(const struct pattern *p, const int32_t *x, const int32_t
 void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
                      uint32_t dimension, float *out0, float *out1)
 {
-    const uint64_t origin_0 = frame_key(p, dimension, PURPOSE_ORIGIN_0);
-    const uint64_t origin_1 = frame_key(p, dimension, PURPOSE_ORIGIN_1);
-    if (dimension >= PATTERN_LIGHT_NET) {
+    struct pattern_lattice lattice;
+    if (!pattern_lattice_init(p, dimension, &lattice)) {
         net_jitters(p, x, y, count, dimension, out0, out1);
         return;
     }
     for (uint32_t i = 0; i < count; i++) {
-        uint64_t phase[2];
-        lattice_phase(dimension, x[i], y[i], phase);
-        out0[i] = unit_float(phase[0] + origin_0);
-        out1[i] = unit_float(phase[1] + origin_1);
+        out0[i] = pattern_lattice_jitter(&lattice, x[i], y[i], 0);
+        out1[i] = pattern_lattice_jitter(&lattice, x[i], y[i], 1);
     }
 }
 
@@ -242,10 +248,10 @@ static void square_edge(float s, float edge[2])
 void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
                    float out[2])
 {
-    uint64_t phase[2];
-    lattice_phase(PATTERN_PIXEL, x, y, phase);
-    phase[0] += frame_key(p, PATTERN_PIXEL, PURPOSE_ORIGIN_0);
-    phase[1] += frame_key(p, PATTERN_PIXEL, PURPOSE_ORIGIN_1);
+    struct pattern_lattice lattice;
+    lattice_init(p, PATTERN_PIXEL, &lattice);
+    const uint64_t phase[2] = {pattern_lattice_phase(&lattice, x, y, 0),
+                               pattern_lattice_phase(&lattice, x, y, 1)};
     const uint64_t step = count > 1 ? UINT64_MAX / count : 0;
     float edge[2];
     square_edge(unit_float(phase[0] + k * step), edge);

@@ -6,6 +6,7 @@
  * per dimension, shared by its l x l strata (uniform jitter, filters.md section 2); the jitter runs
  * over the pixel grid as an R2 sequence with a hashed origin, or as Sobol points in Morton order
  * with hashed Owen scrambling (section 8). */
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "proto/limits.h"
@@ -45,6 +46,29 @@ void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dime
 /* The jitters of `count` pixels at once, as pattern_jitter's two numbers each. */
 void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
                      uint32_t dimension, float *out0, float *out1);
+
+/* A dimension's jitters where they are a lattice: what a pixel's coordinates are multiplied by, and
+ * an origin, in 64-bit fractions that wrap. For loops that make many. */
+struct pattern_lattice {
+    uint64_t by[2][2], origin[2];
+};
+
+/* false: the dimension is no lattice but a net. */
+bool pattern_lattice_init(const struct pattern *p, uint32_t dimension, struct pattern_lattice *out);
+
+static inline uint64_t pattern_lattice_phase(const struct pattern_lattice *l, int32_t x, int32_t y,
+                                             int axis)
+{
+    const uint64_t px = (uint64_t)(int64_t)x, py = (uint64_t)(int64_t)y;
+    return px * l->by[axis][0] + py * l->by[axis][1] + l->origin[axis];
+}
+
+/* Number `axis` of the pixel's jitter, as pattern_jitter has it. */
+static inline float pattern_lattice_jitter(const struct pattern_lattice *l, int32_t x, int32_t y,
+                                           int axis)
+{
+    return (float)(int32_t)(pattern_lattice_phase(l, x, y, axis) >> 40) * 0x1p-24f;
+}
 
 /* Keeps stratum + jitter below the next stratum after rounding, for 256 strata an axis. */
 #define PATTERN_JITTER_MAX (65535.0f / 65536.0f)

@@ -5,6 +5,7 @@
 #include "worker/trace/light.h"
 #include "worker/trace/path.h"
 #include "worker/trace/shadow_sums.h"
+#include "worker/trace/strata.h"
 
 struct lane_kernels {
     /* Rays through positions (px, py) of the image, as plan_camera_ray. */
@@ -36,18 +37,27 @@ struct lane_kernels {
                          const struct surface *receiver, const struct lanes_mask *lanes,
                          struct light_packet *out);
 
-    /* The same but for densities, which it leaves alone. */
-    void (*sample_stratum)(const struct light *light, const float *u, const float *v,
-                           const struct surface *receiver, const struct lanes_mask *lanes,
-                           struct light_packet *out);
-
     /* What all strata of a rectangle are skipped for, in out->skip; whether that holds in all lanes
      * of `lanes`. */
     bool (*light_hidden)(const struct light *light, const struct surface *receiver,
                          const struct lanes_mask *lanes, struct light_packet *out);
 
-    /* Adds one stratum whose rays have come back; its visibility goes to bit `bit`. */
-    void (*add_stratum)(const struct light_packet *p, uint32_t bit, struct shadow_sums *sums);
+    /* The pixels' jitters, and their l strata along each axis: out->l, column and row. */
+    void (*lattice_jitters)(const struct pattern_lattice *lattice, const struct block *b,
+                            float *jitter0, float *jitter1);
+    void (*place_strata)(const float *jitter0, const float *jitter1, uint32_t l,
+                         struct strata *out);
+
+    /* What sample_light makes of strata first .. first + count - 1, a packet each, but for
+     * densities, which it leaves alone. Whether all lanes of `lanes` are traced in all of them. */
+    bool (*sample_strata)(const struct light *light, const struct strata *strata, uint32_t first,
+                          uint32_t count, const struct surface *receiver,
+                          const struct lanes_mask *lanes, struct light_packet *batch);
+
+    /* Adds strata of l x l whose rays have come back, from a column on; their visibility goes to
+     * bits from `bit` on. */
+    void (*add_strata)(const struct light_packet *batch, uint32_t column, uint32_t count,
+                       uint32_t l, uint32_t bit, struct shadow_sums *sums);
     void (*add_slopes)(const struct light_packet *p, struct shadow_sums *sums);
 
     /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */

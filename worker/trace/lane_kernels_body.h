@@ -6,6 +6,7 @@
 #include "worker/trace/pack_lanes.h"
 #include "worker/trace/path_lanes.h"
 #include "worker/trace/ray_lanes.h"
+#include "worker/trace/shadow_lanes.h"
 #include "worker/trace/surface_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
@@ -16,9 +17,11 @@ const struct lane_kernels LANE_KERNELS = {
     .pack_normals = kernel_pack_normals,
     .pack_unorms = kernel_pack_unorms,
     .sample_light = kernel_sample_light,
-    .sample_stratum = kernel_sample_stratum,
+    .lattice_jitters = kernel_lattice_jitters,
+    .place_strata = kernel_place_strata,
     .light_hidden = kernel_light_hidden,
-    .add_stratum = kernel_add_stratum,
+    .sample_strata = kernel_sample_strata,
+    .add_strata = kernel_add_strata,
     .add_slopes = kernel_add_slopes,
     .path_pairs = kernel_path_pairs,
     .ray_keys = kernel_ray_keys,

@@ -23,50 +23,90 @@ static inline float gaussian(float x)
     return s * s;
 }
 
-/* `weighed`: with densities. */
-static inline void sample_rectangle(const struct light *light, const float *restrict u,
-                                    const float *restrict v, const struct surface *restrict r,
-                                    bool weighed, struct light_packet *restrict out)
+/* What loops over lanes are made of: inlined early, while the compiler still knows which pointers
+ * are restrict. */
+#define LANE_INLINE static inline __attribute__((always_inline))
+
+/* LIGHT_NOT_FINITE where Embree could not take rays from the lane's origin. */
+LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
+{
+    int fit = (fabsf(r->origin.x[i]) < ORIGIN_MAX) & (fabsf(r->origin.y[i]) < ORIGIN_MAX) &
+              (fabsf(r->origin.z[i]) < ORIGIN_MAX);
+    return fit ? LIGHT_TRACED : LIGHT_NOT_FINITE;
+}
+
+/* Whether lane i goes to Embree, its ray from the receiver's origin, and why not. Comparisons are
+ * false for NaN. Choices follow each other and masks are numbers: of truths that hang on each other
+ * the compiler makes branches, or scalar code. */
+LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *lanes, int i,
+                             int32_t origin, int32_t skip, float dx, float dy, float dz,
+                             float irradiance, struct light_packet *out)
+{
+    struct RTCRay16 *ray = &out->rays.ray;
+    int fit = (fabsf(dx) < INFINITY) & (fabsf(dy) < INFINITY) & (fabsf(dz) < INFINITY) &
+              (irradiance < INFINITY);
+    int32_t unfit = fit ? origin : LIGHT_NOT_FINITE;
+    skip = skip == LIGHT_TRACED ? unfit : skip;
+    out->skip[i] = skip;
+    out->traced.on[i] = lanes->on[i] & -(skip == LIGHT_TRACED);
+    out->irradiance[i] = irradiance;
+    ray->org_x[i] = r->origin.x[i];
+    ray->org_y[i] = r->origin.y[i];
+    ray->org_z[i] = r->origin.z[i];
+    ray->dir_x[i] = dx;
+    ray->dir_y[i] = dy;
+    ray->dir_z[i] = dz;
+    ray->tfar[i] = out->end;
+}
+
+/* The point (x, y, z) of a rectangle, which is as bright there as `profile` says. `weighed`: with
+ * densities. */
+LANE_INLINE void sample_point_of_rectangle(const struct light *light, const struct surface *r,
+                                           const struct lanes_mask *lanes, int i, int32_t origin,
+                                           float x, float y, float z, float profile, bool weighed,
+                                           struct light_packet *out)
+{
+    const float *n = light->plan->direction;
+    float wx = x - r->position.x[i], wy = y - r->position.y[i], wz = z - r->position.z[i];
+    float squared = wx * wx + wy * wy + wz * wz;
+    float shading = wx * r->normal.x[i] + wy * r->normal.y[i] + wz * r->normal.z[i];
+    float facet = wx * r->facet.x[i] + wy * r->facet.y[i] + wz * r->facet.z[i];
+    float front = -(wx * n[0] + wy * n[1] + wz * n[2]);
+    int32_t skip = facet > 0.0f ? LIGHT_TRACED : LIGHT_BELOW_FACET;
+    skip = front > 0.0f ? skip : LIGHT_FACING_AWAY;
+    skip = shading > 0.0f ? skip : LIGHT_BELOW_HORIZON;
+    float inverse = 1.0f / squared; /* positive where traced, since front is */
+    float irradiance = (shading * inverse) * (front * inverse) * light->area * profile;
+    /* In front of the emitter's own geometry, and never behind the receiver. */
+    float half_way = 0.5f * front;
+    float clear = light->clearance < half_way ? light->clearance : half_way;
+    if (weighed) out->density[i] = squared * sqrtf(squared) / (front * light->area);
+    finish_lane(r, lanes, i, origin, skip, x + clear * n[0] - r->origin.x[i],
+                y + clear * n[1] - r->origin.y[i], z + clear * n[2] - r->origin.z[i], irradiance,
+                out);
+}
+
+/* `profiled`: the profile of a Gaussian rectangle. */
+LANE_INLINE void sample_rectangle(const struct light *light, const float *restrict u,
+                                  const float *restrict v, const struct surface *restrict r,
+                                  const struct lanes_mask *restrict lanes, bool weighed,
+                                  bool profiled, struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
-    const float *c = p->position, *hu = p->half_u, *hv = p->half_v, *n = p->direction;
+    const float *c = p->position, *hu = p->half_u, *hv = p->half_v;
     for (int i = 0; i < LANES; i++) {
         float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
         float x = c[0] + a * hu[0] + b * hv[0], y = c[1] + a * hu[1] + b * hv[1];
         float z = c[2] + a * hu[2] + b * hv[2];
-        float wx = x - r->position.x[i], wy = y - r->position.y[i], wz = z - r->position.z[i];
-        float squared = wx * wx + wy * wy + wz * wz;
-        float shading = wx * r->normal.x[i] + wy * r->normal.y[i] + wz * r->normal.z[i];
-        float facet = wx * r->facet.x[i] + wy * r->facet.y[i] + wz * r->facet.z[i];
-        float front = -(wx * n[0] + wy * n[1] + wz * n[2]);
-        int below = !(shading > 0.0f), away = !(front > 0.0f);
-        int lit = facet > 0.0f ? LIGHT_TRACED : LIGHT_BELOW_FACET;
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : away ? LIGHT_FACING_AWAY : lit;
-        float inverse = 1.0f / squared; /* positive where traced, since front is */
-        out->irradiance[i] = (shading * inverse) * (front * inverse) * light->area;
-        /* In front of the emitter's own geometry, and never behind the receiver. */
-        float half_way = 0.5f * front;
-        float clear = light->clearance < half_way ? light->clearance : half_way;
-        if (weighed) out->density[i] = squared * sqrtf(squared) / (front * light->area);
-        out->rays.ray.dir_x[i] = x + clear * n[0] - r->origin.x[i];
-        out->rays.ray.dir_y[i] = y + clear * n[1] - r->origin.y[i];
-        out->rays.ray.dir_z[i] = z + clear * n[2] - r->origin.z[i];
-    }
-}
-
-/* The profile of a Gaussian rectangle. */
-static void apply_profile(const float *restrict u, const float *restrict v,
-                          struct light_packet *restrict out)
-{
-    for (int i = 0; i < LANES; i++) {
-        float a = 2.0f * u[i] - 1.0f, b = 2.0f * v[i] - 1.0f;
-        out->irradiance[i] *= gaussian(2.0f * (a * a + b * b));
+        float profile = profiled ? gaussian(2.0f * (a * a + b * b)) : 1.0f;
+        sample_point_of_rectangle(light, r, lanes, i, judge_origin(r, i), x, y, z, profile, weighed,
+                                  out);
     }
 }
 
 /* Point and spot; a point's cone lets everything through. */
 static void sample_point(const struct light *light, const struct surface *restrict r,
-                         struct light_packet *restrict out)
+                         const struct lanes_mask *restrict lanes, struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
     const float *c = p->position, *along = p->direction;
@@ -83,122 +123,52 @@ static void sample_point(const struct light *light, const struct surface *restri
         float cosine = -(wx * along[0] + wy * along[1] + wz * along[2]) * inverse;
         float cone = (cosine - p->cos_outer) * light->cone_scale;
         cone = has_cone && cone < 1.0f ? cone : 1.0f;
-        int below = !((shading > 0.0f) & (facet > 0.0f));
-        int far = !(window > 0.0f), outside = !(cone > 0.0f);
-        int lit = outside ? LIGHT_OUT_OF_CONE : LIGHT_TRACED;
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : far ? LIGHT_OUT_OF_RANGE : lit;
-        out->irradiance[i] = cone * cone * window * (shading * inverse) / squared;
+        int32_t skip = cone > 0.0f ? LIGHT_TRACED : LIGHT_OUT_OF_CONE;
+        skip = window > 0.0f ? skip : LIGHT_OUT_OF_RANGE;
+        skip = shading > 0.0f ? skip : LIGHT_BELOW_HORIZON;
+        skip = facet > 0.0f ? skip : LIGHT_BELOW_HORIZON;
         out->density[i] = 0.0f;
-        out->rays.ray.dir_x[i] = c[0] - r->origin.x[i];
-        out->rays.ray.dir_y[i] = c[1] - r->origin.y[i];
-        out->rays.ray.dir_z[i] = c[2] - r->origin.z[i];
+        finish_lane(r, lanes, i, judge_origin(r, i), skip, c[0] - r->origin.x[i],
+                    c[1] - r->origin.y[i], c[2] - r->origin.z[i],
+                    cone * cone * window * (shading * inverse) / squared, out);
     }
 }
 
 static void sample_directional(const struct light *light, const struct surface *restrict r,
+                               const struct lanes_mask *restrict lanes,
                                struct light_packet *restrict out)
 {
     const float *d = light->plan->direction;
     for (int i = 0; i < LANES; i++) {
         float shading = -(d[0] * r->normal.x[i] + d[1] * r->normal.y[i] + d[2] * r->normal.z[i]);
         float facet = -(d[0] * r->facet.x[i] + d[1] * r->facet.y[i] + d[2] * r->facet.z[i]);
-        int below = !((shading > 0.0f) & (facet > 0.0f));
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : LIGHT_TRACED;
-        out->irradiance[i] = shading;
+        int32_t skip = shading > 0.0f ? LIGHT_TRACED : LIGHT_BELOW_HORIZON;
+        skip = facet > 0.0f ? skip : LIGHT_BELOW_HORIZON;
         out->density[i] = 0.0f;
-        out->rays.ray.dir_x[i] = -d[0];
-        out->rays.ray.dir_y[i] = -d[1];
-        out->rays.ray.dir_z[i] = -d[2];
+        finish_lane(r, lanes, i, judge_origin(r, i), skip, -d[0], -d[1], -d[2], shading, out);
     }
 }
 
-/* Origins, ends, and which lanes go to Embree. Comparisons are false for NaN. */
-static void finish_packet(const struct surface *restrict r, const struct lanes_mask *restrict lanes,
-                          struct light_packet *restrict out)
-{
-    struct RTCRay16 *ray = &out->rays.ray;
-    for (int i = 0; i < LANES; i++) {
-        float x = r->origin.x[i], y = r->origin.y[i], z = r->origin.z[i];
-        int fit = (fabsf(x) < ORIGIN_MAX) & (fabsf(y) < ORIGIN_MAX) & (fabsf(z) < ORIGIN_MAX) &
-                  (fabsf(ray->dir_x[i]) < INFINITY) & (fabsf(ray->dir_y[i]) < INFINITY) &
-                  (fabsf(ray->dir_z[i]) < INFINITY) & (out->irradiance[i] < INFINITY);
-        int skip = out->skip[i];
-        skip = ((skip == LIGHT_TRACED) & !fit) ? LIGHT_NOT_FINITE : skip;
-        out->skip[i] = skip;
-        out->traced.on[i] = skip == LIGHT_TRACED ? lanes->on[i] : 0;
-        ray->org_x[i] = x;
-        ray->org_y[i] = y;
-        ray->org_z[i] = z;
-        ray->tfar[i] = out->end;
-    }
-}
-
-static void kernel_sample_light(const struct light *light, const float *u, const float *v,
-                                const struct surface *receiver, const struct lanes_mask *lanes,
-                                struct light_packet *out)
+static void kernel_sample_light(const struct light *restrict light, const float *restrict u,
+                                const float *restrict v, const struct surface *restrict receiver,
+                                const struct lanes_mask *restrict lanes,
+                                struct light_packet *restrict out)
 {
     out->end = SHADOW_END;
     switch ((enum light_type)light->plan->type) {
     case LIGHT_POINT:
     case LIGHT_SPOT:
-        sample_point(light, receiver, out);
+        sample_point(light, receiver, lanes, out);
         break;
     case LIGHT_DIRECTIONAL:
-        sample_directional(light, receiver, out);
         out->end = INFINITY;
+        sample_directional(light, receiver, lanes, out);
         break;
     case LIGHT_RECTANGLE:
-        sample_rectangle(light, u, v, receiver, true, out);
-        if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
+        if (light->plan->profile == PROFILE_GAUSSIAN)
+            sample_rectangle(light, u, v, receiver, lanes, true, true, out);
+        else
+            sample_rectangle(light, u, v, receiver, lanes, true, false, out);
         break;
     }
-    finish_packet(receiver, lanes, out);
-}
-
-static void kernel_sample_stratum(const struct light *light, const float *u, const float *v,
-                                  const struct surface *receiver, const struct lanes_mask *lanes,
-                                  struct light_packet *out)
-{
-    if (light->plan->type != LIGHT_RECTANGLE) {
-        kernel_sample_light(light, u, v, receiver, lanes, out);
-        return;
-    }
-    out->end = SHADOW_END;
-    sample_rectangle(light, u, v, receiver, false, out);
-    if (light->plan->profile == PROFILE_GAUSSIAN) apply_profile(u, v, out);
-    finish_packet(receiver, lanes, out);
-}
-
-/* The largest product of a direction with the ways to a rectangle's corners, given the product with
- * the way to its centre, and with its half sides. */
-static inline float reach(float centre, float u, float v)
-{
-    return centre + fabsf(u) + fabsf(v);
-}
-
-/* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
- * all of it. What only the facet hides is sampled: its strata count as blocked. */
-static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
-                                const struct lanes_mask *restrict lanes,
-                                struct light_packet *restrict out)
-{
-    const struct plan_light *p = light->plan;
-    const float *c = p->position, *u = p->half_u, *v = p->half_v, *d = p->direction;
-    int32_t open = 0;
-    if (p->type != LIGHT_RECTANGLE) return false;
-    for (int i = 0; i < LANES; i++) {
-        float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
-        float wz = c[2] - r->position.z[i];
-        float nx = r->normal.x[i], ny = r->normal.y[i], nz = r->normal.z[i];
-        float fx = r->facet.x[i], fy = r->facet.y[i], fz = r->facet.z[i];
-        float nu = nx * u[0] + ny * u[1] + nz * u[2], nv = nx * v[0] + ny * v[1] + nz * v[2];
-        float fu = fx * u[0] + fy * u[1] + fz * u[2], fv = fx * v[0] + fy * v[1] + fz * v[2];
-        float shading = wx * nx + wy * ny + wz * nz, facet = wx * fx + wy * fy + wz * fz;
-        int below = !(reach(shading, nu, nv) > 0.0f);
-        int above = (-reach(-shading, nu, nv) > 0.0f) & (-reach(-facet, fu, fv) > 0.0f);
-        int behind = above & !(-(wx * d[0] + wy * d[1] + wz * d[2]) > 0.0f);
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : behind ? LIGHT_FACING_AWAY : LIGHT_TRACED;
-        open |= (below | behind) ? 0 : lanes->on[i];
-    }
-    return open == 0;
 }

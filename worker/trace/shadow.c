@@ -13,21 +13,13 @@ static void sums_init(struct shadow_sums *s)
     }
 }
 
-static void end_row(struct shadow_sums *sums)
-{
-    for (int i = 0; i < LANES; i++) {
-        sums->irradiance[i] += sums->row[i];
-        sums->row[i] = 0.0f;
-    }
-}
-
 static void store_visibility(const struct shading_point *p, struct shadow_sums *sums,
                              uint8_t *plane)
 {
     uint8_t bytes[LANES];
     for (int i = 0; i < LANES; i++) {
         bytes[i] = (uint8_t)(sums->seen[i] & p->surface->hit.on[i]);
-        sums->seen[i] = 0;
+        sums->seen[i] >>= 8;
     }
     block_store_u8(p->block, bytes, plane);
 }
@@ -47,6 +39,14 @@ static void store_slopes(const struct shading_point *p, const struct shadow_sums
     block_store_positive_half(p->block, most, 1.0f, samples_light_slope(samples, index, 1));
 }
 
+static void trace_packet(struct queries *q, bool slopes, struct light_packet *packet)
+{
+    if (slopes)
+        queries_closest(q, QUERY_BLOCKER, &packet->traced, &packet->rays);
+    else
+        queries_occluded(q, QUERY_SHADOW, &packet->traced, &packet->rays);
+}
+
 /* Asks Embree about a batch; counts rays and skips. */
 static void trace_batch(struct queries *q, bool slopes, const struct shading_point *p,
                         struct light_packet *batch, uint32_t count, struct counters *counters)
@@ -58,11 +58,29 @@ static void trace_batch(struct queries *q, bool slopes, const struct shading_poi
         if (traced == 0) continue;
         counters->value[COUNTER_RAYS_SHADOW] +=
             p->block->whole ? traced : lanes_count_both(&packet->traced, &p->block->kept);
-        if (slopes)
-            queries_closest(q, QUERY_BLOCKER, &packet->traced, &packet->rays);
-        else
-            queries_occluded(q, QUERY_SHADOW, &packet->traced, &packet->rays);
+        trace_packet(q, slopes, packet);
     }
+}
+
+/* The same where no ray is spared. */
+static void trace_whole_batch(struct queries *q, bool slopes, const struct shading_point *p,
+                              struct light_packet *batch, uint32_t count, struct counters *counters)
+{
+    counters->value[COUNTER_RAYS_SHADOW] += (uint64_t)count * lanes_count(&p->counted);
+    for (uint32_t k = 0; k < count; k++) trace_packet(q, slopes, &batch[k]);
+}
+
+/* Adds a batch to the sums; bytes of visibility that are whole go to their planes. */
+static void add_batch(const struct queries *q, uint32_t index, const struct shading_point *p,
+                      const struct light_packet *batch, uint32_t first, uint32_t count,
+                      struct shadow_sums *sums, struct samples *samples)
+{
+    const uint32_t l = p->plan->lights[index].strata_per_axis, all = l * l;
+    const bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
+    const uint32_t from = first & ~7u, end = first + count;
+    q->kernels->add_strata(batch, first % l, count, l, first - from, sums);
+    for (uint32_t i = from; i + 8 <= end || (i < end && end == all); i += 8)
+        if (bits) store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
 }
 
 void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct samples *samples)
@@ -95,7 +113,6 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     const struct lane_kernels *kernels = q->kernels;
     uint32_t l = light->plan->strata_per_axis, count = l * l;
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
-    bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
     struct shadow_sums *sums = &scratch->sums;
     struct path_record *record = p->record && p->record->field.light == index ? p->record : NULL;
     if (hidden(q, light, count, p, &scratch->batch[0], counters)) {
@@ -104,23 +121,18 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         return;
     }
     sums_init(sums);
-    strata_init(&scratch->strata, &p->plan->pattern, p->block, pattern_light_dimension(index, l),
-                l);
+    strata_init(&scratch->strata, kernels, &p->plan->pattern, p->block,
+                pattern_light_dimension(index, l), l);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
         uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
-        for (uint32_t k = 0; k < n; k++)
-            kernels->sample_stratum(light, strata_u(&scratch->strata, first + k),
-                                    strata_v(&scratch->strata, first + k), p->surface, &p->lit,
-                                    &scratch->batch[k]);
-        trace_batch(q, slopes, p, scratch->batch, n, counters);
+        if (kernels->sample_strata(light, &scratch->strata, first, n, p->surface, &p->lit,
+                                   scratch->batch))
+            trace_whole_batch(q, slopes, p, scratch->batch, n, counters);
+        else
+            trace_batch(q, slopes, p, scratch->batch, n, counters);
         if (record) field_record_strata(p, q, light, slopes, scratch, first, n);
-        for (uint32_t k = 0, i = first; k < n; k++, i++) {
-            kernels->add_stratum(&scratch->batch[k], i & 7, sums);
-            if (slopes) kernels->add_slopes(&scratch->batch[k], sums);
-            if (i % l + 1 == l) end_row(sums);
-            if (bits && ((i & 7) == 7 || i + 1 == count))
-                store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
-        }
+        add_batch(q, index, p, scratch->batch, first, n, sums, samples);
+        for (uint32_t k = 0; slopes && k < n; k++) kernels->add_slopes(&scratch->batch[k], sums);
     }
     float scale = 1.0f / (float)count;
     for (int i = 0; i < LANES; i++) sums->irradiance[i] *= scale;

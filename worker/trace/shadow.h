@@ -7,10 +7,6 @@
 
 struct path_record;
 
-/* Strata that are sampled, traced and summed up together: nine of a pixel stay in the first-level
- * cache, and Embree is called back to back. */
-#define SHADOW_BATCH 9
-
 /* What one block is given: shared by all effects. */
 struct shading_point {
     const struct plan *plan;

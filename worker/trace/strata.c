@@ -1,16 +1,17 @@
 #include "worker/trace/strata.h"
 
-void strata_init(struct strata *s, const struct pattern *p, const struct block *b,
-                 uint32_t dimension, uint32_t l)
+#include "worker/trace/lane_kernels.h"
+
+void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
+                 const struct block *b, uint32_t dimension, uint32_t l)
 {
-    s->l = l;
     _Alignas(LANES_ALIGN) float jitter0[LANES], jitter1[LANES];
-    pattern_jitters(p, b->x_px, b->y_px, LANES, dimension, jitter0, jitter1);
-    for (uint32_t k = 0; k < l; k++)
-        for (int i = 0; i < LANES; i++) {
-            s->column[k][i] = pattern_axis(jitter0[i], l, k);
-            s->row[k][i] = pattern_axis(jitter1[i], l, k);
-        }
+    struct pattern_lattice lattice;
+    if (pattern_lattice_init(p, dimension, &lattice))
+        kernels->lattice_jitters(&lattice, b, jitter0, jitter1);
+    else
+        pattern_jitters(p, b->x_px, b->y_px, LANES, dimension, jitter0, jitter1);
+    kernels->place_strata(jitter0, jitter1, l, s);
 }
 
 void strata_init_sides(struct strata *s, const struct pattern *p, const struct block *b,

@@ -13,8 +13,10 @@ struct strata {
     _Alignas(LANES_ALIGN) float row[LIMIT_STRATA_PER_AXIS][LANES];    /* v of sample i: i / l */
 };
 
-void strata_init(struct strata *s, const struct pattern *p, const struct block *b,
-                 uint32_t dimension, uint32_t l);
+struct lane_kernels;
+
+void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
+                 const struct block *b, uint32_t dimension, uint32_t l);
 
 /* The same where each pixel has its own l, 0 for none. */
 void strata_init_sides(struct strata *s, const struct pattern *p, const struct block *b,

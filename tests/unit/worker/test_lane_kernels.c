@@ -83,10 +83,8 @@ static void test_light_samples_agree(void **state)
             lanes.on[i] = s.hit.on[i];
         }
         lane_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
-        for (int k = 0; k < 2 * isa_count(); k++) {
-            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k / 2]);
-            (k & 1 ? kernels->sample_light : kernels->sample_stratum)(&table.lights[0], u, v, &s,
-                                                                      &lanes, &got);
+        for (int k = 0; k < isa_count(); k++) {
+            lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
             assert_memory_equal(got.rays.ray.dir_x, expected.rays.ray.dir_x, 64);
             assert_memory_equal(got.rays.ray.dir_z, expected.rays.ray.dir_z, 64);
             assert_memory_equal(got.rays.ray.tfar, expected.rays.ray.tfar, 64);
@@ -95,6 +93,61 @@ static void test_light_samples_agree(void **state)
             for (int i = 0; i < LANES; i++)
                 if (got.traced.on[i])
                     assert_memory_equal(&got.irradiance[i], &expected.irradiance[i], 4);
+        }
+    }
+}
+
+static void assert_packets_agree(const struct light_packet *a, const struct light_packet *b)
+{
+    assert_memory_equal(a->rays.ray.org_x, b->rays.ray.org_x, 64);
+    assert_memory_equal(a->rays.ray.dir_x, b->rays.ray.dir_x, 64);
+    assert_memory_equal(a->rays.ray.dir_y, b->rays.ray.dir_y, 64);
+    assert_memory_equal(a->rays.ray.dir_z, b->rays.ray.dir_z, 64);
+    assert_memory_equal(a->rays.ray.tfar, b->rays.ray.tfar, 64);
+    assert_memory_equal(a->traced.on, b->traced.on, 64);
+    assert_memory_equal(a->skip, b->skip, 64);
+    for (int i = 0; i < LANES; i++)
+        if (b->traced.on[i]) assert_memory_equal(&a->irradiance[i], &b->irradiance[i], 4);
+}
+
+/* A batch of strata holds what samples one by one do, and says whether all lanes are traced. */
+static void check_batch(const struct lane_kernels *kernels, const struct light *light,
+                        const struct strata *strata, uint32_t first, uint32_t count,
+                        const struct surface *s)
+{
+    static struct light_packet batch[SHADOW_BATCH], expected;
+    bool whole = true;
+    const bool said = kernels->sample_strata(light, strata, first, count, s, &s->hit, batch);
+    for (uint32_t i = 0; i < count; i++) {
+        lane_kernels_sse42.sample_light(light, strata_u(strata, first + i),
+                                        strata_v(strata, first + i), s, &s->hit, &expected);
+        assert_packets_agree(&batch[i], &expected);
+        whole &= lanes_count(&expected.traced) == lanes_count(&s->hit);
+    }
+    assert_int_equal(said, whole);
+}
+
+static void test_strata_agree(void **state)
+{
+    (void)state;
+    uint64_t seed = 6;
+    static struct strata strata;
+    for (int round = 0; round < 400; round++) {
+        struct plan plan = {.light_count = 1};
+        struct light_table table;
+        struct surface s;
+        struct block block;
+        const uint32_t l = 1 + (uint32_t)round % 12, all = l * l;
+        random_light(&seed, (uint32_t)round % 4, &plan.lights[0]);
+        light_table_init(&table, &plan, false);
+        random_surface(&seed, &s);
+        block_init(&block, 4 * round, 8, 4096, 16, (struct rect){0, 0, 4096, 16});
+        for (int k = 0; k < isa_count(); k++) {
+            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            strata_init(&strata, kernels, &plan.pattern, &block, PATTERN_LIGHT, l);
+            for (uint32_t first = 0; first < all; first += SHADOW_BATCH)
+                check_batch(kernels, &table.lights[0], &strata, first,
+                            all - first < SHADOW_BATCH ? all - first : SHADOW_BATCH, &s);
         }
     }
 }
@@ -280,6 +333,7 @@ int main(void)
         cmocka_unit_test(test_light_samples_agree),
         cmocka_unit_test(test_surfaces_agree),
         cmocka_unit_test(test_flat_surfaces),
+        cmocka_unit_test(test_strata_agree),
         cmocka_unit_test(test_camera_rays),
         cmocka_unit_test(test_unorms),
         cmocka_unit_test(test_packed_normals_are_octahedron_codes),
