@@ -15,10 +15,9 @@ struct lane_kernels {
     /* Lanes of *valid that Embree can take stay on; returns how many do not. */
     uint32_t (*sanitise)(const struct RTCRay16 *rays, struct lanes_mask *valid);
 
-    /* Positions, facets and normals (neither unit nor turned, in the mesh's space) and magnitudes
-     * (offset.h) of hits, each lane on its own mesh; zeros where that is NULL. */
-    void (*gather_surface)(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
-                           float *magnitude, struct surface *s);
+    /* hit_resolve. */
+    void (*resolve_hits)(const struct render_scene *scene, const struct lanes_mask *valid,
+                         const struct RTCRayHit16 *rays, struct surface *out);
 
     /* Turns raw vectors into what hit.h promises: facet and normal unit and facing the ray, origins
      * off the surface by offset.h of `magnitude`. `flat`: all normals are those of facets. */

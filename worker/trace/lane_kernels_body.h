@@ -8,11 +8,13 @@
 #include "worker/trace/ray_lanes.h"
 #include "worker/trace/shadow_lanes.h"
 #include "worker/trace/surface_lanes.h"
+/* After what it is made of: */
+#include "worker/trace/hit_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,
     .sanitise = kernel_sanitise,
-    .gather_surface = kernel_gather_surface,
+    .resolve_hits = kernel_resolve_hits,
     .finish_surface = kernel_finish_surface,
     .pack_normals = kernel_pack_normals,
     .pack_unorms = kernel_pack_unorms,

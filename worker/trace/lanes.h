@@ -7,6 +7,10 @@
 #define LANES_ALIGN  64
 #define LANES_ACROSS 4 /* a block is 4 x 4 pixels, lane = 4 (y & 3) + (x & 3) */
 
+/* What loops over lanes are made of: inlined early, while the compiler still knows which pointers
+ * are restrict. */
+#define LANE_INLINE static inline __attribute__((always_inline))
+
 struct lanes3 {
     _Alignas(LANES_ALIGN) float x[LANES];
     _Alignas(LANES_ALIGN) float y[LANES];

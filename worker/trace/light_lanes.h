@@ -23,10 +23,6 @@ static inline float gaussian(float x)
     return s * s;
 }
 
-/* What loops over lanes are made of: inlined early, while the compiler still knows which pointers
- * are restrict. */
-#define LANE_INLINE static inline __attribute__((always_inline))
-
 /* LIGHT_NOT_FINITE where Embree could not take rays from the lane's origin. */
 LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
 {

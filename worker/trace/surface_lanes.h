@@ -1,5 +1,6 @@
 #pragma once
-/* lane_kernels' gather_surface and finish_surface. Included by lane_kernels_body.h only. */
+/* From triangles to surfaces, in sixteen lanes: lane_kernels' finish_surface, and what hit_lanes.h
+ * is made of. Included by lane_kernels_body.h only. */
 #include <math.h>
 #include <string.h>
 
@@ -40,44 +41,68 @@ static inline void spread_corners(const uint32_t *triangle, const float *attribu
     }
 }
 
-/* Camera rays of a block mostly meet one triangle: then its corners need be read only once. */
-static inline bool is_one_triangle(const struct mesh_view *const *mesh, const struct RTCHit16 *hit)
-{
-    uint32_t differs = 0;
-    bool same_mesh = mesh[0] != NULL;
-    for (int i = 1; i < LANES; i++) {
-        same_mesh &= mesh[i] == mesh[0];
-        differs |= hit->primID[i] ^ hit->primID[0];
-    }
-    return same_mesh & (differs == 0);
-}
-
 static inline float largest(float a, float b, float c)
 {
     float m = fabsf(a) > fabsf(b) ? fabsf(a) : fabsf(b);
     return m > fabsf(c) ? m : fabsf(c);
 }
 
+/* What one lane's loop holds of a struct lanes3. */
+struct vector {
+    float x, y, z;
+};
+
+LANE_INLINE struct vector lane_get(const struct lanes3 *from, int i)
+{
+    return (struct vector){from->x[i], from->y[i], from->z[i]};
+}
+
+LANE_INLINE void lane_put(struct vector v, int i, struct lanes3 *to)
+{
+    to->x[i] = v.x;
+    to->y[i] = v.y;
+    to->z[i] = v.z;
+}
+
+LANE_INLINE float dot(struct vector a, struct vector b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* Position and facet of lane i on the triangle v0, v1, v2; returns the magnitude of offset.h. */
+LANE_INLINE float place_lane(struct vector v0, struct vector v1, struct vector v2, float u, float v,
+                             struct vector *position, struct vector *facet)
+{
+    float ax = v1.x - v0.x, ay = v1.y - v0.y, az = v1.z - v0.z;
+    float bx = v2.x - v0.x, by = v2.y - v0.y, bz = v2.z - v0.z;
+    float mx = largest(v0.x, v1.x, v2.x), my = largest(v0.y, v1.y, v2.y);
+    float mz = largest(v0.z, v1.z, v2.z);
+    *position =
+        (struct vector){v0.x + u * ax + v * bx, v0.y + u * ay + v * by, v0.z + u * az + v * bz};
+    *facet = (struct vector){ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx};
+    return largest(mx, my, mz);
+}
+
 static void place_on_triangles(const struct corner_lanes *restrict c,
                                const struct RTCHit16 *restrict hit, float *restrict magnitude,
                                struct surface *restrict s)
 {
-    const struct lanes3 *v0 = &c->corner[0], *v1 = &c->corner[1], *v2 = &c->corner[2];
     for (int i = 0; i < LANES; i++) {
-        float ax = v1->x[i] - v0->x[i], ay = v1->y[i] - v0->y[i], az = v1->z[i] - v0->z[i];
-        float bx = v2->x[i] - v0->x[i], by = v2->y[i] - v0->y[i], bz = v2->z[i] - v0->z[i];
-        float u = hit->u[i], v = hit->v[i];
-        float mx = largest(v0->x[i], v1->x[i], v2->x[i]);
-        float my = largest(v0->y[i], v1->y[i], v2->y[i]);
-        float mz = largest(v0->z[i], v1->z[i], v2->z[i]);
-        s->position.x[i] = v0->x[i] + u * ax + v * bx;
-        s->position.y[i] = v0->y[i] + u * ay + v * by;
-        s->position.z[i] = v0->z[i] + u * az + v * bz;
-        s->facet.x[i] = ay * bz - az * by;
-        s->facet.y[i] = az * bx - ax * bz;
-        s->facet.z[i] = ax * by - ay * bx;
-        magnitude[i] = largest(mx, my, mz);
+        struct vector position, facet;
+        magnitude[i] =
+            place_lane(lane_get(&c->corner[0], i), lane_get(&c->corner[1], i),
+                       lane_get(&c->corner[2], i), hit->u[i], hit->v[i], &position, &facet);
+        lane_put(position, i, &s->position);
+        lane_put(facet, i, &s->facet);
     }
+}
+
+LANE_INLINE struct vector interpolated(struct vector n0, struct vector n1, struct vector n2,
+                                       float u, float v)
+{
+    float w = 1.0f - u - v;
+    return (struct vector){w * n0.x + u * n1.x + v * n2.x, w * n0.y + u * n1.y + v * n2.y,
+                           w * n0.z + u * n1.z + v * n2.z};
 }
 
 /* Lanes without normals are flat. */
@@ -121,12 +146,12 @@ static void gather_triangles(const struct mesh_view *const *mesh, const struct R
     }
 }
 
-static void kernel_gather_surface(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
-                                  float *magnitude, struct surface *s)
+static void gather_surface(const struct mesh_view *const *mesh, bool one_triangle,
+                           const struct RTCHit16 *hit, float *magnitude, struct surface *s)
 {
     struct corner_lanes vertices, normals;
     struct lanes_mask smooth;
-    if (is_one_triangle(mesh, hit))
+    if (one_triangle)
         spread_triangle(mesh[0], hit->primID[0], &vertices, &normals, &smooth);
     else
         gather_triangles(mesh, hit, &vertices, &normals, &smooth);
@@ -134,81 +159,87 @@ static void kernel_gather_surface(const struct mesh_view *const *mesh, const str
     interpolate_normals(&normals, &smooth, hit, s);
 }
 
-/* Unit lengths. Scaled by the largest component first, so that neither tiny nor huge triangles
- * leave the range of squares; vectors without a direction become `fallback` times `sign`. */
-static void normalise(struct lanes3 *restrict v, const struct lanes3 *restrict fallback, float sign)
+/* Unit length. Scaled by the largest component first, so that neither tiny nor huge triangles leave
+ * the range of squares; a vector without a direction becomes `fallback` times `sign`. */
+LANE_INLINE struct vector normalised(struct vector v, struct vector fallback, float sign)
 {
-    for (int i = 0; i < LANES; i++) {
-        float ax = fabsf(v->x[i]), ay = fabsf(v->y[i]), az = fabsf(v->z[i]);
-        float most = ax > ay ? ax : ay;
-        most = most > az ? most : az;
-        int usable = (most > 1e-37f) & (most < 1e37f);
-        float down = 1.0f / (usable ? most : 1.0f);
-        float x = usable ? v->x[i] * down : sign * fallback->x[i];
-        float y = usable ? v->y[i] * down : sign * fallback->y[i];
-        float z = usable ? v->z[i] * down : sign * fallback->z[i];
-        float scale = 1.0f / sqrtf(x * x + y * y + z * z); /* the largest component is 1, or unit */
-        v->x[i] = x * scale;
-        v->y[i] = y * scale;
-        v->z[i] = z * scale;
-    }
+    float ax = fabsf(v.x), ay = fabsf(v.y), az = fabsf(v.z);
+    float most = ax > ay ? ax : ay;
+    most = most > az ? most : az;
+    int usable = (most > 1e-37f) & (most < 1e37f);
+    float down = 1.0f / (usable ? most : 1.0f);
+    float x = usable ? v.x * down : sign * fallback.x;
+    float y = usable ? v.y * down : sign * fallback.y;
+    float z = usable ? v.z * down : sign * fallback.z;
+    float scale = 1.0f / sqrtf(x * x + y * y + z * z); /* the largest component is 1, or unit */
+    return (struct vector){x * scale, y * scale, z * scale};
 }
 
-/* Turns v to the side where its product with the unit direction d, times sign, is positive. */
-static void turn(struct lanes3 *restrict v, const struct lanes3 *restrict d, float sign)
+/* Turned to the side where its product with the unit direction d, times sign, is positive. */
+LANE_INLINE struct vector turned(struct vector v, struct vector d, float sign)
 {
-    for (int i = 0; i < LANES; i++) {
-        float side = sign * (v->x[i] * d->x[i] + v->y[i] * d->y[i] + v->z[i] * d->z[i]);
-        float flip = side < 0.0f ? -1.0f : 1.0f;
-        v->x[i] *= flip;
-        v->y[i] *= flip;
-        v->z[i] *= flip;
-    }
+    float flip = sign * dot(v, d) < 0.0f ? -1.0f : 1.0f;
+    return (struct vector){v.x * flip, v.y * flip, v.z * flip};
 }
 
 /* Interpolation and normal maps may turn a normal away from the viewer of a visible facet: it is
  * bent back until it just faces him. */
-static void bend_to_viewer(struct lanes3 *restrict n, const struct lanes3 *restrict direction)
+LANE_INLINE struct vector bent_to_viewer(struct vector n, struct vector d)
+{
+    float facing = -dot(n, d);
+    float lift = facing < FACING_MIN ? FACING_MIN - facing : 0.0f;
+    float x = n.x - lift * d.x, y = n.y - lift * d.y, z = n.z - lift * d.z;
+    /* A unit vector with its part along the view replaced; at least FACING_MIN long. */
+    float scale = 1.0f / sqrtf(x * x + y * y + z * z);
+    return (struct vector){x * scale, y * scale, z * scale};
+}
+
+LANE_INLINE struct vector lane_direction(const struct RTCRay16 *r, int i)
+{
+    return (struct vector){r->dir_x[i], r->dir_y[i], r->dir_z[i]};
+}
+
+/* What hit.h promises of lane i of s, from raw vectors. `flat`: the normal is that of the facet. */
+LANE_INLINE void finish_vectors(struct vector direction, struct vector position,
+                                struct vector facet, struct vector normal, float magnitude,
+                                bool flat, int i, struct surface *s)
+{
+    float off = offset_distance(magnitude);
+    facet = turned(normalised(facet, direction, -1.0f), direction, -1.0f);
+    if (flat)
+        normal = facet;
+    else
+        normal = turned(normalised(normal, facet, 1.0f), facet, 1.0f);
+    lane_put(facet, i, &s->facet);
+    lane_put(bent_to_viewer(normal, direction), i, &s->normal);
+    s->origin.x[i] = position.x + off * facet.x;
+    s->origin.y[i] = position.y + off * facet.y;
+    s->origin.z[i] = position.z + off * facet.z;
+}
+
+static void finish_flat(const struct RTCRay16 *restrict r, const float *restrict magnitude,
+                        struct surface *restrict s)
 {
     for (int i = 0; i < LANES; i++) {
-        float facing =
-            -(n->x[i] * direction->x[i] + n->y[i] * direction->y[i] + n->z[i] * direction->z[i]);
-        float lift = facing < FACING_MIN ? FACING_MIN - facing : 0.0f;
-        float x = n->x[i] - lift * direction->x[i], y = n->y[i] - lift * direction->y[i];
-        float z = n->z[i] - lift * direction->z[i];
-        /* A unit vector with its part along the view replaced; at least FACING_MIN long. */
-        float scale = 1.0f / sqrtf(x * x + y * y + z * z);
-        n->x[i] = x * scale;
-        n->y[i] = y * scale;
-        n->z[i] = z * scale;
+        const struct vector facet = lane_get(&s->facet, i);
+        finish_vectors(lane_direction(r, i), lane_get(&s->position, i), facet, facet, magnitude[i],
+                       true, i, s);
     }
 }
 
-static void leave_surface(const float *magnitude, struct surface *s)
+static void finish_bent(const struct RTCRay16 *restrict r, const float *restrict magnitude,
+                        struct surface *restrict s)
 {
-    for (int i = 0; i < LANES; i++) {
-        float d = offset_distance(magnitude[i]);
-        s->origin.x[i] = s->position.x[i] + d * s->facet.x[i];
-        s->origin.y[i] = s->position.y[i] + d * s->facet.y[i];
-        s->origin.z[i] = s->position.z[i] + d * s->facet.z[i];
-    }
+    for (int i = 0; i < LANES; i++)
+        finish_vectors(lane_direction(r, i), lane_get(&s->position, i), lane_get(&s->facet, i),
+                       lane_get(&s->normal, i), magnitude[i], false, i, s);
 }
 
 static void kernel_finish_surface(const struct RTCRay16 *rays, const float *magnitude, bool flat,
                                   struct surface *s)
 {
-    struct lanes3 direction;
-    memcpy(direction.x, rays->dir_x, sizeof direction.x);
-    memcpy(direction.y, rays->dir_y, sizeof direction.y);
-    memcpy(direction.z, rays->dir_z, sizeof direction.z);
-    normalise(&s->facet, &direction, -1.0f);
-    turn(&s->facet, &direction, -1.0f);
-    if (flat) {
-        s->normal = s->facet;
-    } else {
-        normalise(&s->normal, &s->facet, 1.0f);
-        turn(&s->normal, &s->facet, 1.0f);
-    }
-    bend_to_viewer(&s->normal, &direction);
-    leave_surface(magnitude, s);
+    if (flat)
+        finish_flat(rays, magnitude, s);
+    else
+        finish_bent(rays, magnitude, s);
 }
