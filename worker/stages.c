@@ -66,6 +66,8 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
                            .first = pass->first,
                            .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
+    out->vertices = out->bounces || out->glossy || pass->sides || plan->lens_mirrors > 0 ||
+                    (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->paths = *parts;
     out->paths.demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
     out->paths.blended = has_blended(scene->materials);

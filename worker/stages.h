@@ -10,6 +10,7 @@ struct stages {
     bool lights;           /* their light fields of lights */
     bool bounces;          /* bounce rays leave them */
     bool glossy;           /* and rays of their glossy lobes */
+    bool vertices;         /* somebody asks for their BSDFs */
     bool lens;             /* the lens's light field */
     bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */

@@ -106,6 +106,7 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     rc = samples_layout_init(&layout, plan, pass->number, rect_width(rect), rect_height(rect));
     if (rc == 0) rc = samples_create(&layout, &samples);
     if (rc) return rc;
+    geometry_planes_init(&tracer->planes, samples);
     uint64_t started_us = thread_cpu_us();
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);

@@ -52,9 +52,14 @@ static void mark_all_lit(struct tile_tracer *t)
     t->point.lit = t->bouncing = t->centre.surface.hit;
 }
 
-/* What the surfaces at the centres do to light. */
+/* What the surfaces at the centres do to light. Lights only need to know how much of it they
+ * reflect diffusely. */
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
+    if (!stages->vertices && !t->point.record) {
+        hit_diffuse_albedo(&t->camera, &t->centre.surface);
+        return;
+    }
     t->centre.active = t->centre.surface.hit;
     path_resolve(&stages->field, &t->camera, &t->centre);
     if (t->point.record) field_record_centre(t->point.record, &t->block, &t->camera, &t->centre);
@@ -77,32 +82,30 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
                          struct counters *counters)
 {
     const struct block *b = &t->block;
+    const bool shines = samples->layout.planes >> PLANE_EMISSION & 1;
     uint32_t pixels = lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++) {
-        t->emission.x[i] = t->emission.y[i] = t->emission.z[i] = 0.0f;
-        t->point.lit.on[i] = t->bouncing.on[i] = 0;
-    }
+    for (int i = 0; i < LANES; i++) t->point.lit.on[i] = t->bouncing.on[i] = 0;
     struct surface copy;
     primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
     t->centre.mirrors.any = false;
     if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, &t->camera, &t->centre);
     mark_lit(&t->centre.surface, &t->point.lit);
     resolve_centre(t, stages);
-    mark_lit(&t->centre.surface, &t->bouncing);
-    geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), samples);
-    add_emission(&t->centre.surface, &t->emission);
+    if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
+    geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), &t->planes);
+    if (shines) t->emission = t->centre.surface.emission;
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         struct surface *sub = &t->beside.surface;
         primary_trace_sub(&t->queries, plan, b, k, &t->camera, sub);
         mark_lit(sub, &t->point.lit);
         resolve_sub(t, stages, k, samples);
-        mark_lit(sub, &t->bouncing);
+        if (stages->bounces) mark_lit(sub, &t->bouncing);
         geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
-        add_emission(sub, &t->emission);
+        if (shines) add_emission(sub, &t->emission);
     }
     if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
-    store_emission(t, plan, samples);
+    if (shines) store_emission(t, plan, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
 }

@@ -2,6 +2,7 @@
 /* The tracer of tiles from inside: for tile.c and tile_block.c alone. */
 #include "worker/stages.h"
 #include "worker/tile.h"
+#include "worker/trace/geometry.h"
 #include "worker/trace/glossy.h"
 #include "worker/trace/indirect.h"
 #include "worker/trace/lens.h"
@@ -21,6 +22,7 @@ struct tile_tracer {
     struct shading_point point;
     struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
     struct block block;
+    struct geometry_planes planes; /* of the tile */
     struct RTCRayHit16 camera;
     struct shadow_scratch shadow;
     struct indirect_scratch indirect;

@@ -1,43 +1,27 @@
 #include "worker/trace/block_store.h"
 
-#include <string.h>
-
 #include "proto/half.h"
 
 #define HALF_NORMAL_MIN 0x1p-14f
 
-/* Elements of `size` bytes; inlined, so that the copies are moves. */
-static inline void scatter(const struct block *b, const void *values, void *plane, size_t size)
-{
-    const uint8_t *from = values;
-    uint8_t *to = plane;
-    if (!plane) return;
-    if (b->whole)
-        for (size_t i = 0; i < LANES; i += LANES_ACROSS)
-            memcpy(to + size * b->element[i], from + size * i, LANES_ACROSS * size);
-    else
-        for (size_t i = 0; i < LANES; i++)
-            if (b->kept.on[i]) memcpy(to + size * b->element[i], from + size * i, size);
-}
-
 void block_store_f32(const struct block *b, const float v[LANES], float *plane)
 {
-    scatter(b, v, plane, sizeof v[0]);
+    block_scatter(b, v, plane, sizeof v[0]);
 }
 
 void block_store_u32(const struct block *b, const uint32_t v[LANES], uint32_t *plane)
 {
-    scatter(b, v, plane, sizeof v[0]);
+    block_scatter(b, v, plane, sizeof v[0]);
 }
 
 void block_store_u16(const struct block *b, const uint16_t v[LANES], uint16_t *plane)
 {
-    scatter(b, v, plane, sizeof v[0]);
+    block_scatter(b, v, plane, sizeof v[0]);
 }
 
 void block_store_u8(const struct block *b, const uint8_t v[LANES], uint8_t *plane)
 {
-    scatter(b, v, plane, sizeof v[0]);
+    block_scatter(b, v, plane, sizeof v[0]);
 }
 
 void block_store_half(const struct block *b, const float v[LANES], float scale, uint16_t *plane)

@@ -2,8 +2,23 @@
 /* Puts a block's lanes where they belong in the planes of its tile. Planes that the plan does not
  * ask for are NULL and nothing happens. */
 #include <float.h>
+#include <string.h>
 
 #include "worker/trace/block.h"
+
+/* Elements of `size` bytes; inlined, so that the copies are moves. */
+LANE_INLINE void block_scatter(const struct block *b, const void *values, void *plane, size_t size)
+{
+    const uint8_t *from = values;
+    uint8_t *to = plane;
+    if (!plane) return;
+    if (b->whole)
+        for (size_t i = 0; i < LANES; i += LANES_ACROSS)
+            memcpy(to + size * b->element[i], from + size * i, LANES_ACROSS * size);
+    else
+        for (size_t i = 0; i < LANES; i++)
+            if (b->kept.on[i]) memcpy(to + size * b->element[i], from + size * i, size);
+}
 
 void block_store_f32(const struct block *b, const float v[LANES], float *plane);
 void block_store_u32(const struct block *b, const uint32_t v[LANES], uint32_t *plane);

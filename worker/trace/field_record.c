@@ -71,9 +71,7 @@ static void add_stratum(const struct queries *q, const struct light_packet *l, b
                         struct path_record_field *f)
 {
     struct shadow_sums one;
-    memset(&one, 0, sizeof one);
-    for (int i = 0; i < LANES; i++) one.least[i] = 1.0f;
-    q->kernels->add_strata(l, 0, 1, 2, 0, &one); /* no end of a row */
+    q->kernels->add_strata(l, 0, 1, 2, &one); /* no end of a row */
     if (slopes) q->kernels->add_slopes(l, &one);
     f->arrives = one.row[f->lane];
     f->seen &= one.seen[f->lane] & 1;

@@ -32,19 +32,19 @@ static void store_albedo(const struct queries *q, const struct block *b, const s
     store_unorm(q, b, s->albedo.z, samples_u16(samples, plane, first + 2));
 }
 
-void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
-                    struct samples *samples)
+void geometry_planes_init(struct geometry_planes *p, const struct samples *samples)
 {
-    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
-    uint32_t *normals = samples_u32(samples, PLANE_NORMAL, 0);
-    if (lanes_count(&s->hit) == 0) return; /* planes begin as zeros */
-    block_store_f32(b, s->distance, samples_f32(samples, PLANE_DEPTH, 0));
-    block_store_u32(b, s->id, samples_u32(samples, PLANE_ID, 0));
-    store_albedo(q, b, s, samples, PLANE_ALBEDO, 0);
-    if (!normals) return;
-    q->kernels->pack_normals(&s->normal, 16, packed);
-    for (int i = 0; i < LANES; i++) packed[i] &= (uint32_t)s->hit.on[i];
-    block_store_u32(b, packed, normals);
+    p->depth = samples_f32(samples, PLANE_DEPTH, 0);
+    p->id = samples_u32(samples, PLANE_ID, 0);
+    p->normal = samples_u32(samples, PLANE_NORMAL, 0);
+    for (uint32_t k = 0; k < 3; k++) p->albedo[k] = samples_u16(samples, PLANE_ALBEDO, k);
+}
+
+void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
+                    const struct geometry_planes *planes)
+{
+    if (lanes_count(&s->hit) > 0) /* planes begin as zeros */
+        q->kernels->store_geometry(b, s, planes);
 }
 
 static void store_sub_depth(const struct plan *plan, const struct block *b,

@@ -113,11 +113,16 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
 void hit_diffuse_albedo(const struct RTCRayHit16 *rays, struct surface *s)
 {
     const struct RTCHit16 *hit = &rays->hit;
+    const struct mesh_view *plain = NULL; /* of which the albedo stays */
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *mesh = s->mesh[i];
         struct material_uv uv;
         struct bsdf bsdf;
-        if (!s->hit.on[i] || mesh->material->lambert || mesh->material->unlit) continue;
+        if (!s->hit.on[i] || mesh == plain) continue;
+        if (mesh->material->lambert || mesh->material->unlit) {
+            plain = mesh;
+            continue;
+        }
         struct mesh_point point = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
         mesh_uv(&point, &uv);
         material_bsdf(mesh->material, &uv, s->behind.on[i], &bsdf);

@@ -2,6 +2,7 @@
 /* The inner loops over sixteen lanes, once for each instruction set. All of them compute the same
  * bits: no contraction into fused multiply-adds, no approximate reciprocals. */
 #include "proto/pattern_path.h"
+#include "worker/trace/geometry.h"
 #include "worker/trace/light.h"
 #include "worker/trace/path.h"
 #include "worker/trace/shadow_sums.h"
@@ -23,6 +24,10 @@ struct lane_kernels {
      * off the surface by offset.h of `magnitude`. `flat`: all normals are those of facets. */
     void (*finish_surface)(const struct RTCRay16 *rays, const float *magnitude, bool flat,
                            struct surface *s);
+
+    /* geometry_store, of a block in which something was hit. */
+    void (*store_geometry)(const struct block *b, const struct surface *s,
+                           const struct geometry_planes *planes);
 
     /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
     void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);
@@ -53,10 +58,10 @@ struct lane_kernels {
                           uint32_t count, const struct surface *receiver,
                           const struct lanes_mask *lanes, struct light_packet *batch);
 
-    /* Adds strata of l x l whose rays have come back, from a column on; their visibility goes to
-     * bits from `bit` on. */
-    void (*add_strata)(const struct light_packet *batch, uint32_t column, uint32_t count,
-                       uint32_t l, uint32_t bit, struct shadow_sums *sums);
+    /* Adds strata first .. first + count - 1 of l x l, whose rays have come back. The first starts
+     * the sums; their visibility goes to bits from first & 7 on. */
+    void (*add_strata)(const struct light_packet *batch, uint32_t first, uint32_t count, uint32_t l,
+                       struct shadow_sums *sums);
     void (*add_slopes)(const struct light_packet *p, struct shadow_sums *sums);
 
     /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */

@@ -9,6 +9,7 @@
 #include "worker/trace/shadow_lanes.h"
 #include "worker/trace/surface_lanes.h"
 /* After what it is made of: */
+#include "worker/trace/geometry_lanes.h"
 #include "worker/trace/hit_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
@@ -16,6 +17,7 @@ const struct lane_kernels LANE_KERNELS = {
     .sanitise = kernel_sanitise,
     .resolve_hits = kernel_resolve_hits,
     .finish_surface = kernel_finish_surface,
+    .store_geometry = kernel_store_geometry,
     .pack_normals = kernel_pack_normals,
     .pack_unorms = kernel_pack_unorms,
     .sample_light = kernel_sample_light,

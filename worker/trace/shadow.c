@@ -4,15 +4,6 @@
 #include "worker/trace/field_record.h"
 #include "worker/trace/lane_kernels.h"
 
-static void sums_init(struct shadow_sums *s)
-{
-    for (int i = 0; i < LANES; i++) {
-        s->irradiance[i] = s->row[i] = s->most[i] = 0.0f;
-        s->least[i] = 1.0f;
-        s->seen[i] = s->blocked.on[i] = 0;
-    }
-}
-
 static void store_visibility(const struct shading_point *p, struct shadow_sums *sums,
                              uint8_t *plane)
 {
@@ -77,9 +68,9 @@ static void add_batch(const struct queries *q, uint32_t index, const struct shad
 {
     const uint32_t l = p->plan->lights[index].strata_per_axis, all = l * l;
     const bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
-    const uint32_t from = first & ~7u, end = first + count;
-    q->kernels->add_strata(batch, first % l, count, l, first - from, sums);
-    for (uint32_t i = from; i + 8 <= end || (i < end && end == all); i += 8)
+    const uint32_t end = first + count;
+    q->kernels->add_strata(batch, first, count, l, sums);
+    for (uint32_t i = first & ~7u; i + 8 <= end || (i < end && end == all); i += 8)
         if (bits) store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
 }
 
@@ -120,7 +111,6 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         shadow_store_unlit(index, p, samples);
         return;
     }
-    sums_init(sums);
     strata_init(&scratch->strata, kernels, &p->plan->pattern, p->block,
                 pattern_light_dimension(index, l), l);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {

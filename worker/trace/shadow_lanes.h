@@ -153,13 +153,24 @@ static bool kernel_sample_strata(const struct light *light, const struct strata 
     return skipped == 0;
 }
 
+static void sums_init(struct shadow_sums *restrict s)
+{
+    for (int i = 0; i < LANES; i++) {
+        s->irradiance[i] = s->row[i] = s->most[i] = 0.0f;
+        s->least[i] = 1.0f;
+        s->seen[i] = s->blocked.on[i] = 0;
+    }
+}
+
 /* Blocked rays have a tfar before their end: -infinity from occlusion queries, the blocker's t from
  * closest-hit ones. */
-static void kernel_add_strata(const struct light_packet *restrict batch, uint32_t column,
-                              uint32_t count, uint32_t l, uint32_t bit,
-                              struct shadow_sums *restrict out)
+static void kernel_add_strata(const struct light_packet *restrict batch, uint32_t first,
+                              uint32_t count, uint32_t l, struct shadow_sums *restrict out)
 {
-    struct shadow_sums sums = *out;
+    struct shadow_sums sums;
+    uint32_t column = first % l;
+    if (first == 0) sums_init(out);
+    sums = *out;
     for (uint32_t k = 0; k < count; k++) {
         const struct light_packet *p = &batch[k];
         const float *restrict tfar = p->rays.ray.tfar;
@@ -168,7 +179,7 @@ static void kernel_add_strata(const struct light_packet *restrict batch, uint32_
             float added = p->irradiance[i];
             sums.row[i] += p->traced.on[i] & ~blocked ? added : 0.0f;
             blocked |= -(p->skip[i] == LIGHT_BELOW_FACET);
-            sums.seen[i] |= (blocked + 1) << (bit + k);
+            sums.seen[i] |= (blocked + 1) << ((first & 7) + k);
         }
         if (++column < l) continue;
         column = 0;
