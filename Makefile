@@ -205,6 +205,8 @@ $(B)/obj/proto/build.o: $(B)/build_id.h
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
+# Loops that clear sixteen lanes stay stores: as "rep stos" each takes longer than what it clears is worth.
+$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: EXTRA += -fno-tree-loop-distribute-patterns
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@

@@ -12,6 +12,23 @@ static inline float reach(float centre, float u, float v)
     return centre + fabsf(u) + fabsf(v);
 }
 
+/* Why no point of the rectangle sends light to lane i, as far as its corners can tell. */
+LANE_INLINE int32_t hidden_lane(const struct plan_light *p, const struct surface *r, int i)
+{
+    const float *c = p->position, *u = p->half_u, *v = p->half_v, *d = p->direction;
+    float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
+    float wz = c[2] - r->position.z[i];
+    float nx = r->normal.x[i], ny = r->normal.y[i], nz = r->normal.z[i];
+    float fx = r->facet.x[i], fy = r->facet.y[i], fz = r->facet.z[i];
+    float nu = nx * u[0] + ny * u[1] + nz * u[2], nv = nx * v[0] + ny * v[1] + nz * v[2];
+    float fu = fx * u[0] + fy * u[1] + fz * u[2], fv = fx * v[0] + fy * v[1] + fz * v[2];
+    float shading = wx * nx + wy * ny + wz * nz, facet = wx * fx + wy * fy + wz * fz;
+    int32_t skip = -(wx * d[0] + wy * d[1] + wz * d[2]) > 0.0f ? LIGHT_TRACED : LIGHT_FACING_AWAY;
+    skip = -reach(-facet, fu, fv) > 0.0f ? skip : LIGHT_TRACED;
+    skip = -reach(-shading, nu, nv) > 0.0f ? skip : LIGHT_TRACED;
+    return reach(shading, nu, nv) > 0.0f ? skip : LIGHT_BELOW_HORIZON;
+}
+
 /* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
  * all of it. What only the facet hides is sampled: its strata count as blocked. */
 static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
@@ -19,22 +36,13 @@ static bool kernel_light_hidden(const struct light *light, const struct surface 
                                 struct light_packet *restrict out)
 {
     const struct plan_light *p = light->plan;
-    const float *c = p->position, *u = p->half_u, *v = p->half_v, *d = p->direction;
     int32_t open = 0;
     if (p->type != LIGHT_RECTANGLE) return false;
+    if (lanes->on[0] && hidden_lane(p, r, 0) == LIGHT_TRACED) return false; /* as most are */
     for (int i = 0; i < LANES; i++) {
-        float wx = c[0] - r->position.x[i], wy = c[1] - r->position.y[i];
-        float wz = c[2] - r->position.z[i];
-        float nx = r->normal.x[i], ny = r->normal.y[i], nz = r->normal.z[i];
-        float fx = r->facet.x[i], fy = r->facet.y[i], fz = r->facet.z[i];
-        float nu = nx * u[0] + ny * u[1] + nz * u[2], nv = nx * v[0] + ny * v[1] + nz * v[2];
-        float fu = fx * u[0] + fy * u[1] + fz * u[2], fv = fx * v[0] + fy * v[1] + fz * v[2];
-        float shading = wx * nx + wy * ny + wz * nz, facet = wx * fx + wy * fy + wz * fz;
-        int below = !(reach(shading, nu, nv) > 0.0f);
-        int above = (-reach(-shading, nu, nv) > 0.0f) & (-reach(-facet, fu, fv) > 0.0f);
-        int behind = above & !(-(wx * d[0] + wy * d[1] + wz * d[2]) > 0.0f);
-        out->skip[i] = below ? LIGHT_BELOW_HORIZON : behind ? LIGHT_FACING_AWAY : LIGHT_TRACED;
-        open |= (below | behind) ? 0 : lanes->on[i];
+        const int32_t skip = hidden_lane(p, r, i);
+        out->skip[i] = skip;
+        open |= lanes->on[i] & -(skip == LIGHT_TRACED);
     }
     return open == 0;
 }
