@@ -37,7 +37,7 @@ static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint
 {
     struct glossy_lobes lobes;
     if (!stages->glossy) {
-        hit_diffuse_albedo(&t->camera, &t->beside.surface);
+        hit_diffuse_albedo(&t->queries, &t->camera, &t->beside.surface);
         return;
     }
     t->beside.active = t->beside.surface.hit;
@@ -57,7 +57,7 @@ static void mark_all_lit(struct tile_tracer *t)
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
     if (!stages->vertices && !t->point.record) {
-        hit_diffuse_albedo(&t->camera, &t->centre.surface);
+        hit_diffuse_albedo(&t->queries, &t->camera, &t->centre.surface);
         return;
     }
     t->centre.active = t->centre.surface.hit;

@@ -187,9 +187,19 @@ void material_tangent_normal(const struct material *m, const struct material_uv 
     out[2] = 1.0f;
     if (!m->normal_texture.texels) return;
     sample_at(&m->normal_texture, uv, texel);
+    material_bend(m, texel, out);
+}
+
+void material_bend(const struct material *m, const float texel[4], float out[3])
+{
     out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
     out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
     out[2] = 2.0f * texel[2] - 1.0f;
+}
+
+bool material_is_metallic_only(const struct material *m)
+{
+    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive;
 }
 
 /* glTF's roughness is the root of the facets' alpha; anisotropy widens it along the tangent. */

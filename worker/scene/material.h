@@ -70,6 +70,12 @@ void material_mean_emission(const struct material *m, float out[3]);
 /* The normal map's normal in tangent space, not normalised; (0, 0, 1) without a map. */
 void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3]);
 
+/* The same of the normal map's texel there. */
+void material_bend(const struct material *m, const float texel[4], float out[3]);
+
+/* Whether its diffuse albedo is its base colour times what metalness leaves of it. */
+bool material_is_metallic_only(const struct material *m);
+
 /* The BSDF at a point, in the frame whose x is the mesh's tangent turned by
  * material_tangent_angle. `inside`: the path is inside the solid (of no matter unless `volume`).
  * Every field of *out is set, within bsdf.h's ranges. */

@@ -3,9 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Beyond this a coordinate has no fraction left to speak of, and int conversions stay defined. */
-#define COORDINATE_MAX 1e6f
-
 void texture_decoding_init(struct texture_decoding *d)
 {
     for (int i = 0; i < 256; i++) {
@@ -38,7 +35,7 @@ void texture_init(struct texture *out, const struct scene *blob,
 /* The coordinate in [0, 1] that a wrap mode maps c to. */
 static float wrap(float c, uint32_t mode)
 {
-    if (!(fabsf(c) < COORDINATE_MAX)) return 0.0f; /* NaN too */
+    if (!(fabsf(c) < TEXTURE_COORDINATE_MAX)) return 0.0f; /* NaN too */
     if (mode == WRAP_CLAMP) return c < 0.0f ? 0.0f : c > 1.0f ? 1.0f : c;
     if (mode == WRAP_MIRROR) {
         float half = c * 0.5f;
@@ -57,24 +54,16 @@ static int32_t inside(int32_t i, int32_t size, uint32_t mode)
     return i;
 }
 
-static const uint8_t *texel(const struct texture *t, int32_t x, int32_t y)
+static size_t texel(const struct texture *t, int32_t x, int32_t y)
 {
-    return t->texels + 4 * ((size_t)y * (size_t)t->width_px + (size_t)x);
-}
-
-static void decode(const struct texture *t, const uint8_t *texel, float out[4])
-{
-    out[0] = t->decode[texel[0]];
-    out[1] = t->decode[texel[1]];
-    out[2] = t->decode[texel[2]];
-    out[3] = t->decode_alpha[texel[3]];
+    return (size_t)y * (size_t)t->width_px + (size_t)x;
 }
 
 static void sample_nearest(const struct texture *t, float u, float v, float out[4])
 {
     int32_t x = inside((int32_t)(u * (float)t->width_px), t->width_px, t->wrap_u);
     int32_t y = inside((int32_t)(v * (float)t->height_px), t->height_px, t->wrap_v);
-    decode(t, texel(t, x, y), out);
+    texture_decode(t, texel(t, x, y), out);
 }
 
 static void sample_bilinear(const struct texture *t, float u, float v, float out[4])
@@ -86,15 +75,8 @@ static void sample_bilinear(const struct texture *t, float u, float v, float out
     int32_t x1 = inside(left + 1, t->width_px, t->wrap_u);
     int32_t y0 = inside(top, t->height_px, t->wrap_v);
     int32_t y1 = inside(top + 1, t->height_px, t->wrap_v);
-    float a[4], b[4], c[4], d[4];
-    decode(t, texel(t, x0, y0), a);
-    decode(t, texel(t, x1, y0), b);
-    decode(t, texel(t, x0, y1), c);
-    decode(t, texel(t, x1, y1), d);
-    for (int i = 0; i < 4; i++) {
-        float upper = a[i] + fx * (b[i] - a[i]), lower = c[i] + fx * (d[i] - c[i]);
-        out[i] = upper + fy * (lower - upper);
-    }
+    const size_t at[4] = {texel(t, x0, y0), texel(t, x1, y0), texel(t, x0, y1), texel(t, x1, y1)};
+    texture_blend(t, at, fx, fy, out);
 }
 
 void texture_sample(const struct texture *t, float u, float v, float out[4])

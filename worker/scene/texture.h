@@ -31,6 +31,33 @@ struct texture {
 void texture_init(struct texture *out, const struct scene *blob,
                   const struct scene_texture_ref *ref, const struct texture_decoding *decoding);
 
+/* Beyond this a coordinate has no fraction left to speak of, and int conversions stay defined. */
+#define TEXTURE_COORDINATE_MAX 1e6f
+
+static inline void texture_decode(const struct texture *t, size_t texel, float out[4])
+{
+    const uint8_t *from = t->texels + 4 * texel;
+    out[0] = t->decode[from[0]];
+    out[1] = t->decode[from[1]];
+    out[2] = t->decode[from[2]];
+    out[3] = t->decode_alpha[from[3]];
+}
+
+/* Between four texels, upper ones first: `across` to the right ones, `down` to the lower ones. */
+static inline void texture_blend(const struct texture *t, const size_t at[4], float across,
+                                 float down, float out[4])
+{
+    float a[4], b[4], c[4], d[4];
+    texture_decode(t, at[0], a);
+    texture_decode(t, at[1], b);
+    texture_decode(t, at[2], c);
+    texture_decode(t, at[3], d);
+    for (int i = 0; i < 4; i++) {
+        float upper = a[i] + across * (b[i] - a[i]), lower = c[i] + across * (d[i] - c[i]);
+        out[i] = upper + down * (lower - upper);
+    }
+}
+
 /* Linear RGBA at the mesh's (u, v), transformed, wrapped and filtered. t->texels must not be NULL.
  */
 void texture_sample(const struct texture *t, float u, float v, float out[4]);

@@ -4,6 +4,7 @@
 
 #include "worker/scene/mesh.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/textured.h"
 
 static const float white[3] = {1.0f, 1.0f, 1.0f};
 
@@ -28,16 +29,16 @@ static void put(struct lanes3 *to, int i, const float v[3])
     to->z[i] = v[2];
 }
 
-/* Bends an interpolated normal by the normal map. */
-static void map_normal(const struct mesh_point *p, const struct material_uv *uv, float n[3])
+void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out)
 {
-    float tangent[4], bitangent[3], bend[3];
-    for (size_t i = 0; i < 4; i++) tangent[i] = mesh_interpolate(p, p->mesh->tangents, 4, i);
+    float tangent[4], bitangent[3], n[3];
+    get(&out->normal, i, n);
+    for (size_t k = 0; k < 4; k++) tangent[k] = mesh_interpolate(p, p->mesh->tangents, 4, k);
     cross(n, tangent, bitangent);
     float sign = tangent[3] < 0.0f ? -1.0f : 1.0f;
-    material_tangent_normal(p->mesh->material, uv, bend);
-    for (int i = 0; i < 3; i++)
-        n[i] = bend[0] * tangent[i] + bend[1] * sign * bitangent[i] + bend[2] * n[i];
+    for (int k = 0; k < 3; k++)
+        n[k] = bend[0] * tangent[k] + bend[1] * sign * bitangent[k] + bend[2] * n[k];
+    put(&out->normal, i, n);
 }
 
 /* Normals transform by the inverse transpose: the cofactors over the determinant, of which only the
@@ -89,9 +90,8 @@ void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit
     float v[4];
     mesh_uv(&point, &uv);
     if (mesh->tangents) {
-        get(&out->normal, i, v);
-        map_normal(&point, &uv, v);
-        put(&out->normal, i, v);
+        material_tangent_normal(m, &uv, v);
+        hit_bend_normal(&point, v, i, out);
     }
     if (m->lambert) {
         material_base_color(m, &uv, v);
@@ -107,12 +107,26 @@ void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out)
 {
-    q->kernels->resolve_hits(q->scene, valid, rays, out);
+    q->kernels->resolve_hits(q, valid, rays, out);
 }
 
-void hit_diffuse_albedo(const struct RTCRayHit16 *rays, struct surface *s)
+/* The mesh that all lanes met, but for those that met nothing; NULL: there are several, or none. */
+static const struct mesh_view *only_mesh(const struct surface *s)
+{
+    const struct mesh_view *only = NULL;
+    for (int i = 0; i < LANES; i++) {
+        if (!s->hit.on[i]) continue;
+        if (only && s->mesh[i] != only) return NULL;
+        only = s->mesh[i];
+    }
+    return only;
+}
+
+void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s)
 {
     const struct RTCHit16 *hit = &rays->hit;
+    const struct mesh_view *only = only_mesh(s);
+    if (only && textured_albedo(q->kernels, only, &s->hit, hit, s)) return;
     const struct mesh_view *plain = NULL; /* of which the albedo stays */
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *mesh = s->mesh[i];

@@ -2,6 +2,8 @@
 /* From Embree's hits to surfaces: position, normals, material. */
 #include "worker/trace/queries.h"
 
+struct mesh_point;
+
 /* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
 #define ALBEDO_BLACK (0.5f / 65535.0f)
 
@@ -31,7 +33,8 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
  * from the mesh's space into the world. */
 void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit, int i,
                         struct surface *out);
+void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out);
 void hit_to_world(const float m[12], int i, float *magnitude, struct surface *out);
 
 /* Makes the albedo of surfaces with a BSDF that of its diffuse lobe. */
-void hit_diffuse_albedo(const struct RTCRayHit16 *rays, struct surface *s);
+void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s);

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "worker/trace/hit.h"
+#include "worker/trace/textured.h"
 
 /* What each lane hit. */
 struct hit_lanes {
@@ -10,8 +11,10 @@ struct hit_lanes {
     const struct scene_instance *instance[LANES];
     const struct mesh_view **mesh; /* the surface's */
     bool any_hit, any_placed, any_emissive;
-    bool any_bent; /* normals other than the facets' */
-    bool one;      /* all sixteen met the same instance */
+    bool any_bent;                /* normals other than the facets' */
+    bool one;                     /* all sixteen met the same instance */
+    int meshes;                   /* looked up */
+    const struct mesh_view *only; /* all lanes' that met anything; NULL: there are several */
 };
 
 static inline void put_color(const float v[3], int i, struct lanes3 *to)
@@ -44,10 +47,15 @@ static void shade_alike(const struct material *m, struct surface *out)
 }
 
 /* In the mesh's space: normal maps bend there. */
-static void shade(const struct hit_lanes *lanes, const struct RTCHit16 *hit, struct surface *out)
+static void shade(const struct queries *q, const struct hit_lanes *lanes,
+                  const struct RTCHit16 *hit, struct surface *out)
 {
     if (lanes->one && !lanes->mesh[0]->material->textured) {
         shade_alike(lanes->mesh[0]->material, out);
+        return;
+    }
+    if (lanes->only && lanes->only->material->textured) {
+        textured_shade(q->kernels, lanes->only, &out->hit, hit, out);
         return;
     }
     for (int i = 0; i < LANES; i++) {
@@ -94,6 +102,8 @@ static void find_lane(const struct render_scene *scene, const struct RTCHit16 *h
     uint32_t index = placed ? hit->instID[0][i] : hit->geomID[i];
     const struct scene_instance *instance = &scene->blob->instances[index];
     const struct mesh_view *mesh = &scene->meshes[instance->mesh];
+    lanes->only = lanes->meshes == 0 || lanes->only == mesh ? mesh : NULL;
+    lanes->meshes++;
     lanes->mesh[i] = mesh;
     lanes->instance[i] = instance;
     lanes->placed.on[i] = placed ? -1 : 0;
@@ -226,29 +236,30 @@ static void place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *re
     place_on_one(v, n, false, rays, s);
 }
 
-static void kernel_resolve_hits(const struct render_scene *scene, const struct lanes_mask *valid,
+static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask *valid,
                                 const struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float magnitude[LANES];
     struct hit_lanes lanes;
     lanes.mesh = out->mesh;
+    lanes.meshes = 0;
     lanes.any_hit = lanes.any_placed = lanes.any_emissive = lanes.any_bent = false;
     lanes.one = is_one(valid, rays);
     clear(out);
     if (lanes.one)
-        find_one(scene, rays, &lanes, out);
+        find_one(q->scene, rays, &lanes, out);
     else
-        find(scene, valid, rays, &lanes, out);
+        find(q->scene, valid, rays, &lanes, out);
     if (!lanes.any_hit) return;
     const bool one_triangle = lanes.one && is_one_triangle(&rays->hit);
     if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed) {
         place_one(lanes.mesh[0], rays, out);
-        shade(&lanes, &rays->hit, out);
+        shade(q, &lanes, &rays->hit, out);
         if (lanes.any_emissive) hide_emission(out);
         return;
     }
     gather_surface(lanes.mesh, one_triangle, &rays->hit, magnitude, out);
-    shade(&lanes, &rays->hit, out);
+    shade(q, &lanes, &rays->hit, out);
     for (int i = 0; lanes.any_placed && i < LANES; i++)
         if (lanes.mesh[i] && lanes.placed.on[i])
             hit_to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);

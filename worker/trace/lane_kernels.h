@@ -7,6 +7,7 @@
 #include "worker/trace/path.h"
 #include "worker/trace/shadow_sums.h"
 #include "worker/trace/strata.h"
+#include "worker/trace/texels.h"
 
 struct lane_kernels {
     /* Rays through positions (px, py) of the image, as plan_camera_ray. */
@@ -17,8 +18,12 @@ struct lane_kernels {
     uint32_t (*sanitise)(const struct RTCRay16 *rays, struct lanes_mask *valid);
 
     /* hit_resolve. */
-    void (*resolve_hits)(const struct render_scene *scene, const struct lanes_mask *valid,
+    void (*resolve_hits)(const struct queries *q, const struct lanes_mask *valid,
                          const struct RTCRayHit16 *rays, struct surface *out);
+
+    /* Where a texture is read at the mesh's (u, v). */
+    void (*place_texels)(const struct texture *t, const float *u, const float *v,
+                         struct texel_lanes *out);
 
     /* Turns raw vectors into what hit.h promises: facet and normal unit and facing the ray, origins
      * off the surface by offset.h of `magnitude`. `flat`: all normals are those of facets. */

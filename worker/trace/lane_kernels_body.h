@@ -8,6 +8,7 @@
 #include "worker/trace/ray_lanes.h"
 #include "worker/trace/shadow_lanes.h"
 #include "worker/trace/surface_lanes.h"
+#include "worker/trace/texel_lanes.h"
 /* After what it is made of: */
 #include "worker/trace/geometry_lanes.h"
 #include "worker/trace/hit_lanes.h"
@@ -16,6 +17,7 @@ const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,
     .sanitise = kernel_sanitise,
     .resolve_hits = kernel_resolve_hits,
+    .place_texels = kernel_place_texels,
     .finish_surface = kernel_finish_surface,
     .store_geometry = kernel_store_geometry,
     .pack_normals = kernel_pack_normals,

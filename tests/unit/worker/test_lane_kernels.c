@@ -152,6 +152,45 @@ static void test_strata_agree(void **state)
     }
 }
 
+/* Texels in lanes are where texture_sample finds them, whatever the modes and the coordinates. */
+static void test_texels_agree(void **state)
+{
+    (void)state;
+    uint64_t seed = 7;
+    struct texture_decoding decoding;
+    static uint8_t bytes[4 * 7 * 5];
+    texture_decoding_init(&decoding);
+    for (size_t i = 0; i < sizeof bytes; i++) bytes[i] = (uint8_t)random_bits(&seed);
+    for (int round = 0; round < 600; round++) {
+        const struct texture t = {.texels = bytes,
+                                  .decode = round & 1 ? decoding.srgb : decoding.linear,
+                                  .decode_alpha = decoding.linear,
+                                  .width_px = round % 3 ? 7 : 1,
+                                  .height_px = 5,
+                                  .wrap_u = (uint32_t)round % 3,
+                                  .wrap_v = (uint32_t)round / 3 % 3,
+                                  .nearest = (uint32_t)round / 9 % 2,
+                                  .transform = {1.5f, 0.25f, 0.125f, -0.5f, 2.0f, 0}};
+        _Alignas(64) float u[LANES], v[LANES];
+        const float scale = round % 4 ? 3.0f : 1e7f;
+        for (int i = 0; i < LANES; i++) {
+            u[i] = scale * random_signed(&seed);
+            v[i] = scale * random_signed(&seed);
+        }
+        u[3] = NAN, v[4] = INFINITY, u[5] = v[5] = 0.0f, u[6] = 1.0f; /* edges */
+        for (int k = 0; k < isa_count(); k++) {
+            struct texel_lanes at;
+            lane_kernels_for(all_isas[k])->place_texels(&t, u, v, &at);
+            for (int i = 0; i < LANES; i++) {
+                float expected[4], got[4];
+                texture_sample(&t, u[i], v[i], expected);
+                texels_blend(&t, &at, i, got);
+                assert_memory_equal(got, expected, sizeof got);
+            }
+        }
+    }
+}
+
 static void test_surfaces_agree(void **state)
 {
     (void)state;
@@ -334,6 +373,7 @@ int main(void)
         cmocka_unit_test(test_surfaces_agree),
         cmocka_unit_test(test_flat_surfaces),
         cmocka_unit_test(test_strata_agree),
+        cmocka_unit_test(test_texels_agree),
         cmocka_unit_test(test_camera_rays),
         cmocka_unit_test(test_unorms),
         cmocka_unit_test(test_packed_normals_are_octahedron_codes),
