@@ -19,6 +19,7 @@ int tile_tracer_create(struct tile_tracer **out)
     memset(t, 0, sizeof *t);
     queries_init(&t->queries);
     queries_init_rays(&t->camera);
+    for (int i = 0; i < PRIMARY_ROW; i++) queries_init_rays(&t->row[i].rays);
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     path_scratch_init(&t->path);
     lone_scratch_init(&t->lone);
@@ -48,16 +49,31 @@ static bool is_stopped(const _Atomic bool *stop)
     return stop && atomic_load_explicit(stop, memory_order_relaxed);
 }
 
+/* Blocks from (x, y) on, at most PRIMARY_ROW, up to the tile's end. */
+static int trace_blocks(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
+                        int32_t x, int32_t y, struct rect rect, const _Atomic bool *stop,
+                        struct samples *samples, struct counters *counters)
+{
+    const int32_t left = (rect.x1 - x + LANES_ACROSS - 1) / LANES_ACROSS;
+    const int32_t count = left < PRIMARY_ROW ? left : PRIMARY_ROW;
+    if (tile_sees_centres(stages))
+        primary_trace_row(&t->queries, plan, x, y, (uint32_t)count, t->row);
+    for (int32_t k = 0; k < count; k++, x += LANES_ACROSS) {
+        block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
+        tile_trace_block(t, stages, plan, &t->row[k], samples, counters);
+        if (is_stopped(stop)) return ERR_STATE;
+    }
+    return 0;
+}
+
 static int trace_rows(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
                       struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
                       struct samples *samples, struct counters *counters)
 {
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
-        for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += LANES_ACROSS) {
-            block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-            tile_trace_block(t, stages, plan, samples, counters);
-            if (is_stopped(stop)) return ERR_STATE;
-        }
+        for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += PRIMARY_ROW * LANES_ACROSS)
+            if (trace_blocks(t, stages, plan, x, y, rect, stop, samples, counters))
+                return ERR_STATE;
         int32_t first = y > rect.y0 ? y : rect.y0;
         int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
         if (progress)

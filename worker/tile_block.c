@@ -57,12 +57,12 @@ static void mark_all_lit(struct tile_tracer *t)
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
     if (!stages->vertices && !t->point.record) {
-        hit_diffuse_albedo(&t->queries, &t->camera, &t->centre.surface);
+        hit_diffuse_albedo(&t->queries, t->seen, &t->centre.surface);
         return;
     }
     t->centre.active = t->centre.surface.hit;
-    path_resolve(&stages->field, &t->camera, &t->centre);
-    if (t->point.record) field_record_centre(t->point.record, &t->block, &t->camera, &t->centre);
+    path_resolve(&stages->field, t->seen, &t->centre);
+    if (t->point.record) field_record_centre(t->point.record, &t->block, t->seen, &t->centre);
 }
 
 /* Surfaces that light is lent to by their lobes alone: metals. What pixels lend has to be whole, as
@@ -78,17 +78,18 @@ static void mark_lobed(struct tile_tracer *t)
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
 static void trace_camera(struct tile_tracer *t, const struct stages *stages,
-                         const struct plan *plan, struct samples *samples,
-                         struct counters *counters)
+                         const struct plan *plan, struct primary_packet *camera,
+                         struct samples *samples, struct counters *counters)
 {
     const struct block *b = &t->block;
     const bool shines = samples->layout.planes >> PLANE_EMISSION & 1;
     uint32_t pixels = lanes_count(&b->kept);
     for (int i = 0; i < LANES; i++) t->point.lit.on[i] = t->bouncing.on[i] = 0;
     struct surface copy;
-    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
+    t->seen = &camera->rays;
+    hit_resolve(&t->queries, &camera->valid, t->seen, &t->centre.surface);
     t->centre.mirrors.any = false;
-    if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, &t->camera, &t->centre);
+    if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, t->seen, &t->centre);
     mark_lit(&t->centre.surface, &t->point.lit);
     resolve_centre(t, stages);
     if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
@@ -203,7 +204,8 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     const uint32_t pixels = lanes_count(&either);
     counters->value[COUNTER_SKIPPED_ENOUGH] += lanes_count(&b->kept) - pixels;
     if (pixels == 0) return;
-    primary_trace(&t->queries, plan, b, &t->camera, &t->centre.surface);
+    t->seen = &t->camera;
+    primary_trace(&t->queries, plan, b, t->seen, &t->centre.surface);
     resolve_centre(t, stages);
     counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
     for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
@@ -215,10 +217,10 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
 
 /* What is seen through pixel centres: surfaces and their light fields. */
 static void trace_centres(struct tile_tracer *t, const struct stages *stages,
-                          const struct plan *plan, struct samples *samples,
-                          struct counters *counters)
+                          const struct plan *plan, struct primary_packet *camera,
+                          struct samples *samples, struct counters *counters)
 {
-    trace_camera(t, stages, plan, samples, counters);
+    trace_camera(t, stages, plan, camera, samples, counters);
     count_background(t, counters);
     t->point.plan = plan;
     t->point.block = &t->block;
@@ -243,15 +245,21 @@ static void trace_paths(struct tile_tracer *t, const struct stages *stages, stru
     path_sums_store(&t->sums, &t->block, samples);
 }
 
+bool tile_sees_centres(const struct stages *stages)
+{
+    return stages->centres && !stages->more && !stages->pass.sides;
+}
+
 void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
-                      struct samples *samples, struct counters *counters)
+                      struct primary_packet *camera, struct samples *samples,
+                      struct counters *counters)
 {
     if (stages->more)
         lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path, samples);
     else if (stages->pass.sides)
         trace_second_set(t, stages, plan, samples, counters);
-    else if (stages->centres)
-        trace_centres(t, stages, plan, samples, counters);
+    else if (tile_sees_centres(stages))
+        trace_centres(t, stages, plan, camera, samples, counters);
     if (stages->count > 0) trace_paths(t, stages, samples);
     if (stages->lens) lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
 }

@@ -11,6 +11,7 @@
 #include "worker/trace/lone.h"
 #include "worker/trace/path.h"
 #include "worker/trace/path_sums.h"
+#include "worker/trace/primary.h"
 #include "worker/trace/shadow.h"
 
 struct tile_tracer {
@@ -22,8 +23,10 @@ struct tile_tracer {
     struct shading_point point;
     struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
     struct block block;
-    struct geometry_planes planes; /* of the tile */
-    struct RTCRayHit16 camera;
+    struct geometry_planes planes;          /* of the tile */
+    struct primary_packet row[PRIMARY_ROW]; /* of the block at hand and its neighbours */
+    struct RTCRayHit16 *seen;               /* of the block's centres */
+    struct RTCRayHit16 camera;              /* of sub-samples */
     struct shadow_scratch shadow;
     struct indirect_scratch indirect;
     struct glossy_scratch glossy;
@@ -36,6 +39,11 @@ struct tile_tracer {
     struct lone_scratch lone;
 };
 
-/* All that the stages trace of tracer->block. */
+/* Whether the stages trace rays through the centres of all pixels. */
+bool tile_sees_centres(const struct stages *stages);
+
+/* All that the stages trace of tracer->block. `camera`: what its centres' rays met, where
+ * tile_sees_centres. */
 void tile_trace_block(struct tile_tracer *tracer, const struct stages *stages,
-                      const struct plan *plan, struct samples *samples, struct counters *counters);
+                      const struct plan *plan, struct primary_packet *camera,
+                      struct samples *samples, struct counters *counters);

@@ -5,6 +5,7 @@
 #include "worker/trace/geometry.h"
 #include "worker/trace/light.h"
 #include "worker/trace/path.h"
+#include "worker/trace/primary.h"
 #include "worker/trace/shadow_sums.h"
 #include "worker/trace/strata.h"
 #include "worker/trace/texels.h"
@@ -13,6 +14,11 @@ struct lane_kernels {
     /* Rays through positions (px, py) of the image, as plan_camera_ray. */
     void (*camera_rays)(const struct plan *plan, const float *px, const float *py,
                         struct RTCRay16 *rays);
+
+    /* Rays and valid lanes of blocks side by side, the first at (x, y), through pixels' centres;
+     * returns how many of them Embree cannot take. */
+    uint32_t (*camera_row)(const struct plan *plan, int32_t x, int32_t y, uint32_t count,
+                           struct primary_packet *row);
 
     /* Lanes of *valid that Embree can take stay on; returns how many do not. */
     uint32_t (*sanitise)(const struct RTCRay16 *rays, struct lanes_mask *valid);

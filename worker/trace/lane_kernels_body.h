@@ -15,6 +15,7 @@
 
 const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,
+    .camera_row = kernel_camera_row,
     .sanitise = kernel_sanitise,
     .resolve_hits = kernel_resolve_hits,
     .place_texels = kernel_place_texels,

@@ -24,6 +24,14 @@ void primary_trace(struct queries *q, const struct plan *plan, const struct bloc
     trace(q, plan, b, px, py, rays, out);
 }
 
+void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
+                       uint32_t count, struct primary_packet *row)
+{
+    q->rejected += q->kernels->camera_row(plan, x, y, count, row);
+    for (uint32_t k = 0; k < count; k++)
+        queries_closest(q, QUERY_CAMERA, &row[k].valid, &row[k].rays);
+}
+
 void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
                        uint32_t k, struct RTCRayHit16 *rays, struct surface *out)
 {

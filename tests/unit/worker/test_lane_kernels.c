@@ -191,6 +191,44 @@ static void test_texels_agree(void **state)
     }
 }
 
+/* Rows of camera rays are those of each pixel's centre, in the image and not beside it. */
+static void test_camera_rows_agree(void **state)
+{
+    (void)state;
+    static struct primary_packet row[PRIMARY_ROW];
+    static struct RTCRay16 expected;
+    for (int orthographic = 0; orthographic < 2; orthographic++) {
+        const struct plan plan = {
+            .width_px = 30,
+            .height_px = 14,
+            .camera = {.type = orthographic ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE,
+                       .eye = {1, 2, 3},
+                       .right = {0.8f, 0, 0.6f},
+                       .up = {0, 1, 0},
+                       .forward = {-0.6f, 0, 0.8f},
+                       .half_width = 0.7f,
+                       .half_height = 0.4f}};
+        for (int k = 0; k < isa_count(); k++) {
+            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            assert_int_equal(kernels->camera_row(&plan, 0, 12, PRIMARY_ROW, row), 0);
+            for (int32_t n = 0; n < PRIMARY_ROW; n++) {
+                _Alignas(64) float px[LANES], py[LANES];
+                for (int32_t i = 0; i < LANES; i++) {
+                    const int32_t x = 4 * n + i % 4, y = 12 + i / 4;
+                    px[i] = (float)x + 0.5f, py[i] = (float)y + 0.5f;
+                    assert_int_equal(row[n].valid.on[i], x < 30 && y < 14 ? -1 : 0);
+                }
+                lane_kernels_sse42.camera_rays(&plan, px, py, &expected);
+                assert_memory_equal(row[n].rays.ray.org_x, expected.org_x, 64);
+                assert_memory_equal(row[n].rays.ray.dir_x, expected.dir_x, 64);
+                assert_memory_equal(row[n].rays.ray.dir_y, expected.dir_y, 64);
+                assert_memory_equal(row[n].rays.ray.dir_z, expected.dir_z, 64);
+                assert_memory_equal(row[n].rays.ray.tfar, expected.tfar, 64);
+            }
+        }
+    }
+}
+
 static void test_surfaces_agree(void **state)
 {
     (void)state;
@@ -374,6 +412,7 @@ int main(void)
         cmocka_unit_test(test_flat_surfaces),
         cmocka_unit_test(test_strata_agree),
         cmocka_unit_test(test_texels_agree),
+        cmocka_unit_test(test_camera_rows_agree),
         cmocka_unit_test(test_camera_rays),
         cmocka_unit_test(test_unorms),
         cmocka_unit_test(test_packed_normals_are_octahedron_codes),
