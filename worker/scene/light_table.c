@@ -53,6 +53,9 @@ void light_table_init(struct light_table *t, const struct plan *plan, bool emitt
     t->emitters_probability = t->environment_probability = 0.0f;
     for (uint32_t i = 0; i < t->count; i++) {
         light_init(&t->lights[i], &plan->lights[i], power);
+        t->lights[i].is_net = !pattern_lattice_init(
+            &plan->pattern, pattern_light_dimension(i, plan->lights[i].strata_per_axis),
+            &t->lights[i].lattice);
         upto += (double)plan->lights[i].power;
         t->lights[i].probability_upto = (float)(upto / power);
     }

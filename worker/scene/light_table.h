@@ -10,7 +10,9 @@ struct light {
     float clearance;  /* scene units in front of a rectangle at which its shadow rays end, so that
                          the emitter's own geometry does not block them */
     float cone_scale; /* 1 / (cos_inner - cos_outer) */
-    float inverse_range;    /* 0: no range */
+    float inverse_range; /* 0: no range */
+    bool is_net;         /* where its strata lie: a net's jitters, or those of the lattice */
+    struct pattern_lattice lattice;
     float probability;      /* of being chosen */
     float probability_upto; /* sum of this light's and all before it */
 };

@@ -37,6 +37,19 @@ static void orthographic_rays(const struct plan_camera *c, const float *restrict
     }
 }
 
+static void camera_rays_through(const struct plan_camera *c, const float *a, const float *b,
+                                struct RTCRay16 *rays)
+{
+    for (int i = 0; i < LANES; i++) {
+        rays->tnear[i] = 0.0f;
+        rays->tfar[i] = INFINITY;
+    }
+    if (c->type == CAMERA_ORTHOGRAPHIC)
+        orthographic_rays(c, a, b, rays);
+    else
+        perspective_rays(c, a, b, rays);
+}
+
 static void kernel_camera_rays(const struct plan *plan, const float *px, const float *py,
                                struct RTCRay16 *rays)
 {
@@ -46,11 +59,6 @@ static void kernel_camera_rays(const struct plan *plan, const float *px, const f
     for (int i = 0; i < LANES; i++) {
         a[i] = (2.0f * px[i] / width - 1.0f) * c->half_width;
         b[i] = (1.0f - 2.0f * py[i] / height) * c->half_height;
-        rays->tnear[i] = 0.0f;
-        rays->tfar[i] = INFINITY;
     }
-    if (c->type == CAMERA_ORTHOGRAPHIC)
-        orthographic_rays(c, a, b, rays);
-    else
-        perspective_rays(c, a, b, rays);
+    camera_rays_through(c, a, b, rays);
 }

@@ -324,7 +324,8 @@ static void deal_rays(struct bounce *b, const struct pattern *pattern, struct st
     if (c->sides)
         strata_init_sides(strata, pattern, b->block, PATTERN_INDIRECT, side);
     else
-        strata_init(strata, c->queries->kernels, pattern, b->block, PATTERN_INDIRECT, c->strata);
+        strata_init(strata, c->queries->kernels, pattern, NULL, b->block, PATTERN_INDIRECT,
+                    c->strata);
 }
 
 static void bounce_init(const struct path_context *c, const struct block *block,

@@ -70,9 +70,13 @@ struct lane_kernels {
                           const struct lanes_mask *lanes, struct light_packet *batch);
 
     /* Adds strata first .. first + count - 1 of l x l, whose rays have come back. The first starts
-     * the sums; their visibility goes to bits from first & 7 on. */
+     * the sums, the last makes means of them; visibility goes to bits from first & 7 on. */
     void (*add_strata)(const struct light_packet *batch, uint32_t first, uint32_t count, uint32_t l,
                        struct shadow_sums *sums);
+
+    /* A byte of visibility where something was hit; the next one comes to its place. */
+    void (*store_visibility)(const struct block *b, const struct lanes_mask *hit,
+                             struct shadow_sums *sums, uint8_t *plane);
     void (*add_slopes)(const struct light_packet *p, struct shadow_sums *sums);
 
     /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */

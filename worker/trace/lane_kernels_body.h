@@ -29,6 +29,7 @@ const struct lane_kernels LANE_KERNELS = {
     .light_hidden = kernel_light_hidden,
     .sample_strata = kernel_sample_strata,
     .add_strata = kernel_add_strata,
+    .store_visibility = kernel_store_visibility,
     .add_slopes = kernel_add_slopes,
     .path_pairs = kernel_path_pairs,
     .ray_keys = kernel_ray_keys,

@@ -4,17 +4,6 @@
 #include "worker/trace/field_record.h"
 #include "worker/trace/lane_kernels.h"
 
-static void store_visibility(const struct shading_point *p, struct shadow_sums *sums,
-                             uint8_t *plane)
-{
-    uint8_t bytes[LANES];
-    for (int i = 0; i < LANES; i++) {
-        bytes[i] = (uint8_t)(sums->seen[i] & p->surface->hit.on[i]);
-        sums->seen[i] >>= 8;
-    }
-    block_store_u8(p->block, bytes, plane);
-}
-
 static void store_slopes(const struct shading_point *p, const struct shadow_sums *sums,
                          struct samples *samples, uint32_t index)
 {
@@ -71,7 +60,9 @@ static void add_batch(const struct queries *q, uint32_t index, const struct shad
     const uint32_t end = first + count;
     q->kernels->add_strata(batch, first, count, l, sums);
     for (uint32_t i = first & ~7u; i + 8 <= end || (i < end && end == all); i += 8)
-        if (bits) store_visibility(p, sums, samples_light_visibility(samples, index, i >> 3));
+        if (bits)
+            q->kernels->store_visibility(p->block, &p->surface->hit, sums,
+                                         samples_light_visibility(samples, index, i >> 3));
 }
 
 void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct samples *samples)
@@ -80,9 +71,10 @@ void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct sa
     uint32_t l = p->plan->lights[index].strata_per_axis, left = l * l;
     for (uint32_t byte = 0; left > 0; byte++) {
         uint32_t bits = left < 8 ? left : 8;
-        struct shadow_sums sums;
-        for (int i = 0; i < LANES; i++) sums.seen[i] = (1 << bits) - 1;
-        store_visibility(p, &sums, samples_light_visibility(samples, index, byte));
+        uint8_t seen[LANES];
+        for (int i = 0; i < LANES; i++)
+            seen[i] = (uint8_t)(((1 << bits) - 1) & p->surface->hit.on[i]);
+        block_store_u8(p->block, seen, samples_light_visibility(samples, index, byte));
         left -= bits;
     }
 }
@@ -111,8 +103,9 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         shadow_store_unlit(index, p, samples);
         return;
     }
-    strata_init(&scratch->strata, kernels, &p->plan->pattern, p->block,
-                pattern_light_dimension(index, l), l);
+    strata_init(&scratch->strata, kernels, &p->plan->pattern,
+                light->is_net ? NULL : &light->lattice, p->block, pattern_light_dimension(index, l),
+                l);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
         uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
         if (kernels->sample_strata(light, &scratch->strata, first, n, p->surface, &p->lit,
@@ -124,8 +117,6 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         add_batch(q, index, p, scratch->batch, first, n, sums, samples);
         for (uint32_t k = 0; slopes && k < n; k++) kernels->add_slopes(&scratch->batch[k], sums);
     }
-    float scale = 1.0f / (float)count;
-    for (int i = 0; i < LANES; i++) sums->irradiance[i] *= scale;
     block_store_f32(p->block, sums->irradiance, samples_light_irradiance(samples, index));
     if (slopes) store_slopes(p, sums, samples, index);
 }

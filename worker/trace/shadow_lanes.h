@@ -2,6 +2,7 @@
 /* lane_kernels' light_hidden, sample_strata, add_strata and add_slopes: a light's strata before
  * Embree and after. Included by lane_kernels_body.h only, after light_lanes.h. */
 #include "proto/pattern.h"
+#include "worker/trace/block_store.h"
 #include "worker/trace/shadow_sums.h"
 #include "worker/trace/strata.h"
 
@@ -196,7 +197,20 @@ static void kernel_add_strata(const struct light_packet *restrict batch, uint32_
             sums.row[i] = 0.0f;
         }
     }
+    const float scale = 1.0f / (float)(l * l);
+    for (int i = 0; first + count == l * l && i < LANES; i++) sums.irradiance[i] *= scale;
     *out = sums;
+}
+
+static void kernel_store_visibility(const struct block *b, const struct lanes_mask *hit,
+                                    struct shadow_sums *sums, uint8_t *plane)
+{
+    _Alignas(LANES_ALIGN) uint8_t bytes[LANES];
+    for (int i = 0; i < LANES; i++) {
+        bytes[i] = (uint8_t)(sums->seen[i] & hit->on[i]);
+        sums->seen[i] >>= 8;
+    }
+    block_scatter(b, bytes, plane, sizeof bytes[0]);
 }
 
 static void kernel_add_slopes(const struct light_packet *restrict p,

@@ -3,12 +3,12 @@
 #include "worker/trace/lane_kernels.h"
 
 void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
-                 const struct block *b, uint32_t dimension, uint32_t l)
+                 const struct pattern_lattice *lattice, const struct block *b, uint32_t dimension,
+                 uint32_t l)
 {
     _Alignas(LANES_ALIGN) float jitter0[LANES], jitter1[LANES];
-    struct pattern_lattice lattice;
-    if (pattern_lattice_init(p, dimension, &lattice))
-        kernels->lattice_jitters(&lattice, b, jitter0, jitter1);
+    if (lattice)
+        kernels->lattice_jitters(lattice, b, jitter0, jitter1);
     else
         pattern_jitters(p, b->x_px, b->y_px, LANES, dimension, jitter0, jitter1);
     kernels->place_strata(jitter0, jitter1, l, s);

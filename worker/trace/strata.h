@@ -15,8 +15,10 @@ struct strata {
 
 struct lane_kernels;
 
+/* `lattice`: the dimension's, when it is known; or NULL. */
 void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
-                 const struct block *b, uint32_t dimension, uint32_t l);
+                 const struct pattern_lattice *lattice, const struct block *b, uint32_t dimension,
+                 uint32_t l);
 
 /* The same where each pixel has its own l, 0 for none. */
 void strata_init_sides(struct strata *s, const struct pattern *p, const struct block *b,

@@ -144,7 +144,7 @@ static void test_strata_agree(void **state)
         block_init(&block, 4 * round, 8, 4096, 16, (struct rect){0, 0, 4096, 16});
         for (int k = 0; k < isa_count(); k++) {
             const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
-            strata_init(&strata, kernels, &plan.pattern, &block, PATTERN_LIGHT, l);
+            strata_init(&strata, kernels, &plan.pattern, NULL, &block, PATTERN_LIGHT, l);
             for (uint32_t first = 0; first < all; first += SHADOW_BATCH)
                 check_batch(kernels, &table.lights[0], &strata, first,
                             all - first < SHADOW_BATCH ? all - first : SHADOW_BATCH, &s);
