@@ -125,18 +125,14 @@ static const struct mesh_view *only_mesh(const struct surface *s)
 void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s)
 {
     const struct RTCHit16 *hit = &rays->hit;
+    if (!s->any_bsdf) return;
     const struct mesh_view *only = only_mesh(s);
     if (only && textured_albedo(q->kernels, only, &s->hit, hit, s)) return;
-    const struct mesh_view *plain = NULL; /* of which the albedo stays */
     for (int i = 0; i < LANES; i++) {
         const struct mesh_view *mesh = s->mesh[i];
         struct material_uv uv;
         struct bsdf bsdf;
-        if (!s->hit.on[i] || mesh == plain) continue;
-        if (mesh->material->lambert || mesh->material->unlit) {
-            plain = mesh;
-            continue;
-        }
+        if (!s->hit.on[i] || mesh->material->lambert || mesh->material->unlit) continue;
         struct mesh_point point = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
         mesh_uv(&point, &uv);
         material_bsdf(mesh->material, &uv, s->behind.on[i], &bsdf);

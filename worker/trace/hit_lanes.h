@@ -109,6 +109,7 @@ static void find_lane(const struct render_scene *scene, const struct RTCHit16 *h
     lanes->placed.on[i] = placed ? -1 : 0;
     lanes->any_placed |= placed;
     lanes->any_emissive |= mesh->material->emissive;
+    out->any_bsdf |= !mesh->material->lambert && !mesh->material->unlit;
     lanes->any_bent |= mesh->normals || mesh->tangents;
     out->id[i] = index + 1;
     out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
@@ -197,17 +198,19 @@ static void clear(struct surface *s)
     }
 }
 
+/* The facet and its unit vector are all lanes' own. */
 LANE_INLINE void place_on_one(const struct vector *v, const struct vector *n, bool flat,
+                              struct vector facet, struct vector unit, float magnitude,
                               const struct RTCRayHit16 *restrict rays, struct surface *restrict s)
 {
     for (int i = 0; i < LANES; i++) {
-        struct vector position, facet, direction = lane_direction(&rays->ray, i);
+        struct vector position, same, direction = lane_direction(&rays->ray, i);
         const float u = rays->hit.u[i], w = rays->hit.v[i];
-        float magnitude = place_lane(v[0], v[1], v[2], u, w, &position, &facet);
+        place_lane(v[0], v[1], v[2], u, w, &position, &same);
         lane_put(position, i, &s->position);
         s->behind.on[i] = -(dot(facet, direction) >= 0.0f);
-        finish_vectors(direction, position, facet,
-                       flat ? facet : interpolated(n[0], n[1], n[2], u, w), magnitude, flat, i, s);
+        finish_vectors(direction, position, unit,
+                       flat ? unit : interpolated(n[0], n[1], n[2], u, w), magnitude, flat, i, s);
     }
 }
 
@@ -221,19 +224,24 @@ static inline void find_corners(const float *attribute, const uint32_t *triangle
 }
 
 /* All lanes on one triangle that stays where it is, without a normal map: from corners to surfaces
- * in one go. */
-static void place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *restrict rays,
+ * in one go. false, and nothing is done, where the triangle has no facet to speak of. */
+static bool place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *restrict rays,
                       struct surface *restrict s)
 {
+    static const struct vector none = {0.0f, 0.0f, 0.0f};
     const uint32_t *triangle = mesh->triangles + (size_t)3 * rays->hit.primID[0];
-    struct vector v[3], n[3];
+    struct vector v[3], n[3], position, facet;
     find_corners(mesh->positions, triangle, v);
+    const float magnitude = place_lane(v[0], v[1], v[2], 0.0f, 0.0f, &position, &facet);
+    if (!has_direction(facet)) return false;
+    const struct vector unit = normalised(facet, none, 1.0f);
     if (!mesh->normals) {
-        place_on_one(v, v, true, rays, s);
-        return;
+        place_on_one(v, v, true, facet, unit, magnitude, rays, s);
+        return true;
     }
     find_corners(mesh->normals, triangle, n);
-    place_on_one(v, n, false, rays, s);
+    place_on_one(v, n, false, facet, unit, magnitude, rays, s);
+    return true;
 }
 
 static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask *valid,
@@ -242,6 +250,7 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
     _Alignas(LANES_ALIGN) float magnitude[LANES];
     struct hit_lanes lanes;
     lanes.mesh = out->mesh;
+    out->any_bsdf = false;
     lanes.meshes = 0;
     lanes.any_hit = lanes.any_placed = lanes.any_emissive = lanes.any_bent = false;
     lanes.one = is_one(valid, rays);
@@ -252,8 +261,8 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
         find(q->scene, valid, rays, &lanes, out);
     if (!lanes.any_hit) return;
     const bool one_triangle = lanes.one && is_one_triangle(&rays->hit);
-    if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed) {
-        place_one(lanes.mesh[0], rays, out);
+    if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed &&
+        place_one(lanes.mesh[0], rays, out)) {
         shade(q, &lanes, &rays->hit, out);
         if (lanes.any_emissive) hide_emission(out);
         return;

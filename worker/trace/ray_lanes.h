@@ -45,9 +45,12 @@ static uint32_t kernel_camera_row(const struct plan *plan, int32_t x, int32_t y,
         place_lines(x, (float)plan->width_px, c->half_width, 1.0f, across);
         for (int32_t i = 0; i < LANES; i++) {
             a[i] = across[i % LANES_ACROSS];
-            row[k].valid.on[i] = -((x + i % LANES_ACROSS < plan->width_px) &
-                                   (y + i / LANES_ACROSS < plan->height_px));
+            row[k].valid.on[i] = -1;
         }
+        if (x + LANES_ACROSS > plan->width_px || y + LANES_ACROSS > plan->height_px)
+            for (int32_t i = 0; i < LANES; i++)
+                row[k].valid.on[i] = -((x + i % LANES_ACROSS < plan->width_px) &
+                                       (y + i / LANES_ACROSS < plan->height_px));
         camera_rays_through(c, a, b, &row[k].rays.ray);
         rejected += kernel_sanitise(&row[k].rays.ray, &row[k].valid);
     }

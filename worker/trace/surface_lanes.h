@@ -159,6 +159,15 @@ static void gather_surface(const struct mesh_view *const *mesh, bool one_triangl
     interpolate_normals(&normals, &smooth, hit, s);
 }
 
+/* Whether a vector's squares, scaled by its largest component, are within range. */
+LANE_INLINE int has_direction(struct vector v)
+{
+    float ax = fabsf(v.x), ay = fabsf(v.y), az = fabsf(v.z);
+    float most = ax > ay ? ax : ay;
+    most = most > az ? most : az;
+    return (most > 1e-37f) & (most < 1e37f);
+}
+
 /* Unit length. Scaled by the largest component first, so that neither tiny nor huge triangles leave
  * the range of squares; a vector without a direction becomes `fallback` times `sign`. */
 LANE_INLINE struct vector normalised(struct vector v, struct vector fallback, float sign)
@@ -166,7 +175,7 @@ LANE_INLINE struct vector normalised(struct vector v, struct vector fallback, fl
     float ax = fabsf(v.x), ay = fabsf(v.y), az = fabsf(v.z);
     float most = ax > ay ? ax : ay;
     most = most > az ? most : az;
-    int usable = (most > 1e-37f) & (most < 1e37f);
+    int usable = has_direction(v);
     float down = 1.0f / (usable ? most : 1.0f);
     float x = usable ? v.x * down : sign * fallback.x;
     float y = usable ? v.y * down : sign * fallback.y;
@@ -199,13 +208,14 @@ LANE_INLINE struct vector lane_direction(const struct RTCRay16 *r, int i)
     return (struct vector){r->dir_x[i], r->dir_y[i], r->dir_z[i]};
 }
 
-/* What hit.h promises of lane i of s, from raw vectors. `flat`: the normal is that of the facet. */
+/* What hit.h promises of lane i of s, from a unit facet and a raw normal. `flat`: the normal is
+ * that of the facet. */
 LANE_INLINE void finish_vectors(struct vector direction, struct vector position,
                                 struct vector facet, struct vector normal, float magnitude,
                                 bool flat, int i, struct surface *s)
 {
     float off = offset_distance(magnitude);
-    facet = turned(normalised(facet, direction, -1.0f), direction, -1.0f);
+    facet = turned(facet, direction, -1.0f);
     if (flat)
         normal = facet;
     else
@@ -221,18 +231,22 @@ static void finish_flat(const struct RTCRay16 *restrict r, const float *restrict
                         struct surface *restrict s)
 {
     for (int i = 0; i < LANES; i++) {
-        const struct vector facet = lane_get(&s->facet, i);
-        finish_vectors(lane_direction(r, i), lane_get(&s->position, i), facet, facet, magnitude[i],
-                       true, i, s);
+        const struct vector direction = lane_direction(r, i);
+        const struct vector facet = normalised(lane_get(&s->facet, i), direction, -1.0f);
+        finish_vectors(direction, lane_get(&s->position, i), facet, facet, magnitude[i], true, i,
+                       s);
     }
 }
 
 static void finish_bent(const struct RTCRay16 *restrict r, const float *restrict magnitude,
                         struct surface *restrict s)
 {
-    for (int i = 0; i < LANES; i++)
-        finish_vectors(lane_direction(r, i), lane_get(&s->position, i), lane_get(&s->facet, i),
-                       lane_get(&s->normal, i), magnitude[i], false, i, s);
+    for (int i = 0; i < LANES; i++) {
+        const struct vector direction = lane_direction(r, i);
+        const struct vector facet = normalised(lane_get(&s->facet, i), direction, -1.0f);
+        finish_vectors(direction, lane_get(&s->position, i), facet, lane_get(&s->normal, i),
+                       magnitude[i], false, i, s);
+    }
 }
 
 static void kernel_finish_surface(const struct RTCRay16 *rays, const float *magnitude, bool flat,
