@@ -9,12 +9,16 @@ ifeq ($(origin CC),default)
 CC      := gcc
 endif
 EXTRA   ?=
+TUNE    :=
+# Loops that clear sixteen lanes stay stores: as "rep stos", which gcc makes of them, each takes longer than what it
+# clears is worth.
+stores  := $(shell echo | $(CC) -fno-tree-loop-distribute-patterns -xc -fsyntax-only - 2>/dev/null && echo -fno-tree-loop-distribute-patterns)
 STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
 MARCH   := -march=x86-64-v2
 OPT     := -O2 -g -ffp-contract=off -fno-math-errno
 CPPFLAGS += -I. -I$(B)
-CFLAGS   = $(STD) $(WARN) $(OPT) $(EXTRA)
+CFLAGS   = $(STD) $(WARN) $(OPT) $(TUNE) $(EXTRA)
 
 proto_src  := $(wildcard proto/*.c)
 server_src := $(filter-out server/main.c,$(shell find server -name '*.c' -not -path 'server/import/*' 2>/dev/null))
@@ -205,8 +209,7 @@ $(B)/obj/proto/build.o: $(B)/build_id.h
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
-# Loops that clear sixteen lanes stay stores: as "rep stos" each takes longer than what it clears is worth.
-$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: EXTRA += -fno-tree-loop-distribute-patterns
+$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: TUNE := $(stores)
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@

@@ -34,11 +34,3 @@ static inline __attribute__((always_inline)) int32_t compatible_point(const stru
     return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
            ((off <= p->plane_least) | (off * off <= share * d2));
 }
-
-/* The same of neighbour i. */
-static inline __attribute__((always_inline)) int32_t
-compatible(const struct asker *p, const struct shadow_lanes *q, size_t i, float *squared)
-{
-    const float(*v)[SHADOW_PADDED] = q->number;
-    return compatible_point(p, v[0][i], v[1][i], v[2][i], v[3][i], v[4][i], v[5][i], squared);
-}

@@ -11,15 +11,12 @@
 #include "server/reconstruct/shadow_kernels.h"
 
 #define SHADOW_LANES 16 /* arrays are filled up to a multiple of that */
-#define SHADOW_PADDED                                                                              \
-    ((SHADOW_TAPS + SHADOW_LANES - 1) / SHADOW_LANES * SHADOW_LANES) /* lanes of all taps */
-
 /* Four sums side by side; they start on 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
 struct shadow_lanes {
-    _Alignas(64) int32_t to[SHADOW_PADDED]; /* in: where, from the pixel */
-    _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_PADDED];
+    _Alignas(64) int32_t to[SHADOW_LANES]; /* in: where, from the pixel */
+    _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_LANES];
 };
 
 #define LANES_QUADS 3 /* of four numbers, in a cache line */

@@ -211,6 +211,15 @@ static void measure(const struct subject *s, const struct roof_machine *m)
         name, &shadow->kernel, read, written, run_field, number                                    \
     }
 
+static void say_machine(const struct roof_machine *m)
+{
+    printf("{\"machine\":\"one core\",\"instructions\":\"%s\",\"goperations_s\":%.1f,"
+           "\"fused_goperations_s\":%.1f,\"gdivisions_s\":%.2f,\"groots_s\":%.2f,\"l2_gb_s\":%.1f,"
+           "\"l3_gb_s\":%.1f,\"memory_gb_s\":%.1f}\n",
+           build_isa(), m->mul_add, m->fused, m->divisions, m->roots, m->bandwidth[ROOF_L2],
+           m->bandwidth[ROOF_L3], m->bandwidth[ROOF_MEMORY]);
+}
+
 static void measure_all(void)
 {
     const struct shadow_kernels *shadow = shadow_kernels_best();
@@ -278,11 +287,7 @@ static void measure_all(void)
         {"v-plane rows", &v->rows, 1 + LINE + V_PLANE_NODE_FLOATS, 4, run_v_plane, V_PLANE_ROWS},
     };
     roof_measure(build_isa(), &m);
-    printf("{\"machine\":\"one core\",\"instructions\":\"%s\",\"goperations_s\":%.1f,"
-           "\"fused_goperations_s\":%.1f,\"gdivisions_s\":%.2f,\"groots_s\":%.2f,\"l2_gb_s\":%.1f,"
-           "\"l3_gb_s\":%.1f,\"memory_gb_s\":%.1f}\n",
-           build_isa(), m.mul_add, m.fused, m.divisions, m.roots, m.bandwidth[ROOF_L2],
-           m.bandwidth[ROOF_L3], m.bandwidth[ROOF_MEMORY]);
+    say_machine(&m);
     for (size_t i = 0; i < sizeof subjects / sizeof *subjects; i++) measure(&subjects[i], &m);
 }
 

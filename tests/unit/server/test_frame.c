@@ -14,6 +14,7 @@
 #include "proto/count_map.h"
 #include "proto/job.h"
 #include "server/job/frame.h"
+#include "server/reconstruct/scratch.h"
 #include "tests/unit/server/filtered_case.h"
 #include "tests/unit/server/synthetic_paths.h"
 
@@ -33,6 +34,7 @@ struct bench {
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */
     struct statistics statistics; /* of the last frame that was encoded */
+    struct scratch *scratch;      /* of all frames; NULL: each has its own */
     struct frame *frame;
     unsigned accepted, corrupt, drawn, traced, encoded, failed;
     int64_t drawn_px;
@@ -150,6 +152,7 @@ static void begin(struct bench *b, int32_t tile_px)
         .metadata = {.job = "feed", .build = "test", .spp = 9},
         .plan = &b->plan,
         .team = b->team,
+        .scratch = b->scratch,
         .objects = &b->objects,
         .events = {.ctx = b,
                    .judged = on_judged,
@@ -716,6 +719,31 @@ static void a_dropped_frame_is_silent(void **state)
     assert_int_equal(b->accepted + b->drawn + b->encoded + b->failed, 0);
 }
 
+/* What one frame leaves in memory is not seen by the next, also where one was dropped in the midst
+ * of its work, and memory may go at any time. */
+static void frames_share_memory(void **state)
+{
+    struct bench *b = *state;
+    struct fleet_tile tile;
+    b->lights = 3;
+    b->filter = SHADOW_FILTER_SHEARED;
+    render_in_order(b, 64);
+    const struct digest exr = b->exr;
+    assert_int_equal(scratch_create(&b->scratch), 0);
+    for (int round = 0; round < 3; round++) {
+        b->lens = round == 1; /* other arrays than the frame that is compared */
+        begin(b, 64);
+        for (int i = 0; i < 9 && lease(b, 1, ~0u, &tile); i++) send_tile(b, 1, &tile, 0);
+        frame_drop(&b->frame);
+        scratch_trim(b->scratch, round == 2 ? 0 : (size_t)1 << 20);
+        b->lens = false;
+        clear_counts(b);
+        render_in_order(b, 64);
+        assert_true(digest_equal(&exr, &b->exr));
+    }
+    scratch_destroy(&b->scratch);
+}
+
 static void capabilities_are_asked_for(void **state)
 {
     struct bench *b = *state;
@@ -752,6 +780,7 @@ int main(void)
         TEST(leases_carry_second_sets),
         TEST(a_hopeless_tile_fails_the_frame),
         TEST(a_dropped_frame_is_silent),
+        TEST(frames_share_memory),
         TEST(capabilities_are_asked_for),
     };
     return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
