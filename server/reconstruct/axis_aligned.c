@@ -14,39 +14,35 @@
 /* How far apart neighbouring pixels are at least, in pixel sizes: a point on the next pixel's ray
  * is no nearer than that ray. Rays (a, b, 1) that are da apart, seen from the distance of 1, are da
  * sqrt(1 + b^2) / (1 + a^2 + b^2) apart, which is da cos^2 or more. */
-static float spacing(const struct surface_view *view, const float point[3])
+static float spacing(const struct surface_view *view, const struct shadow_pixels *p, size_t i)
 {
     const float *f = view->camera->forward;
-    const float along = point[0] * f[0] + point[1] * f[1] + point[2] * f[2];
-    const float squared = point[0] * point[0] + point[1] * point[1] + point[2] * point[2];
+    const float x = p->point[0][i], y = p->point[1][i], z = p->point[2][i];
+    const float along = x * f[0] + y * f[1] + z * f[2], squared = x * x + y * y + z * z;
     const float least = view->orthographic ? 1.0f : along * along / squared; /* it has a depth */
     return least * SPACING_SHARE > SPACING_LEAST ? least * SPACING_SHARE : SPACING_LEAST;
 }
 
-/* The planes of struct shadow_blur while they are filled, and those of the passes' results. */
+/* The planes of struct shadow_blur while they are filled, and that of the first pass's result. */
 struct axis_aligned {
     const struct receiver_light *light;
     const struct patch *patch;
     const struct shadow_kernels *kernels;
     const struct receivers *receivers;
     float scale; /* m(N) mu */
-    float *point[3], *normal[3], *plane_least, *distance_most2;
     float *seen, *refusal, *falloff, *blurred;
     int32_t *reach;
     void *memory;
 };
 
-#define PLANES 13
+#define PLANES 5
 
 static int create_planes(struct axis_aligned *a)
 {
     const size_t area = (size_t)rect_area(a->receivers->rect), stride = area + SHADOW_PLANE_PAD;
     float *memory = a->memory = scratch_take(a->patch->scratch, PLANES * stride * sizeof *memory);
     if (!memory) return ERR_MEMORY;
-    float **const planes[PLANES - 1] = {&a->point[0],    &a->point[1],       &a->point[2],
-                                        &a->normal[0],   &a->normal[1],      &a->normal[2],
-                                        &a->plane_least, &a->distance_most2, &a->seen,
-                                        &a->refusal,     &a->falloff,        &a->blurred};
+    float **const planes[PLANES - 1] = {&a->seen, &a->refusal, &a->falloff, &a->blurred};
     for (size_t k = 0; k < PLANES; k++, memory += stride) {
         memset(memory + area, 0, SHADOW_PLANE_PAD * sizeof *memory);
         if (k < PLANES - 1)
@@ -60,32 +56,24 @@ static int create_planes(struct axis_aligned *a)
 static void set_width(const struct axis_aligned *a, size_t i, float kappa_most)
 {
     const struct receiver_light *light = a->light;
-    const struct receivers *r = a->receivers;
-    const float pixel = receiver_pixel(&r->targets[i]);
+    const struct shadow_pixels *pixels = &a->receivers->pixels;
+    const float pixel = receiver_pixel(pixels, i);
     const float sigma_y =
         light->sigma_y[0] < light->sigma_y[1] ? light->sigma_y[0] : light->sigma_y[1];
     const float penumbra = sigma_y / (kappa_most > 1e-6f ? kappa_most : 1e-6f);
     const float beta = a->scale / WIDTHS * (penumbra > pixel ? penumbra : pixel);
     const float falloff = 0.5f / beta / beta;
-    const float taps = ceilf(3.0f * beta / (spacing(&light->view, r->sources[i].point) * pixel));
+    const float taps = ceilf(3.0f * beta / (spacing(&light->view, pixels, i) * pixel));
     a->refusal[i] = penumbra * penumbra;
     a->falloff[i] = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
     a->reach[i] = taps < AXIS_ALIGNED_REACH_PX ? (int32_t)taps : AXIS_ALIGNED_REACH_PX;
 }
 
-/* Receivers as they are, and what goes for those without wedge. */
+/* What goes for pixels without wedge. */
 static void load(const struct axis_aligned *a)
 {
-    const struct receivers *r = a->receivers;
-    const size_t area = (size_t)rect_area(r->rect);
+    const size_t area = (size_t)rect_area(a->receivers->rect);
     for (size_t i = 0; i < area; i++) {
-        const struct shadow_source *s = &r->sources[i];
-        for (int k = 0; k < 3; k++) {
-            a->point[k][i] = s->point[k];
-            a->normal[k][i] = s->normal[k];
-        }
-        a->plane_least[i] = r->targets[i].plane_least;
-        a->distance_most2[i] = r->targets[i].distance_most2;
         a->seen[i] = 1.0f;
         a->refusal[i] = REFUSED_BY_NONE;
         a->falloff[i] = 0.0f;
@@ -125,10 +113,7 @@ static void load_rows(const struct axis_aligned *a, const struct wedges *wedges)
 static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, const float *from,
                  float *to)
 {
-    const struct shadow_blur planes = {.point = {a->point[0], a->point[1], a->point[2]},
-                                       .normal = {a->normal[0], a->normal[1], a->normal[2]},
-                                       .plane_least = a->plane_least,
-                                       .distance_most2 = a->distance_most2,
+    const struct shadow_blur planes = {.pixels = &a->receivers->pixels,
                                        .seen = from,
                                        .refusal = a->refusal,
                                        .falloff = a->falloff,
@@ -142,7 +127,7 @@ static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, c
 /* beta in pixels of a receiver with a wedge. */
 static float width_px(const struct axis_aligned *a, size_t i)
 {
-    return sqrtf(0.5f / a->falloff[i]) / receiver_pixel(&a->receivers->targets[i]);
+    return sqrtf(0.5f / a->falloff[i]) / receiver_pixel(&a->receivers->pixels, i);
 }
 
 int axis_aligned_filter(const struct receiver_light *light, const struct patch *patch,

@@ -10,9 +10,10 @@
 static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
                               float out[SHADOW_LANES])
 {
-    const float *px = f->point[0], *py = f->point[1], *pz = f->point[2];
-    const float *nx = f->normal[0], *ny = f->normal[1], *nz = f->normal[2];
-    const float *plane_least = f->plane_least, *distance_most2 = f->distance_most2;
+    const struct shadow_pixels *pixels = f->pixels;
+    const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
+    const float *nx = pixels->normal[0], *ny = pixels->normal[1], *nz = pixels->normal[2];
+    const float *plane_least = pixels->plane_least, *distance_most2 = pixels->distance_most2;
     const float *falloff = f->falloff, *refusal = f->refusal, *seen = f->seen;
     const int32_t *reach = f->reach;
     float sum[SHADOW_LANES] = {0}, weights[SHADOW_LANES] = {0};

@@ -10,12 +10,12 @@ struct asker {
     float plane_least, distance_most2;
 };
 
-static inline struct asker asker_of(const struct shadow_source *p, const struct shadow_target *t)
+static inline struct asker asker_of(const struct shadow_pixels *p, size_t i)
 {
-    return (struct asker){{p->point[0], p->point[1], p->point[2]},
-                          {p->normal[0], p->normal[1], p->normal[2]},
-                          t->plane_least,
-                          t->distance_most2};
+    return (struct asker){{p->point[0][i], p->point[1][i], p->point[2][i]},
+                          {p->normal[0][i], p->normal[1][i], p->normal[2][i]},
+                          p->plane_least[i],
+                          p->distance_most2[i]};
 }
 
 /* 1 if what lies at (x, y, z) with the normal (nx, ny, nz) is compatible, else 0; *squared becomes

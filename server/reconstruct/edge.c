@@ -8,7 +8,7 @@
 #define NARROW_PX 1.0f /* filters this wide and narrower are replaced */
 #define WIDE_PX   1.5f /* from here on none is */
 
-#define PLANES 9 /* of numbers; then the words of bits */
+#define PLANES 3 /* of numbers; then the words of bits */
 
 struct edges {
     const struct receiver_light *light;
@@ -21,10 +21,10 @@ struct edges {
     uint32_t *asked;  /* their numbers among all that were asked for, */
     float *sigma_px, *seen;
     void *lists; /* owned: these four */
-    float *point[3], *normal[3], *estimate, *jitter[2];
+    float *estimate, *jitter[2];
     uint32_t *bits;
     size_t stride;
-    void *planes; /* owned: these ten */
+    void *planes; /* owned: these four */
 };
 
 /* How much of the sheared filter's answer stays. */
@@ -46,7 +46,7 @@ static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count,
     e->sigma_px = (float *)(void *)(lists + 2 * (size_t)count);
     e->seen = (float *)(void *)(lists + 3 * (size_t)count);
     for (uint32_t k = 0; k < count; k++) {
-        const float sigma_px = wedge_width_px(&e->receivers->targets[pixels[k]]);
+        const float sigma_px = wedge_width_px(&e->receivers->pixels, pixels[k]);
         out[k] = (struct edge_answer){-1.0f, 1.0f, sigma_px};
         if (!(sigma_px < WIDE_PX * e->scale)) continue;
         e->pixels[e->count] = pixels[k];
@@ -59,9 +59,7 @@ static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count,
 static int create_planes(struct edges *e)
 {
     const uint32_t strata = e->light->strata * e->light->strata;
-    float **const planes[PLANES] = {&e->point[0],  &e->point[1],  &e->point[2],
-                                    &e->normal[0], &e->normal[1], &e->normal[2],
-                                    &e->estimate,  &e->jitter[0], &e->jitter[1]};
+    float **const planes[PLANES] = {&e->estimate, &e->jitter[0], &e->jitter[1]};
     e->stride = (size_t)rect_area(e->receivers->rect) + SHADOW_PLANE_PAD;
     float *memory = e->planes =
         scratch_take(e->patch->scratch, (PLANES + (strata + 31) / 32) * e->stride * sizeof *memory);
@@ -84,14 +82,6 @@ static void load_run(const struct edges *e, int32_t x, int32_t y, uint32_t count
 static void load_row(const struct edges *e, int32_t x0, int32_t x1, int32_t y)
 {
     const struct rect seen = rect_intersect((struct rect){x0, y, x1, y + 1}, e->patch->rect);
-    const size_t first = receivers_pixel(e->receivers, x0, y);
-    for (size_t i = first; i < first + (size_t)(x1 - x0); i++) {
-        const struct shadow_source *s = &e->receivers->sources[i];
-        for (int k = 0; k < 3; k++) {
-            e->point[k][i] = s->point[k];
-            e->normal[k][i] = s->normal[k];
-        }
-    }
     if (rect_is_empty(seen)) return;
     for (int32_t x = seen.x0; x < seen.x1; x += STRATA_RUN) {
         const int32_t left = seen.x1 - x;
@@ -130,10 +120,7 @@ static void run(const struct edges *e)
     const struct edge_field field = {.light = e->light,
                                      .width = rect_width(e->receivers->rect),
                                      .scale = e->scale,
-                                     .sources = e->receivers->sources,
-                                     .targets = e->receivers->targets,
-                                     .point = {e->point[0], e->point[1], e->point[2]},
-                                     .normal = {e->normal[0], e->normal[1], e->normal[2]},
+                                     .pixels = &e->receivers->pixels,
                                      .seen = e->estimate,
                                      .jitter = {e->jitter[0], e->jitter[1]},
                                      .bits = e->bits,

@@ -21,13 +21,11 @@
 struct edge_field {
     const struct receiver_light *light;
     int32_t width;
-    float scale;                         /* m(N) mu */
-    const struct shadow_source *sources; /* u, eta */
-    const struct shadow_target *targets;
-    const float *point[3], *normal[3]; /* as in struct shadow_source */
-    const float *seen;                 /* own estimates of what is lit */
-    const float *jitter[2];            /* of the strata, below 1 */
-    const uint32_t *bits;              /* strata_bits */
+    float scale;                        /* m(N) mu */
+    const struct shadow_pixels *pixels; /* with wedges */
+    const float *seen;                  /* own estimates of what is lit */
+    const float *jitter[2];             /* of the strata, below 1 */
+    const uint32_t *bits;               /* strata_bits */
     size_t stride;
 };
 

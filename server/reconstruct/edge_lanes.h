@@ -84,7 +84,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
         n->exponent[i] = has ? n->exponents[n->kept[i]] : INFINITY;
         n->bits[i] = (int32_t)f->bits[q];
         for (int k = 0; k < 2; k++) {
-            n->u[k][i] = f->sources[q].u[k];
+            n->u[k][i] = f->pixels->u[k][q];
             n->jitter[k][i] = f->jitter[k][q];
         }
     }
@@ -141,15 +141,14 @@ static inline struct edge_centre edge_centre_of(const struct edge_field *f, size
                                                 const struct edge_windows *w, uint32_t lane,
                                                 const struct edge_weights weights[2])
 {
-    const struct shadow_source *p = &f->sources[pixel];
-    const struct shadow_target *t = &f->targets[pixel];
+    const struct shadow_pixels *p = f->pixels;
     struct edge_centre c = {
-        .weights = weights, .distance = t->distance, .strata = f->light->strata};
+        .weights = weights, .distance = p->distance[pixel], .strata = f->light->strata};
     for (int k = 0; k < 2; k++) {
-        c.u[k] = p->u[k];
+        c.u[k] = p->u[k][pixel];
         c.normal[k] = w->normal[k][lane];
-        c.move[k] = p->eta * c.normal[k] / f->light->rectangle.half[k];
-        c.gamma[k] = t->gamma[k];
+        c.move[k] = p->eta[pixel] * c.normal[k] / f->light->rectangle.half[k];
+        c.gamma[k] = p->gamma[k][pixel];
     }
     return c;
 }

@@ -79,11 +79,12 @@ static inline void edge_fix(const struct edge_field *f, struct edge_fixed *out)
 static inline void edge_look(const struct edge_field *f, const struct edge_fixed *fixed,
                              size_t pixel, struct edge_view *v, float *seen)
 {
-    const struct asker asker = asker_of(&f->sources[pixel], &f->targets[pixel]);
+    const struct shadow_pixels *p = f->pixels;
+    const struct asker asker = asker_of(p, pixel);
     for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
         const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
-        const float *x = f->point[0] + q, *y = f->point[1] + q, *z = f->point[2] + q;
-        const float *nx = f->normal[0] + q, *ny = f->normal[1] + q, *nz = f->normal[2] + q;
+        const float *x = p->point[0] + q, *y = p->point[1] + q, *z = p->point[2] + q;
+        const float *nx = p->normal[0] + q, *ny = p->normal[1] + q, *nz = p->normal[2] + q;
         const float *own = f->seen + q;
         for (int i = 0; i < SHADOW_LANES; i++) {
             const float value = own[i];
@@ -123,17 +124,17 @@ static inline void edge_ask(const struct edge_field *f, const struct edge_fixed 
                             size_t pixel, float sigma_px, uint32_t lane, struct edge_view *view,
                             struct edge_windows *w)
 {
-    const struct shadow_source *s = &f->sources[pixel];
+    const struct shadow_pixels *p = f->pixels;
     float seen[EDGE_AROUND + SHADOW_LANES + 1], tensor[3];
     for (int i = EDGE_AROUND; i < EDGE_AROUND + SHADOW_LANES + 1; i++) seen[i] = 0.0f;
     edge_look(f, fixed, pixel, view, seen);
     edge_tensor(fixed, view, seen, tensor);
     for (int k = 0; k < 3; k++) {
         w->tensor[k][lane] = tensor[k];
-        w->point[k][lane] = s->point[k];
-        w->surface[k][lane] = s->normal[k];
+        w->point[k][lane] = p->point[k][pixel];
+        w->surface[k][lane] = p->normal[k][pixel];
     }
-    w->eta[lane] = s->eta;
+    w->eta[lane] = p->eta[pixel];
     w->sigma_px[lane] = sigma_px;
 }
 

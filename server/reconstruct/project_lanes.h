@@ -40,11 +40,11 @@ struct project_row {
 };
 
 static inline struct project_row project_row_of(const struct shadow_field *f, uint32_t axis,
-                                                const struct shadow_target *t)
+                                                uint32_t pixel)
 {
-    const size_t row = (size_t)t->weights[axis] * (SHADOW_PHASES + 1);
+    const size_t row = (size_t)f->pixels->weights[axis][pixel] * (SHADOW_PHASES + 1);
     return (struct project_row){f->weights + row * f->window, 2.0f / (float)f->scale,
-                                t->gamma[axis]};
+                                f->pixels->gamma[axis][pixel]};
 }
 
 /* Weights of nodes side by side, anywhere in memory. */
@@ -173,7 +173,7 @@ project_columns(const struct shadow_field *f, struct project_shape shape, const 
     struct project_strata strata = {0};
     for (uint32_t k = 0; k < count; k++) {
         const uint32_t lane = k % PROJECT_LANES, left = count - k;
-        const struct project_row row = project_row_of(f, 0, &f->targets[pixels[k]]);
+        const struct project_row row = project_row_of(f, 0, pixels[k]);
         float own[PROJECT_LANES] = {0};
         for (uint32_t i = 0; lane == 0 && i < PROJECT_LANES && i < left; i++)
             own[i] = jitter[k + i];
@@ -185,7 +185,7 @@ project_columns(const struct shadow_field *f, struct project_shape shape, const 
                           s->rest[lane], strata.weights[a]);
         }
         strata.seen = seen + (size_t)k * l;
-        project_column(shape, &strata, f->columns + (size_t)f->sources[pixels[k]].slot * size);
+        project_column(shape, &strata, f->columns + (size_t)f->pixels->slot[pixels[k]] * size);
     }
 }
 
@@ -268,11 +268,11 @@ static inline __attribute__((always_inline)) void project_rows(const struct shad
     for (uint32_t k = 0; k < count; k++) {
         const uint32_t own = k % PROJECT_GROUP, left = count - k;
         for (uint32_t i = 0; own == 0 && i < PROJECT_GROUP && i < left; i++) {
-            const struct project_row row = project_row_of(f, 1, &f->targets[pixels[k + i]]);
+            const struct project_row row = project_row_of(f, 1, pixels[k + i]);
             project_pad(&row, window, 0.75f, &even[i]);
             project_pad(&row, window, 0.25f, &odd[i]);
         }
-        float *rows = f->rows + (size_t)f->sources[pixels[k]].slot * 2 * (used + 2);
+        float *rows = f->rows + (size_t)f->pixels->slot[pixels[k]] * 2 * (used + 2);
         for (uint32_t n = 0; n < used; n += PROJECT_CHUNK) {
             lanes_vector sums[PROJECT_VECTORS];
             project_cells(scale, &even[own], &odd[own], cells + (size_t)k * 4 * scale, n, sums);

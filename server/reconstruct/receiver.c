@@ -1,6 +1,7 @@
 #include "server/reconstruct/receiver.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "server/reconstruct/receiver_lanes.h"
 
@@ -42,65 +43,109 @@ void receiver_row(const struct receiver_light *light, const struct patch *patch,
     }
 }
 
-void receiver_steps(const struct receiver_light *light, const struct shadow_source *s,
-                    float steps[2][2])
+void receiver_steps(const struct receiver_light *light, const struct shadow_pixels *pixels,
+                    size_t i, float steps[2][2])
 {
-    const float *p = s->point, *n = s->normal;
-    for (int i = 0; i < 2; i++) {
-        const struct receiver_stepper stepper = receiver_stepper_of(light, i);
-        receiver_step(&stepper, p[0], p[1], p[2], n[0], n[1], n[2], &steps[i][0], &steps[i][1]);
+    float p[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        p[k] = pixels->point[k][i];
+        n[k] = pixels->normal[k][i];
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        const struct receiver_stepper stepper = receiver_stepper_of(light, axis);
+        receiver_step(&stepper, p[0], p[1], p[2], n[0], n[1], n[2], &steps[axis][0],
+                      &steps[axis][1]);
     }
 }
+
+/* -- memory: first what is found of every pixel, then what only those with a wedge or a slot have
+ */
+
+#define PLACED  13
+#define SHEARED 8
+#define WHOLE   6
+
+/* The planes one after the other, `stride` numbers each. */
+static void lay_out(struct shadow_pixels *p, float *memory, size_t stride)
+{
+    struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
+    float **const numbers[PLACED + SHEARED] = {
+        &p->point[0],       &p->point[1], &p->point[2], &p->normal[0], &p->normal[1],
+        &p->normal[2],      &p->u[0],     &p->u[1],     &p->distance,  &p->plane_least,
+        &p->distance_most2, &p->gamma[0], &p->gamma[1], &p->eta,       &p->spread,
+        &a->step[0],        &a->step[1],  &a->falloff,  &b->step[0],   &b->step[1],
+        &b->falloff};
+    int32_t **const whole[WHOLE] = {&p->slot,       &p->phase, &p->weights[0],
+                                    &p->weights[1], &a->reach, &b->reach};
+    for (size_t k = 0; k < PLACED + SHEARED; k++, memory += stride) *numbers[k] = memory;
+    for (size_t k = 0; k < WHOLE; k++, memory += stride) *whole[k] = (int32_t *)(void *)memory;
+}
+
+static void fill_float(float *plane, size_t count, float number)
+{
+    for (size_t i = 0; i < count; i++) plane[i] = number;
+}
+
+static void fill_whole(int32_t *plane, size_t count, int32_t number)
+{
+    for (size_t i = 0; i < count; i++) plane[i] = number;
+}
+
+/* No pixel has a wedge or a slot yet, and nothing is shown past the end. */
+static void clear(struct shadow_pixels *p, size_t area, size_t stride)
+{
+    for (size_t k = 0; k < PLACED; k++)
+        memset(p->point[0] + k * stride + area, 0, (stride - area) * sizeof *p->point[0]);
+    memset(p->eta, 0, (SHEARED + WHOLE) * stride * sizeof *p->eta);
+    fill_float(p->spread, stride, SHADOW_NO_SPREAD);
+    fill_whole(p->slot, stride, -1);
+    for (int k = 0; k < 2; k++) fill_whole(p->weights[k], stride, COVERAGE_WIDEST);
+}
+
+/* -- what is found of every pixel */
 
 static void place_run(const struct receiver_light *light, const struct patch *patch,
                       const struct shadow_kernels *kernels, int32_t x, int32_t y, uint32_t count,
-                      struct receivers *out)
+                      const struct receivers *out)
 {
-    float point[3][ROW_PIXELS], normal[3][ROW_PIXELS];
-    float *const points[3] = {point[0], point[1], point[2]};
-    float *const normals[3] = {normal[0], normal[1], normal[2]};
-    const float *const p[3] = {point[0], point[1], point[2]};
-    const float *const n[3] = {normal[0], normal[1], normal[2]};
+    const struct shadow_pixels *p = &out->pixels;
     const size_t at = patch_pixel(patch, x, y), to = receivers_pixel(out, x, y);
+    float *const points[3] = {p->point[0] + to, p->point[1] + to, p->point[2] + to};
+    float *const normals[3] = {p->normal[0] + to, p->normal[1] + to, p->normal[2] + to};
     receiver_row(light, patch, x, y, count, points, normals);
-    kernels->place_receivers(light, count, patch->depth + at, p, n, out->sources + to,
-                             out->targets + to);
+    kernels->place_receivers(light, count, patch->depth + at, to, p);
 }
 
-/* Pixels `from` to `to` of row y. */
-static void place_nothing(struct receivers *out, int32_t from, int32_t to, int32_t y)
+/* `count` pixels from `first` on. */
+static void place_nothing(const struct shadow_pixels *p, size_t stride, size_t first, int32_t count)
 {
-    static const struct shadow_source source = RECEIVER_NO_SOURCE;
-    static const struct shadow_target target = RECEIVER_NO_TARGET;
-    const size_t row = (size_t)(y - out->rect.y0) * (size_t)rect_width(out->rect);
-    for (int32_t x = from; x < to; x++) {
-        out->sources[row + (size_t)(x - out->rect.x0)] = source;
-        out->targets[row + (size_t)(x - out->rect.x0)] = target;
-    }
+    for (size_t k = 0; count > 0 && k < PLACED; k++)
+        memset(p->point[0] + k * stride + first, 0, (size_t)count * sizeof *p->point[0]);
 }
 
 int receivers_create(const struct receiver_light *light, const struct patch *patch,
                      const struct shadow_kernels *kernels, struct rect rect, struct receivers *out)
 {
     const size_t area = (size_t)rect_area(rect);
+    const size_t stride = (area + 2 * SHADOW_PLANE_PAD - 1) / SHADOW_PLANE_PAD * SHADOW_PLANE_PAD;
     *out = (struct receivers){.rect = rect, .scratch = patch->scratch};
-    out->memory = scratch_take(out->scratch, area * (sizeof *out->sources + sizeof *out->targets));
+    out->memory = scratch_take(out->scratch, (PLACED + SHEARED + WHOLE) * stride * sizeof(float));
     if (!out->memory) return ERR_MEMORY;
-    out->sources = out->memory;
-    out->targets = (struct shadow_target *)(out->sources + area);
+    lay_out(&out->pixels, out->memory, stride);
+    clear(&out->pixels, area, stride);
     const struct rect seen = rect_intersect(rect, patch->rect);
+    const bool none = rect_is_empty(seen);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        if (rect_is_empty(seen) || y < seen.y0 || y >= seen.y1) {
-            place_nothing(out, rect.x0, rect.x1, y);
-            continue;
-        }
-        place_nothing(out, rect.x0, seen.x0, y);
-        for (int32_t x = seen.x0; x < seen.x1; x += ROW_PIXELS) {
-            const int32_t left = seen.x1 - x;
+        const size_t row = receivers_pixel(out, rect.x0, y);
+        const bool dark = none || y < seen.y0 || y >= seen.y1;
+        const int32_t x0 = dark ? rect.x1 : seen.x0, x1 = dark ? rect.x1 : seen.x1;
+        place_nothing(&out->pixels, stride, row, x0 - rect.x0);
+        for (int32_t x = x0; x < x1; x += ROW_PIXELS) {
+            const int32_t left = x1 - x;
             const uint32_t count = (uint32_t)(left < ROW_PIXELS ? left : ROW_PIXELS);
             place_run(light, patch, kernels, x, y, count, out);
         }
-        place_nothing(out, seen.x1, rect.x1, y);
+        place_nothing(&out->pixels, stride, row + (size_t)(x1 - rect.x0), rect.x1 - x1);
     }
     return 0;
 }

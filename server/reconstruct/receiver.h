@@ -27,23 +27,12 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
 void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
                   int32_t y, uint32_t count, float *const point[3], float *const normal[3]);
 
-/* What shows nothing; also how any other pixel starts, without wedge, walk and slot. */
-#define RECEIVER_NO_SOURCE                                                                         \
-    {                                                                                              \
-        .spread = SHADOW_NO_SPREAD, .slot = -1                                                     \
-    }
-#define RECEIVER_NO_TARGET                                                                         \
-    {                                                                                              \
-        .weights = { COVERAGE_WIDEST, COVERAGE_WIDEST }                                            \
-    }
-
 /* All pixels of `rect`, which need not lie within the patch: beyond it they show nothing. */
 struct receivers {
     struct rect rect;
-    struct shadow_source *sources; /* points, normals (0: not lit), u; no wedges, no slots */
-    struct shadow_target *targets; /* distances, tolerances, gamma; no walks */
-    struct scratch *scratch;       /* the patch's */
-    void *memory;                  /* owned; from there */
+    struct shadow_pixels pixels; /* no wedges, walks, slots yet */
+    struct scratch *scratch;     /* the patch's */
+    void *memory;                /* owned; from there */
 };
 
 /* ERR_MEMORY. */
@@ -57,19 +46,24 @@ static inline size_t receivers_pixel(const struct receivers *r, int32_t x, int32
     return (size_t)(y - r->rect.y0) * (size_t)rect_width(r->rect) + (size_t)(x - r->rect.x0);
 }
 
-/* e_i of filters.md: pixels along x and y that a lit receiver's pixel moves on the screen for each
- * scene unit of Delta_i. Finite. */
-void receiver_steps(const struct receiver_light *light, const struct shadow_source *source,
-                    float steps[2][2]);
+/* e_i of filters.md: pixels along x and y that lit pixel i moves on the screen for each scene unit
+ * of Delta_i. Finite. */
+void receiver_steps(const struct receiver_light *light, const struct shadow_pixels *pixels,
+                    size_t i, float steps[2][2]);
 
 /* World size of a pixel at a receiver. */
-static inline float receiver_pixel(const struct shadow_target *target)
+static inline float receiver_size(float plane_least)
 {
-    return 0.5f * target->plane_least;
+    return 0.5f * plane_least;
 }
 
-static inline bool receiver_is_lit(const struct shadow_source *source)
+static inline float receiver_pixel(const struct shadow_pixels *pixels, size_t i)
 {
-    const float *n = source->normal;
-    return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.0f;
+    return receiver_size(pixels->plane_least[i]);
+}
+
+static inline bool receiver_is_lit(const struct shadow_pixels *pixels, size_t i)
+{
+    const float x = pixels->normal[0][i], y = pixels->normal[1][i], z = pixels->normal[2][i];
+    return x * x + y * y + z * z > 0.0f;
 }

@@ -25,13 +25,13 @@ static inline float receiver_clamp(float v, float least, float most)
     return v < least ? least : v > most ? most : v;
 }
 
-/* Receivers before they are spread over sources and targets. */
+/* What is found of receivers side by side. */
 struct receiver_chunk {
-    float front[RECEIVER_LANES], pixel[RECEIVER_LANES];
-    float u[2][RECEIVER_LANES], gamma[2][RECEIVER_LANES];
-    int32_t lit[RECEIVER_LANES]; /* the light reaches it, from far enough off the light's plane */
+    float normal[3][RECEIVER_LANES], u[2][RECEIVER_LANES], distance[RECEIVER_LANES];
+    float plane_least[RECEIVER_LANES], distance_most2[RECEIVER_LANES], gamma[2][RECEIVER_LANES];
 };
 
+/* Lit: the light reaches it, from far enough off the light's plane. */
 static inline void receiver_place(const struct receiver_light *light, const float *depth,
                                   const float *const p[3], const float *const n[3], uint32_t count,
                                   struct receiver_chunk *c)
@@ -50,58 +50,57 @@ static inline void receiver_place(const struct receiver_light *light, const floa
         const float distance = sqrtf(x * x + y * y + z * z), towards = x * nx + y * ny + z * nz;
         const float front = -receiver_along(x, y, z, r->normal);
         const float rise = half_u * fabsf(facing_u) + half_v * fabsf(facing_v);
-        c->lit[i] = (towards + rise > 0.0f) & (front > RECEIVER_FRONT * (size + distance));
+        const int32_t lit = (towards + rise > 0.0f) & (front > RECEIVER_FRONT * (size + distance));
         /* lit: neither is 0 */
         const float inverse_front = 1.0f / front, inverse = 1.0f / distance;
-        const float up = towards * inverse;
+        const float up = towards * inverse, pixel = fixed + growing * depth[i];
         const float inverse_up = up > RECEIVER_GRAZING ? inverse / up : 0.0f;
         const float gamma_u = facing_u * inverse_up - 4.0f * (aside_u * inverse) * inverse;
         const float gamma_v = facing_v * inverse_up - 4.0f * (aside_v * inverse) * inverse;
-        c->front[i] = front;
-        c->pixel[i] = fixed + growing * depth[i];
-        c->u[0][i] = -aside_u * inverse_front;
-        c->u[1][i] = -aside_v * inverse_front;
-        c->gamma[0][i] = receiver_clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
-        c->gamma[1][i] = receiver_clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
+        const float within_u = receiver_clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
+        const float within_v = receiver_clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
+        c->normal[0][i] = lit ? nx : 0.0f;
+        c->normal[1][i] = lit ? ny : 0.0f;
+        c->normal[2][i] = lit ? nz : 0.0f;
+        c->u[0][i] = lit ? -aside_u * inverse_front : 0.0f;
+        c->u[1][i] = lit ? -aside_v * inverse_front : 0.0f;
+        c->distance[i] = lit ? front : 0.0f;
+        c->plane_least[i] = lit ? RECEIVER_PLANE_PX * pixel : 0.0f;
+        c->distance_most2[i] = lit ? RECEIVER_FAR_PX * pixel * RECEIVER_FAR_PX * pixel : 0.0f;
+        c->gamma[0][i] = lit ? within_u : 0.0f;
+        c->gamma[1][i] = lit ? within_v : 0.0f;
     }
 }
 
-/* Pixel i as it is to its neighbours, and they to it. */
-static inline void receiver_spread(const struct receiver_chunk *c, uint32_t i,
-                                   struct shadow_source *s, struct shadow_target *t)
+static inline __attribute__((always_inline)) void receiver_store(const struct receiver_chunk *c,
+                                                                 size_t at, size_t count,
+                                                                 const struct shadow_pixels *out)
 {
-    const float pixel = c->pixel[i];
-    s->u[0] = c->u[0][i];
-    s->u[1] = c->u[1][i];
-    t->distance = c->front[i];
-    t->plane_least = RECEIVER_PLANE_PX * pixel;
-    t->distance_most2 = RECEIVER_FAR_PX * pixel * RECEIVER_FAR_PX * pixel;
-    t->gamma[0] = c->gamma[0][i];
-    t->gamma[1] = c->gamma[1][i];
+    const size_t bytes = count * sizeof(float);
+    for (int k = 0; k < 3; k++) memcpy(out->normal[k] + at, c->normal[k], bytes);
+    for (int k = 0; k < 2; k++) memcpy(out->u[k] + at, c->u[k], bytes);
+    memcpy(out->distance + at, c->distance, bytes);
+    memcpy(out->plane_least + at, c->plane_least, bytes);
+    memcpy(out->distance_most2 + at, c->distance_most2, bytes);
+    for (int k = 0; k < 2; k++) memcpy(out->gamma[k] + at, c->gamma[k], bytes);
 }
 
 static inline void kernel_place_receivers(const struct receiver_light *light, uint32_t count,
-                                          const float *depth, const float *const point[3],
-                                          const float *const normal[3],
-                                          struct shadow_source *sources,
-                                          struct shadow_target *targets)
+                                          const float *depth, size_t from,
+                                          const struct shadow_pixels *out)
 {
     struct receiver_chunk c;
     for (uint32_t first = 0; first < count; first += RECEIVER_LANES) {
-        const uint32_t left = count - first, n = left < RECEIVER_LANES ? left : RECEIVER_LANES;
-        const float *const p[3] = {point[0] + first, point[1] + first, point[2] + first};
-        const float *const q[3] = {normal[0] + first, normal[1] + first, normal[2] + first};
-        receiver_place(light, depth + first, p, q, n, &c);
-        for (uint32_t i = 0; i < n; i++) {
-            struct shadow_source s = RECEIVER_NO_SOURCE;
-            struct shadow_target t = RECEIVER_NO_TARGET;
-            for (int k = 0; k < 3; k++) {
-                s.point[k] = p[k][i];
-                s.normal[k] = c.lit[i] ? q[k][i] : 0.0f;
-            }
-            if (c.lit[i]) receiver_spread(&c, i, &s, &t);
-            sources[first + i] = s;
-            targets[first + i] = t;
+        const uint32_t left = count - first;
+        const size_t at = from + first;
+        const float *const p[3] = {out->point[0] + at, out->point[1] + at, out->point[2] + at};
+        const float *const n[3] = {out->normal[0] + at, out->normal[1] + at, out->normal[2] + at};
+        if (left >= RECEIVER_LANES) {
+            receiver_place(light, depth + first, p, n, RECEIVER_LANES, &c);
+            receiver_store(&c, at, RECEIVER_LANES, out);
+        } else {
+            receiver_place(light, depth + first, p, n, left, &c);
+            receiver_store(&c, at, left, out);
         }
     }
 }

@@ -22,63 +22,46 @@
 #define SHADOW_PLANE_SHARE 0.35f        /* of the distance a neighbour may be off the plane */
 #define SHADOW_AXIS_CUT    4.5f         /* axis-aligned: exponents beyond count nothing */
 
-/* What a pixel shows to its neighbours: one cache line. */
-struct shadow_source {
-    float point[3];  /* from the eye */
-    float normal[3]; /* unit, or 0: nobody takes it */
-    float u[2];      /* receiver coordinates (x - C) . a_i / d1 */
-    float eta;       /* centre of its range of 1/slope; 0 without wedge */
-    float spread;    /* half of that range; SHADOW_NO_SPREAD without wedge: refused by nobody */
-    int32_t slot;    /* of its node sums; -1: has none */
-    int32_t phase;   /* of its jitter along axis 1: floor(jitter * field->phases) */
-    float unused[4];
-};
-_Static_assert(sizeof(struct shadow_source) == 64, "one cache line");
-
 /* The walk along one light axis: `reach` taps to both sides, one pixel a step along the major
  * screen axis; between the two pixels of the minor axis a tap is shared out linearly. */
 struct shadow_walk {
-    float step[2]; /* pixels, x and y; the larger is exactly 1 or -1 (or both 0 with reach 0) */
-    float falloff; /* 1 / (2 sigma_x^2) */
-    int32_t reach; /* 0 .. SHADOW_REACH_PX; 0 without wedge */
+    float *step[2]; /* pixels, x and y; the larger is exactly 1 or -1 (or both 0 with reach 0) */
+    float *falloff; /* 1 / (2 sigma_x^2) */
+    int32_t *reach; /* 0 .. SHADOW_REACH_PX; 0 without wedge */
 };
 
-/* What a pixel needs to gather: one cache line. */
-struct shadow_target {
-    float distance;       /* d1: from the light's plane */
-    float plane_least;    /* a neighbour may be off the tangent plane by that anyway */
-    float distance_most2; /* squared world distance of the farthest neighbour */
-    float gamma[2];       /* slope of G along axis i, a half-side */
-    int32_t weights[2];   /* row of field->weights along axis i */
-    float unused;
+/* The field's pixels, an array a number. Of points, normals and tolerances SHADOW_PLANE_PAD more
+ * than there are pixels may be read: normals are 0 there. */
+#define SHADOW_PLANE_PAD 16
+struct shadow_pixels {
+    /* What a pixel shows to its neighbours. */
+    float *point[3];  /* from the eye */
+    float *normal[3]; /* unit, or 0: nobody takes it */
+    float *u[2];      /* receiver coordinates (x - C) . a_i / d1 */
+    float *eta;       /* centre of its range of 1/slope; 0 without wedge */
+    float *spread;    /* half of that range; SHADOW_NO_SPREAD without wedge: refused by nobody */
+    int32_t *slot;    /* of its node sums; -1: has none */
+    int32_t *phase;   /* of its jitter along axis 1: floor(jitter * field->phases) */
+
+    /* What it gathers with. */
+    float *distance;       /* d1: from the light's plane */
+    float *plane_least;    /* a neighbour may be off the tangent plane by that anyway */
+    float *distance_most2; /* squared world distance of the farthest neighbour */
+    float *gamma[2];       /* slope of G along axis i, a half-side */
+    int32_t *weights[2];   /* row of field->weights along axis i */
     struct shadow_walk walk[2];
-};
-_Static_assert(sizeof(struct shadow_target) == 64, "one cache line");
-
-/* Numbers of a source, in its order. */
-enum shadow_number {
-    SHADOW_POINT = 0,
-    SHADOW_NORMAL = 3,
-    SHADOW_U = 6,
-    SHADOW_ETA = 8,
-    SHADOW_SPREAD = 9,
-    SHADOW_SLOT = 10,  /* an integer's bits */
-    SHADOW_PHASE = 11, /* likewise */
-    SHADOW_NUMBERS = 12,
 };
 
 struct shadow_field {
     int32_t width, height;
-    const struct shadow_source *sources; /* width * height, row by row */
-    const struct shadow_target *targets; /* likewise */
-    const float *planes[SHADOW_NUMBERS]; /* the sources' numbers, an array each; for walks alone */
-    uint32_t strata;                     /* l */
-    uint32_t scale;                      /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
-    uint32_t window;                     /* r rounded up to a multiple of 8 */
-    uint32_t lanes;                      /* l + 1 rounded up to a multiple of 4 */
-    uint32_t phases;                     /* of y2 in a row: shadow_phases(l, r) */
-    float nodes_per_length[2];           /* r / (2 L_i) */
-    float refusal[2];                    /* 1.5 sigma_y,i */
+    const struct shadow_pixels *pixels; /* width * height, row by row */
+    uint32_t strata;                    /* l */
+    uint32_t scale;                     /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
+    uint32_t window;                    /* r rounded up to a multiple of 8 */
+    uint32_t lanes;                     /* l + 1 rounded up to a multiple of 4 */
+    uint32_t phases;                    /* of y2 in a row: shadow_phases(l, r) */
+    float nodes_per_length[2];          /* r / (2 L_i) */
+    float refusal[2];                   /* 1.5 sigma_y,i */
 
     /* weights + ((row * (SHADOW_PHASES + 1)) + p) * window + k: I / cov (of mean 1) at (r/2 - p/8 -
      * k) nodes from the light's centre, k < r; 0 for k >= r. The factor 1 + gamma y is not in it.
@@ -110,16 +93,13 @@ static inline uint32_t shadow_phases(uint32_t strata, uint32_t scale)
     return 2 * scale / a;
 }
 
-/* What the axis-aligned filter reads of the field's pixels, an array a number, of which
- * SHADOW_PLANE_PAD more than there are may be read. */
-#define SHADOW_PLANE_PAD 16
+/* What the axis-aligned filter reads of the field's pixels; SHADOW_PLANE_PAD more may be read. */
 struct shadow_blur {
-    const float *point[3], *normal[3];         /* as in struct shadow_source */
-    const float *plane_least, *distance_most2; /* as in struct shadow_target */
-    const float *seen;                         /* to blur */
-    const float *refusal;                      /* farther neighbours (squared) refuse it */
-    const float *falloff;                      /* 1 / (2 beta^2) */
-    const int32_t *reach;                      /* pixels; 0: keeps its own value */
+    const struct shadow_pixels *pixels; /* points, normals, tolerances */
+    const float *seen;                  /* to blur */
+    const float *refusal;               /* farther neighbours (squared) refuse it */
+    const float *falloff;               /* 1 / (2 beta^2) */
+    const int32_t *reach;               /* pixels; 0: keeps its own value */
 };
 
 /* Rectangle seen from receivers: eye-relative corners in the order of the outline (half_u to
@@ -143,20 +123,16 @@ struct shadow_kernels {
     void (*unoccluded)(const struct shadow_rectangle *light, uint32_t count,
                        const float *const point[3], const float *const normal[3], float *out);
 
-    /* Writes the sources and targets of `count` receivers; those that are not lit show nothing. */
+    /* Sets u, distance, tolerances and gamma of `count` pixels from `first` on, whose points,
+     * depths (depth[i]) and normals are there; of those that are not lit all of it and the normal
+     * to 0. */
     void (*place_receivers)(const struct receiver_light *light, uint32_t count, const float *depth,
-                            const float *const point[3], const float *const normal[3],
-                            struct shadow_source *sources, struct shadow_target *targets);
+                            size_t first, const struct shadow_pixels *out);
 
     /* Sets eta, spread, walks and numbers of weight rows of `count` pixels, whose 1/slope goes from
      * least[pixel] to most[pixel]. */
     void (*shear_receivers)(const struct wedge_shear *shear, const uint32_t *pixels, uint32_t count,
-                            const float *most, const float *least, struct shadow_source *sources,
-                            struct shadow_target *targets);
-
-    /* Numbers of `count` sources, an array each. */
-    void (*line_up)(const struct shadow_source *sources, size_t count,
-                    float *const planes[SHADOW_NUMBERS]);
+                            const float *most, const float *least, const struct shadow_pixels *out);
 
     /* Sets marks[q] to 1 for all pixels q that the walks of `count` pixels along an axis reach. */
     void (*mark_walks)(const struct shadow_field *field, uint32_t axis, const uint32_t *pixels,
@@ -201,7 +177,8 @@ struct shadow_kernels {
                          const float *sigma_px, uint32_t count, float *out);
 
     /* Sums over the 5 x 5 pixels around pixel k, of those compatible neighbours whose values are
-     * not negative: out[k * 3]: how many, sum of a, sum of b. Row by row, from the top left. */
+     * not negative: out[k * 3]: how many, sum of a, sum of b. Row by row, from the top left.
+     * SHADOW_PLANE_PAD more of a and b may be read. */
     void (*sum_slopes)(const struct shadow_field *field, const uint32_t *pixels, uint32_t count,
                        const float *a, const float *b, float *out);
 };

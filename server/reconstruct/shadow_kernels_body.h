@@ -18,7 +18,6 @@ const struct shadow_kernels SHADOW_KERNELS = {
     .unoccluded = kernel_unoccluded,
     .place_receivers = kernel_place_receivers,
     .shear_receivers = kernel_shear_receivers,
-    .line_up = kernel_line_up,
     .mark_walks = kernel_mark_walks,
     .project_columns = kernel_project_columns,
     .walk_columns = kernel_walk_columns,

@@ -1,5 +1,7 @@
 #pragma once
-/* Neighbours of a pixel as arrays: from cache lines, one a neighbour, to one array a number. */
+/* Numbers of sixteen pixels side by side, from and to the planes that have them. Pixels of a list
+ * mostly follow each other, and so do the pixels that these look at: then a number of all of them
+ * is one piece of its plane. */
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -14,93 +16,142 @@
 /* Four sums side by side; they start on 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
-struct shadow_lanes {
-    _Alignas(64) int32_t to[SHADOW_LANES]; /* in: where, from the pixel */
-    _Alignas(64) float number[SHADOW_NUMBERS][SHADOW_LANES];
-};
+#define LANES_INLINE static inline __attribute__((always_inline))
 
-#define LANES_QUADS 3 /* of four numbers, in a cache line */
+#ifdef __AVX512F__
 
-static inline const float *lanes_line(const struct shadow_source *from, int32_t to)
+/* Lanes of `left`, not 0, whose pixels follow each other as the lanes do; *start is where lane 0's
+ * would be. */
+static inline __mmask16 lanes_run(__m512i to, __mmask16 left, ptrdiff_t *start)
 {
-    return (const float *)(const void *)(from + to);
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i from = _mm512_sub_epi32(to, lane);
+    const __m128i first = _mm512_castsi512_si128(_mm512_maskz_compress_epi32(left, from));
+    *start = _mm_cvtsi128_si32(first);
+    return _mm512_mask_cmpeq_epi32_mask(left, from, _mm512_broadcastd_epi32(first));
 }
 
-/* Reads the first `quads` quads of numbers of as many neighbours as go at once, from the i-th on:
- * each line is looked up once. */
-#ifdef __AVX2__
-#define LANES_AT_ONCE 8
-static inline __attribute__((always_inline)) void
-lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
+LANES_INLINE void lanes_take(const void *const *planes, size_t count,
+                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
 {
-    const int32_t *to = out->to + i;
-    __m256 a[LANES_QUADS][4];
-    for (int k = 0; k < 4; k++) {
-        const float *low = lanes_line(from, to[k]), *high = lanes_line(from, to[k + 4]);
-        for (uint32_t q = 0; q < quads; q++)
-            a[q][k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low + 4 * q)),
-                                           _mm_load_ps(high + 4 * q), 1);
-    }
-    for (uint32_t q = 0; q < quads; q++) {
-        const __m256 low01 = _mm256_unpacklo_ps(a[q][0], a[q][1]);
-        const __m256 high01 = _mm256_unpackhi_ps(a[q][0], a[q][1]);
-        const __m256 low23 = _mm256_unpacklo_ps(a[q][2], a[q][3]);
-        const __m256 high23 = _mm256_unpackhi_ps(a[q][2], a[q][3]);
-        _mm256_store_ps(out->number[4 * q] + i, _mm256_shuffle_ps(low01, low23, 0x44));
-        _mm256_store_ps(out->number[4 * q + 1] + i, _mm256_shuffle_ps(low01, low23, 0xee));
-        _mm256_store_ps(out->number[4 * q + 2] + i, _mm256_shuffle_ps(high01, high23, 0x44));
-        _mm256_store_ps(out->number[4 * q + 3] + i, _mm256_shuffle_ps(high01, high23, 0xee));
-    }
-}
-#else
-#define LANES_AT_ONCE 1
-static inline __attribute__((always_inline)) void
-lanes_take(const struct shadow_source *from, uint32_t quads, size_t i, struct shadow_lanes *out)
-{
-    const float *line = lanes_line(from, out->to[i]);
-    for (uint32_t k = 0; k < 4 * quads; k++) out->number[k][i] = line[k];
-}
-#endif
-
-/* Points and normals of `count` neighbours from `from` on: number k of neighbour i at
- * out[k * stride + i]. */
-static inline __attribute__((always_inline)) void
-lanes_turn(const struct shadow_source *from, size_t count, size_t stride, float *out)
-{
-    size_t i = 0;
-#ifdef __AVX2__
-    while (count >= 8 && i < count) {
-        const size_t left = count - i,
-                     at = left < 8 ? count - 8 : i; /* the last turn may overlap */
-        const struct shadow_source *line = from + at;
-        float *to = out + at;
-        __m256 a[4], b[4];
-        for (int k = 0; k < 4; k++) {
-            const float *low = lanes_line(line, k), *high = lanes_line(line, k + 4);
-            a[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low)), _mm_load_ps(high),
-                                        1);
-            b[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low + 4)),
-                                        _mm_load_ps(high + 4), 1);
+    const __m512i pixels = _mm512_loadu_si512(to);
+    ptrdiff_t start;
+    __mmask16 left = 0xffff, run = lanes_run(pixels, left, &start);
+    for (size_t n = 0; n < count; n++)
+        _mm512_storeu_ps(out[n], _mm512_maskz_loadu_ps(run, (const float *)planes[n] + start));
+    while ((left &= (__mmask16)~run) != 0) {
+        run = lanes_run(pixels, left, &start);
+        for (size_t n = 0; n < count; n++) {
+            const __m512 others = _mm512_loadu_ps(out[n]);
+            _mm512_storeu_ps(out[n],
+                             _mm512_mask_loadu_ps(others, run, (const float *)planes[n] + start));
         }
-        const __m256 low01 = _mm256_unpacklo_ps(a[0], a[1]),
-                     high01 = _mm256_unpackhi_ps(a[0], a[1]);
-        const __m256 low23 = _mm256_unpacklo_ps(a[2], a[3]),
-                     high23 = _mm256_unpackhi_ps(a[2], a[3]);
-        const __m256 more01 = _mm256_unpacklo_ps(b[0], b[1]);
-        const __m256 more23 = _mm256_unpacklo_ps(b[2], b[3]);
-        _mm256_storeu_ps(to, _mm256_shuffle_ps(low01, low23, 0x44));
-        _mm256_storeu_ps(to + stride, _mm256_shuffle_ps(low01, low23, 0xee));
-        _mm256_storeu_ps(to + 2 * stride, _mm256_shuffle_ps(high01, high23, 0x44));
-        _mm256_storeu_ps(to + 3 * stride, _mm256_shuffle_ps(high01, high23, 0xee));
-        _mm256_storeu_ps(to + 4 * stride, _mm256_shuffle_ps(more01, more23, 0x44));
-        _mm256_storeu_ps(to + 5 * stride, _mm256_shuffle_ps(more01, more23, 0xee));
-        i = at + 8;
     }
+}
+
+LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                            const void *numbers)
+{
+    const float *in = numbers;
+    const __m512i pixels = _mm512_loadu_si512(to);
+    for (__mmask16 left = 0xffff, run; left != 0; left &= (__mmask16)~run) {
+        ptrdiff_t start;
+        run = lanes_run(pixels, left, &start);
+        for (size_t n = 0; n < count; n++)
+            _mm512_mask_storeu_ps((float *)planes[n] + start, run,
+                                  _mm512_loadu_ps(in + n * SHADOW_LANES));
+    }
+}
+
+#else
+#ifdef __AVX2__
+
+/* The same of eight lanes, of which `left` are set, in a vector's lanes. */
+static inline __m256i lanes_run(__m256i to, __m256i left, ptrdiff_t *start)
+{
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const uint32_t first =
+        (uint32_t)__builtin_ctz((uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(left)));
+    const __m256i from = _mm256_sub_epi32(to, lane);
+    const __m256i all = _mm256_permutevar8x32_epi32(from, _mm256_set1_epi32((int32_t)first));
+    *start = _mm256_cvtsi256_si32(all);
+    return _mm256_and_si256(left, _mm256_cmpeq_epi32(from, all));
+}
+
+LANES_INLINE void lanes_take_eight(const void *const *planes, size_t count, size_t half,
+                                   const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+{
+    const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)(to + half));
+    ptrdiff_t start;
+    __m256i left = _mm256_set1_epi32(-1), run = lanes_run(pixels, left, &start);
+    if (_mm256_testc_si256(run, left)) { /* all: the common case */
+        for (size_t n = 0; n < count; n++)
+            _mm256_storeu_ps(out[n] + half, _mm256_loadu_ps((const float *)planes[n] + start));
+        return;
+    }
+    for (size_t n = 0; n < count; n++)
+        _mm256_storeu_ps(out[n] + half, _mm256_maskload_ps((const float *)planes[n] + start, run));
+    for (;;) {
+        left = _mm256_andnot_si256(run, left);
+        if (_mm256_testz_si256(left, left)) break;
+        run = lanes_run(pixels, left, &start);
+        for (size_t n = 0; n < count; n++) {
+            const __m256 others = _mm256_loadu_ps(out[n] + half);
+            const __m256 more = _mm256_maskload_ps((const float *)planes[n] + start, run);
+            _mm256_storeu_ps(out[n] + half, _mm256_or_ps(others, more)); /* 0 where they are not */
+        }
+    }
+}
+
+LANES_INLINE void lanes_take(const void *const *planes, size_t count,
+                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+{
+    lanes_take_eight(planes, count, 0, to, out);
+    lanes_take_eight(planes, count, SHADOW_LANES / 2, to, out);
+}
+
+#else
+
+LANES_INLINE void lanes_take(const void *const *planes, size_t count,
+                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+{
+    for (uint32_t first = 0; first < SHADOW_LANES; first += 4) {
+        const int32_t *at = to + first;
+        const int follows = (at[1] == at[0] + 1) & (at[2] == at[0] + 2) & (at[3] == at[0] + 3);
+        for (size_t n = 0; n < count; n++) {
+            const float *plane = planes[n];
+            float *own = out[n] + first;
+            if (follows)
+                memcpy(own, plane + at[0], 4 * sizeof *own);
+            else
+                for (uint32_t i = 0; i < 4; i++) memcpy(own + i, plane + at[i], sizeof *own);
+        }
+    }
+}
+
 #endif
-    for (; i < count; i++) {
-        const float *line = lanes_line(from, (int32_t)i);
-        for (size_t k = 0; k < 6; k++) out[k * stride + i] = line[k];
+
+LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                            const void *numbers)
+{
+    const float *in = numbers;
+    int32_t follows = 1;
+    for (int32_t i = 1; i < SHADOW_LANES; i++) follows &= to[i] == to[0] + i;
+    for (size_t n = 0; n < count; n++, in += SHADOW_LANES) {
+        float *plane = planes[n];
+        if (follows)
+            memcpy(plane + to[0], in, SHADOW_LANES * sizeof *in);
+        else
+            for (uint32_t i = 0; i < SHADOW_LANES; i++) memcpy(plane + to[i], in + i, sizeof *in);
     }
+}
+
+#endif
+
+/* Pixels of a list as lanes; those past its end repeat the last. */
+static inline void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
+{
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) out[i] = (int32_t)pixels[i < count ? i : count - 1];
 }
 
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
@@ -137,13 +188,6 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
     return kept;
 }
 
-/* Numbers 0 .. most - 1, `most` a multiple of 4, of the neighbours out->to of `from`. */
-static inline __attribute__((always_inline)) void
-lanes_fetch(const struct shadow_source *from, size_t count, uint32_t most, struct shadow_lanes *out)
-{
-    for (size_t i = 0; i < count; i += LANES_AT_ONCE) lanes_take(from, most / 4, i, out);
-}
-
 /* The sum over lanes in a fixed order, in pairs. Sums are kept in as many parts as there are lanes.
  */
 static inline float lanes_sum(const float parts[SHADOW_LANES])
@@ -152,17 +196,4 @@ static inline float lanes_sum(const float parts[SHADOW_LANES])
     const four *in = (const four *)parts;
     const four sum = (in[0] + in[2]) + (in[1] + in[3]);
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-static void kernel_line_up(const struct shadow_source *sources, size_t count,
-                           float *const planes[SHADOW_NUMBERS])
-{
-    struct shadow_lanes lanes;
-    for (size_t first = 0; first < count; first += SHADOW_LANES) {
-        const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
-        for (size_t i = 0; i < SHADOW_LANES; i++) lanes.to[i] = (int32_t)(i < n ? i : n - 1);
-        lanes_fetch(sources + first, SHADOW_LANES, SHADOW_NUMBERS, &lanes);
-        for (size_t k = 0; k < SHADOW_NUMBERS; k++)
-            memcpy(planes[k] + first, lanes.number[k], n * sizeof *planes[k]);
-    }
 }

@@ -21,7 +21,6 @@ struct sheared {
     uint32_t *order;        /* pixels by slot: those with rows first */
     uint32_t rows, columns; /* slots with rows; slots in all */
     float *cells;           /* 4 r a pixel of a batch */
-    float *planes;          /* the field's */
 };
 
 /* Adds the lit pixels that walks along axis 1 reach, or those that only walks along axis 0 do. */
@@ -31,7 +30,7 @@ static uint32_t collect(const struct sheared *s, uint32_t axis, uint32_t first)
     uint32_t count = first;
     for (size_t i = 0; i < area; i++) {
         if (!s->needs[axis][i] || (axis == 0 && s->needs[1][i])) continue;
-        if (receiver_is_lit(&s->field.sources[i])) s->order[count++] = (uint32_t)i;
+        if (receiver_is_lit(s->field.pixels, i)) s->order[count++] = (uint32_t)i;
     }
     return count;
 }
@@ -43,7 +42,7 @@ static void find_slots(struct sheared *s, const uint32_t *pixels, uint32_t count
     s->rows = collect(s, 1, 0);
     s->kernels->mark_walks(&s->field, 0, s->order, s->rows, s->needs[0]);
     s->columns = collect(s, 0, s->rows);
-    for (uint32_t k = 0; k < s->columns; k++) s->receivers->sources[s->order[k]].slot = (int32_t)k;
+    for (uint32_t k = 0; k < s->columns; k++) s->receivers->pixels.slot[s->order[k]] = (int32_t)k;
 }
 
 static size_t align_up(size_t bytes)
@@ -60,33 +59,6 @@ static int create_sums(struct sheared *s)
     s->field.rows = scratch_take(s->patch->scratch, rows + SUMS_BYTES);
     s->cells = aligned_alloc(SUMS_BYTES, sizeof(float) * BATCH * 4 * s->field.scale);
     return s->field.columns && s->field.rows && s->cells ? 0 : ERR_MEMORY;
-}
-
-/* The pixels from the first to the last that a walk reaches. */
-static size_t reached(const struct sheared *s, size_t *first)
-{
-    const uint8_t *a = s->needs[0], *b = s->needs[1];
-    size_t end = (size_t)s->field.width * (size_t)s->field.height;
-    *first = 0;
-    while (*first < end && !(a[*first] | b[*first])) ++*first;
-    while (end > *first && !(a[end - 1] | b[end - 1])) end--;
-    return end - *first;
-}
-
-/* The sources as they are now, an array a number. */
-static int line_up(struct sheared *s)
-{
-    const size_t area = (size_t)s->field.width * (size_t)s->field.height;
-    float *planes[SHADOW_NUMBERS];
-    s->planes = scratch_take(s->patch->scratch, SHADOW_NUMBERS * area * sizeof *s->planes);
-    if (!s->planes) return ERR_MEMORY;
-    size_t first, count = reached(s, &first);
-    for (size_t k = 0; k < SHADOW_NUMBERS; k++) {
-        s->field.planes[k] = s->planes + k * area;
-        planes[k] = s->planes + k * area + first;
-    }
-    s->kernels->line_up(s->field.sources + first, count, planes);
-    return 0;
 }
 
 static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32_t count,
@@ -111,7 +83,7 @@ static void run_columns(struct sheared *s, uint32_t slot, uint32_t count)
     for (uint32_t k = 0; k < count; k++) {
         strata_columns(s->light, s->patch, patch_pixel(s->patch, x[k], y[k]), columns);
         for (uint32_t a = 0; a < l; a++) seen[k * l + a] = columns[a] | 1u << l;
-        s->receivers->sources[pixels[k]].phase = (int32_t)(jitter[1][k] * phases); /* below 1 */
+        s->receivers->pixels.phase[pixels[k]] = (int32_t)(jitter[1][k] * phases); /* below 1 */
     }
     s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
 }
@@ -148,8 +120,7 @@ static void describe(struct sheared *s, const struct coverage *coverage)
     s->field = (struct shadow_field){
         .width = rect_width(s->receivers->rect),
         .height = rect_height(s->receivers->rect),
-        .sources = s->receivers->sources,
-        .targets = s->receivers->targets,
+        .pixels = &s->receivers->pixels,
         .strata = l,
         .scale = coverage->scale,
         .window = coverage->window,
@@ -181,10 +152,8 @@ int sheared_filter(const struct receiver_light *light, const struct patch *patch
     if (!error) find_slots(&s, pixels, count);
     if (!error) error = create_sums(&s);
     if (!error) project_all(&s);
-    if (!error) error = line_up(&s);
     if (!error) run_walks(&s, pixels, count, seen);
     free(s.cells);
-    scratch_give(patch->scratch, s.planes);
     scratch_give(patch->scratch, s.field.rows);
     scratch_give(patch->scratch, s.field.columns);
     scratch_give(patch->scratch, s.order);

@@ -34,8 +34,8 @@ static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const
         walk_group_load(f, axis, pixels + first, count - first, &group);
         for (int32_t k = -group.reach_most; k <= group.reach_most; k++) {
             walk_place(&group, k, tap);
-            walk_mark(&tap[0], marks);
-            walk_mark(&tap[1], marks);
+            walk_mark(tap[0].to, marks);
+            walk_mark(tap[1].to, marks);
         }
     }
 }

@@ -22,11 +22,13 @@ enum walk_number {
     WALK_NUMBERS,
 };
 
-/* What sixteen pixels ask with. */
-struct walk_askers {
-    float own[WALK_SPREAD][SHADOW_LANES]; /* their numbers, up to eta */
-    float plane_least[SHADOW_LANES], distance_most2[SHADOW_LANES];
-    float distance[SHADOW_LANES], falloff[SHADOW_LANES];
+/* What a pixel asks with: the same up to eta, then these. */
+enum walk_asked {
+    WALK_PLANE_LEAST = WALK_SPREAD,
+    WALK_DISTANCE_MOST2,
+    WALK_DISTANCE,
+    WALK_FALLOFF,
+    WALK_ASKED,
 };
 
 /* A number of sixteen pixels. */
@@ -38,7 +40,7 @@ typedef int32_t walk_whole_sixteen __attribute__((vector_size(4 * SHADOW_LANES))
  * then the CPU has several taps in work at once. */
 struct walk_taps {
     struct walk_group group;
-    struct walk_askers askers;
+    float own[WALK_ASKED][SHADOW_LANES];
     _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
     float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
                                                     first; when they are balanced, lane by lane */
@@ -46,20 +48,6 @@ struct walk_taps {
     uint32_t phase[SHADOW_TAPS]
                   [SHADOW_LANES]; /* of the neighbour: its place among a pixel's sums */
 };
-
-static inline void walk_ask(const struct shadow_field *f, uint32_t axis, const float *const *planes,
-                            struct walk_taps *taps)
-{
-    struct walk_askers *a = &taps->askers;
-    walk_fetch(planes, WALK_SPREAD, taps->group.pixel, a->own);
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
-        const struct shadow_target *t = &f->targets[taps->group.pixel[i]];
-        a->plane_least[i] = t->plane_least;
-        a->distance_most2[i] = t->distance_most2;
-        a->distance[i] = t->distance;
-        a->falloff[i] = t->walk[axis].falloff;
-    }
-}
 
 static inline int32_t walk_whole(float number)
 {
@@ -74,8 +62,7 @@ static inline int32_t walk_whole(float number)
 static inline void walk_meet(const struct shadow_field *f, uint32_t axis, int32_t slot_sums,
                              float q[][SHADOW_LANES], int32_t n, struct walk_taps *taps)
 {
-    const struct walk_askers *a = &taps->askers;
-    const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])a->own;
+    const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])taps->own;
     const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
     const float centre = (float)f->scale;
     float exponent[SHADOW_LANES], nodes[SHADOW_LANES];
@@ -83,16 +70,16 @@ static inline void walk_meet(const struct shadow_field *f, uint32_t axis, int32_
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
         const struct asker asker = {{p[0][i], p[1][i], p[2][i]},
                                     {p[3][i], p[4][i], p[5][i]},
-                                    a->plane_least[i],
-                                    a->distance_most2[i]};
+                                    p[WALK_PLANE_LEAST][i],
+                                    p[WALK_DISTANCE_MOST2][i]};
         float squared;
         const int32_t same = compatible_point(&asker, q[0][i], q[1][i], q[2][i], q[3][i], q[4][i],
                                               q[5][i], &squared);
-        const float delta = a->distance[i] * (q[WALK_U][i] - p[WALK_U][i]);
+        const float delta = p[WALK_DISTANCE][i] * (q[WALK_U][i] - p[WALK_U][i]);
         const float shear = fabsf(q[WALK_ETA][i] - p[WALK_ETA][i]) + q[WALK_SPREAD][i];
         const float node = centre - p[WALK_ETA][i] * delta * per_length;
         const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre);
-        exponent[i] = delta * delta * a->falloff[i];
+        exponent[i] = delta * delta * p[WALK_FALLOFF][i];
         nodes[i] = kept ? node : -1.0f;
         place[i] = walk_whole(q[WALK_SLOT][i]) * slot_sums;
     }
@@ -165,20 +152,23 @@ static inline __attribute__((always_inline)) void walk_take(const struct shadow_
                                                             const uint32_t *pixels, uint32_t left,
                                                             struct walk_taps *taps)
 {
-    const float *const *all = f->planes;
-    const float *const planes[WALK_NUMBERS] = {
-        all[SHADOW_POINT],      all[SHADOW_POINT + 1],  all[SHADOW_POINT + 2], all[SHADOW_NORMAL],
-        all[SHADOW_NORMAL + 1], all[SHADOW_NORMAL + 2], all[SHADOW_U + axis],  all[SHADOW_ETA],
-        all[SHADOW_SPREAD],     all[SHADOW_SLOT],       all[SHADOW_PHASE]};
+    const struct shadow_pixels *p = f->pixels;
+    const void *const shown[WALK_NUMBERS] = {p->point[0],  p->point[1],  p->point[2], p->normal[0],
+                                             p->normal[1], p->normal[2], p->u[axis],  p->eta,
+                                             p->spread,    p->slot,      p->phase};
+    const void *const asked[WALK_ASKED] = {p->point[0],       p->point[1],  p->point[2],
+                                           p->normal[0],      p->normal[1], p->normal[2],
+                                           p->u[axis],        p->eta,       p->plane_least,
+                                           p->distance_most2, p->distance,  p->walk[axis].falloff};
     const int32_t slot_sums = (int32_t)(shadow_nodes(f) * stride);
     walk_group_load(f, axis, pixels, left, &taps->group);
-    walk_ask(f, axis, planes, taps);
+    lanes_take(asked, WALK_ASKED, taps->group.pixel, taps->own);
     const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
     for (int32_t k = -reach; k <= reach; k++)
         walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);
     for (int32_t n = 0; n < count; n++) {
         float q[WALK_NUMBERS][SHADOW_LANES];
-        walk_fetch(planes, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, q);
+        lanes_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, q);
         walk_meet(f, axis, slot_sums, q, n, taps);
     }
     for (int32_t n = 0; n < count; n++) walk_weigh(axis, stride, n, taps);

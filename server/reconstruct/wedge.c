@@ -34,7 +34,7 @@ static void load_own(const struct receiver_light *light, const struct patch *pat
     for (int32_t y = seen.y0; y < seen.y1; y++) {
         const size_t to = receivers_pixel(r, seen.x0, y), from = patch_pixel(patch, seen.x0, y);
         for (size_t i = 0; i < (size_t)rect_width(seen); i++) {
-            if (!(p->slope_max[from + i] > 0.0f) || !receiver_is_lit(&r->sources[to + i])) continue;
+            if (!(p->slope_max[from + i] > 0.0f) || !receiver_is_lit(&r->pixels, to + i)) continue;
             const float s = slope_within(p->slope_min[from + i]);
             const float t = slope_within(p->slope_max[from + i]);
             out->least[to + i] = s < t ? s : t;
@@ -71,7 +71,7 @@ static size_t find_empty(const struct fill *f, const float *values)
             const size_t i = y * width + x;
             const uint8_t any = f->near[i] | f->near[i - width] | f->near[i + width] |
                                 f->near[i - 2 * width] | f->near[i + 2 * width];
-            if (any && !(values[i] >= 0.0f) && receiver_is_lit(&f->receivers->sources[i]))
+            if (any && !(values[i] >= 0.0f) && receiver_is_lit(&f->receivers->pixels, i))
                 f->pixels[count++] = (uint32_t)i;
         }
     }
@@ -110,7 +110,8 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
     const size_t area = (size_t)rect_area(receivers->rect);
     struct fill fill = {.receivers = receivers, .kernels = kernels};
     struct scratch *from = patch->scratch;
-    float *memory = scratch_take(from, area * (2 * sizeof(float)));
+    const size_t stride = area + SHADOW_PLANE_PAD;
+    float *memory = scratch_take(from, 2 * stride * sizeof *memory);
     uint8_t *scratch = scratch_take(from, area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
     *out = (struct wedges){.scratch = from, .memory = memory};
     if (!memory || !scratch) {
@@ -119,12 +120,11 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
         return ERR_MEMORY;
     }
     out->most = memory;
-    out->least = memory + area;
-    for (size_t i = 0; i < 2 * area; i++) memory[i] = -1.0f;
+    out->least = memory + stride;
+    for (size_t i = 0; i < 2 * stride; i++) memory[i] = -1.0f;
     fill.field = (struct shadow_field){.width = rect_width(receivers->rect),
                                        .height = rect_height(receivers->rect),
-                                       .sources = receivers->sources,
-                                       .targets = receivers->targets};
+                                       .pixels = &receivers->pixels};
     fill.pixels = (uint32_t *)(void *)scratch;
     fill.sums = (float *)(void *)(scratch + area * sizeof(uint32_t));
     fill.near = scratch + area * (sizeof(uint32_t) + 3 * sizeof(float));
@@ -176,21 +176,21 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
     if (!pixels) return ERR_MEMORY;
     const size_t count = list_wedges(wedges, area, pixels);
     kernels->shear_receivers(&shear, pixels, (uint32_t)count, wedges->most, wedges->least,
-                             receivers->sources, receivers->targets);
+                             &receivers->pixels);
     coverage_need(coverage, COVERAGE_WIDEST);
     for (size_t k = 0; k < count; k++) {
-        coverage_need(coverage, receivers->targets[pixels[k]].weights[0]);
-        coverage_need(coverage, receivers->targets[pixels[k]].weights[1]);
+        coverage_need(coverage, receivers->pixels.weights[0][pixels[k]]);
+        coverage_need(coverage, receivers->pixels.weights[1][pixels[k]]);
     }
     scratch_give(receivers->scratch, pixels);
     return 0;
 }
 
-float wedge_width_px(const struct shadow_target *target)
+float wedge_width_px(const struct shadow_pixels *pixels, size_t i)
 {
-    const float a = target->walk[0].falloff, b = target->walk[1].falloff;
+    const float a = pixels->walk[0].falloff[i], b = pixels->walk[1].falloff[i];
     if (!(a > 0.0f && b > 0.0f)) return 0.0f;
     /* sigma = (2 falloff)^-1/2; the roots are taken one by one, products may overflow */
     const float sigma = sqrtf(sqrtf(0.5f / a)) * sqrtf(sqrtf(0.5f / b));
-    return sigma / receiver_pixel(target);
+    return sigma / receiver_pixel(pixels, i);
 }

@@ -40,5 +40,5 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
                  const struct shadow_kernels *kernels, struct coverage *coverage,
                  struct receivers *receivers);
 
-/* sigma_x of a receiver in its own pixels, mean of both axes; 0 without wedge. */
-float wedge_width_px(const struct shadow_target *target);
+/* sigma_x of receiver i in its own pixels, mean of both axes; 0 without wedge. */
+float wedge_width_px(const struct shadow_pixels *pixels, size_t i);

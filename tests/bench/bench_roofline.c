@@ -228,32 +228,33 @@ static void measure_all(void)
     const struct lens_kernels *le = lens_kernels_best();
     const struct lens_light_kernels *li = lens_light_kernels_best();
     const struct v_plane_kernels *v = v_plane_kernels_best();
-    enum { LINE = 16, POINT = 3, NORMAL = 3, STRATUM = STRATA * STRATA, LIGHT = 3 };
+    enum { LINE = 16, POINT = 3, NORMAL = 3, WALK = 4, STRATUM = STRATA * STRATA, LIGHT = 3 };
     struct roof_machine m;
     create_cases();
     const double nodes = shadow_nodes(&field.field), lanes = field.field.lanes,
                  cells = 4.0 * field.field.scale,
                  record = (double)v_plane_record_floats(&v_plane.field), rows = V_PLANE_CASE_ROWS;
-    /* In numbers of four bytes; a source, a target: a LINE; an index, a mark: one. */
+    /* In numbers of four bytes; a line of memory has LINE; an index: one. */
     const struct subject subjects[] = {
         FIELD("unoccluded", unoccluded, KERNEL_UNOCCLUDED, POINT + NORMAL, 1),
         FIELD("place_receivers", place_receivers, KERNEL_PLACE_RECEIVERS, 1 + POINT + NORMAL,
-              2 * LINE),
-        FIELD("shear_receivers", shear_receivers, KERNEL_SHEAR_RECEIVERS, 3 + 2 * LINE, 2 * LINE),
-        FIELD("line_up", line_up, KERNEL_LINE_UP, LINE, SHADOW_NUMBERS),
-        FIELD("mark_walks", mark_walks, KERNEL_MARK_WALKS, 1 + LINE, 0.25),
-        FIELD("project_columns", project_columns, KERNEL_PROJECT_COLUMNS, 2 + STRATA + 2 * LINE,
+              NORMAL + 2 + 3 + 2),
+        FIELD("shear_receivers", shear_receivers, KERNEL_SHEAR_RECEIVERS, 3 + POINT + NORMAL + 1,
+              2 + 2 * WALK + 2),
+        FIELD("mark_walks", mark_walks, KERNEL_MARK_WALKS, 1 + WALK - 1, 0.25),
+        FIELD("project_columns", project_columns, KERNEL_PROJECT_COLUMNS, 2 + STRATA + 3,
               nodes * lanes),
-        FIELD("walk_columns", walk_columns, KERNEL_WALK_COLUMNS, 1 + 2 * LINE + nodes * lanes,
-              cells),
-        FIELD("project_rows", project_rows, KERNEL_PROJECT_ROWS, 1 + 2 * LINE + cells, 2 * nodes),
-        FIELD("walk_rows", walk_rows, KERNEL_WALK_ROWS, 1 + 2 * LINE + 2 * nodes, 2),
-        FIELD("blur x", blur, KERNEL_BLUR_X, FIELD_PLANES + 1, 1),
-        FIELD("blur y", blur, KERNEL_BLUR_Y, FIELD_PLANES + 1, 1),
+        FIELD("walk_columns", walk_columns, KERNEL_WALK_COLUMNS,
+              1 + POINT + NORMAL + 5 + 3 + WALK + nodes * lanes, cells),
+        FIELD("project_rows", project_rows, KERNEL_PROJECT_ROWS, 1 + 3 + cells, 2 * nodes),
+        FIELD("walk_rows", walk_rows, KERNEL_WALK_ROWS,
+              1 + POINT + NORMAL + 4 + 3 + WALK + 2 * nodes, 2),
+        FIELD("blur x", blur, KERNEL_BLUR_X, POINT + NORMAL + 2 + 4, 1),
+        FIELD("blur y", blur, KERNEL_BLUR_Y, POINT + NORMAL + 2 + 4, 1),
         FIELD("estimate", estimate, KERNEL_ESTIMATE, POINT + NORMAL + 2 + 1, 1),
         FIELD("filter_edges", filter_edges, KERNEL_FILTER_EDGES,
-              2 + 2 * LINE + POINT + NORMAL + 1 + 2 + 1, 1),
-        FIELD("sum_slopes", sum_slopes, KERNEL_SUM_SLOPES, 1 + 2 * LINE + 2, 3),
+              2 + POINT + NORMAL + 2 + 3 + 3 + 1 + 2 + 1, 1),
+        FIELD("sum_slopes", sum_slopes, KERNEL_SUM_SLOPES, 1 + POINT + NORMAL + 2 + 2, 3),
         /* point, normal, falloff, off, object, channels */
         {"mean x", &in->mean, POINT + NORMAL + 3 + LIGHT, LIGHT, run_indirect, INDIRECT_MEAN_X},
         {"mean y", &in->mean, POINT + NORMAL + 3 + LIGHT, LIGHT, run_indirect, INDIRECT_MEAN_Y},

@@ -25,15 +25,13 @@ WRAP(shadow, unoccluded, n,
       const float *const m[3], float *out),
      l, n, p, m, out)
 WRAP(shadow, place_receivers, n,
-     (const struct receiver_light *l, uint32_t n, const float *d, const float *const p[3],
-      const float *const m[3], struct shadow_source *s, struct shadow_target *t),
-     l, n, d, p, m, s, t)
+     (const struct receiver_light *l, uint32_t n, const float *d, size_t first,
+      const struct shadow_pixels *p),
+     l, n, d, first, p)
 WRAP(shadow, shear_receivers, n,
      (const struct wedge_shear *w, const uint32_t *pixels, uint32_t n, const float *most,
-      const float *least, struct shadow_source *s, struct shadow_target *t),
-     w, pixels, n, most, least, s, t)
-WRAP(shadow, line_up, (double)n,
-     (const struct shadow_source *s, size_t n, float *const planes[SHADOW_NUMBERS]), s, n, planes)
+      const float *least, const struct shadow_pixels *p),
+     w, pixels, n, most, least, p)
 WRAP(shadow, mark_walks, n,
      (const struct shadow_field *f, uint32_t axis, const uint32_t *pixels, uint32_t n, uint8_t *m),
      f, axis, pixels, n, m)
@@ -71,7 +69,6 @@ static const struct shadow_kernels wrapped_shadow = {
     .unoccluded = wrapped_shadow_unoccluded,
     .place_receivers = wrapped_shadow_place_receivers,
     .shear_receivers = wrapped_shadow_shear_receivers,
-    .line_up = wrapped_shadow_line_up,
     .mark_walks = wrapped_shadow_mark_walks,
     .project_columns = wrapped_shadow_project_columns,
     .walk_columns = wrapped_shadow_walk_columns,

@@ -15,7 +15,6 @@ enum kernel {
     KERNEL_UNOCCLUDED,
     KERNEL_PLACE_RECEIVERS,
     KERNEL_SHEAR_RECEIVERS,
-    KERNEL_LINE_UP,
     KERNEL_MARK_WALKS,
     KERNEL_PROJECT_COLUMNS,
     KERNEL_WALK_COLUMNS,
@@ -30,22 +29,23 @@ enum kernel {
 };
 
 static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded",      "place_receivers", "shear_receivers", "line_up",   "mark_walks",
-    "project_columns", "walk_columns",    "project_rows",    "walk_rows", "blur x",
-    "blur y",          "estimate",        "filter_edges",    "sum_slopes"};
+    "unoccluded",   "place_receivers", "shear_receivers", "mark_walks", "project_columns",
+    "walk_columns", "project_rows",    "walk_rows",       "blur x",     "blur y",
+    "estimate",     "filter_edges",    "sum_slopes"};
 
-#define FIELD_PLANES 11 /* of struct shadow_blur but its reach */
-#define FIELD_ROWS   7  /* of weights */
+#define FIELD_FLOATS 21 /* of a pixel: struct shadow_pixels; then what is whole */
+#define FIELD_PIXEL  27
+#define FIELD_PLANES 3 /* of struct shadow_blur beside pixels but its reach: seen first */
+#define FIELD_ROWS   7 /* of weights */
 
 struct kernel_field {
-    struct shadow_field field;                        /* everything in it owned */
-    struct shadow_source *sources, *placed, *sheared; /* the latter are written */
-    struct shadow_target *targets, *placed_targets, *sheared_targets;
+    struct shadow_field field; /* everything in it owned */
+    /* The latter are written; each is one piece of memory that starts with points. */
+    struct shadow_pixels shown, placed, sheared;
     float *weights;
     struct plan plan;
     struct receiver_light light;
     float *planes[FIELD_PLANES];
-    float *lined[SHADOW_NUMBERS]; /* the field's planes */
     int32_t *reach;
     uint32_t *bits;
     uint32_t *pixels, count; /* those that have room to walk and are lit */
@@ -80,47 +80,69 @@ static inline float *field_numbers(struct random *r, size_t count, float least, 
     return out;
 }
 
-/* `wild`: as odd as it gets; else a bent floor in penumbra, as pictures have. */
+/* Planes of `stride` numbers in one piece of memory, in an order of our own. */
+static inline void field_pixels(struct shadow_pixels *p, size_t stride)
+{
+    float *memory = field_memory(FIELD_PIXEL * stride * sizeof *memory);
+    struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
+    float **const floats[FIELD_FLOATS] = {
+        &p->point[0],  &p->point[1],    &p->point[2],       &p->normal[0], &p->normal[1],
+        &p->normal[2], &p->u[0],        &p->u[1],           &p->eta,       &p->spread,
+        &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],  &p->gamma[1],
+        &a->step[0],   &a->step[1],     &a->falloff,        &b->step[0],   &b->step[1],
+        &b->falloff};
+    int32_t **const whole[FIELD_PIXEL - FIELD_FLOATS] = {&p->slot,       &p->phase, &p->weights[0],
+                                                         &p->weights[1], &a->reach, &b->reach};
+    for (int k = 0; k < FIELD_FLOATS; k++, memory += stride) *floats[k] = memory;
+    for (int k = 0; k < FIELD_PIXEL - FIELD_FLOATS; k++, memory += stride)
+        *whole[k] = (int32_t *)(void *)memory;
+}
+
+/* What a pixel shows. `wild`: as odd as it gets; else a bent floor in penumbra, as pictures have.
+ */
 static inline void field_source(struct random *r, bool wild, uint32_t phases, int32_t x, int32_t y,
-                                struct shadow_source *s)
+                                struct shadow_pixels *p, size_t i)
 {
     const float bend = wild ? 0.5f : 0.02f;
     float n[3] = {field_between(r, -bend, bend), field_between(r, -bend, bend), 1.0f};
     const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + 1.0f);
     const bool lit = !wild || !field_once_in(r, 9);
-    s->point[0] = 0.01f * (float)x;
-    s->point[1] = 0.01f * (float)y;
-    s->point[2] = field_between(r, 0.0f, wild ? 0.03f : 0.001f);
-    if (wild && field_once_in(r, 40)) s->point[2] += 1.0f;
-    for (int k = 0; k < 3; k++) s->normal[k] = lit ? n[k] / length : 0.0f;
+    p->point[0][i] = 0.01f * (float)x;
+    p->point[1][i] = 0.01f * (float)y;
+    p->point[2][i] = field_between(r, 0.0f, wild ? 0.03f : 0.001f);
+    if (wild && field_once_in(r, 40)) p->point[2][i] += 1.0f;
+    for (int k = 0; k < 3; k++) p->normal[k][i] = lit ? n[k] / length : 0.0f;
     for (int k = 0; k < 2; k++)
-        s->u[k] = 0.2f * s->point[k] + (wild ? field_between(r, 0.0f, 0.01f) : 0.0f);
+        p->u[k][i] = 0.2f * p->point[k][i] + (wild ? field_between(r, 0.0f, 0.01f) : 0.0f);
     const bool wedge = !wild || !field_once_in(r, 5);
-    s->eta = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
-    s->spread = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
-    s->phase = (int32_t)(random_bits(r) % phases);
+    p->eta[i] = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
+    p->spread[i] = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
+    p->phase[i] = (int32_t)(random_bits(r) % phases);
 }
 
-static inline void field_walk(struct random *r, bool wild, int axis, struct shadow_walk *w)
+static inline void field_walk(struct random *r, bool wild, int axis, const struct shadow_walk *w,
+                              size_t i)
 {
     const float other = wild ? field_between(r, -1.0f, 1.0f) : 0.2f;
     const bool turned = wild ? field_once_in(r, 2) : axis == 1;
-    w->step[turned ? 1 : 0] = wild && field_once_in(r, 2) ? -1.0f : 1.0f;
-    w->step[turned ? 0 : 1] = wild && field_once_in(r, 5) ? 0.0f : other;
-    w->reach = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
-    w->falloff = wild && field_once_in(r, 20) ? 1e30f : 300.0f;
-    if (w->reach == 0 && wild) w->step[0] = w->step[1] = 0.0f;
+    w->step[turned ? 1 : 0][i] = wild && field_once_in(r, 2) ? -1.0f : 1.0f;
+    w->step[turned ? 0 : 1][i] = wild && field_once_in(r, 5) ? 0.0f : other;
+    w->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
+    w->falloff[i] = wild && field_once_in(r, 20) ? 1e30f : 300.0f;
+    if (w->reach[i] == 0 && wild) w->step[0][i] = w->step[1][i] = 0.0f;
 }
 
-static inline void field_target(struct random *r, bool wild, struct shadow_target *t)
+/* What it gathers with. */
+static inline void field_target(struct random *r, bool wild, const struct shadow_pixels *p,
+                                size_t i)
 {
-    t->distance = 5.0f;
-    t->plane_least = 0.02f;
-    t->distance_most2 = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
-    for (int i = 0; i < 2; i++) {
-        t->gamma[i] = field_between(r, -0.95f, 0.95f);
-        t->weights[i] = (int32_t)(random_bits(r) % FIELD_ROWS);
-        field_walk(r, wild, i, &t->walk[i]);
+    p->distance[i] = 5.0f;
+    p->plane_least[i] = 0.02f;
+    p->distance_most2[i] = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
+    for (int k = 0; k < 2; k++) {
+        p->gamma[k][i] = field_between(r, -0.95f, 0.95f);
+        p->weights[k][i] = (int32_t)(random_bits(r) % FIELD_ROWS);
+        field_walk(r, wild, k, &p->walk[k], i);
     }
 }
 
@@ -144,8 +166,7 @@ static inline void field_tables(struct random *r, struct kernel_field *out)
     }
 }
 
-/* What the kernels that read planes do: the field's points and normals, other numbers at random.
- * In the left half all pixels are seen alike. */
+/* What the blur reads beside pixels, at random. In the left half all pixels are seen alike. */
 static inline void field_planes(struct random *r, bool wild, struct kernel_field *out)
 {
     const struct shadow_field *f = &out->field;
@@ -155,16 +176,10 @@ static inline void field_planes(struct random *r, bool wild, struct kernel_field
     out->reach = field_memory(stride * sizeof *out->reach);
     for (size_t i = 0; i < area; i++) {
         const bool left = i % (size_t)f->width < (size_t)f->width / 2;
-        for (int k = 0; k < 3; k++) {
-            out->planes[k][i] = out->sources[i].point[k];
-            out->planes[3 + k][i] = out->sources[i].normal[k];
-        }
-        out->planes[6][i] = out->targets[i].plane_least;
-        out->planes[7][i] = out->targets[i].distance_most2;
-        out->planes[8][i] = wild && left ? 1.0f : random_unit(r);
-        out->planes[9][i] = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
-        out->planes[10][i] = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
-        if (out->sources[i].slot < 0) continue; /* no room to walk */
+        out->planes[0][i] = wild && left ? 1.0f : random_unit(r);
+        out->planes[1][i] = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
+        out->planes[2][i] = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
+        if (out->shown.slot[i] < 0) continue; /* no room to walk */
         out->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
         if (wild && field_once_in(r, 3)) out->reach[i] = 0;
     }
@@ -210,12 +225,11 @@ static inline void field_degenerate(struct random *r, struct kernel_field *out)
 static inline void field_copies(struct kernel_field *out)
 {
     const size_t area = (size_t)out->field.width * (size_t)out->field.height;
-    out->placed = field_memory(area * sizeof *out->placed);
-    out->sheared = field_memory(area * sizeof *out->sheared);
-    out->placed_targets = field_memory(area * sizeof *out->placed_targets);
-    out->sheared_targets = field_memory(area * sizeof *out->sheared_targets);
-    memcpy(out->sheared, out->sources, area * sizeof *out->sheared);
-    memcpy(out->sheared_targets, out->targets, area * sizeof *out->sheared_targets);
+    const size_t stride = area + SHADOW_PLANE_PAD;
+    field_pixels(&out->placed, stride);
+    field_pixels(&out->sheared, stride);
+    memcpy(out->sheared.point[0], out->shown.point[0],
+           FIELD_PIXEL * stride * sizeof *out->shown.point[0]);
     out->most = field_memory(area * sizeof *out->most);
     out->least = field_memory(area * sizeof *out->least);
     for (size_t i = 0; i < area; i++) {
@@ -230,8 +244,8 @@ static inline void field_inputs(struct random *r, bool wild, struct kernel_field
     const size_t area = (size_t)f->width * (size_t)f->height, l = f->strata;
     for (int k = 0; k < 2; k++) out->jitter[k] = field_numbers(r, area, 0.0f, 0.999f);
     out->cells = field_numbers(r, out->count * (size_t)f->scale * 4, 0.0f, 3.0f);
-    out->a = field_numbers(r, area, -1.0f, 3.0f);
-    out->b = field_numbers(r, area, 0.0f, 3.0f);
+    out->a = field_numbers(r, area + SHADOW_PLANE_PAD, -1.0f, 3.0f);
+    out->b = field_numbers(r, area + SHADOW_PLANE_PAD, 0.0f, 3.0f);
     out->sigma_px = field_numbers(r, area, 0.2f, 1.5f);
     out->depth = field_numbers(r, area, 0.5f, 9.0f);
     for (int k = 0; k < 3; k++) {
@@ -293,24 +307,20 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
         f->refusal[i] = 0.5f;
     }
     const size_t area = (size_t)f->width * (size_t)f->height;
-    f->sources = out->sources = field_memory(area * sizeof *out->sources);
-    f->targets = out->targets = field_memory(area * sizeof *out->targets);
+    field_pixels(&out->shown, area + SHADOW_PLANE_PAD);
     out->pixels = field_memory((area + 1) * sizeof *out->pixels);
     for (int32_t i = 0; i < (int32_t)area; i++) {
         const int32_t x = i % f->width, y = i / f->width;
-        struct shadow_source *s = &out->sources[i];
         const bool room = x >= margin && y >= margin && x < f->width - margin &&
                           y < f->height - margin; /* nothing is shown beyond */
-        s->slot = -1;
+        out->shown.slot[i] = -1;
         if (!room) continue;
-        field_source(&r, wild, f->phases, x, y, s);
-        if (s->normal[2] > 0.0f) s->slot = (int32_t)out->slots++;
-        field_target(&r, wild, &out->targets[i]);
-        if (s->slot >= 0) out->pixels[1 + out->count++] = (uint32_t)i;
+        field_source(&r, wild, f->phases, x, y, &out->shown, (size_t)i);
+        field_target(&r, wild, &out->shown, (size_t)i);
+        if (!(out->shown.normal[2][i] > 0.0f)) continue;
+        out->shown.slot[i] = (int32_t)out->slots++;
+        out->pixels[1 + out->count++] = (uint32_t)i;
     }
-    for (int k = 0; k < SHADOW_NUMBERS; k++)
-        f->planes[k] = out->lined[k] = field_memory(area * sizeof *out->lined[k]);
-    shadow_kernels_c.line_up(out->sources, area, out->lined);
     field_light(seed, out);
     field_tables(&r, out);
     field_inputs(&r, wild, out);
@@ -318,8 +328,9 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
 
 static inline void field_fini(struct kernel_field *k)
 {
-    void *const all[] = {k->sources,
-                         k->targets,
+    void *const all[] = {k->shown.point[0],
+                         k->placed.point[0],
+                         k->sheared.point[0],
                          k->weights,
                          k->field.columns,
                          k->field.rows,
@@ -333,10 +344,6 @@ static inline void field_fini(struct kernel_field *k)
                          k->depth,
                          k->seen,
                          k->bits,
-                         k->placed,
-                         k->sheared,
-                         k->placed_targets,
-                         k->sheared_targets,
                          k->most,
                          k->least,
                          k->reach,
@@ -348,10 +355,7 @@ static inline void field_fini(struct kernel_field *k)
                          k->normal[2]};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
     for (int i = 0; i < FIELD_PLANES; i++) free(k->planes[i]);
-    for (int i = 0; i < SHADOW_NUMBERS; i++) free(k->lined[i]);
 }
-
-#define FIELD_RECEIVER 27 /* numbers of a source and its target */
 
 /* Numbers that `kernel` writes for `count` pixels, or for all slots. */
 static inline size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count)
@@ -370,11 +374,9 @@ static inline size_t field_output(const struct kernel_field *k, enum kernel kern
         return (size_t)count * 2;
     case KERNEL_SUM_SLOPES:
         return (size_t)count * 3;
-    case KERNEL_LINE_UP:
-        return (size_t)count * SHADOW_NUMBERS;
     case KERNEL_PLACE_RECEIVERS:
     case KERNEL_SHEAR_RECEIVERS:
-        return (size_t)count * FIELD_RECEIVER;
+        return (size_t)count * FIELD_PIXEL;
     default:
         return count;
     }
@@ -392,40 +394,29 @@ static inline void field_mark(const struct shadow_field *f, const struct shadow_
     free(marks);
 }
 
-static inline float *field_print(const struct shadow_source *s, const struct shadow_target *t,
-                                 float *out)
+/* All numbers of pixel i. */
+static inline float *field_print(const struct shadow_pixels *p, size_t stride, size_t i, float *out)
 {
-    for (int k = 0; k < 3; k++) *out++ = s->point[k];
-    for (int k = 0; k < 3; k++) *out++ = s->normal[k];
-    for (int k = 0; k < 2; k++) *out++ = s->u[k];
-    *out++ = s->eta;
-    *out++ = s->spread;
-    *out++ = (float)s->slot;
-    *out++ = (float)s->phase;
-    *out++ = t->distance;
-    *out++ = t->plane_least;
-    *out++ = t->distance_most2;
-    for (int k = 0; k < 2; k++) {
-        *out++ = t->gamma[k];
-        *out++ = (float)t->weights[k];
-        *out++ = t->walk[k].step[0];
-        *out++ = t->walk[k].step[1];
-        *out++ = t->walk[k].falloff;
-        *out++ = (float)t->walk[k].reach;
-    }
+    for (size_t k = 0; k < FIELD_FLOATS; k++) *out++ = p->point[0][k * stride + i];
+    for (size_t k = 0; k < FIELD_PIXEL - FIELD_FLOATS; k++) *out++ = (float)p->slot[k * stride + i];
     return out;
 }
 
-/* Receivers of the inputs, from the second number on. */
+static inline size_t field_stride(const struct kernel_field *k)
+{
+    return (size_t)k->field.width * (size_t)k->field.height + SHADOW_PLANE_PAD;
+}
+
+/* Receivers of the inputs, from the second number on, to the planes from there on. */
 static inline void field_place(const struct kernel_field *k, const struct shadow_kernels *kernels,
                                uint32_t count, float *out)
 {
-    const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
-    const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
-    kernels->place_receivers(&k->light, count, k->depth + 1, point, normal, k->placed,
-                             k->placed_targets);
-    for (uint32_t i = 0; i < count; i++)
-        out = field_print(&k->placed[i], &k->placed_targets[i], out);
+    for (int i = 0; i < 3; i++) {
+        memcpy(k->placed.point[i] + 1, k->point[i] + 1, count * sizeof *k->point[i]);
+        memcpy(k->placed.normal[i] + 1, k->normal[i] + 1, count * sizeof *k->normal[i]);
+    }
+    kernels->place_receivers(&k->light, count, k->depth + 1, 1, &k->placed);
+    for (uint32_t i = 0; i < count; i++) out = field_print(&k->placed, field_stride(k), 1 + i, out);
 }
 
 /* Those of the field, with 1/slope from 0 on. */
@@ -433,24 +424,9 @@ static inline void field_shear(const struct kernel_field *k, const struct shadow
                                const uint32_t *pixels, uint32_t count, float *out)
 {
     const struct wedge_shear shear = {&k->light, 1.0f, 3.5f, 0.6f};
-    kernels->shear_receivers(&shear, pixels, count, k->most, k->least, k->sheared,
-                             k->sheared_targets);
+    kernels->shear_receivers(&shear, pixels, count, k->most, k->least, &k->sheared);
     for (uint32_t i = 0; i < count; i++)
-        out = field_print(&k->sheared[pixels[i]], &k->sheared_targets[pixels[i]], out);
-}
-
-/* Sources from the first pixel on, as many as there are pixels; what is whole as numbers. */
-static inline void field_line_up(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                                 const uint32_t *pixels, uint32_t count, float *out)
-{
-    float *planes[SHADOW_NUMBERS];
-    for (size_t i = 0; i < SHADOW_NUMBERS; i++) planes[i] = out + i * count;
-    if (count > 0) kernels->line_up(k->sources + pixels[0], count, planes);
-    for (size_t i = SHADOW_SLOT * (size_t)count; i < SHADOW_NUMBERS * (size_t)count; i++) {
-        int32_t whole;
-        memcpy(&whole, out + i, sizeof whole);
-        out[i] = (float)whole;
-    }
+        out = field_print(&k->sheared, field_stride(k), pixels[i], out);
 }
 
 /* Row by row, from number `first` of the listed pixels on: one run to the end of its row at most.
@@ -459,14 +435,8 @@ static inline void field_blur(const struct kernel_field *k, const struct shadow_
                               int32_t step, const uint32_t *pixels, uint32_t count, float *out)
 {
     float *const *p = k->planes;
-    const struct shadow_blur planes = {.point = {p[0], p[1], p[2]},
-                                       .normal = {p[3], p[4], p[5]},
-                                       .plane_least = p[6],
-                                       .distance_most2 = p[7],
-                                       .seen = p[8],
-                                       .refusal = p[9],
-                                       .falloff = p[10],
-                                       .reach = k->reach};
+    const struct shadow_blur planes = {
+        .pixels = &k->shown, .seen = p[0], .refusal = p[1], .falloff = p[2], .reach = k->reach};
     const uint32_t width = (uint32_t)k->field.width;
     for (uint32_t i = 0, run; i < count; i += run) {
         for (run = 1; i + run < count && pixels[i + run] / width == pixels[i] / width; run++) {
@@ -482,15 +452,11 @@ static inline void field_blur(const struct kernel_field *k, const struct shadow_
 static inline void field_edges(const struct kernel_field *k, const struct shadow_kernels *kernels,
                                const uint32_t *pixels, uint32_t count, float *out)
 {
-    float *const *p = k->planes;
     const struct edge_field edges = {.light = &k->light,
                                      .width = k->field.width,
                                      .scale = 1.0f,
-                                     .sources = k->sources,
-                                     .targets = k->targets,
-                                     .point = {p[0], p[1], p[2]},
-                                     .normal = {p[3], p[4], p[5]},
-                                     .seen = p[8],
+                                     .pixels = &k->shown,
+                                     .seen = k->planes[0],
                                      .jitter = {k->jitter[0], k->jitter[1]},
                                      .bits = k->bits,
                                      .stride = (size_t)k->field.width * (size_t)k->field.height};
@@ -502,6 +468,7 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
                              enum kernel kernel, uint32_t first, uint32_t count, float *out)
 {
     struct shadow_field f = k->field;
+    f.pixels = &k->shown;
     const uint32_t *pixels = k->pixels + 1 + first;
     const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
     const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
@@ -515,9 +482,6 @@ static inline void field_run(const struct kernel_field *k, const struct shadow_k
         break;
     case KERNEL_SHEAR_RECEIVERS:
         field_shear(k, kernels, pixels, count, out);
-        break;
-    case KERNEL_LINE_UP:
-        field_line_up(k, kernels, pixels, count, out);
         break;
     case KERNEL_MARK_WALKS:
         field_mark(&f, kernels, pixels, count, out);

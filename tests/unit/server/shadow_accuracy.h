@@ -146,8 +146,33 @@ static inline float brute_cover(float y, float rho, float delta)
            (2.0f * gaussian_phi(a / rho) - 1.0f);
 }
 
+/* What the filter by brute force reads of a pixel. */
+struct brute_pixel {
+    float point[3], normal[3], u[2], eta, spread;
+    float distance, plane_least, distance_most2, gamma[2], falloff[2];
+};
+
+static inline struct brute_pixel brute_pixel_of(const struct shadow_pixels *p, size_t i)
+{
+    struct brute_pixel out = {.eta = p->eta[i],
+                              .spread = p->spread[i],
+                              .distance = p->distance[i],
+                              .plane_least = p->plane_least[i],
+                              .distance_most2 = p->distance_most2[i]};
+    for (int k = 0; k < 3; k++) {
+        out.point[k] = p->point[k][i];
+        out.normal[k] = p->normal[k][i];
+    }
+    for (int k = 0; k < 2; k++) {
+        out.u[k] = p->u[k][i];
+        out.gamma[k] = p->gamma[k][i];
+        out.falloff[k] = p->walk[k].falloff[i];
+    }
+    return out;
+}
+
 /* w_i of filters.md section 2 at yhat half-sides. */
-static inline float brute_weight(const struct brute *b, const struct shadow_target *t, int axis,
+static inline float brute_weight(const struct brute *b, const struct brute_pixel *t, int axis,
                                  float y)
 {
     if (fabsf(y) > 1.0f) return 0.0f;
@@ -156,20 +181,19 @@ static inline float brute_weight(const struct brute *b, const struct shadow_targ
     return profile * (1.0f + t->gamma[axis] * y) / brute_cover(y, b->rho[axis], b->delta[axis]);
 }
 
-static inline bool brute_compatible(const struct shadow_source *p, const struct shadow_target *t,
-                                    const struct shadow_source *q)
+static inline bool brute_compatible(const struct brute_pixel *p, const struct brute_pixel *q)
 {
     float d[3];
     for (int k = 0; k < 3; k++) d[k] = q->point[k] - p->point[k];
     const float d2 = scene_dot(d, d), off = fabsf(scene_dot(d, p->normal));
-    return scene_dot(p->normal, q->normal) >= SHADOW_COS_NORMALS && d2 <= t->distance_most2 &&
-           off <= fmaxf(t->plane_least, SHADOW_PLANE_SHARE * sqrtf(d2));
+    return scene_dot(p->normal, q->normal) >= SHADOW_COS_NORMALS && d2 <= p->distance_most2 &&
+           off <= fmaxf(p->plane_least, SHADOW_PLANE_SHARE * sqrtf(d2));
 }
 
 /* What neighbour (x, y) of the image adds to the sums of p. */
-static inline void brute_add(const struct brute *b, const struct shadow_source *p,
-                             const struct shadow_target *t, const struct shadow_source *q,
-                             int32_t x, int32_t y, double *numerator, double *denominator)
+static inline void brute_add(const struct brute *b, const struct brute_pixel *p,
+                             const struct brute_pixel *q, int32_t x, int32_t y, double *numerator,
+                             double *denominator)
 {
     const uint32_t l = b->light->strata;
     const size_t i = (size_t)(y - b->patch->rect.y0) * (size_t)rect_width(b->patch->rect) +
@@ -179,12 +203,12 @@ static inline void brute_add(const struct brute *b, const struct shadow_source *
     strata_jitters(b->light, &x, &y, 1, &jitter[0], &jitter[1]);
     strata_columns(b->light, b->patch, i, columns);
     for (int axis = 0; axis < 2; axis++) {
-        const float delta = t->distance * (q->u[axis] - p->u[axis]);
+        const float delta = p->distance * (q->u[axis] - p->u[axis]);
         if (fabsf(delta) * (fabsf(q->eta - p->eta) + q->spread) > 1.5f * b->light->sigma_y[axis])
             return;
-        exponent += delta * delta * t->walk[axis].falloff;
+        exponent += delta * delta * p->falloff[axis];
         for (uint32_t a = 0; a < l; a++)
-            w[axis][a] = brute_weight(b, t, axis,
+            w[axis][a] = brute_weight(b, p, axis,
                                       2.0f * pattern_axis(jitter[axis], l, a) - 1.0f +
                                           p->eta * delta / b->light->rectangle.half[axis]);
     }
@@ -208,20 +232,20 @@ static inline void brute_filter(struct brute *b, const float *steps, float *e)
     for (int32_t y = image.y0; y < image.y1; y++) {
         for (int32_t x = image.x0; x < image.x1; x++) {
             const size_t at = (size_t)(y - rect.y0) * (size_t)width + (size_t)(x - rect.x0);
-            const struct shadow_source *p = &b->receivers->sources[at];
-            const struct shadow_target *t = &b->receivers->targets[at];
-            if (p->spread < 0.0f) continue;
+            const struct brute_pixel p = brute_pixel_of(&b->receivers->pixels, at);
+            if (p.spread < 0.0f) continue;
             for (int k = 0; k < 2; k++) {
                 const float half = b->light->rectangle.half[k];
-                b->rho[k] = p->eta * sqrtf(0.5f / t->walk[k].falloff) / half;
-                b->delta[k] = fminf(2.0f, 0.5f * p->eta / half / steps[2 * at + (size_t)k]);
+                b->rho[k] = p.eta * sqrtf(0.5f / p.falloff[k]) / half;
+                b->delta[k] = fminf(2.0f, 0.5f * p.eta / half / steps[2 * at + (size_t)k]);
             }
             double numerator = 0.0, denominator = 0.0;
             for (int32_t v = -BRUTE_REACH_PX; v <= BRUTE_REACH_PX; v++) {
                 for (int32_t u = -BRUTE_REACH_PX; u <= BRUTE_REACH_PX; u++) {
-                    const struct shadow_source *q = p + v * width + u;
-                    if (brute_compatible(p, t, q))
-                        brute_add(b, p, t, q, x + u, y + v, &numerator, &denominator);
+                    const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)v * width + u);
+                    const struct brute_pixel q = brute_pixel_of(&b->receivers->pixels, to);
+                    if (brute_compatible(&p, &q))
+                        brute_add(b, &p, &q, x + u, y + v, &numerator, &denominator);
                 }
             }
             if (!(denominator > 1e-12)) continue;
@@ -233,10 +257,10 @@ static inline void brute_filter(struct brute *b, const float *steps, float *e)
 }
 
 static inline float accuracy_unoccluded(const struct receiver_light *light,
-                                        const struct shadow_source *s)
+                                        const struct shadow_pixels *s, size_t i)
 {
-    const float *const p[3] = {&s->point[0], &s->point[1], &s->point[2]};
-    const float *const n[3] = {&s->normal[0], &s->normal[1], &s->normal[2]};
+    const float *const p[3] = {s->point[0] + i, s->point[1] + i, s->point[2] + i};
+    const float *const n[3] = {s->normal[0] + i, s->normal[1] + i, s->normal[2] + i};
     float e;
     shadow_kernels_c.unoccluded(&light->rectangle, 1, p, n, &e);
     return e;
@@ -262,8 +286,8 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
                      0);
     for (size_t i = 0; i < area; i++) {
         float e_i[2][2] = {{0}};
-        if (receiver_is_lit(&receivers.sources[i]))
-            receiver_steps(&light, &receivers.sources[i], e_i);
+        if (receiver_is_lit(&receivers.pixels, i))
+            receiver_steps(&light, &receivers.pixels, i, e_i);
         for (size_t k = 0; k < 2; k++)
             steps[2 * i + k] = fmaxf(fmaxf(fabsf(e_i[k][0]), fabsf(e_i[k][1])), 1e-30f);
     }
@@ -271,10 +295,9 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
     for (size_t i = 0; i < inner; i++) {
         const size_t x = i % (size_t)rect_width(patch->rect);
         const size_t y = i / (size_t)rect_width(patch->rect);
-        const struct shadow_source *p =
-            &receivers
-                 .sources[(y + BRUTE_REACH_PX) * (size_t)rect_width(rect) + x + BRUTE_REACH_PX];
-        e[i] = p->spread >= 0.0f ? accuracy_unoccluded(&light, p) : base[i];
+        const size_t at = (y + BRUTE_REACH_PX) * (size_t)rect_width(rect) + x + BRUTE_REACH_PX;
+        const bool wedge = receivers.pixels.spread[at] >= 0.0f;
+        e[i] = wedge ? accuracy_unoccluded(&light, &receivers.pixels, at) : base[i];
     }
     struct brute brute = {.light = &light, .receivers = &receivers, .patch = patch};
     brute_filter(&brute, steps, e);

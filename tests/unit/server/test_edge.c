@@ -148,32 +148,23 @@ static void constants_stay(void **state)
         run_case(&c, &shadow_kernels_c);
         const struct receivers *r = &c.receivers;
         const size_t area = (size_t)rect_area(r->rect), stride = area + SHADOW_PLANE_PAD;
-        float *planes = calloc(9 * stride, sizeof *planes);
+        float *planes = calloc(3 * stride, sizeof *planes);
         uint32_t *bits = calloc(STRATA_WORDS * stride, sizeof *bits);
         float *sigma_px = calloc(c.count + 1, sizeof *sigma_px);
         float *out = calloc(c.count + 1, sizeof *out);
         assert_true(planes && bits && sigma_px && out);
-        struct edge_field field = {.light = &c.light,
-                                   .width = rect_width(r->rect),
-                                   .scale = 1.0f,
-                                   .sources = r->sources,
-                                   .targets = r->targets,
-                                   .seen = planes + 6 * stride,
-                                   .jitter = {planes + 7 * stride, planes + 8 * stride},
-                                   .bits = bits,
-                                   .stride = stride};
-        for (size_t k = 0; k < 3; k++) {
-            field.point[k] = planes + k * stride;
-            field.normal[k] = planes + (3 + k) * stride;
-            for (size_t i = 0; i < area; i++) {
-                planes[k * stride + i] = r->sources[i].point[k];
-                planes[(3 + k) * stride + i] = r->sources[i].normal[k];
-            }
-        }
+        const struct edge_field field = {.light = &c.light,
+                                         .width = rect_width(r->rect),
+                                         .scale = 1.0f,
+                                         .pixels = &r->pixels,
+                                         .seen = planes,
+                                         .jitter = {planes + stride, planes + 2 * stride},
+                                         .bits = bits,
+                                         .stride = stride};
         for (size_t i = 0; i < area; i++) {
-            planes[6 * stride + i] = (float)(i % 7) / 6.0f;
-            planes[7 * stride + i] = (float)(i % 31) / 31.0f;
-            planes[8 * stride + i] = (float)(i % 37) / 37.0f;
+            planes[i] = (float)(i % 7) / 6.0f;
+            planes[stride + i] = (float)(i % 31) / 31.0f;
+            planes[2 * stride + i] = (float)(i % 37) / 37.0f;
         }
         for (uint32_t k = 0; k < c.count; k++) sigma_px[k] = 0.1f + 0.1f * (float)(k % 12);
         for (int all = 0; all < 2; all++) {

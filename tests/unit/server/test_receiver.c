@@ -16,11 +16,6 @@ static void place(uint32_t camera, float offset)
     }
 }
 
-static const struct shadow_source *source_at(const struct receivers *r, int32_t x, int32_t y)
-{
-    return &r->sources[(y - r->rect.y0) * rect_width(r->rect) + x - r->rect.x0];
-}
-
 /* Points lie on the floor; Delta_i moves as e_i says from a pixel to its neighbours. */
 static void check_steps(uint32_t camera, float offset)
 {
@@ -32,23 +27,21 @@ static void check_steps(uint32_t camera, float offset)
     receiver_light_init(&light, &scene.plan, 0);
     assert_int_equal(
         receivers_create(&light, patch, &shadow_kernels_c, rect_grow(all, 5), &receivers), 0);
-    assert_false(receiver_is_lit(source_at(&receivers, -1, 3)));
+    const struct shadow_pixels *p = &receivers.pixels;
+    assert_false(receiver_is_lit(p, receivers_pixel(&receivers, -1, 3)));
     for (int32_t y = 1; y < 47; y++) {
         for (int32_t x = 1; x < 63; x++) {
-            const struct shadow_source *p = source_at(&receivers, x, y);
-            const struct shadow_target *t =
-                &receivers.targets[(y + 5) * rect_width(receivers.rect) + x + 5];
+            const size_t i = receivers_pixel(&receivers, x, y);
             float steps[2][2], moved[2] = {0, 0};
-            assert_true(receiver_is_lit(p));
-            assert_true(fabsf(p->point[2] + scene.plan.camera.eye[2]) < 1e-4f);
-            receiver_steps(&light, p, steps);
-            const struct shadow_source *q = source_at(&receivers, x + 1, y);
-            for (int i = 0; i < 2; i++) {
-                const float delta = t->distance * (q->u[i] - p->u[i]);
-                for (int k = 0; k < 2; k++) moved[k] += delta * steps[i][k];
+            assert_true(receiver_is_lit(p, i));
+            assert_true(fabsf(p->point[2][i] + scene.plan.camera.eye[2]) < 1e-4f);
+            receiver_steps(&light, p, i, steps);
+            for (int axis = 0; axis < 2; axis++) {
+                const float delta = p->distance[i] * (p->u[axis][i + 1] - p->u[axis][i]);
+                for (int k = 0; k < 2; k++) moved[k] += delta * steps[axis][k];
             }
             assert_true(fabsf(moved[0] - 1.0f) < 0.05f && fabsf(moved[1]) < 0.05f);
-            assert_true(fabsf(receiver_pixel(t) -
+            assert_true(fabsf(receiver_pixel(p, i) -
                               plan_pixel_size(&scene.plan, patch->depth[y * 64 + x])) < 1e-5f);
         }
     }
@@ -81,8 +74,8 @@ static void gamma_is_a_slope(void **state)
         const float g = scene_weight(l, p, n, 0, 0, d);
         const float u = (scene_weight(l, p, n, 0.01f, 0, d) / g - 1) / 0.01f;
         const float v = (scene_weight(l, p, n, 0, 0.01f, d) / g - 1) / 0.01f;
-        assert_true(fabsf(receivers.targets[i].gamma[0] - u) < 0.01f);
-        assert_true(fabsf(receivers.targets[i].gamma[1] - v) < 0.01f);
+        assert_true(fabsf(receivers.pixels.gamma[0][i] - u) < 0.01f);
+        assert_true(fabsf(receivers.pixels.gamma[1][i] - v) < 0.01f);
     }
     receivers_fini(&receivers);
     patch_destroy(&patch);
@@ -115,7 +108,7 @@ static void who_is_lit(void **state)
         receiver_light_init(&light, &scene.plan, 0);
         assert_int_equal(
             receivers_create(&light, patch, &shadow_kernels_c, patch->rect, &receivers), 0);
-        assert_int_equal(receiver_is_lit(receivers.sources), cases[k].lit);
+        assert_int_equal(receiver_is_lit(&receivers.pixels, 0), cases[k].lit);
         receivers_fini(&receivers);
         patch_destroy(&patch);
     }

@@ -48,8 +48,28 @@ static void fills_six_pixels(void **state)
     finish();
 }
 
-/* A tap's width and shear at the middle pixel. */
-static struct shadow_target shear(float least, float most, float mu, struct shadow_source *source)
+/* The middle pixel, sheared. */
+struct middle {
+    float eta, spread, pixel, width_px;
+    float falloff[2], step[2][2];
+    int32_t reach[2];
+};
+
+static struct middle middle_of(const struct shadow_pixels *p)
+{
+    struct middle m = {.eta = p->eta[CENTRE],
+                       .spread = p->spread[CENTRE],
+                       .pixel = receiver_pixel(p, CENTRE),
+                       .width_px = wedge_width_px(p, CENTRE)};
+    for (int axis = 0; axis < 2; axis++) {
+        m.falloff[axis] = p->walk[axis].falloff[CENTRE];
+        m.reach[axis] = p->walk[axis].reach[CENTRE];
+        for (int k = 0; k < 2; k++) m.step[axis][k] = p->walk[axis].step[k][CENTRE];
+    }
+    return m;
+}
+
+static struct middle shear(float least, float most, float mu)
 {
     struct wedges wedges;
     struct coverage coverage;
@@ -58,39 +78,36 @@ static struct shadow_target shear(float least, float most, float mu, struct shad
     assert_int_equal(wedges_create(&light, patch, &receivers, &shadow_kernels_c, &wedges), 0);
     assert_int_equal(coverage_create(3, PROFILE_UNIFORM, mu, &coverage), 0);
     assert_int_equal(wedges_shear(&light, &wedges, &shadow_kernels_c, &coverage, &receivers), 0);
-    const struct shadow_target t = receivers.targets[CENTRE];
-    *source = receivers.sources[CENTRE];
+    const struct middle m = middle_of(&receivers.pixels);
     coverage_fini(&coverage);
     wedges_fini(&wedges);
     finish();
-    return t;
+    return m;
 }
 
 static void widths_and_shears(void **state)
 {
     (void)state;
-    struct shadow_source s;
     /* kappa in [20, 100]: sigma_y / 80, which is narrower than sigma_y / 60 */
-    struct shadow_target t = shear(0.01f, 0.05f, 1.0f, &s);
-    const float pixel = receiver_pixel(&t), top = 1.0f / (0.25f * pixel);
+    struct middle m = shear(0.01f, 0.05f, 1.0f);
+    const float top = 1.0f / (0.25f * m.pixel);
     assert_true(top > 36.0f && top < 100.0f); /* the floor: kappa at most 4 L / pixel */
-    assert_true(fabsf(s.eta - 0.5f * (top + 20.0f)) < 1e-3f);
-    assert_true(fabsf(s.spread - 0.5f * (top - 20.0f)) < 1e-3f);
-    const float wide = fmaxf(top - 20.0f, s.eta);
-    assert_true(fabsf(sqrtf(0.5f / t.walk[0].falloff) - 0.577350f / wide) < 1e-5f);
+    assert_true(fabsf(m.eta - 0.5f * (top + 20.0f)) < 1e-3f);
+    assert_true(fabsf(m.spread - 0.5f * (top - 20.0f)) < 1e-3f);
+    const float wide = fmaxf(top - 20.0f, m.eta);
+    assert_true(fabsf(sqrtf(0.5f / m.falloff[0]) - 0.577350f / wide) < 1e-5f);
     /* equal slopes: the penumbra's own width */
-    t = shear(0.1f, 0.1f, 1.0f, &s);
-    assert_true(fabsf(s.eta - 10.0f) < 1e-2f && s.spread < 1e-2f);
-    assert_true(fabsf(sqrtf(0.5f / t.walk[1].falloff) - 0.0577350f) < 1e-4f);
+    m = shear(0.1f, 0.1f, 1.0f);
+    assert_true(fabsf(m.eta - 10.0f) < 1e-2f && m.spread < 1e-2f);
+    assert_true(fabsf(sqrtf(0.5f / m.falloff[1]) - 0.0577350f) < 1e-4f);
     /* far occluders: the cap in pixels, and mu */
-    t = shear(10.0f, 10.0f, 1.0f, &s);
-    const float most = wedge_width_px(&t);
-    t = shear(10.0f, 10.0f, 0.5f, &s);
+    const float most = shear(10.0f, 10.0f, 1.0f).width_px;
+    m = shear(10.0f, 10.0f, 0.5f);
     assert_true(most > 2.0f && most < 16.0f);
-    assert_true(fabsf(wedge_width_px(&t) - 0.5f * most) < 1e-4f);
-    assert_true(t.walk[0].reach <= SHADOW_REACH_PX);
+    assert_true(fabsf(m.width_px - 0.5f * most) < 1e-4f);
+    assert_true(m.reach[0] <= SHADOW_REACH_PX);
     for (int k = 0; k < 2; k++)
-        assert_true(fmaxf(fabsf(t.walk[k].step[0]), fabsf(t.walk[k].step[1])) == 1.0f);
+        assert_true(fmaxf(fabsf(m.step[k][0]), fabsf(m.step[k][1])) == 1.0f);
 }
 
 static void coverage_is_even(void **state)
