@@ -46,7 +46,7 @@ static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count,
     e->sigma_px = (float *)(void *)(lists + 2 * (size_t)count);
     e->seen = (float *)(void *)(lists + 3 * (size_t)count);
     for (uint32_t k = 0; k < count; k++) {
-        const float sigma_px = wedge_width_px(&e->receivers->pixels, pixels[k]);
+        const float sigma_px = e->receivers->pixels.width_px[pixels[k]];
         out[k] = (struct edge_answer){-1.0f, 1.0f, sigma_px};
         if (!(sigma_px < WIDE_PX * e->scale)) continue;
         e->pixels[e->count] = pixels[k];

@@ -62,7 +62,7 @@ void receiver_steps(const struct receiver_light *light, const struct shadow_pixe
  */
 
 #define PLACED  13
-#define SHEARED 8
+#define SHEARED 9
 #define WHOLE   6
 
 /* The planes one after the other, `stride` numbers each. */
@@ -74,7 +74,7 @@ static void lay_out(struct shadow_pixels *p, float *memory, size_t stride)
         &p->normal[2],      &p->u[0],     &p->u[1],     &p->distance,  &p->plane_least,
         &p->distance_most2, &p->gamma[0], &p->gamma[1], &p->eta,       &p->spread,
         &a->step[0],        &a->step[1],  &a->falloff,  &b->step[0],   &b->step[1],
-        &b->falloff};
+        &b->falloff,        &p->width_px};
     int32_t **const whole[WHOLE] = {&p->slot,       &p->phase, &p->weights[0],
                                     &p->weights[1], &a->reach, &b->reach};
     for (size_t k = 0; k < PLACED + SHEARED; k++, memory += stride) *numbers[k] = memory;

@@ -49,6 +49,7 @@ struct shadow_pixels {
     float *distance_most2; /* squared world distance of the farthest neighbour */
     float *gamma[2];       /* slope of G along axis i, a half-side */
     int32_t *weights[2];   /* row of field->weights along axis i */
+    float *width_px;       /* sigma_x in pixels, mean of both axes; 0 without wedge */
     struct shadow_walk walk[2];
 };
 
@@ -129,8 +130,8 @@ struct shadow_kernels {
     void (*place_receivers)(const struct receiver_light *light, uint32_t count, const float *depth,
                             size_t first, const struct shadow_pixels *out);
 
-    /* Sets eta, spread, walks and numbers of weight rows of `count` pixels, whose 1/slope goes from
-     * least[pixel] to most[pixel]. */
+    /* Sets eta, spread, walks, widths and numbers of weight rows of `count` pixels, whose 1/slope
+     * goes from least[pixel] to most[pixel]. */
     void (*shear_receivers)(const struct wedge_shear *shear, const uint32_t *pixels, uint32_t count,
                             const float *most, const float *least, const struct shadow_pixels *out);
 

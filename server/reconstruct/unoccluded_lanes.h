@@ -30,6 +30,8 @@
 #define UNOCCLUDED_ROUNDING 4e-6f
 #define UNOCCLUDED_RISE     5e-4f
 #define UNOCCLUDED_FACING   0.5f
+/* From here on rounding makes no corner of the light set, per (distance + size). */
+#define UNOCCLUDED_ABOVE 1e-5f
 
 struct unoccluded_chunk {
     float half[2];                     /* half-sides; they add up to 1 */
@@ -156,9 +158,22 @@ static void unoccluded_quadrature(const float *nodes, const float *weights, int 
     }
 }
 
+/* What of an edge, from `from` above the horizon to `to`, is above it: its shares a to b. */
+static inline void unoccluded_cut(float from, float to, float rise, float *a, float *b)
+{
+    const int up = from > 0.0f, up_next = to > 0.0f;
+    const float steep = up == up_next ? 1.0f : rise; /* not 0 where it crosses */
+    float cut = -from / steep;
+    cut = cut > 0.0f ? cut : 0.0f;
+    cut = cut < 1.0f ? cut : 1.0f;
+    *a = up ? 0.0f : up_next ? cut : 0.0f;
+    *b = up_next ? 1.0f : up ? cut : 0.0f;
+}
+
 /* The edge e from `corner` (of the light's centre): its term where above the horizon, and where it
- * goes through the horizon. */
-static void unoccluded_edge(const float corner[3], const float e[3], struct unoccluded_chunk *c)
+ * goes through the horizon; `whole`: it is above for all receivers. */
+static inline __attribute__((always_inline)) void
+unoccluded_edge(const float corner[3], const float e[3], bool whole, struct unoccluded_chunk *c)
 {
     const float ox = corner[0], oy = corner[1], oz = corner[2];
     const float ex = e[0], ey = e[1], ez = e[2];
@@ -167,13 +182,8 @@ static void unoccluded_edge(const float corner[3], const float e[3], struct unoc
         const float px = c->centre[0][i] + ox, py = c->centre[1][i] + oy, pz = c->centre[2][i] + oz;
         const float from = nx * px + ny * py + nz * pz, rise = nx * ex + ny * ey + nz * ez;
         const float to = from + rise;
-        const int up = from > 0.0f, up_next = to > 0.0f;
-        const float steep = up == up_next ? 1.0f : rise; /* not 0 where it crosses */
-        float cut = -from / steep;
-        cut = cut > 0.0f ? cut : 0.0f;
-        cut = cut < 1.0f ? cut : 1.0f;
-        const float a = up ? 0.0f : up_next ? cut : 0.0f;
-        const float b = up_next ? 1.0f : up ? cut : 0.0f;
+        float a = 0.0f, b = 1.0f;
+        if (!whole) unoccluded_cut(from, to, rise, &a, &b);
         const float ax = px + a * ex, ay = py + a * ey, az = pz + a * ez;
         const float bx = px + b * ex, by = py + b * ey, bz = pz + b * ez;
         const float aa = ax * ax + ay * ay + az * az, bb = bx * bx + by * by + bz * bz;
@@ -186,6 +196,8 @@ static void unoccluded_edge(const float corner[3], const float e[3], struct unoc
         const float part = (b - a) * inverse;
         c->polygon[i] += unoccluded_arc(cosine, part * (nx * cx + ny * cy + nz * cz),
                                         part * sqrtf(cx * cx + cy * cy + cz * cz));
+        if (whole) continue;
+        const int up = from > 0.0f, up_next = to > 0.0f;
         const int leaves = up > up_next, enters = up < up_next;
         c->leave[0][i] = leaves ? bx : c->leave[0][i];
         c->leave[1][i] = leaves ? by : c->leave[1][i];
@@ -196,8 +208,22 @@ static void unoccluded_edge(const float corner[3], const float e[3], struct unoc
     }
 }
 
-/* Lambert's formula into c->polygon. */
-static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+/* Is the light above all receivers' horizons, beyond any rounding? */
+static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
+{
+    int32_t whole = 1;
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const float x = fabsf(c->centre[0][i]), y = fabsf(c->centre[1][i]);
+        const float size = 1.0f + x + y + fabsf(c->centre[2][i]);
+        const float least = c->up[i] - fabsf(c->up_u[i]) - fabsf(c->up_v[i]);
+        whole &= least > UNOCCLUDED_ABOVE * size;
+    }
+    return whole;
+}
+
+/* The sum over the light's edges into c->polygon. */
+static inline __attribute__((always_inline)) void
+unoccluded_outline(const struct shadow_rectangle *light, bool whole, struct unoccluded_chunk *c)
 {
     static const float outline[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
@@ -213,9 +239,14 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoc
             corner[j] = from[0] * u + from[1] * v;
             edge[j] = (to[0] - from[0]) * u + (to[1] - from[1]) * v;
         }
-        unoccluded_edge(corner, edge, c);
+        unoccluded_edge(corner, edge, whole, c);
     }
-    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) { /* along the horizon */
+}
+
+/* Adds to c->polygon what goes along the horizon where the outline is cut. */
+static void unoccluded_close(struct unoccluded_chunk *c)
+{
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float ax = c->leave[0][i], ay = c->leave[1][i], az = c->leave[2][i];
         const float bx = c->enter[0][i], by = c->enter[1][i], bz = c->enter[2][i];
         const float length =
@@ -226,10 +257,23 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoc
         cosine = cosine < 1.0f ? cosine : 1.0f;
         const float cx = ay * bz - az * by, cy = az * bx - ax * bz, cz = ax * by - ay * bx;
         const float along = c->normal[0][i] * cx + c->normal[1][i] * cy + c->normal[2][i] * cz;
-        const float closing =
+        c->polygon[i] +=
             unoccluded_arc(cosine, along * inverse, sqrtf(cx * cx + cy * cy + cz * cz) * inverse);
+    }
+}
+
+/* Lambert's formula into c->polygon. */
+static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+{
+    if (unoccluded_is_whole(c)) {
+        unoccluded_outline(light, true, c);
+    } else {
+        unoccluded_outline(light, false, c);
+        unoccluded_close(c);
+    }
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         /* the light's outline runs clockwise as its receivers see it */
-        const float e = -0.5f * (c->polygon[i] + closing);
+        const float e = -0.5f * c->polygon[i];
         c->polygon[i] = e > 0.0f ? e : 0.0f;
     }
 }

@@ -43,36 +43,51 @@ static void load_own(const struct receiver_light *light, const struct patch *pat
     }
 }
 
-/* Of five pixels in a row, is one set? */
-static void spread_row(const float *values, size_t width, uint8_t *out)
+/* Of five pixels in a row, is one set? `full` has room for the row. */
+static void spread_row(const float *values, size_t width, uint8_t *full, uint8_t *out)
 {
     memset(out, 0, width);
+    for (size_t x = 0; x < width; x++) full[x] = values[x] >= 0.0f;
     for (size_t x = FILL_REACH; x + FILL_REACH < width; x++)
-        out[x] = (values[x - 2] >= 0.0f) | (values[x - 1] >= 0.0f) | (values[x] >= 0.0f) |
-                 (values[x + 1] >= 0.0f) | (values[x + 2] >= 0.0f);
+        out[x] = full[x - 2] | full[x - 1] | full[x] | full[x + 1] | full[x + 2];
 }
 
 struct fill {
     const struct receivers *receivers;
     const struct shadow_kernels *kernels;
     struct shadow_field field; /* as far as sum_slopes needs it */
-    uint8_t *near;             /* width * height */
+    uint8_t *near;             /* width * height; then a row */
     uint32_t *pixels;          /* empty ones beside full ones */
     float *sums;               /* 3 a pixel */
 };
 
+/* Which pixels of row y are empty and have full ones within reach: full ones in `near`, which are
+ * spread along rows. */
+static void mark_empty(const struct fill *f, const float *values, size_t y, uint8_t *out)
+{
+    const size_t width = (size_t)f->field.width;
+    const uint8_t *near = f->near + y * width;
+    const float *own = values + y * width;
+    for (size_t x = 0; x < width; x++) {
+        const uint8_t *n = near + x;
+        const uint8_t any = n[0] | n[width] | n[2 * width] | *(n - width) | *(n - 2 * width);
+        out[x] = own[x] >= 0.0f ? 0 : any;
+    }
+}
+
 static size_t find_empty(const struct fill *f, const float *values)
 {
     const size_t width = (size_t)f->field.width, height = (size_t)f->field.height;
+    uint8_t *row = f->near + width * height;
     size_t count = 0;
-    for (size_t y = 0; y < height; y++) spread_row(values + y * width, width, f->near + y * width);
+    for (size_t y = 0; y < height; y++)
+        spread_row(values + y * width, width, row, f->near + y * width);
     for (size_t y = FILL_REACH; y + FILL_REACH < height; y++) {
-        for (size_t x = FILL_REACH; x + FILL_REACH < width; x++) {
-            const size_t i = y * width + x;
-            const uint8_t any = f->near[i] | f->near[i - width] | f->near[i + width] |
-                                f->near[i - 2 * width] | f->near[i + 2 * width];
-            if (any && !(values[i] >= 0.0f) && receiver_is_lit(&f->receivers->pixels, i))
-                f->pixels[count++] = (uint32_t)i;
+        const uint8_t *at = row, *end = row + width;
+        mark_empty(f, values, y, row);
+        while ((at = memchr(at, 1, (size_t)(end - at))) != NULL) {
+            const size_t i = y * width + (size_t)(at++ - row);
+            if (receiver_is_lit(&f->receivers->pixels, i)) f->pixels[count++] = (uint32_t)i;
         }
     }
     return count;
@@ -112,7 +127,8 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
     struct scratch *from = patch->scratch;
     const size_t stride = area + SHADOW_PLANE_PAD;
     float *memory = scratch_take(from, 2 * stride * sizeof *memory);
-    uint8_t *scratch = scratch_take(from, area * (sizeof(uint32_t) + 3 * sizeof(float) + 1));
+    const size_t row = (size_t)rect_width(receivers->rect);
+    uint8_t *scratch = scratch_take(from, area * (sizeof(uint32_t) + 3 * sizeof(float) + 1) + row);
     *out = (struct wedges){.scratch = from, .memory = memory};
     if (!memory || !scratch) {
         scratch_give(from, scratch);
@@ -164,6 +180,21 @@ static size_t list_wedges(const struct wedges *wedges, size_t area, uint32_t *pi
     return count;
 }
 
+/* Neighbours mostly have the same rows. */
+static void need_rows(struct coverage *coverage, const struct shadow_pixels *p,
+                      const uint32_t *pixels, size_t count)
+{
+    coverage_need(coverage, COVERAGE_WIDEST);
+    for (int axis = 0; axis < 2; axis++) {
+        int32_t last = COVERAGE_WIDEST;
+        for (size_t k = 0; k < count; k++) {
+            const int32_t row = p->weights[axis][pixels[k]];
+            if (row != last) coverage_need(coverage, row);
+            last = row;
+        }
+    }
+}
+
 int wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
                  const struct shadow_kernels *kernels, struct coverage *coverage,
                  struct receivers *receivers)
@@ -177,20 +208,7 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
     const size_t count = list_wedges(wedges, area, pixels);
     kernels->shear_receivers(&shear, pixels, (uint32_t)count, wedges->most, wedges->least,
                              &receivers->pixels);
-    coverage_need(coverage, COVERAGE_WIDEST);
-    for (size_t k = 0; k < count; k++) {
-        coverage_need(coverage, receivers->pixels.weights[0][pixels[k]]);
-        coverage_need(coverage, receivers->pixels.weights[1][pixels[k]]);
-    }
+    need_rows(coverage, &receivers->pixels, pixels, count);
     scratch_give(receivers->scratch, pixels);
     return 0;
-}
-
-float wedge_width_px(const struct shadow_pixels *pixels, size_t i)
-{
-    const float a = pixels->walk[0].falloff[i], b = pixels->walk[1].falloff[i];
-    if (!(a > 0.0f && b > 0.0f)) return 0.0f;
-    /* sigma = (2 falloff)^-1/2; the roots are taken one by one, products may overflow */
-    const float sigma = sqrtf(sqrtf(0.5f / a)) * sqrtf(sqrtf(0.5f / b));
-    return sigma / receiver_pixel(pixels, i);
 }

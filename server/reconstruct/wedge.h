@@ -35,10 +35,7 @@ struct wedge_shear {
     float rho_most;      /* of the coverage table */
 };
 
-/* Sets eta, spread, walks and weight rows of all lit receivers with a wedge. ERR_MEMORY. */
+/* Sets eta, spread, walks, widths and weight rows of all lit receivers with a wedge. ERR_MEMORY. */
 int wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
                  const struct shadow_kernels *kernels, struct coverage *coverage,
                  struct receivers *receivers);
-
-/* sigma_x of receiver i in its own pixels, mean of both axes; 0 without wedge. */
-float wedge_width_px(const struct shadow_pixels *pixels, size_t i);

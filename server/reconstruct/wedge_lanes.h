@@ -29,7 +29,8 @@ enum wedge_written {
     WEDGE_STEP_X,
     WEDGE_STEP_Y = WEDGE_STEP_X + 2,
     WEDGE_FALLOFF = WEDGE_STEP_Y + 2,
-    WEDGE_WRITTEN = WEDGE_FALLOFF + 2,
+    WEDGE_WIDTH = WEDGE_FALLOFF + 2,
+    WEDGE_WRITTEN,
 };
 enum wedge_whole { WEDGE_REACH = 0, WEDGE_ROW = 2, WEDGE_WHOLE = 4 };
 
@@ -90,6 +91,18 @@ static inline void wedge_walk(const struct wedge_shear *shear, int axis, struct 
     }
 }
 
+/* Filters' widths in pixels. sigma = (2 falloff)^-1/2, never 0; the roots are taken one by one,
+ * since products may overflow. */
+static inline void wedge_widths(struct wedge_chunk *c)
+{
+    const float *a = c->out[WEDGE_FALLOFF], *b = c->out[WEDGE_FALLOFF + 1];
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float sigma = sqrtf(sqrtf(0.5f / a[i])) * sqrtf(sqrtf(0.5f / b[i]));
+        const float width = sigma / c->pixel[i];
+        c->out[WEDGE_WIDTH][i] = (a[i] > 0.0f) & (b[i] > 0.0f) ? width : 0.0f;
+    }
+}
+
 static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32_t *pixels,
                                    uint32_t count, const float *most, const float *least,
                                    const struct shadow_pixels *out)
@@ -99,8 +112,9 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
     const void *const read[WEDGE_READ] = {out->point[0],    out->point[1],  out->point[2],
                                           out->normal[0],   out->normal[1], out->normal[2],
                                           out->plane_least, most,           least};
-    void *const written[WEDGE_WRITTEN] = {out->eta,   out->spread, a->step[0], b->step[0],
-                                          a->step[1], b->step[1],  a->falloff, b->falloff};
+    void *const written[WEDGE_WRITTEN] = {out->eta,   out->spread, a->step[0],
+                                          b->step[0], a->step[1],  b->step[1],
+                                          a->falloff, b->falloff,  out->width_px};
     void *const whole[WEDGE_WHOLE] = {a->reach, b->reach, out->weights[0], out->weights[1]};
     struct wedge_chunk c;
     int32_t to[SHADOW_LANES];
@@ -110,6 +124,7 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
         wedge_range(half[0] > half[1] ? half[0] : half[1], &c);
         wedge_walk(shear, 0, &c);
         wedge_walk(shear, 1, &c);
+        wedge_widths(&c);
         lanes_put(written, WEDGE_WRITTEN, to, c.out);
         lanes_put(whole, WEDGE_WHOLE, to, c.whole);
     }

@@ -240,7 +240,7 @@ static void measure_all(void)
         FIELD("place_receivers", place_receivers, KERNEL_PLACE_RECEIVERS, 1 + POINT + NORMAL,
               NORMAL + 2 + 3 + 2),
         FIELD("shear_receivers", shear_receivers, KERNEL_SHEAR_RECEIVERS, 3 + POINT + NORMAL + 1,
-              2 + 2 * WALK + 2),
+              2 + 2 * WALK + 2 + 1),
         FIELD("mark_walks", mark_walks, KERNEL_MARK_WALKS, 1 + WALK - 1, 0.25),
         FIELD("project_columns", project_columns, KERNEL_PROJECT_COLUMNS, 2 + STRATA + 3,
               nodes * lanes),

@@ -33,8 +33,8 @@ static const char *const kernel_names[KERNEL_COUNT] = {
     "walk_columns", "project_rows",    "walk_rows",       "blur x",     "blur y",
     "estimate",     "filter_edges",    "sum_slopes"};
 
-#define FIELD_FLOATS 21 /* of a pixel: struct shadow_pixels; then what is whole */
-#define FIELD_PIXEL  27
+#define FIELD_FLOATS 22 /* of a pixel: struct shadow_pixels; then what is whole */
+#define FIELD_PIXEL  28
 #define FIELD_PLANES 3 /* of struct shadow_blur beside pixels but its reach: seen first */
 #define FIELD_ROWS   7 /* of weights */
 
@@ -90,7 +90,7 @@ static inline void field_pixels(struct shadow_pixels *p, size_t stride)
         &p->normal[2], &p->u[0],        &p->u[1],           &p->eta,       &p->spread,
         &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],  &p->gamma[1],
         &a->step[0],   &a->step[1],     &a->falloff,        &b->step[0],   &b->step[1],
-        &b->falloff};
+        &b->falloff,   &p->width_px};
     int32_t **const whole[FIELD_PIXEL - FIELD_FLOATS] = {&p->slot,       &p->phase, &p->weights[0],
                                                          &p->weights[1], &a->reach, &b->reach};
     for (int k = 0; k < FIELD_FLOATS; k++, memory += stride) *floats[k] = memory;

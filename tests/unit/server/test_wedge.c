@@ -60,7 +60,7 @@ static struct middle middle_of(const struct shadow_pixels *p)
     struct middle m = {.eta = p->eta[CENTRE],
                        .spread = p->spread[CENTRE],
                        .pixel = receiver_pixel(p, CENTRE),
-                       .width_px = wedge_width_px(p, CENTRE)};
+                       .width_px = p->width_px[CENTRE]};
     for (int axis = 0; axis < 2; axis++) {
         m.falloff[axis] = p->walk[axis].falloff[CENTRE];
         m.reach[axis] = p->walk[axis].reach[CENTRE];
