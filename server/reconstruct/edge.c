@@ -1,7 +1,5 @@
 #include "server/reconstruct/edge.h"
 
-#include <string.h>
-
 #include "server/reconstruct/strata.h"
 
 /* Pixels at 9 samples; they shrink with m(N), as the penumbra's own width does. */

@@ -16,8 +16,8 @@
 
 #define EDGE_SIDE (2 * EDGE_REACH_PX + 1)
 
-/* What windows along edges read. Arrays are of the receivers' pixels, SHADOW_PLANE_PAD more of each
- * may be read; they hold anything where no pixel asks. */
+/* What windows along edges read. Arrays are of the receivers' pixels and hold anything where no
+ * pixel asks; of `seen`, points and normals SHADOW_PLANE_PAD more may be read. */
 struct edge_field {
     const struct receiver_light *light;
     int32_t width;

@@ -65,18 +65,21 @@ void receiver_steps(const struct receiver_light *light, const struct shadow_pixe
 #define SHEARED 9
 #define WHOLE   6
 
-/* The planes one after the other, `stride` numbers each. */
+/* The planes one after the other, `stride` numbers each: points first of what is placed, eta first
+ * of what is sheared, which is where `clear` and `place_nothing` count from. */
 static void lay_out(struct shadow_pixels *p, float *memory, size_t stride)
 {
     struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
-    float **const numbers[PLACED + SHEARED] = {
-        &p->point[0],       &p->point[1], &p->point[2], &p->normal[0], &p->normal[1],
-        &p->normal[2],      &p->u[0],     &p->u[1],     &p->distance,  &p->plane_least,
-        &p->distance_most2, &p->gamma[0], &p->gamma[1], &p->eta,       &p->spread,
-        &a->step[0],        &a->step[1],  &a->falloff,  &b->step[0],   &b->step[1],
-        &b->falloff,        &p->width_px};
-    int32_t **const whole[WHOLE] = {&p->slot,       &p->phase, &p->weights[0],
-                                    &p->weights[1], &a->reach, &b->reach};
+    float **const numbers[] = {&p->point[0],  &p->point[1],    &p->point[2],       &p->normal[0],
+                               &p->normal[1], &p->normal[2],   &p->u[0],           &p->u[1],
+                               &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],
+                               &p->gamma[1],  &p->eta,         &p->spread,         &a->step[0],
+                               &a->step[1],   &a->falloff,     &b->step[0],        &b->step[1],
+                               &b->falloff,   &p->width_px};
+    int32_t **const whole[] = {&p->slot,       &p->phase, &p->weights[0],
+                               &p->weights[1], &a->reach, &b->reach};
+    _Static_assert(sizeof numbers == (PLACED + SHEARED) * sizeof *numbers, "a plane each");
+    _Static_assert(sizeof whole == WHOLE * sizeof *whole, "a plane each");
     for (size_t k = 0; k < PLACED + SHEARED; k++, memory += stride) *numbers[k] = memory;
     for (size_t k = 0; k < WHOLE; k++, memory += stride) *whole[k] = (int32_t *)(void *)memory;
 }

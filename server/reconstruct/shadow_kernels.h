@@ -49,13 +49,13 @@ struct shadow_pixels {
     float *distance_most2; /* squared world distance of the farthest neighbour */
     float *gamma[2];       /* slope of G along axis i, a half-side */
     int32_t *weights[2];   /* row of field->weights along axis i */
-    float *width_px;       /* sigma_x in pixels, mean of both axes; 0 without wedge */
+    float *width_px;       /* sigma_x in pixels, geometric mean of both; 0 without wedge */
     struct shadow_walk walk[2];
 };
 
 struct shadow_field {
     int32_t width, height;
-    const struct shadow_pixels *pixels; /* width * height, row by row */
+    const struct shadow_pixels *pixels; /* width * height, row by row; its arrays are not const */
     uint32_t strata;                    /* l */
     uint32_t scale;                     /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
     uint32_t window;                    /* r rounded up to a multiple of 8 */

@@ -18,6 +18,10 @@ typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
 #define LANES_INLINE static inline __attribute__((always_inline))
 
+/* lanes_take: out[n][i] = planes[n][to[i]] of `count` planes, floats or int32_t, copied as bits.
+ * lanes_put: planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are equal.
+ * Nothing else of the planes is read or written. */
+
 #ifdef __AVX512F__
 
 /* Lanes of `left`, not 0, whose pixels follow each other as the lanes do; *start is where lane 0's

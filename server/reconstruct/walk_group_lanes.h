@@ -1,6 +1,7 @@
 #pragma once
 /* Walks of sixteen pixels side by side: where each's tap lies. */
 #include <math.h>
+#include <string.h>
 
 #include "server/reconstruct/shadow_lanes.h"
 

@@ -99,7 +99,8 @@ static inline void wedge_widths(struct wedge_chunk *c)
     for (int i = 0; i < SHADOW_LANES; i++) {
         const float sigma = sqrtf(sqrtf(0.5f / a[i])) * sqrtf(sqrtf(0.5f / b[i]));
         const float width = sigma / c->pixel[i];
-        c->out[WEDGE_WIDTH][i] = (a[i] > 0.0f) & (b[i] > 0.0f) ? width : 0.0f;
+        const int32_t walks = (a[i] > 0.0f) & (b[i] > 0.0f);
+        c->out[WEDGE_WIDTH][i] = walks ? width : 0.0f;
     }
 }
 

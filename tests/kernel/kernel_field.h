@@ -221,6 +221,22 @@ static inline void field_degenerate(struct random *r, struct kernel_field *out)
     }
 }
 
+/* Two chunks of unoccluded_lanes.h under the light, which is above the horizon of all: their own
+ * path, which chunks with others among them do not take. */
+static inline void field_facing(struct random *r, struct kernel_field *out)
+{
+    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
+    for (size_t i = 65; i < 129 && i <= area; i++) {
+        const float x = field_between(r, -0.3f, 0.3f), y = field_between(r, -0.3f, 0.3f);
+        const float length = sqrtf(x * x + y * y + 1.0f);
+        const float normal[3] = {x / length, y / length, 1.0f / length};
+        for (int k = 0; k < 3; k++) {
+            out->normal[k][i] = normal[k];
+            out->point[k][i] = field_between(r, -1.0f, 1.0f);
+        }
+    }
+}
+
 /* What is written by kernels that write receivers, and 1/slope from 0 on. */
 static inline void field_copies(struct kernel_field *out)
 {
@@ -258,6 +274,7 @@ static inline void field_inputs(struct random *r, bool wild, struct kernel_field
     field_planes(r, wild, out);
     field_bits(r, wild, out);
     if (wild) field_degenerate(r, out);
+    field_facing(r, out);
     field_copies(out);
 }
 

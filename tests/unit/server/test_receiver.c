@@ -114,12 +114,62 @@ static void who_is_lit(void **state)
     }
 }
 
+/* Until somebody shears them no pixel has a wedge, a walk or a slot; and beyond the patch they show
+ * nothing. Whatever was in the memory before. */
+static void assert_bare(const struct shadow_pixels *p, size_t i)
+{
+    assert_true(p->spread[i] == SHADOW_NO_SPREAD && p->eta[i] == 0.0f && p->width_px[i] == 0.0f);
+    assert_int_equal(p->slot[i], -1);
+    for (int axis = 0; axis < 2; axis++) {
+        assert_int_equal(p->weights[axis][i], COVERAGE_WIDEST);
+        assert_int_equal(p->walk[axis].reach[i], 0);
+        for (int k = 0; k < 2; k++) assert_true(p->walk[axis].step[k][i] == 0.0f);
+    }
+}
+
+static void starts_without_wedges(void **state)
+{
+    (void)state;
+    place(CAMERA_PERSPECTIVE, 0.0f);
+    struct patch *patch = accuracy_patch(&scene, 3);
+    struct receiver_light light;
+    struct receivers receivers;
+    receiver_light_init(&light, &scene.plan, 0);
+    const struct rect wide = rect_grow(patch->rect, 5);
+    const size_t bytes = 64 * sizeof(float) * (size_t)rect_area(wide);
+    struct scratch *scratch;
+    assert_int_equal(scratch_create(&scratch), 0);
+    void *used = scratch_take(scratch, bytes);
+    assert_non_null(used);
+    memset(used, 0xff, bytes);
+    scratch_give(scratch, used);
+    patch->scratch = scratch;
+    assert_int_equal(receivers_create(&light, patch, &shadow_kernels_c, wide, &receivers), 0);
+    const struct shadow_pixels *p = &receivers.pixels;
+    for (int32_t y = wide.y0; y < wide.y1; y++) {
+        for (int32_t x = wide.x0; x < wide.x1; x++) {
+            const bool within = x >= 0 && x < 64 && y >= 0 && y < 48;
+            const size_t i = receivers_pixel(&receivers, x, y);
+            assert_int_equal(receiver_is_lit(p, i), within);
+            assert_true(within ? p->distance[i] > 0.0f : p->distance[i] == 0.0f);
+            assert_bare(p, i);
+        }
+    }
+    for (size_t i = 0; i < SHADOW_PLANE_PAD; i++) /* past the end */
+        assert_false(receiver_is_lit(p, (size_t)rect_area(wide) + i));
+    receivers_fini(&receivers);
+    patch->scratch = NULL; /* where the patch itself is from */
+    scratch_destroy(&scratch);
+    patch_destroy(&patch);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(steps_are_moves),
         cmocka_unit_test(gamma_is_a_slope),
         cmocka_unit_test(who_is_lit),
+        cmocka_unit_test(starts_without_wedges),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,9 +21,53 @@ static void compare(const struct shadow_kernels *tested, uint32_t l, uint64_t se
     field_fini(&k);
 }
 
+/* What `b` has of pixels that are not listed is what `a` has, in all planes. */
+static void assert_others_same(const struct kernel_field *k, const struct shadow_pixels *a,
+                               const struct shadow_pixels *b, const uint32_t *pixels,
+                               uint32_t count)
+{
+    const size_t stride = field_stride(k);
+    for (size_t i = 0, next = 0; i < stride; i++) {
+        if (next < count && pixels[next] == i) {
+            next++;
+            continue;
+        }
+        for (size_t n = 0; n < FIELD_PIXEL; n++)
+            assert_memory_equal(&a->point[0][n * stride + i], &b->point[0][n * stride + i],
+                                sizeof(float));
+    }
+}
+
+/* Those that write planes write the pixels they are asked for, and no other. */
+static void keep_to_pixels(const struct shadow_kernels *tested)
+{
+    static const uint32_t counts[] = {1, 5, 15, 16, 17, 33, 100};
+    struct kernel_field k;
+    field_init(&k, 3, 15, 11, 1, true);
+    const size_t bytes = FIELD_PIXEL * field_stride(&k) * sizeof(float);
+    float *out = field_memory(FIELD_PIXEL * k.count * sizeof *out);
+    struct shadow_pixels was;
+    field_pixels(&was, field_stride(&k));
+    memset(was.point[0], 0x3f, bytes);
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+        uint32_t run[100];
+        for (uint32_t i = 0; i < counts[c]; i++) run[i] = 1 + i; /* field_place */
+        memcpy(k.placed.point[0], was.point[0], bytes);
+        field_run(&k, tested, KERNEL_PLACE_RECEIVERS, 0, counts[c], out);
+        assert_others_same(&k, &was, &k.placed, run, counts[c]);
+        memcpy(k.sheared.point[0], k.shown.point[0], bytes);
+        field_run(&k, tested, KERNEL_SHEAR_RECEIVERS, 7, counts[c], out);
+        assert_others_same(&k, &k.shown, &k.sheared, k.pixels + 1 + 7, counts[c]);
+    }
+    free(was.point[0]);
+    free(out);
+    field_fini(&k);
+}
+
 static void all_strata(const struct shadow_kernels *tested)
 {
     for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) compare(tested, l, l);
+    keep_to_pixels(tested);
 }
 
 KERNEL_TESTS(shadow, all_strata)

@@ -130,7 +130,6 @@ static void limits(void **state)
     assert_true(fabsf(closed(&huge, (const float[]){0, 0, 1}, side) - 1.57079633f) < 1e-5f);
 }
 
-/* Anything finite gives something finite in [0, pi]. */
 /* A lamp's own surface, and what lies beside it in its plane, gets nothing of its light, however
  * depths and normals are rounded; what faces it from near gets nearly all there is. */
 static void lamps_do_not_light_themselves(void **state)
@@ -155,6 +154,7 @@ static void lamps_do_not_light_themselves(void **state)
     }
 }
 
+/* Anything finite gives something finite in [0, pi]. */
 static void always_finite(void **state)
 {
     (void)state;
@@ -172,12 +172,74 @@ static void always_finite(void **state)
     }
 }
 
+/* The normal nearest to the horizon, from the one that faces the light towards `aside`, above
+ * which even the lowest corner is by `margin` of the way to it. */
+static void tilt(const struct shadow_rectangle *light, const float p[3], const float aside[3],
+                 double margin, float out[3])
+{
+    float least = 0.0f, most = 1.0f;
+    for (int turn = 0; turn < 40; turn++) {
+        const float at = 0.5f * (least + most);
+        float n[3] = {at * aside[0], at * aside[1], at * aside[2] - (1.0f - at)};
+        unit(n);
+        double rise = 0.0, way = (double)(light->half[0] + light->half[1]);
+        for (int k = 0; k < 3; k++) {
+            rise -= (double)(p[k] * n[k]);
+            way += fabs((double)p[k]);
+            if (k < 2) rise -= fabs((double)(n[k] * light->half[k]));
+        }
+        if (rise > margin * way) {
+            least = at;
+            for (int k = 0; k < 3; k++) out[k] = n[k];
+        } else {
+            most = at;
+        }
+    }
+}
+
+/* Receivers above whose horizons the whole light is, some by next to nothing, go
+ * another way than those alone, and than those of which some see a corner set: to the same bits. */
+static void lights_that_are_up_are_whole(void **state)
+{
+    (void)state;
+    enum { COUNT = 32 };
+    static const double margins[] = {2e-5, 1e-3, 0.1, -1e-3};
+    uint32_t seed = 5;
+    for (uint32_t turn = 0; turn < 600; turn++) {
+        const struct shadow_rectangle light = rectangle(1, 0.3f, turn & 1u);
+        float p[3][COUNT], n[3][COUNT], together[COUNT], alone[COUNT];
+        for (int i = 0; i < COUNT; i++) {
+            float at[3] = {2 * next(&seed), 2 * next(&seed), 0.1f + 20 * fabsf(next(&seed))};
+            float aside[3] = {next(&seed), next(&seed), next(&seed)}, normal[3] = {0, 0, -1};
+            unit(aside);
+            tilt(&light, at, aside, margins[turn / 2 % 4], normal);
+            for (int k = 0; k < 3; k++) p[k][i] = at[k], n[k][i] = normal[k];
+        }
+        shadow_kernels_c.unoccluded(&light, COUNT, (const float *const[]){p[0], p[1], p[2]},
+                                    (const float *const[]){n[0], n[1], n[2]}, together);
+        for (int i = 0; i < COUNT; i++) {
+            const float at[3] = {p[0][i], p[1][i], p[2][i]};
+            const float normal[3] = {n[0][i], n[1][i], n[2][i]};
+            alone[i] = closed(&light, at, normal);
+            assert_true(alone[i] > 0.0f);
+        }
+        assert_memory_equal(together, alone, sizeof alone);
+        shadow_kernels_best()->unoccluded(&light, COUNT, (const float *const[]){p[0], p[1], p[2]},
+                                          (const float *const[]){n[0], n[1], n[2]}, together);
+        assert_memory_equal(together, alone, sizeof alone);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_is_exact), cmocka_unit_test(gaussian_is_near),
-        cmocka_unit_test(no_seams),         cmocka_unit_test(limits),
-        cmocka_unit_test(always_finite),    cmocka_unit_test(lamps_do_not_light_themselves),
+        cmocka_unit_test(uniform_is_exact),
+        cmocka_unit_test(gaussian_is_near),
+        cmocka_unit_test(no_seams),
+        cmocka_unit_test(limits),
+        cmocka_unit_test(always_finite),
+        cmocka_unit_test(lamps_do_not_light_themselves),
+        cmocka_unit_test(lights_that_are_up_are_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
