@@ -2,6 +2,7 @@
 /* Numbers of sixteen pixels side by side, from and to the planes that have them. Pixels of a list
  * mostly follow each other, and so do the pixels that these look at: then a number of all of them
  * is one piece of its plane. */
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -151,6 +152,24 @@ LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[
 }
 
 #endif
+
+/* A number of a plane, whatever it is: floats, or whole numbers as bits. */
+typedef float lanes_number __attribute__((may_alias));
+
+/* Whether all pixels follow each other as lanes do: then *start is the first. */
+static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
+{
+    int32_t follows = 1;
+    *start = to[0];
+#ifdef __AVX512F__
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i first = _mm512_add_epi32(_mm512_set1_epi32(to[0]), lane);
+    follows = _mm512_cmpneq_epi32_mask(_mm512_loadu_si512(to), first) == 0;
+#else
+    for (int32_t i = 1; i < SHADOW_LANES; i++) follows &= to[i] == to[0] + i;
+#endif
+    return follows;
+}
 
 /* Pixels of a list as lanes; those past its end repeat the last. */
 static inline void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])

@@ -1,6 +1,6 @@
 #pragma once
 /* shadow_kernels' walks: passes 1b and 2b, and whom they reach. Sixteen pixels go side by side to
- * where their taps are weighed; then each sums what its own give. */
+ * where their taps are weighed, and to what these give. */
 #include "server/reconstruct/walk_sum_lanes.h"
 
 static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,
@@ -9,8 +9,7 @@ static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pi
     struct walk_taps taps;
     for (uint32_t k = 0; k < count; k += SHADOW_LANES) {
         walk_take(f, 0, f->lanes, pixels + k, count - k, &taps);
-        for (uint32_t i = 0; i < taps.group.count; i++)
-            walk_sum_columns(f, &taps, i, out + (size_t)(k + i) * 4 * f->scale);
+        walk_sum_columns(f, &taps, out + (size_t)k * 4 * f->scale);
     }
 }
 
@@ -20,8 +19,7 @@ static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixel
     struct walk_taps taps;
     for (uint32_t k = 0; k < count; k += SHADOW_LANES) {
         walk_take(f, 1, 2, pixels + k, count - k, &taps);
-        for (uint32_t i = 0; i < taps.group.count; i++)
-            walk_sum_rows(f, &taps, i, out + 2 * (size_t)(k + i));
+        walk_sum_rows(f, &taps, out + 2 * (size_t)k);
     }
 }
 

@@ -1,31 +1,57 @@
 #pragma once
-/* What a pixel's taps give, summed one after the other: its cells from columns, its share from
- * rows.
- */
+/* What the taps of sixteen pixels give: their cells from columns, their shares from rows. One tap
+ * of all pixels comes after the other: what a pixel's next tap adds to has long been written then,
+ * and sums of several pixels do not wait for each other. A pixel's own are added in their order. */
 #include <string.h>
 
 #include "server/reconstruct/walk_taps_lanes.h"
 
-/* The taps that lane i has: from *first to before *end. */
-static inline void walk_span(const struct walk_taps *taps, uint32_t i, int32_t *first, int32_t *end)
+typedef float walk_two __attribute__((vector_size(8)));
+
+static inline walk_two walk_weights(const struct walk_taps *taps, int32_t n, uint32_t i)
 {
-    const int32_t centre = 2 * taps->group.reach_most, most = 2 * taps->group.reach[i];
-    *first = centre - most;
-    *end = centre + most + 2;
+    walk_two w;
+    memcpy(&w, taps->weight[n] + 2 * (size_t)i, sizeof w);
+    return w;
 }
 
-/* To the sums of each phase what two neighbouring nodes of lane i's taps give. */
-static inline void walk_add(const struct shadow_field *f, uint32_t lanes,
-                            const struct walk_taps *taps, uint32_t i, float *sums)
+static inline double walk_as_double(walk_two w)
 {
-    int32_t first, end;
-    walk_span(taps, i, &first, &end);
-    for (int32_t n = first; n < end; n++) {
-        const float *c = f->columns + taps->at[n][i], *w = taps->weight[n] + 2 * (size_t)i;
-        float *to = sums + taps->phase[n][i];
-        for (uint32_t b = 0; b < lanes; b += 4)
-            *(shadow_four *)(to + b) +=
-                w[0] * *(const shadow_four *)(c + b) + w[1] * *(const shadow_four *)(c + lanes + b);
+    double bits;
+    memcpy(&bits, &w, sizeof bits);
+    return bits;
+}
+
+/* Four sums of a node and those of the next one, which lies `lanes` on, weighted. */
+LANES_INLINE shadow_four walk_between(const float *node, uint32_t lanes, walk_two w)
+{
+#ifdef __AVX__
+    if (lanes == 4) { /* one piece of memory: loads are what the loop takes */
+        const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+        const __m256 weights = _mm256_castpd_ps(_mm256_set1_pd(walk_as_double(w)));
+        const __m256 both =
+            _mm256_mul_ps(_mm256_loadu_ps(node), _mm256_permutevar_ps(weights, half));
+        return (shadow_four)(_mm256_castps256_ps128(both) + _mm256_extractf128_ps(both, 1));
+    }
+#endif
+    return w[0] * *(const shadow_four *)node + w[1] * *(const shadow_four *)(node + lanes);
+}
+
+/* To the sums of each phase of each pixel what two neighbouring nodes give. Taps that a pixel does
+ * not have weigh nothing. */
+LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
+                           const struct walk_taps *taps, float *sums)
+{
+    const int32_t count = walk_group_taps(&taps->group);
+    for (int32_t n = 0; n < count; n++) {
+#pragma GCC unroll 4
+        for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+            const float *c = f->columns + taps->at[n][i];
+            float *to = sums + taps->phase[n][i];
+            const walk_two w = walk_weights(taps, n, i);
+            for (uint32_t b = 0; b < lanes; b += 4)
+                *(shadow_four *)(to + b) += walk_between(c + b, lanes, w);
+        }
     }
 }
 
@@ -49,56 +75,32 @@ static inline void walk_cells(const struct shadow_field *f, const float *sums, f
     }
 }
 
+/* The same of nine samples a light: 16 phases of three rows and a denominator, 16 cells of three
+ * numbers that follow each other row by row. */
+
 #ifdef __AVX512F__
 
-/* Nine samples a light have 16 phases: each of four sums is a register of all phases, to whose one
- * a tap adds. In memory, at places that nobody can foretell, the CPU would wait for what it has
- * just written. */
-static inline void walk_add_three(const struct shadow_field *f, const struct walk_taps *taps,
-                                  uint32_t i, __m512 sums[4])
+/* Sums at[0] .. at[15] of 64. */
+static inline __m512 walk_pick(const __m512 sums[4], walk_whole_sixteen at)
 {
-    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    const __m512i places = _mm512_slli_epi32(lane, 2);
-    int32_t first, end;
-    walk_span(taps, i, &first, &end);
-    for (int32_t b = 0; b < 4; b++) sums[b] = _mm512_setzero_ps();
-    for (int32_t n = first; n < end; n++) {
-        const float *c = f->columns + taps->at[n][i], *w = taps->weight[n] + 2 * (size_t)i;
-        const __m128 four = _mm_add_ps(_mm_mul_ps(_mm_set1_ps(w[0]), _mm_load_ps(c)),
-                                       _mm_mul_ps(_mm_set1_ps(w[1]), _mm_load_ps(c + 4)));
-        __builtin_prefetch(f->columns + taps->at[n][(i + 1) % SHADOW_LANES]);
-        const __m512 all = _mm512_broadcast_f32x4(four);
-        const __mmask16 phase =
-            _mm512_cmpeq_epi32_mask(places, _mm512_set1_epi32((int32_t)taps->phase[n][i]));
-        sums[0] = _mm512_mask_add_ps(sums[0], phase, sums[0], _mm512_permute_ps(all, 0x00));
-        sums[1] = _mm512_mask_add_ps(sums[1], phase, sums[1], _mm512_permute_ps(all, 0x55));
-        sums[2] = _mm512_mask_add_ps(sums[2], phase, sums[2], _mm512_permute_ps(all, 0xaa));
-        sums[3] = _mm512_mask_add_ps(sums[3], phase, sums[3], _mm512_permute_ps(all, 0xff));
-    }
+    const __m512i places = (__m512i)at;
+    const __m512 low = _mm512_permutex2var_ps(sums[0], places, sums[1]);
+    const __m512 high = _mm512_permutex2var_ps(sums[2], places, sums[3]);
+    return _mm512_mask_mov_ps(low, _mm512_cmpgt_epi32_mask(places, _mm512_set1_epi32(31)), high);
 }
 
-/* Number 3 c + k, counted row by row, for all cells c: from three rows, and from a row that is the
- * same for all. */
-static inline void walk_pick(const __m512 sums[4], int32_t k, __m512 *numerator,
-                             __m512 *denominator)
+static inline void walk_cells_three(const float *sums, float *out)
 {
-    const __m512i threes =
-        _mm512_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 33, 36, 39, 42, 45);
-    const __m512i at = _mm512_add_epi32(threes, _mm512_set1_epi32(k));
-    const __mmask16 last = _mm512_cmpge_epi32_mask(at, _mm512_set1_epi32(32));
-    const __m512 two = _mm512_permutex2var_ps(sums[0], at, sums[1]);
-    *numerator = _mm512_mask_permutexvar_ps(two, last, at, sums[2]);
-    *denominator = _mm512_permutexvar_ps(at, sums[3]);
-}
-
-static inline void walk_sum_three(const struct shadow_field *f, const struct walk_taps *taps,
-                                  uint32_t i, float *out)
-{
+    const walk_whole_sixteen cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
-    __m512 sums[4], n[3], d[3];
-    walk_add_three(f, taps, i, sums);
-    for (int32_t k = 0; k < 3; k++) walk_pick(sums, k, &n[k], &d[k]);
+    __m512 in[4], n[3], d[3];
+    for (int r = 0; r < 4; r++) in[r] = _mm512_load_ps(sums + r * 16);
+    for (int k = 0; k < 3; k++) {
+        const walk_whole_sixteen number = 3 * cell + k, phase = number & 15;
+        n[k] = walk_pick(in, 4 * phase + (number >> 4));
+        d[k] = walk_pick(in, 4 * phase + 3);
+    }
     const __m512 numerator = _mm512_add_ps(_mm512_add_ps(n[0], n[1]), n[2]);
     const __m512 denominator = _mm512_add_ps(_mm512_add_ps(d[0], d[1]), d[2]);
     _mm512_storeu_ps(out, _mm512_permutex2var_ps(numerator, low, denominator));
@@ -107,56 +109,81 @@ static inline void walk_sum_three(const struct shadow_field *f, const struct wal
 
 #else
 
-/* The same in memory. */
-static inline void walk_sum_three(const struct shadow_field *f, const struct walk_taps *taps,
-                                  uint32_t i, float *out)
+static inline void walk_cells_three(const float *sums, float *out)
 {
-    _Alignas(16) float sums[16][4] = {{0}};
-    walk_add(f, 4, taps, i, sums[0]);
+    const float(*in)[4] = (const float(*)[4])sums;
 #pragma GCC unroll 16
     for (uint32_t c = 0; c < 16; c++) {
         const uint32_t j = 3 * c, k = j + 1, l = j + 2;
-        out[2 * c] = sums[j & 15][j >> 4] + sums[k & 15][k >> 4] + sums[l & 15][l >> 4];
-        out[2 * c + 1] = sums[j & 15][3] + sums[k & 15][3] + sums[l & 15][3];
+        out[2 * c] = in[j & 15][j >> 4] + in[k & 15][k >> 4] + in[l & 15][l >> 4];
+        out[2 * c + 1] = in[j & 15][3] + in[k & 15][3] + in[l & 15][3];
     }
 }
 
 #endif
 
+/* Cells of the group's pixels, 4 r numbers each. */
 static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
-                                    uint32_t i, float *out)
+                                    float *out)
 {
+    const size_t each = f->phases * f->lanes;
+    const uint32_t pixels = taps->group.count;
+    _Alignas(64) float sums[SHADOW_LANES * SHADOW_SUMS_MAX];
+    memset(sums, 0, SHADOW_LANES * each * sizeof *sums);
     if (f->strata == 3) {
-        walk_sum_three(f, taps, i, out);
+        walk_add(f, 4, taps, sums);
+        for (uint32_t i = 0; i < pixels; i++) walk_cells_three(sums + i * each, out + i * 32);
         return;
     }
-    _Alignas(64) float sums[SHADOW_SUMS_MAX];
-    memset(sums, 0, f->phases * f->lanes * sizeof *sums);
-    walk_add(f, f->lanes, taps, i, sums);
-    walk_cells(f, sums, out);
+    walk_add(f, f->lanes, taps, sums);
+    for (uint32_t i = 0; i < pixels; i++)
+        walk_cells(f, sums + i * each, out + (size_t)i * 4 * f->scale);
 }
 
-/* What tap n gives: two nodes' (numerator, denominator), weighted. */
+/* Pixels whose sums fit into registers. */
+#ifdef __AVX512F__
+#define WALK_ROWS 8
+#else
+#define WALK_ROWS 4
+#endif
+
+/* What tap n of pixel i gives: two nodes' (numerator, denominator), weighted. */
 static inline shadow_four walk_nodes(const struct shadow_field *f, const struct walk_taps *taps,
                                      int32_t n, uint32_t i)
 {
-    const float *w = taps->weight[n] + 2 * (size_t)i;
+    const walk_two w = walk_weights(taps, n, i);
     shadow_four nodes; /* they start on 8 bytes */
     memcpy(&nodes, f->rows + taps->at[n][i], sizeof nodes);
-    return nodes * (shadow_four){w[0], w[0], w[1], w[1]};
+    return nodes * __builtin_shufflevector(w, w, 0, 0, 1, 1);
 }
 
-static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
-                                 uint32_t i, float out[2])
+/* Of WALK_ROWS pixels from `first` on. */
+static inline void walk_sum_few(const struct shadow_field *f, const struct walk_taps *taps,
+                                uint32_t first, shadow_four all[WALK_ROWS])
 {
-    int32_t first, end;
-    shadow_four even = {0}, odd = {0}; /* two sums: their additions overlap */
-    walk_span(taps, i, &first, &end);
-    for (int32_t n = first; n < end; n += 2) {
-        even += walk_nodes(f, taps, n, i);
-        odd += walk_nodes(f, taps, n + 1, i);
+    const int32_t count = walk_group_taps(&taps->group);
+    shadow_four even[WALK_ROWS] = {{0}}, odd[WALK_ROWS] = {{0}};
+    for (int32_t n = 0; n < count; n += 2) {
+#pragma GCC unroll 8
+        for (uint32_t i = 0; i < WALK_ROWS; i++) {
+            even[i] += walk_nodes(f, taps, n, first + i);
+            odd[i] += walk_nodes(f, taps, n + 1, first + i);
+        }
     }
-    const shadow_four all = even + odd;
-    out[0] = all[0] + all[2];
-    out[1] = all[1] + all[3];
+    for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];
+}
+
+/* (numerator, denominator) of the group's pixels. */
+static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
+                                 float *out)
+{
+    const uint32_t pixels = taps->group.count;
+    for (uint32_t first = 0; first < pixels; first += WALK_ROWS) {
+        shadow_four all[WALK_ROWS];
+        walk_sum_few(f, taps, first, all);
+        for (uint32_t i = 0; i < WALK_ROWS && first + i < pixels; i++) {
+            out[2 * (first + i)] = all[i][0] + all[i][2];
+            out[2 * (first + i) + 1] = all[i][1] + all[i][3];
+        }
+    }
 }

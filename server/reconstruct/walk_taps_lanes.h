@@ -46,27 +46,38 @@ struct walk_taps {
                                                     first; when they are balanced, lane by lane */
     uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* the lower one: its place among all sums */
     uint32_t phase[SHADOW_TAPS]
-                  [SHADOW_LANES]; /* of the neighbour: its place among a pixel's sums */
+                  [SHADOW_LANES]; /* of the neighbour: its place among all pixels' sums */
 };
 
-static inline int32_t walk_whole(float number)
+/* Constants of a walk's taps. */
+struct walk_rule {
+    float per_length, refusal, centre;
+    uint32_t stride, slot_sums, phases; /* sums of a node and of a phase, of a slot; phases */
+};
+
+static inline struct walk_rule walk_rule_of(const struct shadow_field *f, uint32_t axis,
+                                            uint32_t stride)
 {
-    int32_t whole;
-    memcpy(&whole, &number, sizeof whole);
-    return whole;
+    return (struct walk_rule){.per_length = f->nodes_per_length[axis],
+                              .refusal = f->refusal[axis],
+                              .centre = (float)f->scale,
+                              .stride = stride,
+                              .slot_sums = shadow_nodes(f) * stride,
+                              .phases = f->phases};
 }
 
-/* Finds who counts of what lies at tap n, q: how far along the walk as an exponent of the weight
- * (the weights' first half), the node that is read (the second; below 0: it does not count) and the
- * place of the neighbour's sums, of which there are `slot_sums`. */
-static inline void walk_meet(const struct shadow_field *f, uint32_t axis, int32_t slot_sums,
-                             float q[][SHADOW_LANES], int32_t n, struct walk_taps *taps)
+/* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to. */
+LANES_INLINE void walk_meet(const struct walk_rule *rule, uint32_t axis,
+                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
+                            struct walk_taps *taps)
 {
     const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])taps->own;
-    const float per_length = f->nodes_per_length[axis], refusal = f->refusal[axis];
-    const float centre = (float)f->scale;
-    float exponent[SHADOW_LANES], nodes[SHADOW_LANES];
-    int32_t place[SHADOW_LANES];
+    const float per_length = rule->per_length, refusal = rule->refusal, centre = rule->centre;
+    const uint32_t stride = rule->stride, slot_sums = rule->slot_sums, phases = rule->phases;
+    float weight[2][SHADOW_LANES];
+    uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
+    memcpy(place, q[WALK_SLOT], sizeof place);
+    if (axis == 0) memcpy(phase, q[WALK_PHASE], sizeof phase);
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
         const struct asker asker = {{p[0][i], p[1][i], p[2][i]},
                                     {p[3][i], p[4][i], p[5][i]},
@@ -78,39 +89,39 @@ static inline void walk_meet(const struct shadow_field *f, uint32_t axis, int32_
         const float delta = p[WALK_DISTANCE][i] * (q[WALK_U][i] - p[WALK_U][i]);
         const float shear = fabsf(q[WALK_ETA][i] - p[WALK_ETA][i]) + q[WALK_SPREAD][i];
         const float node = centre - p[WALK_ETA][i] * delta * per_length;
-        const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre);
-        exponent[i] = delta * delta * p[WALK_FALLOFF][i];
-        nodes[i] = kept ? node : -1.0f;
-        place[i] = walk_whole(q[WALK_SLOT][i]) * slot_sums;
-    }
-    memcpy(taps->weight[n], exponent, sizeof exponent);
-    memcpy(taps->weight[n] + SHADOW_LANES, nodes, sizeof nodes);
-    memcpy(taps->at[n], place, sizeof place);
-    if (axis == 0) memcpy(taps->phase[n], q[WALK_PHASE], sizeof q[WALK_PHASE]);
-}
-
-/* What tap n weighs, and where its sums are read and added to; a node has `stride` of them, and so
- * has a phase. */
-static inline void walk_weigh(uint32_t axis, uint32_t stride, int32_t n, struct walk_taps *taps)
-{
-    float weight[2][SHADOW_LANES];
-    uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
-        const float node = taps->weight[n][SHADOW_LANES + i];
-        const float all = taps->tap[n].share[i] * gaussian_exp_minus(taps->weight[n][i]);
-        const int32_t kept = (node >= 0.0f) & (all > 0.0f);
+        const float all =
+            taps->tap[n].share[i] * gaussian_exp_minus(delta * delta * p[WALK_FALLOFF][i]);
+        const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre) &
+                             (node >= 0.0f) & (all > 0.0f);
         const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
-        const uint32_t lower = taps->at[n][i] + (uint32_t)(int32_t)whole * stride;
+        const uint32_t to = place[i] * slot_sums + (uint32_t)(int32_t)whole * stride;
         weight[0][i] = counted * (1.0f - rest);
         weight[1][i] = counted * rest;
-        place[i] = kept ? lower : 0;
+        place[i] = kept ? to : 0;
+        if (axis == 0) phase[i] = ((kept ? phase[i] : 0) + i * phases) * stride;
     }
-    for (uint32_t i = 0; axis == 0 && i < SHADOW_LANES; i++)
-        phase[i] = (taps->weight[n][SHADOW_LANES + i] >= 0.0f ? taps->phase[n][i] : 0) * stride;
     memcpy(taps->weight[n], weight, sizeof weight);
     memcpy(taps->at[n], place, sizeof place);
     if (axis == 0) memcpy(taps->phase[n], phase, sizeof phase);
+}
+
+/* The same of planes of what pixels show. */
+LANES_INLINE void walk_look(const struct walk_rule *rule, uint32_t axis,
+                            const void *const shown[WALK_NUMBERS], int32_t n,
+                            struct walk_taps *taps)
+{
+    const lanes_number *q[WALK_NUMBERS];
+    ptrdiff_t start;
+    if (lanes_follow(taps->tap[n].to, &start)) { /* the common case: as they lie there */
+        for (int k = 0; k < WALK_NUMBERS; k++) q[k] = (const lanes_number *)shown[k] + start;
+        walk_meet(rule, axis, q, n, taps);
+    } else {
+        float taken[WALK_NUMBERS][SHADOW_LANES];
+        lanes_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, taken);
+        for (int k = 0; k < WALK_NUMBERS; k++) q[k] = taken[k];
+        walk_meet(rule, axis, q, n, taps);
+    }
 }
 
 /* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
@@ -160,17 +171,12 @@ static inline __attribute__((always_inline)) void walk_take(const struct shadow_
                                            p->normal[0],      p->normal[1], p->normal[2],
                                            p->u[axis],        p->eta,       p->plane_least,
                                            p->distance_most2, p->distance,  p->walk[axis].falloff};
-    const int32_t slot_sums = (int32_t)(shadow_nodes(f) * stride);
+    const struct walk_rule rule = walk_rule_of(f, axis, stride);
     walk_group_load(f, axis, pixels, left, &taps->group);
     lanes_take(asked, WALK_ASKED, taps->group.pixel, taps->own);
     const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
     for (int32_t k = -reach; k <= reach; k++)
         walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);
-    for (int32_t n = 0; n < count; n++) {
-        float q[WALK_NUMBERS][SHADOW_LANES];
-        lanes_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, q);
-        walk_meet(f, axis, slot_sums, q, n, taps);
-    }
-    for (int32_t n = 0; n < count; n++) walk_weigh(axis, stride, n, taps);
+    for (int32_t n = 0; n < count; n++) walk_look(&rule, axis, shown, n, taps);
     walk_balance(taps);
 }
