@@ -210,6 +210,7 @@ $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
 $(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: TUNE := $(stores)
+$(B)/obj/server/reconstruct/%.o: TUNE := -mno-stv $(stores) 
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@

@@ -20,6 +20,7 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
     for (int32_t k = -most; k <= most; k++) {
         const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
         const int32_t away = k < 0 ? -k : k;
+        const float own = k == 0 ? INFINITY : 0.0f; /* nothing refuses itself */
         for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
             const size_t p = at + lane, q = to + lane;
             const struct asker asker = {
@@ -28,15 +29,19 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
             const int32_t same =
                 compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
             const float exponent = squared * falloff[p], value = seen[q];
-            const int32_t kept = same & (away <= reach[p]) & (exponent <= SHADOW_AXIS_CUT) &
-                                 ((away == 0) | (squared <= refusal[q]));
+            const float near = refusal[q] > own ? refusal[q] : own;
+            const int32_t kept =
+                same & (away <= reach[p]) & (exponent <= SHADOW_AXIS_CUT) & (squared <= near);
             const float all = gaussian_exp_minus(exponent), w = kept ? all : 0.0f;
             sum[lane] += w * value;
             weights[lane] += w;
         }
     }
-    for (size_t lane = 0; lane < SHADOW_LANES; lane++)
-        out[lane] = weights[lane] > 0.0f ? sum[lane] / weights[lane] : seen[at + lane];
+    for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+        const float value = seen[at + lane], all = weights[lane];
+        const float mean = sum[lane] / (all > 0.0f ? all : 1.0f);
+        out[lane] = all > 0.0f ? mean : value;
+    }
 }
 
 static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first, uint32_t count,

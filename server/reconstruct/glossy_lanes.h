@@ -16,17 +16,13 @@
 
 #include "server/reconstruct/glossy_kernels.h"
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/tap_lanes.h"
 
 #define GLOSSY_LOG_2     0.693147181f
 #define GLOSSY_DET_LEAST 1e-30f
 #define GLOSSY_SLOPE     0.1225f /* squared: neighbours may lie so far off the plane, over distance */
 
-/* What sixteen pixels take of their neighbours on one line. */
-struct glossy_taps {
-    _Alignas(64) float weight[GLOSSY_TAPS][GLOSSY_LANES];
-    ptrdiff_t at[GLOSSY_TAPS]; /* of the neighbours' first */
-    uint32_t count;
-};
+_Static_assert(TAPS_MOST >= GLOSSY_TAPS && LANES_COUNT == GLOSSY_LANES, "a line's neighbours");
 
 /* What sixteen pixels ask their neighbours. */
 struct glossy_asker {
@@ -183,7 +179,7 @@ static inline int glossy_meets(const struct glossy_field *f, const struct glossy
 
 /* Weighs the taps to one side. A tap that no pixel takes is left out. */
 static inline void glossy_weigh(const struct glossy_field *f, const struct glossy_asker *a,
-                                size_t p, ptrdiff_t step, int32_t reach, struct glossy_taps *taps)
+                                size_t p, ptrdiff_t step, int32_t reach, struct taps *taps)
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
@@ -194,13 +190,12 @@ static inline void glossy_weigh(const struct glossy_field *f, const struct gloss
         for (int v = 0; v < LANES_VECTORS; v++)
             weight.v[v] = glossy_weight(f, a, q, v, square, &taken.v[v]);
         if (!lanes_any(&taken)) continue;
-        lanes_store(&weight, taps->weight[taps->count]);
-        taps->at[taps->count++] = (ptrdiff_t)q;
+        taps_add(taps, q, &weight);
     }
 }
 
 static inline void glossy_gather(const struct glossy_field *f, const struct glossy_rule *rule,
-                                 const struct glossy_run *run, size_t p, struct glossy_taps *taps)
+                                 const struct glossy_run *run, size_t p, struct taps *taps)
 {
     struct glossy_asker asker;
     taps->count = 0;
@@ -210,42 +205,15 @@ static inline void glossy_gather(const struct glossy_field *f, const struct glos
     glossy_weigh(f, &asker, p, run->step, run->after, taps);
 }
 
-/* 1 / (1 + the sum of the weights). */
-static inline void glossy_inverse(const struct glossy_taps *taps, struct lanes *out)
-{
-    struct lanes all = lanes_all(1.0f);
-    for (uint32_t t = 0; t < taps->count; t++) {
-        const struct lanes weight = lanes_load(taps->weight[t]);
-        for (int v = 0; v < LANES_VECTORS; v++) all.v[v] += weight.v[v];
-    }
-    for (int v = 0; v < LANES_VECTORS; v++) out->v[v] = 1.0f / all.v[v];
-}
-
-/* Sums run over differences from the receiving pixel's own value: a constant channel comes out
- * constant to the last bit. */
-static inline void glossy_mean(const struct glossy_taps *taps, const struct lanes *inverse,
-                               const float *in, size_t p, float *out)
-{
-    const struct lanes own = lanes_load(in + p);
-    struct lanes sum = lanes_all(0.0f);
-    for (uint32_t t = 0; t < taps->count; t++) {
-        const struct lanes other = lanes_load(in + taps->at[t]);
-        const struct lanes weight = lanes_load(taps->weight[t]);
-        for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] += weight.v[v] * (other.v[v] - own.v[v]);
-    }
-    for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] = own.v[v] + sum.v[v] * inverse->v[v];
-    lanes_store(&sum, out + p);
-}
-
 static void kernel_spread(const struct glossy_field *f, const struct glossy_rule *rule,
                           const struct glossy_run *run, uint32_t count, const float *const *in,
                           float *const *out)
 {
-    struct glossy_taps taps;
+    struct taps taps;
     struct lanes inverse;
     for (size_t p = run->first; p < run->first + run->count; p += GLOSSY_LANES) {
         glossy_gather(f, rule, run, p, &taps);
-        glossy_inverse(&taps, &inverse);
-        for (uint32_t c = 0; c < count; c++) glossy_mean(&taps, &inverse, in[c], p, out[c]);
+        taps_inverse(&taps, &inverse);
+        taps_mean(&taps, &inverse, count, in, p, out);
     }
 }

@@ -5,19 +5,18 @@
 
 #include "server/reconstruct/indirect_kernels.h"
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/tap_lanes.h"
 
 #define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */
 #define LINE_SPREAD_LEAST 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
 #define LINE_FLOOR        0.25f /* of the mean */
 
-/* What sixteen pixels take of their neighbours on one line. */
+/* Neighbours, and for rule B signed distances in sqrt 2 beta, then weights times those. */
 struct indirect_taps {
-    _Alignas(64) float weight[INDIRECT_TAPS][INDIRECT_LANES];
-    /* Rule B: signed distances in sqrt 2 beta, then weights times those. */
+    struct taps taps;
     _Alignas(64) float moment[INDIRECT_TAPS][INDIRECT_LANES];
-    ptrdiff_t at[INDIRECT_TAPS]; /* of the neighbours' first */
-    uint32_t count;
 };
+_Static_assert(TAPS_MOST >= INDIRECT_TAPS && LANES_COUNT == INDIRECT_LANES, "a line's neighbours");
 
 /* What sixteen pixels ask their neighbours. */
 struct indirect_asker {
@@ -82,7 +81,7 @@ static inline void indirect_weigh(const struct indirect_field *f, const struct i
     const float sign = step < 0 ? -1.0f : 1.0f;
     for (int32_t k = 1; k <= reach && lanes_any(&walks); k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
-        float *weight = taps->weight[taps->count], *moment = taps->moment[taps->count];
+        float *moment = taps->moment[taps->taps.count];
         struct lanes exponent, w;
         for (int v = 0; v < LANES_VECTORS; v++) {
             taken.v[v] = indirect_meet(f, a, q, v, &walks.v[v], &exponent.v[v]);
@@ -90,12 +89,11 @@ static inline void indirect_weigh(const struct indirect_field *f, const struct i
             w.v[v] = lanes_where(taken.v[v], indirect_exp_minus(exponent.v[v]));
         }
         if (!lanes_any(&taken)) continue;
-        lanes_store(&w, weight);
         if (moments) {
             lanes_store(&exponent, moment);
             for (int i = 0; i < INDIRECT_LANES; i++) moment[i] = sign * sqrtf(moment[i]);
         }
-        taps->at[taps->count++] = (ptrdiff_t)q;
+        taps_add(&taps->taps, q, &w);
     }
 }
 
@@ -103,21 +101,10 @@ static inline void indirect_gather(const struct indirect_field *f, const struct 
                                    size_t p, int moments, struct indirect_taps *taps)
 {
     struct indirect_asker asker;
-    taps->count = 0;
+    taps->taps.count = 0;
     indirect_ask(f, p, &asker);
     indirect_weigh(f, &asker, p, -run->step, run->before, moments, taps);
     indirect_weigh(f, &asker, p, run->step, run->after, moments, taps);
-}
-
-/* 1 / (1 + the sum of the weights). */
-static inline void indirect_inverse(const struct indirect_taps *taps, struct lanes *out)
-{
-    struct lanes all = lanes_all(1.0f);
-    for (uint32_t t = 0; t < taps->count; t++) {
-        const struct lanes weight = lanes_load(taps->weight[t]);
-        for (int v = 0; v < LANES_VECTORS; v++) all.v[v] += weight.v[v];
-    }
-    for (int v = 0; v < LANES_VECTORS; v++) out->v[v] = 1.0f / all.v[v];
 }
 
 static void kernel_mean(const struct indirect_field *f, const struct indirect_run *run,
@@ -127,19 +114,8 @@ static void kernel_mean(const struct indirect_field *f, const struct indirect_ru
     struct lanes inverse;
     for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
         indirect_gather(f, run, p, 0, &taps);
-        indirect_inverse(&taps, &inverse);
-        for (uint32_t c = 0; c < count; c++) {
-            const struct lanes own = lanes_load(in[c] + p);
-            struct lanes sum = lanes_all(0.0f);
-            for (uint32_t t = 0; t < taps.count; t++) {
-                const struct lanes other = lanes_load(in[c] + taps.at[t]);
-                const struct lanes weight = lanes_load(taps.weight[t]);
-                for (int v = 0; v < LANES_VECTORS; v++)
-                    sum.v[v] += weight.v[v] * (other.v[v] - own.v[v]);
-            }
-            for (int v = 0; v < LANES_VECTORS; v++) sum.v[v] = own.v[v] + sum.v[v] * inverse.v[v];
-            lanes_store(&sum, out[c] + p);
-        }
+        taps_inverse(&taps.taps, &inverse);
+        taps_mean(&taps.taps, &inverse, count, in, p, out);
     }
 }
 
@@ -154,8 +130,8 @@ struct indirect_line {
 static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line *line)
 {
     struct lanes s0 = lanes_all(1.0f), s1 = lanes_all(0.0f), s2 = lanes_all(0.0f);
-    for (uint32_t t = 0; t < taps->count; t++) {
-        const struct lanes w = lanes_load(taps->weight[t]), r = lanes_load(taps->moment[t]);
+    for (uint32_t t = 0; t < taps->taps.count; t++) {
+        const struct lanes w = lanes_load(taps->taps.weight[t]), r = lanes_load(taps->moment[t]);
         struct lanes m;
         for (int v = 0; v < LANES_VECTORS; v++) {
             m.v[v] = w.v[v] * r.v[v];
@@ -176,6 +152,35 @@ static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line
     }
 }
 
+/* Vector v of `channels` channels. */
+static inline __attribute__((always_inline)) void
+indirect_line_of(const struct indirect_taps *taps, const struct indirect_line *line,
+                 const float *const *in, size_t p, int v, uint32_t channels, float *const *out)
+{
+    const size_t aside = (size_t)v * LANES_PER_VECTOR;
+    lanes_vector own[3], sum[3], moment[3];
+    for (uint32_t c = 0; c < channels; c++) {
+        own[c] = lanes_load_vector(in[c] + p + aside);
+        sum[c] = moment[c] = (lanes_vector){0};
+    }
+    for (uint32_t t = 0; t < taps->taps.count; t++) {
+        const lanes_vector w = lanes_load_vector(taps->taps.weight[t] + aside);
+        const lanes_vector m = lanes_load_vector(taps->moment[t] + aside);
+        const size_t from = (size_t)taps->taps.at[t] + aside;
+        for (uint32_t c = 0; c < channels; c++) {
+            const lanes_vector more = lanes_load_vector(in[c] + from) - own[c];
+            sum[c] += w * more;
+            moment[c] += m * more;
+        }
+    }
+    for (uint32_t c = 0; c < channels; c++) {
+        const lanes_vector least = LINE_FLOOR * (own[c] + sum[c] * line->inverse.v[v]);
+        const lanes_vector at =
+            own[c] + (line->first.v[v] * sum[c] - line->second.v[v] * moment[c]);
+        *(lanes_stored *)(out[c] + p + aside) = lanes_select(at > least, at, least);
+    }
+}
+
 static void kernel_line(const struct indirect_field *f, const struct indirect_run *run,
                         uint32_t count, const float *const *in, float *const *out)
 {
@@ -184,25 +189,10 @@ static void kernel_line(const struct indirect_field *f, const struct indirect_ru
     for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
         indirect_gather(f, run, p, 1, &taps);
         indirect_fit(&taps, &line);
-        for (uint32_t c = 0; c < count; c++) {
-            const struct lanes own = lanes_load(in[c] + p);
-            struct lanes sum = lanes_all(0.0f), moment = lanes_all(0.0f), result;
-            for (uint32_t t = 0; t < taps.count; t++) {
-                const struct lanes other = lanes_load(in[c] + taps.at[t]);
-                const struct lanes w = lanes_load(taps.weight[t]), m = lanes_load(taps.moment[t]);
-                for (int v = 0; v < LANES_VECTORS; v++) {
-                    const lanes_vector more = other.v[v] - own.v[v];
-                    sum.v[v] += w.v[v] * more;
-                    moment.v[v] += m.v[v] * more;
-                }
-            }
-            for (int v = 0; v < LANES_VECTORS; v++) {
-                const lanes_vector least = LINE_FLOOR * (own.v[v] + sum.v[v] * line.inverse.v[v]);
-                const lanes_vector at =
-                    own.v[v] + (line.first.v[v] * sum.v[v] - line.second.v[v] * moment.v[v]);
-                result.v[v] = lanes_select(at > least, at, least);
-            }
-            lanes_store(&result, out[c] + p);
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            uint32_t c = 0;
+            for (; c + 3 <= count; c += 3) indirect_line_of(&taps, &line, in + c, p, v, 3, out + c);
+            for (; c < count; c++) indirect_line_of(&taps, &line, in + c, p, v, 1, out + c);
         }
     }
 }

@@ -102,17 +102,17 @@ struct v_plane_sums {
     lanes_vector weight, mean, square;
 };
 
-/* Stratum i of `n` pixels from `at` on. */
+/* Stratum (column, row) of `n` pixels from `at` on. */
 static inline __attribute__((always_inline)) void
-v_plane_add_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes, uint32_t i,
-                   size_t at, size_t n, lanes_vector inverse, float least,
-                   struct v_plane_sums *sums)
+v_plane_add_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes,
+                   uint32_t column, uint32_t row, size_t at, size_t n, lanes_vector inverse,
+                   float least, struct v_plane_sums *sums)
 {
-    const float *r = planes->first + 4 * (size_t)i * planes->stride + at;
+    const float *r = planes->first + 4 * (size_t)(row * s->l + column) * planes->stride + at;
     const float *g = r + planes->stride, *b = g + planes->stride;
     const lanes_vector t = v_plane_load(b + planes->stride, n), lowest = lanes_all(least).v[0];
-    const lanes_vector z = v_plane_load(s->height + i % s->l * s->stride + at, n) *
-                           v_plane_load(s->cosine + i / s->l * s->stride + at, n);
+    const lanes_vector z = v_plane_load(s->height + column * s->stride + at, n) *
+                           v_plane_load(s->cosine + row * s->stride + at, n);
     const lanes_vector up = t * inverse * z, met = 1.0f / lanes_select(up > lowest, up, lowest);
     const lanes_mask hit = t > 0.0f, bright = (v_plane_load(r, n) > 0.0f) |
                                               (v_plane_load(g, n) > 0.0f) |
@@ -136,8 +136,9 @@ v_plane_slopes_vector(const struct v_plane_strata *s, const struct v_plane_plane
     const lanes_vector size = lanes_load_vector(pixel);
     const lanes_mask measured = size > 0.0f; /* then it is not 0 */
     const lanes_vector inverse = lanes_where(measured, one / lanes_select(measured, size, one));
-    for (uint32_t i = 0; i < s->l * s->l; i++)
-        v_plane_add_slopes(s, planes, i, at, n, inverse, least_px, &sums);
+    for (uint32_t row = 0; row < s->l; row++)
+        for (uint32_t column = 0; column < s->l; column++)
+            v_plane_add_slopes(s, planes, column, row, at, n, inverse, least_px, &sums);
     const lanes_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
     const lanes_vector scale = lanes_where(any, one / lanes_select(any, sums.weight, one));
     const lanes_vector m = sums.mean * scale, square = sums.square * scale - m * m;
