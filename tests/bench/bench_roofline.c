@@ -3,7 +3,11 @@
  * architectures"), as JSON lines: the machine's limits, then each kernel of check_kernels.
  *
  *   roof = the longest of: operations / the rate of additions and multiplications,
+ *          those and operations on whole numbers / the rate of additions of the latter,
  *          divisions / their rate, square roots / theirs, bytes / bandwidth
+ *
+ * slots = of the instructions that the vector units can begin meanwhile, which part the kernel's
+ *         are: what moves and picks numbers counts there, too
  *
  * Operations are those that run (roofline_probe.h). Bytes are those of the arrays that a kernel's
  * documentation names, each read or written once for an output, whatever it reads again: what must
@@ -190,19 +194,23 @@ static void measure(const struct subject *s, const struct roof_machine *m)
                                   : all <= (double)m->cache_bytes[ROOF_L3] ? ROOF_L3
                                                                            : ROOF_MEMORY;
     const double limits[] = {probe_found.operations * each / m->mul_add,
+                             (probe_found.operations + probe_found.whole) * each / m->whole,
                              probe_found.divisions * each / m->divisions,
                              probe_found.roots * each / m->roots, bytes / m->bandwidth[level]};
-    const char *const names[] = {"arithmetic", "divisions", "square roots",
+    const char *const names[] = {"arithmetic", "whole numbers", "divisions", "square roots",
                                  roof_level_names[level]};
     int longest = 0;
-    for (int i = 1; i < 4; i++) longest = limits[i] > limits[longest] ? i : longest;
-    printf("{\"kernel\":\"%s\",\"operations\":%.1f,\"divisions\":%.2f,\"roots\":%.2f,"
-           "\"instructions\":%.1f,\"bytes\":%.0f,\"intensity\":%.3g,\"ns\":%.3f,"
-           "\"goperations_s\":%.3g,\"roof_ns\":%.3f,\"limit\":\"%s\",\"over_roof\":%.3g}\n",
-           s->name, probe_found.operations * each, probe_found.divisions * each,
-           probe_found.roots * each, probe_found.instructions * each, bytes,
-           probe_found.operations * each / bytes, ns, probe_found.operations * each / ns,
-           limits[longest], names[longest], ns / limits[longest]);
+    for (int i = 1; i < 5; i++) longest = limits[i] > limits[longest] ? i : longest;
+    printf(
+        "{\"kernel\":\"%s\",\"operations\":%.1f,\"whole\":%.1f,\"divisions\":%.2f,\"roots\":%.2f,"
+        "\"instructions\":%.1f,\"bytes\":%.0f,\"intensity\":%.3g,\"ns\":%.3f,"
+        "\"goperations_s\":%.3g,\"roof_ns\":%.3f,\"limit\":\"%s\",\"over_roof\":%.3g,\"slots\":%."
+        "3g}\n",
+        s->name, probe_found.operations * each, probe_found.whole * each,
+        probe_found.divisions * each, probe_found.roots * each, probe_found.instructions * each,
+        bytes, probe_found.operations * each / bytes, ns, probe_found.operations * each / ns,
+        limits[longest], names[longest], ns / limits[longest],
+        probe_found.slots * each / (m->slots * ns));
     fflush(stdout);
 }
 
@@ -214,10 +222,11 @@ static void measure(const struct subject *s, const struct roof_machine *m)
 static void say_machine(const struct roof_machine *m)
 {
     printf("{\"machine\":\"one core\",\"instructions\":\"%s\",\"goperations_s\":%.1f,"
-           "\"fused_goperations_s\":%.1f,\"gdivisions_s\":%.2f,\"groots_s\":%.2f,\"l2_gb_s\":%.1f,"
+           "\"fused_goperations_s\":%.1f,\"gwhole_s\":%.1f,\"gslots_s\":%.2f,\"gdivisions_s\":%.2f,"
+           "\"groots_s\":%.2f,\"l2_gb_s\":%.1f,"
            "\"l3_gb_s\":%.1f,\"memory_gb_s\":%.1f}\n",
-           build_isa(), m->mul_add, m->fused, m->divisions, m->roots, m->bandwidth[ROOF_L2],
-           m->bandwidth[ROOF_L3], m->bandwidth[ROOF_MEMORY]);
+           build_isa(), m->mul_add, m->fused, m->whole, m->slots, m->divisions, m->roots,
+           m->bandwidth[ROOF_L2], m->bandwidth[ROOF_L3], m->bandwidth[ROOF_MEMORY]);
 }
 
 static void measure_all(void)

@@ -1,7 +1,8 @@
 #pragma once
 /* What one core of this machine can do at most, with vectors of an instruction set: loops of
- * nothing but additions and multiplications, of fused ones, of divisions and of square roots, on
- * registers; and how fast numbers come from caches and memory. The best of some turns each. */
+ * nothing but additions and multiplications, of fused ones, of divisions, of square roots and of
+ * additions of whole numbers, on registers; and how fast numbers come from caches and memory. The
+ * best of some turns each. */
 #include <immintrin.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -16,7 +17,8 @@ static const char *const roof_level_names[ROOF_LEVELS] = {"L2", "L3", "memory"};
 
 struct roof_machine {
     double mul_add, fused;           /* floating-point operations a nanosecond */
-    double divisions, roots;         /* numbers a nanosecond */
+    double divisions, roots, whole;  /* numbers a nanosecond */
+    double slots;                    /* vector instructions a nanosecond: the simplest */
     double bandwidth[ROOF_LEVELS];   /* bytes a nanosecond: read, or read and written by a copy */
     size_t cache_bytes[ROOF_MEMORY]; /* of L2 and of L3; one thread's share */
 };
@@ -57,17 +59,42 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
         return (double)ROOF_LOOPS * ROOF_CHAINS * (lanes) / best;                                  \
     }
 
+/* The same of additions of whole numbers: where compilers move what they add to, slots are lost. */
+#define ROOF_ADD_sse(k)    "paddd %%xmm" #k ", %%xmm" #k "\n"
+#define ROOF_ADD_avx2(k)   "vpaddd %%ymm" #k ", %%ymm" #k ", %%ymm" #k "\n"
+#define ROOF_ADD_avx512(k) "vpaddd %%zmm" #k ", %%zmm" #k ", %%zmm" #k "\n"
+#define ROOF_TWELVE(add)                                                                           \
+    add(0) add(1) add(2) add(3) add(4) add(5) add(6) add(7) add(8) add(9) add(10) add(11)
+#define ROOF_WHOLE(tier, isa, lanes)                                                               \
+    __attribute__((target(isa), noinline)) static double roof_whole_##tier(void)                   \
+    {                                                                                              \
+        double best = 1e30;                                                                        \
+        for (int turn = 0; turn < ROOF_TURNS; turn++) {                                            \
+            const double start = roof_clock_ns();                                                  \
+            for (int i = 0; i < ROOF_LOOPS; i++)                                                   \
+                __asm__ volatile(ROOF_TWELVE(ROOF_ADD_##tier)::                                    \
+                                     : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6",     \
+                                       "xmm7", "xmm8", "xmm9", "xmm10", "xmm11");                  \
+            const double took = roof_clock_ns() - start;                                           \
+            best = took < best ? took : best;                                                      \
+        }                                                                                          \
+        return (double)ROOF_LOOPS * ROOF_CHAINS * (lanes) / best;                                  \
+    }
+
 #define ROOF_TIER(tier, isa, vector, lanes, load, fma_step, root)                                  \
     ROOF_RATE(roof_mul_add_##tier, isa, vector, lanes, load, (k & 1 ? (a[k] += b) : (a[k] *= b)))  \
     ROOF_RATE(roof_fused_##tier, isa, vector, lanes, load, a[k] = fma_step)                        \
     ROOF_RATE(roof_divide_##tier, isa, vector, lanes, load, a[k] = b / a[k])                       \
     ROOF_RATE(roof_root_##tier, isa, vector, lanes, load, a[k] = root(a[k]))                       \
+    ROOF_WHOLE(tier, isa, lanes)                                                                   \
     static inline void roof_arithmetic_##tier(struct roof_machine *m)                              \
     {                                                                                              \
         m->mul_add = roof_mul_add_##tier();                                                        \
         m->fused = 2.0 * roof_fused_##tier();                                                      \
         m->divisions = roof_divide_##tier();                                                       \
         m->roots = roof_root_##tier();                                                             \
+        m->whole = roof_whole_##tier();                                                            \
+        m->slots = m->whole / (lanes);                                                             \
     }
 
 /* SSE has no fused operation: two. */

@@ -5,8 +5,10 @@
  *
  * Counted are numbers that arithmetic works on: an addition, subtraction, multiplication, minimum,
  * maximum or comparison is one operation a lane, a fused multiplication and addition two; divisions
- * and square roots are counted by themselves. Lanes that a mask throws away count: they are
- * computed. Conversions, logic, shuffles, loads, integers count nothing. */
+ * and square roots are counted by themselves, and so are additions, multiplications, shifts and
+ * comparisons of whole numbers in vectors. Lanes that a mask throws away count: they are computed.
+ * Conversions, logic, shuffles and loads are no arithmetic, but take slots of the vector units as
+ * well: those are counted, too, one an instruction that does more than move to or from memory. */
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,7 +19,7 @@
 #define PROBE_TRAP UINT64_C(0x100)
 
 struct probe_counts {
-    double operations, divisions, roots, instructions;
+    double operations, whole, divisions, roots, slots, instructions;
 };
 
 static struct probe_counts probe_found;
@@ -28,6 +30,7 @@ struct probe_instruction {
     int length;      /* of vectors: 0 .. 2 of 128, 256, 512 bits */
     bool wide;       /* W */
     uint8_t code;
+    bool memory; /* has an operand there */
 };
 
 /* Prefixes of the old encoding, then 0F and a map. */
@@ -46,24 +49,60 @@ static inline void probe_read_old(const uint8_t *p, struct probe_instruction *ou
     if (*p != 0x0f) return;
     out->map = p[1] == 0x38 ? 2 : p[1] == 0x3a ? 3 : 1;
     out->code = out->map == 1 ? p[1] : p[2];
+    out->memory = p[out->map == 1 ? 2 : 3] < 0xc0;
 }
 
 static inline struct probe_instruction probe_read(const uint8_t *p)
 {
     struct probe_instruction i = {0};
     if (p[0] == 0xc5)
-        i = (struct probe_instruction){1, p[1] & 3, p[1] >> 2 & 1, false, p[2]};
+        i = (struct probe_instruction){1, p[1] & 3, p[1] >> 2 & 1, false, p[2], p[3] < 0xc0};
     else if (p[0] == 0xc4)
-        i = (struct probe_instruction){p[1] & 31, p[2] & 3, p[2] >> 2 & 1, p[2] >> 7, p[3]};
+        i = (struct probe_instruction){p[1] & 31, p[2] & 3, p[2] >> 2 & 1,
+                                       p[2] >> 7, p[3],     p[4] < 0xc0};
     else if (p[0] == 0x62)
-        i = (struct probe_instruction){p[1] & 7, p[2] & 3, p[3] >> 5 & 3, p[2] >> 7, p[4]};
+        i = (struct probe_instruction){p[1] & 7,  p[2] & 3, p[3] >> 5 & 3,
+                                       p[2] >> 7, p[4],     p[5] < 0xc0};
     else
         probe_read_old(p, &i);
     return i;
 }
 
+/* Does it work on whole numbers in vectors? */
+static inline bool probe_is_whole(const struct probe_instruction *i)
+{
+    const uint8_t c = i->code;
+    if (i->prefix != 1) return false;
+    if (i->map == 1) /* compare, shift, add, subtract, multiply */
+        return (c >= 0x64 && c <= 0x66) || (c >= 0x74 && c <= 0x76) || (c >= 0x71 && c <= 0x73) ||
+               (c >= 0xd1 && c <= 0xd5) || (c >= 0xe1 && c <= 0xe5) || (c >= 0xf1 && c <= 0xf5) ||
+               (c >= 0xf8 && c <= 0xfe);
+    if (i->map == 2) /* compare, multiply, least, most, magnitude, shift by lanes */
+        return c == 0x29 || c == 0x37 || c == 0x28 || (c >= 0x38 && c <= 0x40) ||
+               (c >= 0x1c && c <= 0x1e) || (c >= 0x45 && c <= 0x47);
+    return i->map == 3 && (c == 0x1e || c == 0x1f || c == 0x3e || c == 0x3f);
+}
+
+/* Does it take a slot of the vector units: is it of vectors or masks, and no load, store or move?
+ */
+static inline bool probe_takes_slot(const struct probe_instruction *i)
+{
+    const uint8_t c = i->code;
+    if (i->map == 0 || i->map > 3) return false;
+    if (i->map == 1)
+        return !(c < 0x10 || c == 0x10 || c == 0x11 || c == 0x28 || c == 0x29 || c == 0x2b ||
+                 c == 0x6f || c == 0x77 || c == 0x7f || c == 0xe7 || (c >= 0x18 && c <= 0x1f) ||
+                 (c >= 0x40 && c < 0x50 && i->length == 0 && i->prefix != 1) ||
+                 (c >= 0x80 && c < 0xc2));
+    if (i->map == 2) /* broadcasts of memory are loads; from 0xf0 on: of general registers */
+        return !(i->memory && ((c >= 0x18 && c <= 0x1b) || (c >= 0x58 && c <= 0x5b))) && c < 0xf0;
+    return c < 0xf0;
+}
+
 static inline void probe_count(const struct probe_instruction *i)
 {
+    probe_found.slots += probe_takes_slot(i);
+    if (probe_is_whole(i)) probe_found.whole += 4 << i->length;
     const double lanes = i->prefix == 0 ? 4 << i->length : i->prefix == 1 ? 2 << i->length : 1;
     const int low = i->code & 15, high = i->code >> 4;
     if (i->map == 1) {
@@ -128,11 +167,13 @@ static inline void probe_end(void)
 
 /* -- the probe on instructions whose counts are known -- */
 
-static inline bool probe_counts_are(double operations, double divisions, double roots)
+static inline bool probe_counts_are(double operations, double divisions, double roots, double whole,
+                                    double slots)
 {
     const struct probe_counts c = probe_found;
     probe_found = (struct probe_counts){0};
-    return c.operations == operations && c.divisions == divisions && c.roots == roots;
+    return c.operations == operations && c.divisions == divisions && c.roots == roots &&
+           c.whole == whole && c.slots == slots;
 }
 
 static inline bool probe_is_right(const char *isa)
@@ -144,22 +185,24 @@ static inline bool probe_is_right(const char *isa)
                      "divps %%xmm1, %%xmm3\n sqrtss %%xmm1, %%xmm4\n paddd %%xmm1, %%xmm4" ::
                          : "xmm0", "xmm2", "xmm3", "xmm4", "xmm8", "cc", "memory");
     probe_end();
-    if (!probe_counts_are(4 + 1 + 4 + 1 + 4, 4, 1)) return false;
+    if (!probe_counts_are(4 + 1 + 4 + 1 + 4, 4, 1, 4, 9)) return false;
     if (!strcmp(isa, "sse4.2")) return true;
     probe_begin();
     __asm__ volatile("vaddps %%ymm1, %%ymm0, %%ymm2\n vmulpd %%ymm9, %%ymm8, %%ymm10\n"
                      "vfmadd231ps %%ymm1, %%ymm0, %%ymm2\n vfmadd231sd %%xmm1, %%xmm0, %%xmm2\n"
-                     "vdivps %%ymm1, %%ymm0, %%ymm3\n vsqrtpd %%ymm1, %%ymm4" ::
+                     "vdivps %%ymm1, %%ymm0, %%ymm3\n vsqrtpd %%ymm1, %%ymm4\n"
+                     "vpmulld %%ymm1, %%ymm0, %%ymm2\n vmovups %%ymm2, -32(%%rsp)\n"
+                     "vbroadcastss -32(%%rsp), %%ymm2\n vmovaps %%ymm2, %%ymm3" ::
                          : "xmm2", "xmm3", "xmm4", "xmm10", "memory");
     probe_end();
-    if (!probe_counts_are(8 + 4 + 16 + 2, 8, 4)) return false;
+    if (!probe_counts_are(8 + 4 + 16 + 2, 8, 4, 8, 7)) return false;
     if (strcmp(isa, "avx512") != 0) return true;
     probe_begin();
     __asm__ volatile("vaddps %%zmm1, %%zmm0, %%zmm18\n vmulpd %%zmm1, %%zmm0, %%zmm2\n"
                      "vfmadd231ps %%zmm1, %%zmm0, %%zmm2\n vcmpps $1, %%zmm1, %%zmm0, %%k1\n"
                      "vdivps %%zmm1, %%zmm0, %%zmm3\n vsqrtps %%zmm1, %%zmm4\n"
-                     "vpaddd %%zmm1, %%zmm0, %%zmm4" ::
+                     "vpaddd %%zmm1, %%zmm0, %%zmm4\n vpermps %%zmm1, %%zmm0, %%zmm4" ::
                          : "xmm2", "xmm3", "xmm4", "memory");
     probe_end();
-    return probe_counts_are(16 + 8 + 32 + 16, 16, 16);
+    return probe_counts_are(16 + 8 + 32 + 16, 16, 16, 16, 8);
 }

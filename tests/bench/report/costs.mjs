@@ -72,10 +72,10 @@ ${table("Cost of links", ["kind", "link", "bytes", "CPU s", "of it the coordinat
 export function roofSection(all) {
   const found = ofPart(all, "roofline"), roof = found.find((l) => l.machine_limits)?.machine_limits, kernels = found.filter((l) => l.kernel);
   if (!roof || kernels.length === 0) return null;
-  return { id: "roofs", title: "Kernels beside their roofs", html: `<p>One core, ${escape(roof.instructions)}: ${number(roof.goperations_s)} billion additions and multiplications a second (${number(roof.fused_goperations_s)} fused), ${number(roof.gdivisions_s)} divisions, ${number(roof.groots_s)} square roots; ${number(roof.l2_gb_s)} GB/s from L2, ${number(roof.l3_gb_s)} from L3, ${number(roof.memory_gb_s)} from memory.
+  return { id: "roofs", title: "Kernels beside their roofs", html: `<p>One core, ${escape(roof.instructions)}: ${number(roof.goperations_s)} billion additions and multiplications a second (${number(roof.fused_goperations_s)} fused), ${number(roof.gwhole_s)} on whole numbers, ${number(roof.gdivisions_s)} divisions, ${number(roof.groots_s)} square roots, ${number(roof.gslots_s)} vector instructions; ${number(roof.l2_gb_s)} GB/s from L2, ${number(roof.l3_gb_s)} from L3, ${number(roof.memory_gb_s)} from memory.
 The roof is the longest of what operations, divisions, roots and bytes of an output take at these rates. Operations are counted as they run, instruction by instruction, lanes that a mask throws away included; bytes are of each array once.</p>
-${table("Kernels, of one output", ["kernel", "instructions", "operations", "divisions", "bytes", "operations a byte", "ns", "billion operations/s", "roof, ns", "limit", "over the roof"],
-    kernels.slice().sort((a, b) => b.over_roof - a.over_roof).map((l) => [escape(l.kernel), number(l.instructions), number(l.operations), number(l.divisions), number(l.bytes), number(l.intensity), number(l.ns), number(l.goperations_s), number(l.roof_ns), escape(l.limit), verdict(l.over_roof <= 2, times(l.over_roof))]))}` };
+${table("Kernels, of one output", ["kernel", "instructions", "operations", "on whole numbers", "divisions", "bytes", "operations a byte", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", "slots taken"],
+    kernels.slice().sort((a, b) => b.over_roof - a.over_roof).map((l) => [escape(l.kernel), number(l.instructions), number(l.operations), number(l.whole), number(l.divisions), number(l.bytes), number(l.intensity), number(l.ns), number(l.goperations_s), number(l.roof_ns), escape(l.limit), verdict(l.over_roof <= 2, times(l.over_roof)), number(l.slots)]))}` };
 }
 
 export function costSection(o, all) {
