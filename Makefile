@@ -10,9 +10,13 @@ CC      := gcc
 endif
 EXTRA   ?=
 TUNE    :=
+# What this compiler knows of some options.
+known   = $(strip $(foreach o,$(1),$(shell echo | $(CC) $(o) -xc -fsyntax-only - >/dev/null 2>&1 && echo $(o))))
 # Loops that clear sixteen lanes stay stores: as "rep stos", which gcc makes of them, each takes longer than what it
-# clears is worth.
-stores  := $(shell echo | $(CC) -fno-tree-loop-distribute-patterns -xc -fsyntax-only - 2>/dev/null && echo -fno-tree-loop-distribute-patterns)
+# clears is worth. And what is one number stays out of vectors until it is compared with some: gcc counts there, too, by
+# way of memory.
+stores  := $(call known,-fno-tree-loop-distribute-patterns)
+scalars := $(call known,-mno-stv)
 STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
 MARCH   := -march=x86-64-v2
@@ -210,7 +214,7 @@ $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
 $(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: TUNE := $(stores)
-$(B)/obj/server/reconstruct/%.o: TUNE := -mno-stv $(stores) 
+$(B)/obj/server/reconstruct/%.o: TUNE := $(stores) $(scalars)
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@
