@@ -1,5 +1,6 @@
 #include "proto/build.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,4 +33,16 @@ const char *build_isa(void)
     for (int i = 0; wanted != NULL && i < best; i++)
         if (strcmp(wanted, sets[i]) == 0) return sets[i];
     return sets[best];
+}
+
+int build_isa_check(struct fault *fault)
+{
+    const char *wanted = getenv("SHEARWATER_ISA");
+    bool known = !wanted || !*wanted;
+    if (best_set() < 0) return fault_set(fault, ERR_UNSUPPORTED, "isa", "this CPU has no SSE 4.2");
+    for (size_t i = 0; i < sizeof sets / sizeof *sets; i++)
+        known = known || strcmp(wanted, sets[i]) == 0;
+    if (known) return 0;
+    return fault_set(fault, ERR_UNSUPPORTED, "SHEARWATER_ISA",
+                     "\"%.32s\" is no instruction set: sse4.2, avx2 or avx512", wanted);
 }

@@ -234,7 +234,7 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
 int session_create(uv_loop_t *loop, const struct options *options, const struct tracing *tracing,
                    const struct session_client *client, struct session **out, struct fault *fault)
 {
-    if (!build_isa()) return fault_set(fault, ERR_UNSUPPORTED, "isa", "this CPU has no SSE 4.2");
+    if (build_isa_check(fault) != 0) return fault->code;
     /* Asked now: what fails once in there, for want of memory, may hang the next time. */
     if (!tracing->embree_version(tracing->ctx))
         return fault_set(fault, ERR_MEMORY, "embree", "it gives no device: is there no memory?");

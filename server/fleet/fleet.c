@@ -253,7 +253,7 @@ static int start_processes(struct fleet *fleet, const struct fleet_options *o, s
 int fleet_create(uv_loop_t *loop, const struct fleet_options *options,
                  const struct fleet_client *client, struct fleet **out, struct fault *fault)
 {
-    if (!build_isa()) return fault_set(fault, ERR_UNSUPPORTED, "isa", "this CPU has no SSE 4.2");
+    if (build_isa_check(fault) != 0) return fault->code;
     struct fleet *fleet = allocate(loop, options, client);
     if (!fleet) return fault_set(fault, ERR_MEMORY, "fleet", "%s", error_text(ERR_MEMORY));
     int e = open_listeners(fleet, options, fault);

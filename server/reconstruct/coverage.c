@@ -14,7 +14,7 @@
 /* Nodes a light's side. Rows are rounded to 2 r cells: were a stratum a few whole cells, all rows
  * of a pixel would be off by the same part of one, and the jitter between pixels lost: at 64 spp
  * that is worth 20 % of the error, at 256 spp 17 %. */
-static uint32_t scale_of(uint32_t strata)
+uint32_t coverage_scale(uint32_t strata)
 {
     uint32_t scale = strata > LEAST_SCALE ? strata - 1 : LEAST_SCALE;
     while (2 * scale < FINE_CELLS * strata && 2 * scale % strata == 0) scale++;
@@ -24,7 +24,7 @@ static uint32_t scale_of(uint32_t strata)
 int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out)
 {
     memset(out, 0, sizeof *out);
-    out->scale = scale_of(strata);
+    out->scale = coverage_scale(strata);
     out->window = (out->scale + WINDOW_ALIGN - 1) / WINDOW_ALIGN * WINDOW_ALIGN;
     out->profile = profile;
     out->rho_most = rho_most;

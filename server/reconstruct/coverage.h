@@ -28,6 +28,9 @@ struct coverage {
     float *weights;            /* owned; as in struct shadow_field */
 };
 
+/* Nodes r a light's side for strata x strata samples. */
+uint32_t coverage_scale(uint32_t strata);
+
 /* Weights for l strata an axis and rho up to rho_most. ERR_MEMORY. */
 int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out);
 void coverage_fini(struct coverage *coverage);

@@ -16,7 +16,7 @@
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */
 #define SHADOW_STRATA_MAX  16                              /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define SHADOW_PHASES      8                               /* weight rows between two nodes */
-#define SHADOW_SUMS_MAX    128 /* phases times lanes, at most: 16 of l <= 8, 2 of more */
+#define SHADOW_SUMS_MAX    448 /* phases times lanes, at most: of l = 15, r = 14 */
 #define SHADOW_NO_SPREAD   (-1e30f)
 #define SHADOW_COS_NORMALS 0.939692621f /* 20 degrees */
 #define SHADOW_PLANE_SHARE 0.35f        /* of the distance a neighbour may be off the plane */
@@ -57,7 +57,7 @@ struct shadow_field {
     int32_t width, height;
     const struct shadow_pixels *pixels; /* width * height, row by row; its arrays are not const */
     uint32_t strata;                    /* l */
-    uint32_t scale;                     /* r = 8 .. 16: nodes 2 r + 1, cells 2 r */
+    uint32_t scale;                     /* r = coverage_scale(l): nodes 2 r + 1, cells 2 r */
     uint32_t window;                    /* r rounded up to a multiple of 8 */
     uint32_t lanes;                     /* l + 1 rounded up to a multiple of 4 */
     uint32_t phases;                    /* of y2 in a row: shadow_phases(l, r) */

@@ -65,14 +65,15 @@ static inline __attribute__((always_inline)) void taps_mean_of(const struct taps
     }
 }
 
-/* out[c] of sixteen pixels from p on: means of in[c], which is none of them. Sums run over
+/* out[c] of sixteen pixels from p on: means of in[c]; no array is both. Sums run over
  * differences from the receiving pixel's own value: a constant channel comes out constant to the
  * last bit. */
 static inline void taps_mean(const struct taps *taps, const struct lanes *inverse, uint32_t count,
                              const float *const *in, size_t p, float *const *out)
 {
     uint32_t c = 0;
-    for (; c + 4 <= count; c += 4) taps_mean_of(taps, inverse, in + c, p, 4, out + c);
+    for (; c + TAPS_CHANNELS <= count; c += TAPS_CHANNELS)
+        taps_mean_of(taps, inverse, in + c, p, TAPS_CHANNELS, out + c);
     if (c + 3 <= count) {
         taps_mean_of(taps, inverse, in + c, p, 3, out + c);
         c += 3;

@@ -126,7 +126,7 @@ static inline void walk_cells_three(const float *sums, float *out)
 static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
                                     float *out)
 {
-    const size_t each = f->phases * f->lanes;
+    const size_t each = f->phases * f->lanes; /* SHADOW_SUMS_MAX at most */
     const uint32_t pixels = taps->group.count;
     _Alignas(64) float sums[SHADOW_LANES * SHADOW_SUMS_MAX];
     memset(sums, 0, SHADOW_LANES * each * sizeof *sums);

@@ -36,8 +36,8 @@ typedef float walk_sixteen __attribute__((vector_size(4 * SHADOW_LANES), may_ali
 typedef int32_t walk_whole_sixteen __attribute__((vector_size(4 * SHADOW_LANES)));
 
 /* Taps of sixteen pixels from the walks' negative ends on; the nearer pixel in rows or columns
- * first. They are placed, met and weighed one kind of step after the other, each of which is short:
- * then the CPU has several taps in work at once. */
+ * first. All are placed, then all met and weighed: steps so short that the CPU has several taps in
+ * work at once. */
 struct walk_taps {
     struct walk_group group;
     float own[WALK_ASKED][SHADOW_LANES];

@@ -77,9 +77,12 @@ function costs(figures) {
 function roofs(figures) {
   const [roof] = of(figures, "roof"), kernels = of(figures, "kernel");
   if (!roof || kernels.length === 0) return "";
-  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused, which kernels do without: all instruction sets give the same bytes), ${roof.gwhole_s} on whole numbers, ${roof.gdivisions_s} divisions, ${roof.groots_s} square roots, ${roof.gslots_s} vector instructions; ${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel (slots: of the vector instructions that could begin meanwhile, how many it has):
+  // Not in lines of before they were counted.
+  const said = roof.gslots_s !== undefined;
+  const whole = said ? `${roof.gwhole_s} on whole numbers, ` : "", slots = said ? `, ${roof.gslots_s} vector instructions` : "";
+  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused, which kernels do without: all instruction sets give the same bytes), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? " (slots: of the vector instructions that could begin meanwhile, how many it has)" : ""}:
 
-${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", "slots"], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, k.slots === undefined ? "–" : `${Math.round(100 * k.slots)} %`]))}`;
+${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
 }
 
 function limits(figures) {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/coverage.h"
 #include "server/reconstruct/edge.h"
 #include "server/reconstruct/shadow_kernels.h"
 #include "server/reconstruct/strata.h"
@@ -315,7 +316,7 @@ static inline void field_init(struct kernel_field *out, uint32_t l, int32_t widt
     f->width = width + 2 * margin;
     f->height = height + 2 * margin;
     f->strata = l;
-    f->scale = l > 8 ? l : 8;
+    f->scale = coverage_scale(l);
     f->window = (f->scale + 7) / 8 * 8;
     f->lanes = (l + 4) / 4 * 4;
     f->phases = shadow_phases(l, f->scale);

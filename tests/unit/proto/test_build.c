@@ -44,11 +44,26 @@ static void isa_can_only_shrink(void **state)
         setenv("SHEARWATER_ISA", sets[i], 1);
         assert_string_equal(build_isa(), sets[i <= highest ? i : highest]);
     }
-    setenv("SHEARWATER_ISA", "mmx", 1);
-    assert_string_equal(build_isa(), best);
     setenv("SHEARWATER_ISA", "", 1);
     assert_string_equal(build_isa(), best);
     unsetenv("SHEARWATER_ISA");
+}
+
+static void what_is_no_isa_is_refused(void **state)
+{
+    (void)state;
+    struct fault fault = {0};
+    for (int i = 0; i < 3; i++) {
+        setenv("SHEARWATER_ISA", sets[i], 1);
+        assert_int_equal(build_isa_check(&fault), 0);
+    }
+    setenv("SHEARWATER_ISA", "AVX2", 1);
+    assert_int_equal(build_isa_check(&fault), ERR_UNSUPPORTED);
+    assert_non_null(strstr(fault.detail, "\"AVX2\" is no instruction set: sse4.2, avx2 or avx512"));
+    setenv("SHEARWATER_ISA", "", 1);
+    assert_int_equal(build_isa_check(&fault), 0);
+    unsetenv("SHEARWATER_ISA");
+    assert_int_equal(build_isa_check(&fault), 0);
 }
 
 int main(void)
@@ -56,6 +71,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(id_is_version_and_digest),
         cmocka_unit_test(isa_can_only_shrink),
+        cmocka_unit_test(what_is_no_isa_is_refused),
     };
     return cmocka_run_group_tests_name("build", tests, NULL, NULL);
 }

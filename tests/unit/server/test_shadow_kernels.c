@@ -64,10 +64,51 @@ static void keep_to_pixels(const struct shadow_kernels *tested)
     field_fini(&k);
 }
 
+/* What a walk gives a pixel does not depend on those beside it. */
+static void each_by_itself(const struct shadow_kernels *tested, uint32_t l)
+{
+    static const enum kernel walks[] = {KERNEL_WALK_COLUMNS, KERNEL_WALK_ROWS};
+    struct kernel_field k;
+    field_init(&k, l, 15, 11, 5, true);
+    for (size_t w = 0; w < 2; w++) {
+        const size_t each = field_output(&k, walks[w], 1);
+        float *all = field_memory(each * k.count * sizeof *all);
+        float *one = field_memory(each * sizeof *one);
+        field_run(&k, tested, walks[w], 0, k.count, all);
+        for (uint32_t i = 0; i < k.count; i++) {
+            field_run(&k, tested, walks[w], i, 1, one);
+            assert_memory_equal(one, all + i * each, each * sizeof *one);
+        }
+        free(all);
+        free(one);
+    }
+    field_fini(&k);
+}
+
 static void all_strata(const struct shadow_kernels *tested)
 {
     for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) compare(tested, l, l);
+    for (uint32_t l = 3; l <= SHADOW_STRATA_MAX; l += 6) each_by_itself(tested, l);
     keep_to_pixels(tested);
+}
+
+static void so_does_the_reference(void **state)
+{
+    (void)state;
+    for (uint32_t l = 3; l <= SHADOW_STRATA_MAX; l += 6) each_by_itself(&shadow_kernels_c, l);
+    keep_to_pixels(&shadow_kernels_c);
+}
+
+/* Walks have room for that many. */
+static void sums_of_all_strata_fit(void **state)
+{
+    (void)state;
+    uint32_t most = 0;
+    for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) {
+        const uint32_t sums = shadow_phases(l, coverage_scale(l)) * ((l + 4) / 4 * 4);
+        most = sums > most ? sums : most;
+    }
+    assert_int_equal(most, SHADOW_SUMS_MAX);
 }
 
 KERNEL_TESTS(shadow, all_strata)
@@ -76,6 +117,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         KERNEL_TESTS_OF_ALL,
+        cmocka_unit_test(so_does_the_reference),
+        cmocka_unit_test(sums_of_all_strata_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
