@@ -99,7 +99,7 @@ static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mas
 #elif defined __AVX2__
     return (lanes_vector)_mm256_permutevar8x32_ps(_mm256_load_ps(table), (__m256i)numbers);
 #else
-    lanes_vector out;
+    lanes_vector out = {0};
     for (int i = 0; i < LANES_PER_VECTOR; i++) out[i] = table[numbers[i]];
     return out;
 #endif

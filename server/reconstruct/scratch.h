@@ -21,6 +21,6 @@ void *scratch_take(struct scratch *scratch, size_t bytes);
 /* To where it was taken from. memory may be NULL. */
 void scratch_give(struct scratch *scratch, void *memory);
 
-/* Of what was given back by now it goes on holding `most_bytes` at most: the largest pieces go first.
- */
+/* Of what was given back by now it goes on holding `most_bytes` at most: the largest pieces go
+ * first. */
 void scratch_trim(struct scratch *scratch, size_t most_bytes);
