@@ -23,7 +23,7 @@ await runAll(async () => {
   await test("a submitted job appears in the list", async () => {
     await until("the job's row", () => page.locator(`a[href="#/jobs/${slow}"]`).count());
     await page.click(`a[href="#/jobs/${slow}"]`);
-    expect((await text(page, "job-title")).includes(slow), "the title names another job");
+    await until("the job's title", async () => (await text(page, "job-title")).includes(slow));
   });
 
   await test("the picture fills in tile by tile, and the progress follows", async () => {
