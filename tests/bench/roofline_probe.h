@@ -83,8 +83,8 @@ static inline bool probe_is_whole(const struct probe_instruction *i)
     return i->map == 3 && (c == 0x1e || c == 0x1f || c == 0x3e || c == 0x3f);
 }
 
-/* Does it take a slot of the vector units: is it of vectors or masks, and no load, store or move?
- */
+/* Does it take a slot of the vector units: is it of vectors, and no load, store or move? Moves of
+ * masks and looks at them are left out. */
 static inline bool probe_takes_slot(const struct probe_instruction *i)
 {
     const uint8_t c = i->code;
