@@ -16,7 +16,7 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
     const float *plane_least = pixels->plane_least, *distance_most2 = pixels->distance_most2;
     const float *falloff = f->falloff, *refusal = f->refusal, *seen = f->seen;
     const int32_t *reach = f->reach;
-    float sum[SHADOW_LANES] = {0}, weights[SHADOW_LANES] = {0};
+    _Alignas(64) float sum[SHADOW_LANES] = {0}, weights[SHADOW_LANES] = {0};
     for (int32_t k = -most; k <= most; k++) {
         const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
         const int32_t away = k < 0 ? -k : k;
@@ -50,7 +50,7 @@ static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first,
     for (uint32_t i = 0; i < count; i += SHADOW_LANES) {
         const uint32_t left = count - i, n = left < SHADOW_LANES ? left : SHADOW_LANES;
         int32_t most = 0;
-        float group[SHADOW_LANES];
+        _Alignas(64) float group[SHADOW_LANES];
         for (uint32_t k = 0; k < n; k++)
             most = most > f->reach[first + i + k] ? most : f->reach[first + i + k];
         if (most > 0)

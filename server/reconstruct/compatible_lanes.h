@@ -2,6 +2,7 @@
 /* Do two pixels show one smooth surface, near enough for each other (filters.md section 2)? */
 #include <math.h>
 
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 /* What of a pixel asks its neighbours. */
@@ -20,10 +21,8 @@ static inline struct asker asker_of(const struct shadow_pixels *p, size_t i)
 
 /* 1 if what lies at (x, y, z) with the normal (nx, ny, nz) is compatible, else 0; *squared becomes
  * the distance's square. */
-static inline __attribute__((always_inline)) int32_t compatible_point(const struct asker *p,
-                                                                      float x, float y, float z,
-                                                                      float nx, float ny, float nz,
-                                                                      float *squared)
+LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, float z, float nx,
+                                      float ny, float nz, float *squared)
 {
     const float *n = p->normal;
     const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];

@@ -5,6 +5,7 @@
 #include "proto/pattern.h"
 #include "server/reconstruct/edge_window_lanes.h"
 #include "server/reconstruct/gaussian_lanes.h"
+#include "server/reconstruct/lanes_inline.h"
 
 #define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
 #define EDGE_PARTS         2    /* of sums: neighbours go to them in turn */
@@ -15,14 +16,16 @@ struct edge_weights {
     _Alignas(32) float even[EDGE_NODES], rise[EDGE_NODES];
 };
 
-/* Neighbours that count, side by side. */
+/* Neighbours that count, side by side; nothing is written past the first whole lanes that hold
+ * none.
+ */
 struct edge_neighbours {
-    float exponents[EDGE_AROUND]; /* of all around */
-    int32_t kept[EDGE_AROUND];    /* which count: of those around, */
-    size_t count;                 /* how many; what follows is theirs */
+    _Alignas(64) float exponents[EDGE_AROUND]; /* of all around */
+    int32_t near[EDGE_AROUND];                 /* which of those count; what follows is theirs */
     int32_t at[EDGE_AROUND];
     int32_t bits[EDGE_AROUND]; /* of the first 32 strata */
     float exponent[EDGE_AROUND], u[2][EDGE_AROUND], jitter[2][EDGE_AROUND];
+    size_t count;
 };
 
 /* I / cov of filters.md section 2 at both axes' nodes side by side, but the last. */
@@ -56,7 +59,7 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
                                const struct edge_windows *w, uint32_t lane,
                                struct edge_neighbours *out)
 {
-    _Alignas(64) int32_t near[EDGE_AROUND];
+    const int32_t told = w->told[lane];
     const float ax = w->across[0][lane], ay = w->across[1][lane];
     const float across_falloff = w->falloff[0][lane], along_falloff = w->falloff[1][lane];
     for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
@@ -67,21 +70,72 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
             const float across = x * ax + y * ay, along = y * ax - x * ay;
             const float exponent = across * across * across_falloff + along * along * along_falloff;
             out->exponents[row + i] = exponent;
-            near[row + i] = same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MOST);
+            out->near[row + i] = told & same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MOST);
         }
     }
-    out->count = w->told[lane] ? lanes_kept(near, EDGE_AROUND, out->kept) : 0;
 }
 
-/* Lanes past the end, up to whole ones, stand at the pixel itself and weigh nothing. */
+/* edge_load: what neighbours that count show. Lanes past the end, up to whole ones, stand at the
+ * pixel itself and weigh nothing. */
+
+#ifdef __AVX512F__
+
+/* The lanes of `kept` of 16 numbers, beside each other. */
+LANES_INLINE void edge_keep(__mmask16 kept, const void *numbers, void *out)
+{
+    _mm512_storeu_si512(out,
+                        _mm512_maskz_compress_epi32(kept, _mm512_maskz_loadu_epi32(kept, numbers)));
+}
+
+/* The 16 neighbours from q on. */
+static inline void edge_load_row(const struct edge_field *f, size_t q, const float *exponents,
+                                 __mmask16 kept, struct edge_neighbours *n)
+{
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i at = _mm512_add_epi32(_mm512_set1_epi32((int32_t)q), lane);
+    const size_t to = n->count;
+    _mm512_storeu_si512(n->at + to, _mm512_maskz_compress_epi32(kept, at));
+    edge_keep(kept, exponents, n->exponent + to);
+    edge_keep(kept, f->bits + q, n->bits + to);
+    for (int k = 0; k < 2; k++) {
+        edge_keep(kept, f->pixels->u[k] + q, n->u[k] + to);
+        edge_keep(kept, f->jitter[k] + q, n->jitter[k] + to);
+    }
+    n->count += (size_t)__builtin_popcount(kept);
+}
+
 static inline void edge_load(const struct edge_field *f, const struct edge_fixed *fixed,
                              size_t pixel, struct edge_neighbours *n)
 {
+    n->count = 0;
+    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+        const __m512i near = _mm512_load_si512(n->near + row);
+        const __mmask16 kept = _mm512_test_epi32_mask(near, near);
+        const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
+        if (kept != 0) edge_load_row(f, q, n->exponents + row, kept, n);
+    }
+    const size_t end = n->count;
+    _mm512_storeu_si512(n->at + end, _mm512_set1_epi32((int32_t)pixel));
+    _mm512_storeu_si512(n->bits + end, _mm512_set1_epi32((int32_t)f->bits[pixel]));
+    _mm512_storeu_ps(n->exponent + end, _mm512_set1_ps(INFINITY));
+    for (int k = 0; k < 2; k++) {
+        _mm512_storeu_ps(n->u[k] + end, _mm512_set1_ps(f->pixels->u[k][pixel]));
+        _mm512_storeu_ps(n->jitter[k] + end, _mm512_set1_ps(f->jitter[k][pixel]));
+    }
+}
+
+#else
+
+static inline void edge_load(const struct edge_field *f, const struct edge_fixed *fixed,
+                             size_t pixel, struct edge_neighbours *n)
+{
+    int32_t kept[EDGE_AROUND];
+    n->count = lanes_kept(n->near, EDGE_AROUND, kept);
     for (size_t i = 0; i < n->count || i % SHADOW_LANES != 0; i++) {
         const bool has = i < n->count;
-        const size_t q = (size_t)((ptrdiff_t)pixel + (has ? fixed->to[n->kept[i]] : 0));
+        const size_t q = (size_t)((ptrdiff_t)pixel + (has ? fixed->to[kept[i]] : 0));
         n->at[i] = (int32_t)q;
-        n->exponent[i] = has ? n->exponents[n->kept[i]] : INFINITY;
+        n->exponent[i] = has ? n->exponents[kept[i]] : INFINITY;
         n->bits[i] = (int32_t)f->bits[q];
         for (int k = 0; k < 2; k++) {
             n->u[k][i] = f->pixels->u[k][q];
@@ -89,6 +143,8 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
         }
     }
 }
+
+#endif
 
 /* Numbers 0 .. 7 of a table. */
 static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mask numbers)
@@ -158,7 +214,7 @@ static inline struct lanes_whole edge_bits(const struct edge_field *f, uint32_t 
                                            const int32_t *at)
 {
     const uint32_t *word = f->bits + k / 32 * f->stride;
-    int32_t bits[SHADOW_LANES];
+    _Alignas(64) int32_t bits[SHADOW_LANES];
     for (size_t i = 0; i < SHADOW_LANES; i++) bits[i] = (int32_t)word[at[i]];
     return lanes_load_whole(bits);
 }
@@ -217,7 +273,7 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
 static inline float edge_total(const struct lanes *a, const struct lanes *b)
 {
     struct lanes both;
-    float all[SHADOW_LANES];
+    _Alignas(64) float all[SHADOW_LANES];
     for (int v = 0; v < LANES_VECTORS; v++) both.v[v] = a->v[v] + b->v[v];
     lanes_store(&both, all);
     return lanes_sum(all);
@@ -255,7 +311,8 @@ static inline void edge_filter_some(const struct edge_field *f, const struct edg
     }
 }
 
-/* Windows are made for pixels side by side. */
+/* Windows are made for pixels side by side: all look around before any asks what it saw, since
+ * numbers beside each other are read across what was written, which has to be in the cache then. */
 static void kernel_filter_edges(const struct edge_field *f, const uint32_t *pixels,
                                 const float *sigma_px, uint32_t count, float *out)
 {
@@ -265,6 +322,7 @@ static void kernel_filter_edges(const struct edge_field *f, const uint32_t *pixe
     edge_fix(f, &fixed);
     for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
         const uint32_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+        for (uint32_t i = 0; i < n; i++) edge_look(f, &fixed, pixels[first + i], &views[i]);
         for (uint32_t i = 0; i < n; i++)
             edge_ask(f, &fixed, pixels[first + i], sigma_px[first + i], i, &views[i], &windows);
         edge_make_windows(f, &fixed, &windows);

@@ -19,19 +19,20 @@
 
 /* The same for all pixels. */
 struct edge_fixed {
-    float tensor[EDGE_AROUND];   /* weights of the structure tensor; 0 past the end */
-    float profile[SHADOW_LANES]; /* I at the nodes but the last, twice */
-    float last_profile;
+    _Alignas(64) float tensor[EDGE_AROUND]; /* weights of the structure tensor; 0 past the end */
+    float profile[SHADOW_LANES];            /* I at the nodes but the last, twice */
     float x[EDGE_AROUND], y[EDGE_AROUND];
     int32_t inside[EDGE_AROUND];
     int32_t to[EDGE_AROUND]; /* from the pixel */
+    float last_profile;
     struct receiver_stepper stepper[2];
 };
 
-/* Which pixels around one show the same surface; zeros before and after, where what lies opposite
- * of others is looked for, or beside them. */
+/* Which pixels around one show the same surface, and how much of the light these see; zeros
+ * where what lies opposite of others is looked for, before and after, or beside them, after. */
 struct edge_view {
     _Alignas(64) int32_t padded[SHADOW_LANES + EDGE_AROUND + SHADOW_LANES + 1];
+    _Alignas(64) float seen[EDGE_AROUND + SHADOW_LANES + 1];
 };
 
 static inline const int32_t *edge_same(const struct edge_view *view)
@@ -41,7 +42,7 @@ static inline const int32_t *edge_same(const struct edge_view *view)
 
 /* Pixels side by side: what they ask for, and windows around them. */
 struct edge_windows {
-    float tensor[3][SHADOW_LANES]; /* xx, xy, yy */
+    _Alignas(64) float tensor[3][SHADOW_LANES]; /* xx, xy, yy */
     float point[3][SHADOW_LANES], surface[3][SHADOW_LANES], eta[SHADOW_LANES];
     float sigma_px[SHADOW_LANES];
     int32_t told[SHADOW_LANES];                             /* can the edge be? */
@@ -75,9 +76,9 @@ static inline void edge_fix(const struct edge_field *f, struct edge_fixed *out)
     for (int i = 0; i < 2; i++) out->stepper[i] = receiver_stepper_of(f->light, i);
 }
 
-/* Fills the view, and `seen` where it is. */
+/* Fills the view. */
 static inline void edge_look(const struct edge_field *f, const struct edge_fixed *fixed,
-                             size_t pixel, struct edge_view *v, float *seen)
+                             size_t pixel, struct edge_view *v)
 {
     const struct shadow_pixels *p = f->pixels;
     const struct asker asker = asker_of(p, pixel);
@@ -93,18 +94,18 @@ static inline void edge_look(const struct edge_field *f, const struct edge_fixed
                 compatible_point(&asker, x[i], y[i], z[i], nx[i], ny[i], nz[i], &squared) &
                 fixed->inside[row + i];
             v->padded[SHADOW_LANES + row + i] = same;
-            seen[row + i] = same ? value : 0.0f;
+            v->seen[row + i] = same ? value : 0.0f;
         }
     }
 }
 
 /* The structure tensor over four pixels that touch: xx, xy, yy. */
 static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge_view *v,
-                               const float *seen, float out[3])
+                               float out[3])
 {
     _Alignas(64) float xx[SHADOW_LANES] = {0}, xy[SHADOW_LANES] = {0}, yy[SHADOW_LANES] = {0};
     for (int row = 0; row + SHADOW_LANES < EDGE_AROUND; row += SHADOW_LANES) {
-        const float *above = seen + row, *below = above + SHADOW_LANES;
+        const float *above = v->seen + row, *below = above + SHADOW_LANES;
         const int32_t *same = edge_same(v) + row, *same_below = same + SHADOW_LANES;
         for (int i = 0; i < SHADOW_LANES; i++) {
             const int32_t all = same[i] & same[i + 1] & same_below[i] & same_below[i + 1];
@@ -121,14 +122,12 @@ static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge
 }
 
 static inline void edge_ask(const struct edge_field *f, const struct edge_fixed *fixed,
-                            size_t pixel, float sigma_px, uint32_t lane, struct edge_view *view,
-                            struct edge_windows *w)
+                            size_t pixel, float sigma_px, uint32_t lane,
+                            const struct edge_view *view, struct edge_windows *w)
 {
     const struct shadow_pixels *p = f->pixels;
-    float seen[EDGE_AROUND + SHADOW_LANES + 1], tensor[3];
-    for (int i = EDGE_AROUND; i < EDGE_AROUND + SHADOW_LANES + 1; i++) seen[i] = 0.0f;
-    edge_look(f, fixed, pixel, view, seen);
-    edge_tensor(fixed, view, seen, tensor);
+    float tensor[3];
+    edge_tensor(fixed, view, tensor);
     for (int k = 0; k < 3; k++) {
         w->tensor[k][lane] = tensor[k];
         w->point[k][lane] = p->point[k][pixel];
@@ -199,7 +198,7 @@ static inline void edge_shear(const struct edge_field *f, const struct edge_fixe
 static inline void edge_make_windows(const struct edge_field *f, const struct edge_fixed *fixed,
                                      struct edge_windows *w)
 {
-    float length[SHADOW_LANES];
+    _Alignas(64) float length[SHADOW_LANES];
     edge_turn(f, w);
     edge_face(fixed, w);
     for (int i = 0; i < SHADOW_LANES; i++) {

@@ -3,6 +3,7 @@
 #include "proto/pattern.h"
 #include "proto/plan.h"
 #include "server/reconstruct/gaussian_lanes.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 #define ESTIMATE_NEAR_MOST 1e9f /* (size / distance)^2 */
@@ -16,7 +17,7 @@ struct estimate_receivers {
 
 /* The last receivers, filled up with some that have no normal. */
 struct estimate_rest {
-    float numbers[8][SHADOW_LANES];
+    _Alignas(64) float numbers[8][SHADOW_LANES];
     uint32_t bits[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 32][SHADOW_LANES];
 };
 
@@ -84,10 +85,9 @@ struct estimate_chunk {
 
 /* One stratum of vector i, (u, v) in [-1, 1]^2 of the light. I G but for factors that all strata
  * share; in units of the light's size and bounded, so that squares of squares stay finite. */
-static inline __attribute__((always_inline)) void estimate_add(const struct shadow_rectangle *light,
-                                                               bool gaussian, int i, lanes_vector u,
-                                                               lanes_vector v, lanes_mask seen,
-                                                               struct estimate_chunk *c)
+LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussian, int i,
+                               lanes_vector u, lanes_vector v, lanes_mask seen,
+                               struct estimate_chunk *c)
 {
     const float hu = light->half[0], hv = light->half[1], size2 = hu * hu + hv * hv;
     const float *a = light->axis[0], *b = light->axis[1];
@@ -122,10 +122,8 @@ static inline struct lanes estimate_strata(const float *jitter, uint32_t l, uint
     return out;
 }
 
-static inline __attribute__((always_inline)) void estimate_sum(const struct shadow_rectangle *light,
-                                                               bool gaussian, uint32_t l,
-                                                               const struct estimate_receivers *r,
-                                                               struct estimate_chunk *c)
+LANES_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussian, uint32_t l,
+                               const struct estimate_receivers *r, struct estimate_chunk *c)
 {
     struct lanes u[SHADOW_STRATA_MAX];
     for (int k = 0; k < 3; k++) {
@@ -174,7 +172,7 @@ static void kernel_estimate(const struct shadow_rectangle *light, uint32_t l, ui
     for (size_t first = 0; first < count; first += SHADOW_LANES) {
         const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
         struct estimate_receivers r = estimate_receivers_at(&all, first);
-        float answer[SHADOW_LANES];
+        _Alignas(64) float answer[SHADOW_LANES];
         if (n < SHADOW_LANES) estimate_fill(&r, n, l * l, &rest);
         if (!estimate_is_plain(&r, l * l, answer)) {
             if (light->profile == PROFILE_GAUSSIAN)

@@ -5,11 +5,13 @@
 
 #include "server/reconstruct/indirect_kernels.h"
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/tap_lanes.h"
 
 #define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */
 #define LINE_SPREAD_LEAST 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
 #define LINE_FLOOR        0.25f /* of the mean */
+#define LINE_TOGETHER     3     /* channels */
 
 /* Neighbours, and for rule B signed distances in sqrt 2 beta, then weights times those. */
 struct indirect_taps {
@@ -152,13 +154,13 @@ static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line
     }
 }
 
-/* Vector v of `channels` channels. */
-static inline __attribute__((always_inline)) void
-indirect_line_of(const struct indirect_taps *taps, const struct indirect_line *line,
-                 const float *const *in, size_t p, int v, uint32_t channels, float *const *out)
+/* Vector v of `channels` channels, LINE_TOGETHER at most: their sums stay in registers. */
+LANES_INLINE void indirect_line_of(const struct indirect_taps *taps,
+                                   const struct indirect_line *line, const float *const *in,
+                                   size_t p, int v, uint32_t channels, float *const *out)
 {
     const size_t aside = (size_t)v * LANES_PER_VECTOR;
-    lanes_vector own[3], sum[3], moment[3];
+    lanes_vector own[LINE_TOGETHER], sum[LINE_TOGETHER], moment[LINE_TOGETHER];
     for (uint32_t c = 0; c < channels; c++) {
         own[c] = lanes_load_vector(in[c] + p + aside);
         sum[c] = moment[c] = (lanes_vector){0};
@@ -191,7 +193,8 @@ static void kernel_line(const struct indirect_field *f, const struct indirect_ru
         indirect_fit(&taps, &line);
         for (int v = 0; v < LANES_VECTORS; v++) {
             uint32_t c = 0;
-            for (; c + 3 <= count; c += 3) indirect_line_of(&taps, &line, in + c, p, v, 3, out + c);
+            for (; c + LINE_TOGETHER <= count; c += LINE_TOGETHER)
+                indirect_line_of(&taps, &line, in + c, p, v, LINE_TOGETHER, out + c);
             for (; c < count; c++) indirect_line_of(&taps, &line, in + c, p, v, 1, out + c);
         }
     }
@@ -224,10 +227,8 @@ static inline void nearness_add(lanes_mask object, lanes_mask own, lanes_vector 
 #endif
 
 /* `groups` of sixteen pixels from p on. */
-static inline __attribute__((always_inline)) void nearness_mean(const struct indirect_field *f,
-                                                                const struct indirect_run *run,
-                                                                const float *nearness, size_t p,
-                                                                int groups, float *out)
+LANES_INLINE void nearness_mean(const struct indirect_field *f, const struct indirect_run *run,
+                                const float *nearness, size_t p, int groups, float *out)
 {
     struct lanes sum[NEARNESS_GROUPS], counts[NEARNESS_GROUPS];
     struct lanes_whole own[NEARNESS_GROUPS];

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 #define PROJECT_LANES 16
@@ -12,7 +13,7 @@
  * sample, which of a row's weights are those of the phases below and above, and how far it is from
  * the one below. */
 struct project_start {
-    int32_t node[PROJECT_LANES], below[PROJECT_LANES], above[PROJECT_LANES];
+    _Alignas(64) int32_t node[PROJECT_LANES], below[PROJECT_LANES], above[PROJECT_LANES];
     float g[PROJECT_LANES], rest[PROJECT_LANES];
 };
 
@@ -31,6 +32,18 @@ static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
         out->above[i] = (below < SHADOW_PHASES ? below + 1 : below) * window;
         out->rest[i] = phase - whole;
     }
+}
+
+/* All strata's, of up to PROJECT_LANES of the `left` pixels. */
+LANES_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strata,
+                                    const float *jitter, uint32_t left, struct project_start *out)
+{
+    _Alignas(64) float own[PROJECT_LANES] = {0};
+    if (left >= PROJECT_LANES) /* in one piece, as it is read */
+        memcpy(own, jitter, sizeof own);
+    else
+        memcpy(own, jitter, left * sizeof *own);
+    for (uint32_t a = 0; a < strata; a++) project_begin(f, a, own, &out[a]);
 }
 
 /* A row of weights, as a pixel needs it. */
@@ -52,10 +65,8 @@ typedef float project_eight __attribute__((vector_size(32), aligned(4), may_alia
 
 /* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases; 0
  * from r on. */
-static inline __attribute__((always_inline)) void project_weigh(const struct project_row *row,
-                                                                uint32_t window, int32_t below,
-                                                                int32_t above, float g, float rest,
-                                                                float *out)
+LANES_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
+                                int32_t above, float g, float rest, float *out)
 {
     const float *from = row->weights;
     project_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -85,10 +96,8 @@ struct project_shape {
 #define PROJECT_NODES 16
 
 /* Sums of four rows from `row` on at PROJECT_NODES nodes from `node` on, stratum by stratum. */
-static inline __attribute__((always_inline)) void project_sum(const struct project_strata *s,
-                                                              uint32_t l, uint32_t row,
-                                                              uint32_t node,
-                                                              __m512 sums[PROJECT_NODES / 4])
+LANES_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32_t row,
+                              uint32_t node, __m512 sums[PROJECT_NODES / 4])
 {
     const __m512i own = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
     const __m512i most = _mm512_set1_epi32(SHADOW_STRATA_MAX);
@@ -107,8 +116,8 @@ static inline __attribute__((always_inline)) void project_sum(const struct proje
 }
 
 /* As many of these as there are nodes, which lie `stride` numbers apart. */
-static inline __attribute__((always_inline)) void
-project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes, uint32_t stride, float *node)
+LANES_INLINE void project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes,
+                                uint32_t stride, float *node)
 {
     for (uint32_t k = 0; k < PROJECT_NODES / 4 && 4 * k < nodes; k++) {
         float *to = node + (size_t)4 * k * stride;
@@ -124,8 +133,8 @@ project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes, uint32_t str
     }
 }
 
-static inline __attribute__((always_inline)) void
-project_column(struct project_shape shape, const struct project_strata *s, float *columns)
+LANES_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
+                                 float *columns)
 {
     const uint32_t used = 2 * shape.scale, lanes = shape.lanes;
     for (uint32_t row = 0; row < lanes; row += 4) {
@@ -147,8 +156,8 @@ static inline void project_add(uint32_t count, const float *weights, const float
     for (uint32_t j = 0; j < count; j++, node += stride) *(shadow_four *)node += weights[j] * four;
 }
 
-static inline __attribute__((always_inline)) void
-project_column(struct project_shape shape, const struct project_strata *s, float *columns)
+LANES_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
+                                 float *columns)
 {
     const uint32_t lanes = shape.lanes;
     _Alignas(16) float share[SHADOW_STRATA_MAX + 4];
@@ -164,20 +173,17 @@ project_column(struct project_shape shape, const struct project_strata *s, float
 }
 #endif
 
-static inline __attribute__((always_inline)) void
-project_columns(const struct shadow_field *f, struct project_shape shape, const uint32_t *pixels,
-                uint32_t count, const float *jitter, const uint32_t *seen)
+LANES_INLINE void project_columns(const struct shadow_field *f, struct project_shape shape,
+                                  const uint32_t *pixels, uint32_t count, const float *jitter,
+                                  const uint32_t *seen)
 {
     const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * shape.lanes;
     struct project_start starts[SHADOW_STRATA_MAX];
     struct project_strata strata = {0};
     for (uint32_t k = 0; k < count; k++) {
-        const uint32_t lane = k % PROJECT_LANES, left = count - k;
+        const uint32_t lane = k % PROJECT_LANES;
         const struct project_row row = project_row_of(f, 0, pixels[k]);
-        float own[PROJECT_LANES] = {0};
-        for (uint32_t i = 0; lane == 0 && i < PROJECT_LANES && i < left; i++)
-            own[i] = jitter[k + i];
-        for (uint32_t a = 0; lane == 0 && a < l; a++) project_begin(f, a, own, &starts[a]);
+        if (lane == 0) project_begin_all(f, l, jitter + k, count - k, starts);
         for (uint32_t a = 0; a < l; a++) {
             const struct project_start *s = &starts[a];
             strata.first[a] = s->node[lane];
@@ -242,9 +248,9 @@ static inline lanes_vector project_pair(const float *pair)
     return (lanes_vector)(both + (pairs){0});
 }
 
-static inline __attribute__((always_inline)) void
-project_cells(uint32_t scale, const struct project_padded *even, const struct project_padded *odd,
-              const float *cells, uint32_t first, lanes_vector sums[PROJECT_VECTORS])
+LANES_INLINE void project_cells(uint32_t scale, const struct project_padded *even,
+                                const struct project_padded *odd, const float *cells,
+                                uint32_t first, lanes_vector sums[PROJECT_VECTORS])
 {
     for (int v = 0; v < PROJECT_VECTORS; v++) sums[v] = (lanes_vector){0};
     for (uint32_t c = 0; c < scale; c++) {
@@ -258,10 +264,8 @@ project_cells(uint32_t scale, const struct project_padded *even, const struct pr
     }
 }
 
-static inline __attribute__((always_inline)) void project_rows(const struct shadow_field *f,
-                                                               uint32_t scale,
-                                                               const uint32_t *pixels,
-                                                               uint32_t count, const float *cells)
+LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, const uint32_t *pixels,
+                               uint32_t count, const float *cells)
 {
     const uint32_t used = 2 * scale, window = (scale + 7) / 8 * 8; /* no weight reaches the rest */
     struct project_padded even[PROJECT_GROUP] = {0}, odd[PROJECT_GROUP] = {0};

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "server/reconstruct/coverage.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/receiver.h"
 
 #define RECEIVER_LANES     16
@@ -27,7 +28,7 @@ static inline float receiver_clamp(float v, float least, float most)
 
 /* What is found of receivers side by side. */
 struct receiver_chunk {
-    float normal[3][RECEIVER_LANES], u[2][RECEIVER_LANES], distance[RECEIVER_LANES];
+    _Alignas(64) float normal[3][RECEIVER_LANES], u[2][RECEIVER_LANES], distance[RECEIVER_LANES];
     float plane_least[RECEIVER_LANES], distance_most2[RECEIVER_LANES], gamma[2][RECEIVER_LANES];
 };
 
@@ -72,9 +73,8 @@ static inline void receiver_place(const struct receiver_light *light, const floa
     }
 }
 
-static inline __attribute__((always_inline)) void receiver_store(const struct receiver_chunk *c,
-                                                                 size_t at, size_t count,
-                                                                 const struct shadow_pixels *out)
+LANES_INLINE void receiver_store(const struct receiver_chunk *c, size_t at, size_t count,
+                                 const struct shadow_pixels *out)
 {
     const size_t bytes = count * sizeof(float);
     for (int k = 0; k < 3; k++) memcpy(out->normal[k] + at, c->normal[k], bytes);
@@ -89,6 +89,7 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
                                           const float *depth, size_t from,
                                           const struct shadow_pixels *out)
 {
+    const struct receiver_light own = *light; /* no plane that is written could be it */
     struct receiver_chunk c;
     for (uint32_t first = 0; first < count; first += RECEIVER_LANES) {
         const uint32_t left = count - first;
@@ -96,10 +97,10 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         const float *const p[3] = {out->point[0] + at, out->point[1] + at, out->point[2] + at};
         const float *const n[3] = {out->normal[0] + at, out->normal[1] + at, out->normal[2] + at};
         if (left >= RECEIVER_LANES) {
-            receiver_place(light, depth + first, p, n, RECEIVER_LANES, &c);
+            receiver_place(&own, depth + first, p, n, RECEIVER_LANES, &c);
             receiver_store(&c, at, RECEIVER_LANES, out);
         } else {
-            receiver_place(light, depth + first, p, n, left, &c);
+            receiver_place(&own, depth + first, p, n, left, &c);
             receiver_store(&c, at, left, out);
         }
     }

@@ -11,13 +11,12 @@
 #include <immintrin.h>
 #endif
 
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_kernels.h"
 
 #define SHADOW_LANES 16 /* arrays are filled up to a multiple of that */
 /* Four sums side by side; they start on 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
-
-#define LANES_INLINE static inline __attribute__((always_inline))
 
 /* lanes_take: out[n][i] = planes[n][to[i]] of `count` planes, floats or int32_t, copied as bits.
  * lanes_put: planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are equal.
@@ -172,8 +171,13 @@ static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start
 }
 
 /* Pixels of a list as lanes; those past its end repeat the last. */
-static inline void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
+LANES_INLINE void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
 {
+    if (count >=
+        SHADOW_LANES) { /* in one piece: a vector is not read from a few stores in flight */
+        memcpy(out, pixels, SHADOW_LANES * sizeof *out);
+        return;
+    }
     for (uint32_t i = 0; i < SHADOW_LANES; i++) out[i] = (int32_t)pixels[i < count ? i : count - 1];
 }
 

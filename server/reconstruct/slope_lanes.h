@@ -1,9 +1,9 @@
 #pragma once
 /* shadow_kernels' sum_slopes, of pixels side by side. */
 #include <stddef.h>
-#include <string.h>
 
 #include "server/reconstruct/compatible_lanes.h"
+#include "server/reconstruct/lanes_inline.h"
 
 #define SLOPES_SIDE    5
 #define SLOPES_REACH   (SLOPES_SIDE / 2)
@@ -61,8 +61,8 @@ static inline void slopes_begin(const struct shadow_field *f, size_t first, cons
 }
 
 /* Does pixel i take its neighbour in column `x` of a row? */
-static inline __attribute__((always_inline)) int32_t
-slopes_takes(const struct slopes_group *g, const struct slopes_row *row, size_t x, size_t i)
+LANES_INLINE int32_t slopes_takes(const struct slopes_group *g, const struct slopes_row *row,
+                                  size_t x, size_t i)
 {
     const float *const *p = g->rows[SLOPES_REACH].shown, *const *q = row->shown;
     const size_t own = i + SLOPES_REACH, k = i + x;
@@ -79,7 +79,8 @@ slopes_takes(const struct slopes_group *g, const struct slopes_row *row, size_t 
 /* How many, sum of a, sum of b. */
 static inline void slopes_add(const struct slopes_group *g, float out[3][SHADOW_LANES])
 {
-    float counts[SHADOW_LANES] = {0}, sums_a[SHADOW_LANES] = {0}, sums_b[SHADOW_LANES] = {0};
+    _Alignas(64) float counts[SHADOW_LANES] = {0}, sums_a[SHADOW_LANES] = {0},
+                       sums_b[SHADOW_LANES] = {0};
     for (int y = 0; y < SLOPES_SIDE; y++) {
         const struct slopes_row *row = &g->rows[y];
         for (size_t x = 0; row->has_values && x < SLOPES_SIDE; x++) {
@@ -92,9 +93,11 @@ static inline void slopes_add(const struct slopes_group *g, float out[3][SHADOW_
             }
         }
     }
-    memcpy(out[0], counts, sizeof counts);
-    memcpy(out[1], sums_a, sizeof sums_a);
-    memcpy(out[2], sums_b, sizeof sums_b);
+    for (size_t i = 0; i < SHADOW_LANES; i++) { /* in whole vectors, as memcpy here is not */
+        out[0][i] = counts[i];
+        out[1][i] = sums_a[i];
+        out[2][i] = sums_b[i];
+    }
 }
 
 /* Up to SHADOW_LANES pixels side by side at once, the last of which may be none of the list's. */
@@ -102,7 +105,7 @@ static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixe
                               const float *a, const float *b, float *out)
 {
     struct slopes_group group;
-    float sums[3][SHADOW_LANES];
+    _Alignas(64) float sums[3][SHADOW_LANES];
     for (uint32_t k = 0, n; k < count; k += n) {
         const size_t first = pixels[k];
         n = slopes_count(pixels + k, count - k);

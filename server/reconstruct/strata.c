@@ -1,5 +1,7 @@
 #include "server/reconstruct/strata.h"
 
+#include "server/reconstruct/lanes_inline.h"
+
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
 {
@@ -12,8 +14,7 @@ void strata_jitters(const struct receiver_light *light, const int32_t *x, const 
 }
 
 /* From the l rows' bits, row after row, to columns. */
-static inline __attribute__((always_inline)) void turn(uint32_t l, const uint8_t *bytes,
-                                                       uint32_t columns[SHADOW_STRATA_MAX])
+LANES_INLINE void turn(uint32_t l, const uint8_t *bytes, uint32_t columns[SHADOW_STRATA_MAX])
 {
     for (uint32_t a = 0; a < l; a++) {
         uint32_t column = 0;

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_inline.h"
 
 #define TAPS_MOST     128
 #define TAPS_CHANNELS 4 /* that go together, at most */
@@ -34,9 +35,9 @@ static inline void taps_inverse(const struct taps *taps, struct lanes *out)
 
 /* Sums of weights times differences from the receiving pixel's own value, of vector v of `channels`
  * channels. */
-static inline __attribute__((always_inline)) void
-taps_sum(const struct taps *taps, const float *const *in, size_t p, int v, uint32_t channels,
-         lanes_vector own[TAPS_CHANNELS], lanes_vector sum[TAPS_CHANNELS])
+LANES_INLINE void taps_sum(const struct taps *taps, const float *const *in, size_t p, int v,
+                           uint32_t channels, lanes_vector own[TAPS_CHANNELS],
+                           lanes_vector sum[TAPS_CHANNELS])
 {
     const size_t aside = (size_t)v * LANES_PER_VECTOR;
     for (uint32_t c = 0; c < channels; c++) {
@@ -51,10 +52,9 @@ taps_sum(const struct taps *taps, const float *const *in, size_t p, int v, uint3
     }
 }
 
-static inline __attribute__((always_inline)) void taps_mean_of(const struct taps *taps,
-                                                               const struct lanes *inverse,
-                                                               const float *const *in, size_t p,
-                                                               uint32_t channels, float *const *out)
+LANES_INLINE void taps_mean_of(const struct taps *taps, const struct lanes *inverse,
+                               const float *const *in, size_t p, uint32_t channels,
+                               float *const *out)
 {
     for (int v = 0; v < LANES_VECTORS; v++) {
         lanes_vector own[TAPS_CHANNELS], sum[TAPS_CHANNELS];

@@ -16,6 +16,7 @@
 
 #include "proto/plan.h"
 #include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_kernels.h"
 
 #define UNOCCLUDED_LANES    32
@@ -34,8 +35,8 @@
 #define UNOCCLUDED_ABOVE 1e-5f
 
 struct unoccluded_chunk {
-    float half[2];                     /* half-sides; they add up to 1 */
-    float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
+    float half[2];                                  /* half-sides; they add up to 1 */
+    _Alignas(64) float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
     float normal[3][UNOCCLUDED_LANES];
     float front[UNOCCLUDED_LANES]; /* how far the receiver is in front of the light's plane */
     float up[UNOCCLUDED_LANES], up_u[UNOCCLUDED_LANES], up_v[UNOCCLUDED_LANES]; /* n . points */
@@ -172,8 +173,8 @@ static inline void unoccluded_cut(float from, float to, float rise, float *a, fl
 
 /* The edge e from `corner` (of the light's centre): its term where above the horizon, and where it
  * goes through the horizon; `whole`: it is above for all receivers. */
-static inline __attribute__((always_inline)) void
-unoccluded_edge(const float corner[3], const float e[3], bool whole, struct unoccluded_chunk *c)
+LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool whole,
+                                  struct unoccluded_chunk *c)
 {
     const float ox = corner[0], oy = corner[1], oz = corner[2];
     const float ex = e[0], ey = e[1], ez = e[2];
@@ -222,8 +223,8 @@ static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
 }
 
 /* The sum over the light's edges into c->polygon. */
-static inline __attribute__((always_inline)) void
-unoccluded_outline(const struct shadow_rectangle *light, bool whole, struct unoccluded_chunk *c)
+LANES_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool whole,
+                                     struct unoccluded_chunk *c)
 {
     static const float outline[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {

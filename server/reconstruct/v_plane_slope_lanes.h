@@ -7,6 +7,7 @@
 #include "proto/pattern.h"
 #include "proto/v_plane.h"
 #include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
 #define V_PLANE_TURN 6.28318531f
@@ -71,15 +72,14 @@ static void kernel_strata(const struct v_plane_strata *s, const float *jitter_u,
 }
 
 /* The first `n` lanes, all of them where the compiler knows so; 0 beyond. */
-static inline __attribute__((always_inline)) lanes_vector v_plane_load(const float *from, size_t n)
+LANES_INLINE lanes_vector v_plane_load(const float *from, size_t n)
 {
     lanes_vector out = {0};
     memcpy(&out, from, n * sizeof *from);
     return out;
 }
 
-static inline __attribute__((always_inline)) lanes_mask v_plane_load_mask(const int32_t *from,
-                                                                          size_t n)
+LANES_INLINE lanes_mask v_plane_load_mask(const int32_t *from, size_t n)
 {
     lanes_mask out = {0};
     memcpy(&out, from, n * sizeof *from);
@@ -103,10 +103,10 @@ struct v_plane_sums {
 };
 
 /* Stratum (column, row) of `n` pixels from `at` on. */
-static inline __attribute__((always_inline)) void
-v_plane_add_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes,
-                   uint32_t column, uint32_t row, size_t at, size_t n, lanes_vector inverse,
-                   float least, struct v_plane_sums *sums)
+LANES_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
+                                     const struct v_plane_planes *planes, uint32_t column,
+                                     uint32_t row, size_t at, size_t n, lanes_vector inverse,
+                                     float least, struct v_plane_sums *sums)
 {
     const float *r = planes->first + 4 * (size_t)(row * s->l + column) * planes->stride + at;
     const float *g = r + planes->stride, *b = g + planes->stride;
@@ -124,10 +124,10 @@ v_plane_add_slopes(const struct v_plane_strata *s, const struct v_plane_planes *
 }
 
 /* `n` pixels from `at` on, of a vector at most. */
-static inline __attribute__((always_inline)) void
-v_plane_slopes_vector(const struct v_plane_strata *s, const struct v_plane_planes *planes,
-                      const struct v_plane_source *sources, float least_px, size_t at, size_t n,
-                      float *mean, float *deviation)
+LANES_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
+                                        const struct v_plane_planes *planes,
+                                        const struct v_plane_source *sources, float least_px,
+                                        size_t at, size_t n, float *mean, float *deviation)
 {
     const lanes_vector zero = {0}, one = lanes_all(1.0f).v[0];
     struct v_plane_sums sums = {zero, zero, zero};
@@ -160,9 +160,8 @@ static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_p
 }
 
 /* `n` pixels from p on, of a vector at most. */
-static inline __attribute__((always_inline)) void
-v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n, float *mean,
-                       float *deviation)
+LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n,
+                                         float *mean, float *deviation)
 {
     const float *const *normal = in->normal;
     const lanes_vector x = v_plane_load(normal[0] + p, n), y = v_plane_load(normal[1] + p, n);

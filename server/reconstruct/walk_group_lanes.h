@@ -8,15 +8,15 @@
 struct walk_group {
     uint32_t count;     /* pixels; lanes past the end repeat the last */
     int32_t reach_most; /* of all lanes */
-    int32_t pixel[SHADOW_LANES], reach[SHADOW_LANES];
+    _Alignas(64) int32_t pixel[SHADOW_LANES], reach[SHADOW_LANES];
     int32_t forward[SHADOW_LANES], minor[SHADOW_LANES]; /* pixels on, a step and aside */
     float slant[SHADOW_LANES];                          /* steps aside, a step */
 };
 
 /* One tap of each. */
 struct walk_tap {
-    int32_t to[SHADOW_LANES];  /* the pixel; its own where there is no tap */
-    float share[SHADOW_LANES]; /* 0 where there is none */
+    _Alignas(64) int32_t to[SHADOW_LANES]; /* the pixel; its own where there is no tap */
+    float share[SHADOW_LANES];             /* 0 where there is none */
 };
 
 static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
@@ -24,7 +24,7 @@ static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
 {
     const struct shadow_walk *walk = &f->pixels->walk[axis];
     const void *const steps[] = {walk->step[0], walk->step[1], walk->reach};
-    float own[3][SHADOW_LANES];
+    _Alignas(64) float own[3][SHADOW_LANES];
     const int32_t row = f->width;
     g->count = left < SHADOW_LANES ? left : SHADOW_LANES;
     lanes_list(pixels, g->count, g->pixel);
@@ -53,8 +53,8 @@ static inline void walk_place(const struct walk_group *g, int32_t k, struct walk
 {
     const int32_t away = k < 0 ? -k : k;
     const float step = (float)k;
-    float near[SHADOW_LANES], far[SHADOW_LANES];
-    int32_t to_near[SHADOW_LANES], to_far[SHADOW_LANES];
+    _Alignas(64) float near[SHADOW_LANES], far[SHADOW_LANES];
+    _Alignas(64) int32_t to_near[SHADOW_LANES], to_far[SHADOW_LANES];
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
         const float aside = step * g->slant[i], below = floorf(aside), rest = aside - below;
         const int32_t on = k * g->forward[i] + (int32_t)below * g->minor[i];

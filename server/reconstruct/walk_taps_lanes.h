@@ -6,6 +6,7 @@
 
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/walk_group_lanes.h"
 
 #define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
@@ -40,7 +41,7 @@ typedef int32_t walk_whole_sixteen __attribute__((vector_size(4 * SHADOW_LANES))
  * work at once. */
 struct walk_taps {
     struct walk_group group;
-    float own[WALK_ASKED][SHADOW_LANES];
+    _Alignas(64) float own[WALK_ASKED][SHADOW_LANES];
     _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
     float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
                                                     first; when they are balanced, lane by lane */
@@ -74,8 +75,8 @@ LANES_INLINE void walk_meet(const struct walk_rule *rule, uint32_t axis,
     const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])taps->own;
     const float per_length = rule->per_length, refusal = rule->refusal, centre = rule->centre;
     const uint32_t stride = rule->stride, slot_sums = rule->slot_sums, phases = rule->phases;
-    float weight[2][SHADOW_LANES];
-    uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
+    _Alignas(64) float weight[2][SHADOW_LANES];
+    _Alignas(64) uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
     memcpy(place, q[WALK_SLOT], sizeof place);
     if (axis == 0) memcpy(phase, q[WALK_PHASE], sizeof phase);
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
@@ -117,7 +118,7 @@ LANES_INLINE void walk_look(const struct walk_rule *rule, uint32_t axis,
         for (int k = 0; k < WALK_NUMBERS; k++) q[k] = (const lanes_number *)shown[k] + start;
         walk_meet(rule, axis, q, n, taps);
     } else {
-        float taken[WALK_NUMBERS][SHADOW_LANES];
+        _Alignas(64) float taken[WALK_NUMBERS][SHADOW_LANES];
         lanes_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, taken);
         for (int k = 0; k < WALK_NUMBERS; k++) q[k] = taken[k];
         walk_meet(rule, axis, q, n, taps);
@@ -158,10 +159,8 @@ static inline void walk_balance(struct walk_taps *taps)
 }
 
 /* Weighs the walks of up to sixteen of the `left` pixels. */
-static inline __attribute__((always_inline)) void walk_take(const struct shadow_field *f,
-                                                            uint32_t axis, uint32_t stride,
-                                                            const uint32_t *pixels, uint32_t left,
-                                                            struct walk_taps *taps)
+LANES_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                            const uint32_t *pixels, uint32_t left, struct walk_taps *taps)
 {
     const struct shadow_pixels *p = f->pixels;
     const void *const shown[WALK_NUMBERS] = {p->point[0],  p->point[1],  p->point[2], p->normal[0],

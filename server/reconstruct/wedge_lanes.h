@@ -3,6 +3,7 @@
  * "Widths"). */
 #include <math.h>
 
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/receiver_lanes.h"
 #include "server/reconstruct/shadow_lanes.h"
 #include "server/reconstruct/wedge.h"
@@ -35,7 +36,7 @@ enum wedge_written {
 enum wedge_whole { WEDGE_REACH = 0, WEDGE_ROW = 2, WEDGE_WHOLE = 4 };
 
 struct wedge_chunk {
-    float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
+    _Alignas(64) float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
     float pixel[SHADOW_LANES], wide[SHADOW_LANES];
     int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
 };
@@ -63,14 +64,33 @@ static inline void wedge_range(float longer_half, struct wedge_chunk *c)
     }
 }
 
-/* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
- * scene unit. */
-static inline void wedge_walk(const struct wedge_shear *shear, int axis, struct wedge_chunk *c)
+/* Constants of widths and walks. */
+struct wedge_rule {
+    float half[2], sigma_y[2], longer_half, scale, width_most_px, rho_most;
+    struct receiver_stepper stepper[2];
+};
+
+static inline struct wedge_rule wedge_rule_of(const struct wedge_shear *shear)
 {
     const struct receiver_light *light = shear->light;
-    const float half = light->rectangle.half[axis], sigma_y = light->sigma_y[axis];
-    const float scale = shear->scale, most_px = shear->width_most_px, rho_most = shear->rho_most;
-    const struct receiver_stepper stepper = receiver_stepper_of(light, axis);
+    const float *half = light->rectangle.half, *sigma_y = light->sigma_y;
+    return (struct wedge_rule){
+        .half = {half[0], half[1]},
+        .sigma_y = {sigma_y[0], sigma_y[1]},
+        .longer_half = half[0] > half[1] ? half[0] : half[1],
+        .scale = shear->scale,
+        .width_most_px = shear->width_most_px,
+        .rho_most = shear->rho_most,
+        .stepper = {receiver_stepper_of(light, 0), receiver_stepper_of(light, 1)}};
+}
+
+/* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
+ * scene unit. */
+LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
+{
+    const float half = rule->half[axis], sigma_y = rule->sigma_y[axis], scale = rule->scale;
+    const float most_px = rule->width_most_px, rho_most = rule->rho_most;
+    const struct receiver_stepper stepper = rule->stepper[axis];
     const float(*in)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in;
     for (int i = 0; i < SHADOW_LANES; i++) {
         float step_x, step_y;
@@ -108,7 +128,7 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
                                    uint32_t count, const float *most, const float *least,
                                    const struct shadow_pixels *out)
 {
-    const float *half = shear->light->rectangle.half;
+    const struct wedge_rule rule = wedge_rule_of(shear);
     const struct shadow_walk *a = &out->walk[0], *b = &out->walk[1];
     const void *const read[WEDGE_READ] = {out->point[0],    out->point[1],  out->point[2],
                                           out->normal[0],   out->normal[1], out->normal[2],
@@ -118,13 +138,13 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
                                           a->falloff, b->falloff,  out->width_px};
     void *const whole[WEDGE_WHOLE] = {a->reach, b->reach, out->weights[0], out->weights[1]};
     struct wedge_chunk c;
-    int32_t to[SHADOW_LANES];
+    _Alignas(64) int32_t to[SHADOW_LANES];
     for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
         lanes_list(pixels + first, count - first, to);
         lanes_take(read, WEDGE_READ, to, c.in);
-        wedge_range(half[0] > half[1] ? half[0] : half[1], &c);
-        wedge_walk(shear, 0, &c);
-        wedge_walk(shear, 1, &c);
+        wedge_range(rule.longer_half, &c);
+        wedge_walk(&rule, 0, &c);
+        wedge_walk(&rule, 1, &c);
         wedge_widths(&c);
         lanes_put(written, WEDGE_WRITTEN, to, c.out);
         lanes_put(whole, WEDGE_WHOLE, to, c.whole);
