@@ -20,6 +20,16 @@ check "another build is refused, and told what to do" refused wrong-build 'insta
 check "another protocol is refused" refused wrong-protocol 'version'
 check "another instruction set is refused, and told what to do" refused wrong-isa 'SHEARWATER_ISA'
 
+# Sets are named in small letters; a name that is none must not mean the best one.
+unknown_isa() {
+    ! SHEARWATER_ISA=AVX2 timeout 20 "$@" >"$tmp/isa.log" 2>&1 || return 1
+    grep -q '"AVX2" is no instruction set: sse4.2, avx2 or avx512' "$tmp/isa.log" || { cat "$tmp/isa.log"; return 1; }
+}
+check "a coordinator refuses an instruction set that is none" \
+    unknown_isa "$build/shearwater" render "$tmp/job.json" --quiet -o "$tmp/never.exr"
+check "a worker refuses it, too" \
+    unknown_isa "$build/shearwater-worker" --connect "unix:$data/worker.sock" --cache "$data/cache"
+
 # The fake has the frame to itself until it has done its worst; then a real worker joins.
 disturbed() {
     local script=$1 id real
