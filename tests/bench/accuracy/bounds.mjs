@@ -46,8 +46,10 @@ function shadows(rows) {
     ["sheared, 9 spp: axis-aligned's CPU time for equal error", toAxis.map((f) => f.seconds), ">=", null, "times"],
     ["sheared, 9 spp: filter's CPU time per megapixel", sheared.map(secondsPerMegapixel), "<=", 0.25, "s"],
     ["sheared, 9 spp: filter's share of the frame's CPU time", sheared.map((r) => filterSeconds(r) / r.cpu_s.total), "<=", 0.2, "ratio"],
+    // A third of what the sheared filter may take; were it of what that takes, a faster one would miss it.
+    ["axis-aligned, 9 spp: filter's CPU time per megapixel", at(rows, "axis_aligned", 9).map(secondsPerMegapixel), "<=", 0.25 / 3, "s"],
     ["axis-aligned, 9 spp: its CPU time over sheared's", pairs(rows, "axis_aligned", "sheared", 9).map(([a, s]) =>
-      filterSeconds(a) / filterSeconds(s)), "<=", 1 / 3, "ratio"],
+      filterSeconds(a) / filterSeconds(s)), "<=", null, "ratio"],
     monotone(rows, "sheared")];
 }
 
