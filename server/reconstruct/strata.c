@@ -30,7 +30,7 @@ void strata_columns(const struct receiver_light *light, const struct patch *patc
     const size_t area = (size_t)rect_area(patch->rect);
     const uint8_t *visibility = patch->lights[light->index].visibility + i;
     const uint32_t l = light->strata;
-    uint8_t bytes[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 8];
+    uint8_t bytes[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 8] = {0};
     for (uint32_t k = 0; k < (l * l + 7) / 8; k++) bytes[k] = visibility[k * area];
     if (l == 3)
         turn(3, bytes, columns); /* the loops in there come apart */
