@@ -146,8 +146,8 @@ static void take_indirect(const struct shading *l, int lane, float light[LONE_PA
         return;
     }
     float even[3], odd[3];
-    const uint32_t n = l->context.strata * l->context.strata; /* at least 1 */
-    const float share = (float)(n / 2) / (float)n;
+    const uint32_t n = l->context.strata * l->context.strata, odds = n / 2; /* n: at least 1 */
+    const float share = (float)odds / (float)n;
     take_halves(l, PLANE_INDIRECT_HALVES, 0, lane, even);
     take_halves(l, PLANE_INDIRECT_HALVES, 3, lane, odd);
     for (int c = 0; c < 3; c++) {
