@@ -1,6 +1,7 @@
 #pragma once
 /* shadow_kernels' sum_slopes, of pixels side by side. */
 #include <stddef.h>
+#include <string.h>
 
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/lanes_inline.h"
@@ -93,11 +94,9 @@ static inline void slopes_add(const struct slopes_group *g, float out[3][SHADOW_
             }
         }
     }
-    for (size_t i = 0; i < SHADOW_LANES; i++) { /* in whole vectors, as memcpy here is not */
-        out[0][i] = counts[i];
-        out[1][i] = sums_a[i];
-        out[2][i] = sums_b[i];
-    }
+    memcpy(out[0], counts, sizeof counts);
+    memcpy(out[1], sums_a, sizeof sums_a);
+    memcpy(out[2], sums_b, sizeof sums_b);
 }
 
 /* Up to SHADOW_LANES pixels side by side at once, the last of which may be none of the list's. */
