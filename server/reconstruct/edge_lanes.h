@@ -16,9 +16,7 @@ struct edge_weights {
     _Alignas(32) float even[EDGE_NODES], rise[EDGE_NODES];
 };
 
-/* Neighbours that count, side by side; nothing is written past the first whole lanes that hold
- * none.
- */
+/* Neighbours that count, side by side, and whole lanes that stand for none after them. */
 struct edge_neighbours {
     _Alignas(64) float exponents[EDGE_AROUND]; /* of all around */
     int32_t near[EDGE_AROUND];                 /* which of those count; what follows is theirs */
@@ -27,6 +25,7 @@ struct edge_neighbours {
     float exponent[EDGE_AROUND], u[2][EDGE_AROUND], jitter[2][EDGE_AROUND];
     size_t count;
 };
+_Static_assert(SHADOW_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
 
 /* I / cov of filters.md section 2 at both axes' nodes side by side, but the last. */
 static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct edge_windows *w,
