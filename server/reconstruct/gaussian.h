@@ -5,18 +5,18 @@
 #include <stdint.h>
 #include <string.h>
 
-/* exp(-x) for x >= 0; 0 from 87 on (also for infinity). Relative error 2e-7. */
+/* exp(-x) for x >= 0; 0 from 87 on (also for infinity). Relative error 3e-7. The series is summed
+ * in halves: few of its terms wait for each other. */
 static inline float gaussian_exp_minus(float x)
 {
     const float in = x < 87.0f ? x : 87.0f;
     const float n = floorf(in * -1.44269504f + 0.5f);
     /* ln 2 in two parts, the first of 15 bits: n times it is exact */
     const float rest = (-in - n * 0.693145752f) - n * 1.42860677e-6f;
-    const float p =
-        1.0f +
-        rest * (1.0f + rest * (0.5f + rest * (1.0f / 6 +
-                                              rest * (1.0f / 24 +
-                                                      rest * (1.0f / 120 + rest * (1.0f / 720))))));
+    const float squared = rest * rest;
+    const float low = (1.0f + rest) + squared * (0.5f + rest * (1.0f / 6));
+    const float high = (1.0f / 24 + rest * (1.0f / 120)) + squared * (1.0f / 720);
+    const float p = low + squared * squared * high;
     const uint32_t bits = (uint32_t)((int32_t)n + 127) << 23;
     float power;
     memcpy(&power, &bits, sizeof power);

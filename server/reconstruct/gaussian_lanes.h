@@ -22,11 +22,10 @@ static inline lanes_vector gaussian_exp_minus_lanes(lanes_vector x)
     const lanes_vector in = lanes_select(small, x, lanes_all(87.0f).v[0]);
     const lanes_vector n = gaussian_floor(in * -1.44269504f + 0.5f);
     const lanes_vector rest = (-in - n * 0.693145752f) - n * 1.42860677e-6f;
-    const lanes_vector p =
-        1.0f +
-        rest * (1.0f + rest * (0.5f + rest * (1.0f / 6 +
-                                              rest * (1.0f / 24 +
-                                                      rest * (1.0f / 120 + rest * (1.0f / 720))))));
+    const lanes_vector squared = rest * rest;
+    const lanes_vector low = (1.0f + rest) + squared * (0.5f + rest * (1.0f / 6));
+    const lanes_vector high = (1.0f / 24 + rest * (1.0f / 120)) + squared * (1.0f / 720);
+    const lanes_vector p = low + squared * squared * high;
     const lanes_mask power = (__builtin_convertvector(n, lanes_mask) + 127) << 23;
     return lanes_where(small, p * (lanes_vector)power);
 }

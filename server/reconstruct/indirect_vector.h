@@ -63,6 +63,25 @@ static inline void lanes_store(const struct lanes *from, float *to)
     for (int v = 0; v < LANES_VECTORS; v++) vectors[v] = from->v[v];
 }
 
+/* a[0], b[0], a[1], b[1], ...: twice as many. */
+static inline void lanes_store_pairs(lanes_vector a, lanes_vector b, float *to)
+{
+    lanes_stored *vectors = (lanes_stored *)to;
+#ifdef __AVX512F__
+    const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+    vectors[0] = _mm512_permutex2var_ps(a, low, b);
+    vectors[1] = _mm512_permutex2var_ps(a, high, b);
+#elif defined __AVX__
+    const __m256 low = _mm256_unpacklo_ps(a, b), high = _mm256_unpackhi_ps(a, b);
+    vectors[0] = _mm256_permute2f128_ps(low, high, 0x20);
+    vectors[1] = _mm256_permute2f128_ps(low, high, 0x31);
+#else
+    vectors[0] = _mm_unpacklo_ps(a, b);
+    vectors[1] = _mm_unpackhi_ps(a, b);
+#endif
+}
+
 static inline struct lanes lanes_all(float number)
 {
     struct lanes out;

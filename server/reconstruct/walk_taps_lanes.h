@@ -6,6 +6,7 @@
 
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/walk_group_lanes.h"
 
@@ -31,10 +32,6 @@ enum walk_asked {
     WALK_FALLOFF,
     WALK_ASKED,
 };
-
-/* A number of sixteen pixels. */
-typedef float walk_sixteen __attribute__((vector_size(4 * SHADOW_LANES), may_alias));
-typedef int32_t walk_whole_sixteen __attribute__((vector_size(4 * SHADOW_LANES)));
 
 /* Taps of sixteen pixels from the walks' negative ends on; the nearer pixel in rows or columns
  * first. All are placed, then all met and weighed: steps so short that the CPU has several taps in
@@ -67,19 +64,21 @@ static inline struct walk_rule walk_rule_of(const struct shadow_field *f, uint32
                               .phases = f->phases};
 }
 
-/* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to. */
-LANES_INLINE void walk_meet(const struct walk_rule *rule, uint32_t axis,
-                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
-                            struct walk_taps *taps)
+/* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to: of
+ * the lanes of one vector, from `first` on. */
+LANES_INLINE void walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
+                                   const lanes_number *const q[WALK_NUMBERS], int32_t n,
+                                   uint32_t first, struct walk_taps *taps)
 {
     const float(*p)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])taps->own;
     const float per_length = rule->per_length, refusal = rule->refusal, centre = rule->centre;
     const uint32_t stride = rule->stride, slot_sums = rule->slot_sums, phases = rule->phases;
-    _Alignas(64) float weight[2][SHADOW_LANES];
-    _Alignas(64) uint32_t place[SHADOW_LANES], phase[SHADOW_LANES];
-    memcpy(place, q[WALK_SLOT], sizeof place);
-    if (axis == 0) memcpy(phase, q[WALK_PHASE], sizeof phase);
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+    uint32_t place[LANES_PER_VECTOR], phase[LANES_PER_VECTOR];
+    memcpy(place, q[WALK_SLOT] + first, sizeof place);
+    if (axis == 0) memcpy(phase, q[WALK_PHASE] + first, sizeof phase);
+#pragma GCC ivdep
+    for (uint32_t k = 0; k < LANES_PER_VECTOR; k++) {
+        const uint32_t i = first + k;
         const struct asker asker = {{p[0][i], p[1][i], p[2][i]},
                                     {p[3][i], p[4][i], p[5][i]},
                                     p[WALK_PLANE_LEAST][i],
@@ -96,15 +95,21 @@ LANES_INLINE void walk_meet(const struct walk_rule *rule, uint32_t axis,
                              (node >= 0.0f) & (all > 0.0f);
         const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
-        const uint32_t to = place[i] * slot_sums + (uint32_t)(int32_t)whole * stride;
-        weight[0][i] = counted * (1.0f - rest);
-        weight[1][i] = counted * rest;
-        place[i] = kept ? to : 0;
-        if (axis == 0) phase[i] = ((kept ? phase[i] : 0) + i * phases) * stride;
+        const uint32_t to = place[k] * slot_sums + (uint32_t)(int32_t)whole * stride;
+        taps->weight[n][i] = counted * (1.0f - rest);
+        taps->weight[n][SHADOW_LANES + i] = counted * rest;
+        taps->at[n][i] = kept ? to : 0;
+        if (axis == 0) taps->phase[n][i] = ((kept ? phase[k] : 0) + i * phases) * stride;
     }
-    memcpy(taps->weight[n], weight, sizeof weight);
-    memcpy(taps->at[n], place, sizeof place);
-    if (axis == 0) memcpy(taps->phase[n], phase, sizeof phase);
+}
+
+LANES_INLINE void walk_meet(const struct walk_rule *rule, uint32_t axis,
+                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
+                            struct walk_taps *taps)
+{
+#pragma GCC unroll 4
+    for (uint32_t v = 0; v < LANES_VECTORS; v++)
+        walk_meet_vector(rule, axis, q, n, v * LANES_PER_VECTOR, taps);
 }
 
 /* The same of planes of what pixels show. */
@@ -129,32 +134,42 @@ LANES_INLINE void walk_look(const struct walk_rule *rule, uint32_t axis,
  * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
  * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
  * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
+{
+    const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
+    struct lanes first = lanes_all(0.0f), second = first, slope;
+    for (int32_t n = 0; n < count; n++) {
+        const float k = (float)((n >> 1) - reach);
+        const struct lanes lower = lanes_load(taps->weight[n]);
+        const struct lanes upper = lanes_load(taps->weight[n] + SHADOW_LANES);
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            const lanes_vector moment = k * (lower.v[v] + upper.v[v]);
+            first.v[v] += moment;
+            second.v[v] += moment * k;
+        }
+    }
+    /* S2 is a sum of squares, and 0 only where S1 is. */
+    const struct lanes one = lanes_all(1.0f);
+    for (int v = 0; v < LANES_VECTORS; v++)
+        slope.v[v] =
+            WALK_LINEAR * first.v[v] / (second.v[v] + lanes_where(second.v[v] <= 0.0f, one.v[v]));
+    return slope;
+}
+
+/* Weights become pairs, lane by lane. */
 static inline void walk_balance(struct walk_taps *taps)
 {
     const int32_t reach = taps->group.reach_most, count = walk_group_taps(&taps->group);
-    walk_sixteen first = {0}, second = {0};
+    struct lanes slope = walk_balance_slopes(taps);
     for (int32_t n = 0; n < count; n++) {
         const float k = (float)((n >> 1) - reach);
-        const walk_sixteen *w = (const walk_sixteen *)taps->weight[n];
-        const walk_sixteen moment = k * (w[0] + w[1]);
-        first += moment;
-        second += moment * k;
-    }
-    /* S2 is a sum of squares, and 0 only where S1 is. */
-    const walk_sixteen one = (walk_sixteen){0} + 1.0f;
-    const walk_sixteen none = (walk_sixteen)((second <= 0.0f) & (walk_whole_sixteen)one);
-    const walk_sixteen slope = WALK_LINEAR * first / (second + none);
-    _Alignas(64) float slopes[SHADOW_LANES];
-    *(walk_sixteen *)slopes = slope;
-    for (int32_t n = 0; n < count; n++) {
-        const float k = (float)((n >> 1) - reach);
-        float pairs[2 * SHADOW_LANES];
-        for (uint32_t i = 0; i < SHADOW_LANES; i++) {
-            const float factor = 1.0f - slopes[i] * k;
-            pairs[2 * i] = factor * taps->weight[n][i];
-            pairs[2 * i + 1] = factor * taps->weight[n][SHADOW_LANES + i];
+        const struct lanes lower = lanes_load(taps->weight[n]);
+        const struct lanes upper = lanes_load(taps->weight[n] + SHADOW_LANES);
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            const lanes_vector factor = 1.0f - slope.v[v] * k;
+            lanes_store_pairs(factor * lower.v[v], factor * upper.v[v],
+                              taps->weight[n] + 2 * v * LANES_PER_VECTOR);
         }
-        memcpy(taps->weight[n], pairs, sizeof pairs);
     }
 }
 
