@@ -10,12 +10,14 @@ CC      := gcc
 endif
 EXTRA   ?=
 TUNE    :=
+comma   := ,
 # What this compiler knows of some options.
 known   = $(strip $(foreach o,$(1),$(shell echo | $(CC) $(o) -xc -fsyntax-only - >/dev/null 2>&1 && echo $(o))))
 # Loops that clear sixteen lanes stay stores: as "rep stos", which gcc makes of them, each takes longer than what it
 # clears is worth. And what is one number stays out of vectors until it is compared with some: gcc counts there, too, by
-# way of memory.
-stores  := $(call known,-fno-tree-loop-distribute-patterns)
+# way of memory. Short arrays are cleared by stores as well.
+plain   := vector_loop:1024:noalign$(comma)libcall:-1:noalign
+stores  := $(call known,-fno-tree-loop-distribute-patterns -mmemset-strategy=$(plain))
 scalars := $(call known,-mno-stv)
 STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
@@ -213,7 +215,7 @@ $(B)/obj/proto/build.o: $(B)/build_id.h
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
-$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o: TUNE := $(stores)
+$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o $(B)/obj/server/film/%.o: TUNE := $(stores)
 $(B)/obj/server/reconstruct/%.o: TUNE := $(stores) $(scalars)
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
@@ -256,7 +258,6 @@ $(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
 $(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
-comma := ,
 # Tests from which memory is taken away (tests/unit/server/lean_memory.h).
 lean := $(addprefix $(B)/tests/unit/server/test_,imports spools)
 $(lean): private CFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup)
