@@ -35,11 +35,11 @@ uint32_t coverage_scale(uint32_t strata);
 int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out);
 void coverage_fini(struct coverage *coverage);
 
-/* The row of the nearest rho >= 0 and delta in [0, 2]. */
-static inline int32_t coverage_row(float rho_most, float rho, float delta)
+/* The row of the nearest rho >= 0, per_rho_most is 1 / rho_most, and delta in [0, 2]. */
+static inline int32_t coverage_row(float per_rho_most, float rho, float delta)
 {
     const float steps = COVERAGE_STEPS - 1;
-    const float r = rho < rho_most ? rho / rho_most : 1.0f;
+    const float share = rho * per_rho_most, r = share < 1.0f ? share : 1.0f;
     const float d = delta < COVERAGE_DELTA_MOST ? sqrtf(delta / COVERAGE_DELTA_MOST) : 1.0f;
     const int32_t i = (int32_t)(r * steps + 0.5f), j = (int32_t)(d * steps + 0.5f);
     return i * COVERAGE_STEPS + j;

@@ -164,14 +164,16 @@ static inline void edge_turn(const struct edge_field *f, struct edge_windows *w)
 /* Edges' normals on the light. */
 static inline void edge_face(const struct edge_fixed *fixed, struct edge_windows *w)
 {
-    for (int axis = 0; axis < 2; axis++) {
-        const struct receiver_stepper stepper = fixed->stepper[axis];
-        for (int i = 0; i < SHADOW_LANES; i++) {
-            float x, y;
-            receiver_step(&stepper, w->point[0][i], w->point[1][i], w->point[2][i],
-                          w->surface[0][i], w->surface[1][i], w->surface[2][i], &x, &y);
-            w->normal[axis][i] = x * w->across[0][i] + y * w->across[1][i];
-        }
+    const struct receiver_stepper u = fixed->stepper[0], v = fixed->stepper[1];
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const float nx = w->surface[0][i], ny = w->surface[1][i], nz = w->surface[2][i];
+        const struct receiver_aim aim =
+            receiver_aim(&u, w->point[0][i], w->point[1][i], w->point[2][i], nx, ny, nz);
+        float u_x, u_y, v_x, v_y;
+        receiver_step(&u, &aim, nx, ny, nz, &u_x, &u_y);
+        receiver_step(&v, &aim, nx, ny, nz, &v_x, &v_y);
+        w->normal[0][i] = u_x * w->across[0][i] + u_y * w->across[1][i];
+        w->normal[1][i] = v_x * w->across[0][i] + v_y * w->across[1][i];
     }
 }
 

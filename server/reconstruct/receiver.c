@@ -53,8 +53,8 @@ void receiver_steps(const struct receiver_light *light, const struct shadow_pixe
     }
     for (int axis = 0; axis < 2; axis++) {
         const struct receiver_stepper stepper = receiver_stepper_of(light, axis);
-        receiver_step(&stepper, p[0], p[1], p[2], n[0], n[1], n[2], &steps[axis][0],
-                      &steps[axis][1]);
+        const struct receiver_aim aim = receiver_aim(&stepper, p[0], p[1], p[2], n[0], n[1], n[2]);
+        receiver_step(&stepper, &aim, n[0], n[1], n[2], &steps[axis][0], &steps[axis][1]);
     }
 }
 

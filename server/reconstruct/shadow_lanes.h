@@ -135,18 +135,41 @@ LANES_INLINE void lanes_take(const void *const *planes, size_t count,
 
 #endif
 
+/* Lanes whose pixels are stored at once where they follow each other. */
+#ifdef __AVX2__
+#define LANES_STORED 8
+#else
+#define LANES_STORED 16
+#endif
+
+static inline bool lanes_stored_follow(const int32_t to[LANES_STORED])
+{
+#ifdef __AVX2__
+    const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)to);
+    const __m256i all = _mm256_set1_epi32(-1);
+    ptrdiff_t start;
+    return _mm256_testc_si256(lanes_run(pixels, all, &start), all);
+#else
+    int32_t follows = 1;
+    for (int32_t i = 1; i < LANES_STORED; i++) follows &= to[i] == to[0] + i;
+    return follows;
+#endif
+}
+
 LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
                             const void *numbers)
 {
-    const float *in = numbers;
-    int32_t follows = 1;
-    for (int32_t i = 1; i < SHADOW_LANES; i++) follows &= to[i] == to[0] + i;
-    for (size_t n = 0; n < count; n++, in += SHADOW_LANES) {
-        float *plane = planes[n];
-        if (follows)
-            memcpy(plane + to[0], in, SHADOW_LANES * sizeof *in);
-        else
-            for (uint32_t i = 0; i < SHADOW_LANES; i++) memcpy(plane + to[i], in + i, sizeof *in);
+    for (uint32_t first = 0; first < SHADOW_LANES; first += LANES_STORED) {
+        const float *in = (const float *)numbers + first;
+        const int32_t *at = to + first;
+        if (lanes_stored_follow(at)) {
+            for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
+                memcpy((float *)planes[n] + at[0], in, LANES_STORED * sizeof *in);
+            continue;
+        }
+        for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
+            for (uint32_t i = 0; i < LANES_STORED; i++)
+                memcpy((float *)planes[n] + at[i], in + i, sizeof *in);
     }
 }
 
@@ -164,6 +187,14 @@ static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     const __m512i first = _mm512_add_epi32(_mm512_set1_epi32(to[0]), lane);
     follows = _mm512_cmpneq_epi32_mask(_mm512_loadu_si512(to), first) == 0;
+#elif defined __AVX2__
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), eight = _mm256_set1_epi32(8);
+    const __m256i *in = (const __m256i *)(const void *)to;
+    const __m256i low = _mm256_add_epi32(_mm256_set1_epi32(to[0]), lane);
+    const __m256i off =
+        _mm256_or_si256(_mm256_xor_si256(_mm256_loadu_si256(in), low),
+                        _mm256_xor_si256(_mm256_loadu_si256(in + 1), _mm256_add_epi32(low, eight)));
+    follows = _mm256_testz_si256(off, off);
 #else
     for (int32_t i = 1; i < SHADOW_LANES; i++) follows &= to[i] == to[0] + i;
 #endif

@@ -11,6 +11,8 @@
 #define WEDGE_FLOOR_PX     0.25f /* slopes are at least this many pixels over L */
 #define WEDGE_RANGE_LEAST  1e-6f
 #define WEDGE_FALLOFF_MOST 1e30f
+#define WEDGE_SIGMA_LEAST  7.07e-16f /* (2 WEDGE_FALLOFF_MOST)^-1/2 */
+#define WEDGE_MAJOR_LEAST  1e-30f
 #define WEDGE_SIGMAS       2.5f /* that a walk goes: 3 give the same errors within 1 % */
 
 /* What is read of a pixel, */
@@ -35,90 +37,126 @@ enum wedge_written {
 };
 enum wedge_whole { WEDGE_REACH = 0, WEDGE_ROW = 2, WEDGE_WHOLE = 4 };
 
-struct wedge_chunk {
-    _Alignas(64) float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
-    float pixel[SHADOW_LANES], wide[SHADOW_LANES];
-    int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
+/* What both axes have in common. */
+enum wedge_shared {
+    WEDGE_AIM = 0, /* struct receiver_aim */
+    WEDGE_PIXEL = 7,
+    WEDGE_INVERSE_PIXEL,
+    WEDGE_WIDE,
+    WEDGE_INVERSE_WIDE,
+    WEDGE_SHARED,
 };
 
-/* Half a tap in half-sides of the light: how much farther than the light taps still reach. */
-static inline float wedge_half_tap(float major, float eta, float half)
-{
-    const float delta = 0.5f * eta / half / (major > 1e-30f ? major : 1e-30f);
-    return delta < 2.0f ? delta : 2.0f;
-}
+struct wedge_chunk {
+    _Alignas(64) float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
+    float shared[WEDGE_SHARED][SHADOW_LANES], sigma[2][SHADOW_LANES];
+    int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
+};
 
 static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 {
     const float *least = c->in[WEDGE_LEAST], *most = c->in[WEDGE_MOST];
     for (int i = 0; i < SHADOW_LANES; i++) {
-        const float pixel = receiver_size(c->in[WEDGE_PLANE_LEAST][i]);
-        const float top = longer_half / (WEDGE_FLOOR_PX * pixel);
+        const float pixel = receiver_size(c->in[WEDGE_PLANE_LEAST][i]), inverse = 1.0f / pixel;
+        const float top = longer_half / WEDGE_FLOOR_PX * inverse;
         const float upper = most[i] < top ? most[i] : top;
         const float lower = least[i] < upper ? least[i] : upper, eta = 0.5f * (upper + lower);
         const float range = upper - lower > WEDGE_RANGE_LEAST ? upper - lower : WEDGE_RANGE_LEAST;
-        c->pixel[i] = pixel;
+        const float wide = range > eta ? range : eta;
         c->out[WEDGE_ETA][i] = eta;
         c->out[WEDGE_SPREAD][i] = 0.5f * (upper - lower);
-        c->wide[i] = range > eta ? range : eta;
+        c->shared[WEDGE_PIXEL][i] = pixel;
+        c->shared[WEDGE_INVERSE_PIXEL][i] = inverse;
+        c->shared[WEDGE_WIDE][i] = wide;
+        c->shared[WEDGE_INVERSE_WIDE][i] = 1.0f / wide;
     }
 }
 
-/* Constants of widths and walks. */
+/* Constants of widths and walks; of widths and of the table's rho their inverses, too. */
 struct wedge_rule {
-    float half[2], sigma_y[2], longer_half, scale, width_most_px, rho_most;
+    float half[2], per_half[2], own[2], per_own[2]; /* own: a filter's sigma at slopes of 1 */
+    float longer_half, most_px, per_most, per_rho;
     struct receiver_stepper stepper[2];
 };
 
 static inline struct wedge_rule wedge_rule_of(const struct wedge_shear *shear)
 {
     const struct receiver_light *light = shear->light;
-    const float *half = light->rectangle.half, *sigma_y = light->sigma_y;
-    return (struct wedge_rule){
-        .half = {half[0], half[1]},
-        .sigma_y = {sigma_y[0], sigma_y[1]},
-        .longer_half = half[0] > half[1] ? half[0] : half[1],
-        .scale = shear->scale,
-        .width_most_px = shear->width_most_px,
-        .rho_most = shear->rho_most,
-        .stepper = {receiver_stepper_of(light, 0), receiver_stepper_of(light, 1)}};
+    const float *half = light->rectangle.half;
+    struct wedge_rule r = {.longer_half = half[0] > half[1] ? half[0] : half[1],
+                           .most_px = shear->width_most_px,
+                           .per_most = 1.0f / shear->width_most_px,
+                           .per_rho = 1.0f / shear->rho_most};
+    for (int axis = 0; axis < 2; axis++) {
+        r.half[axis] = half[axis];
+        r.per_half[axis] = 1.0f / half[axis];
+        r.own[axis] = shear->scale * light->sigma_y[axis];
+        r.per_own[axis] = 1.0f / r.own[axis];
+        r.stepper[axis] = receiver_stepper_of(light, axis);
+    }
+    return r;
+}
+
+static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedge_chunk *c)
+{
+    const struct receiver_stepper s = *stepper;
+    const float(*in)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in;
+    float(*out)[SHADOW_LANES] = c->shared + WEDGE_AIM;
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const struct receiver_aim aim =
+            receiver_aim(&s, in[0][i], in[1][i], in[2][i], in[3][i], in[4][i], in[5][i]);
+        out[0][i] = aim.x, out[1][i] = aim.y, out[2][i] = aim.z;
+        out[3][i] = aim.inverse_up, out[4][i] = aim.inverse_depth;
+        out[5][i] = aim.across, out[6][i] = aim.above;
+    }
 }
 
 /* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
  * scene unit. */
 LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
-    const float half = rule->half[axis], sigma_y = rule->sigma_y[axis], scale = rule->scale;
-    const float most_px = rule->width_most_px, rho_most = rule->rho_most;
+    const float per_half = rule->per_half[axis], per_rho = rule->per_rho;
+    const float all_own = rule->own[axis], per_own = rule->per_own[axis];
+    const float most_px = rule->most_px, per_most = rule->per_most;
     const struct receiver_stepper stepper = rule->stepper[axis];
-    const float(*in)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in;
+    const float(*n)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in + WEDGE_NORMAL;
+    const float(*s)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->shared;
     for (int i = 0; i < SHADOW_LANES; i++) {
+        const struct receiver_aim aim = {s[0][i], s[1][i], s[2][i], s[3][i],
+                                         s[4][i], s[5][i], s[6][i]};
         float step_x, step_y;
-        receiver_step(&stepper, in[0][i], in[1][i], in[2][i], in[3][i], in[4][i], in[5][i], &step_x,
-                      &step_y);
-        const float cap = most_px * c->pixel[i], eta = c->out[WEDGE_ETA][i];
-        const float own = scale * sigma_y / c->wide[i], sigma = own < cap ? own : cap;
+        receiver_step(&stepper, &aim, n[0][i], n[1][i], n[2][i], &step_x, &step_y);
+        const float cap = most_px * s[WEDGE_PIXEL][i], own = all_own * s[WEDGE_INVERSE_WIDE][i];
+        const float sigma = own < cap ? own : cap, eta = c->out[WEDGE_ETA][i];
+        const float per_sigma =
+            own < cap ? per_own * s[WEDGE_WIDE][i] : per_most * s[WEDGE_INVERSE_PIXEL][i];
         const float x = fabsf(step_x), y = fabsf(step_y), major = x > y ? x : y;
-        const float delta = wedge_half_tap(major, eta, half);
-        const float falloff = 0.5f / sigma / sigma, reach = ceilf(WEDGE_SIGMAS * sigma * major);
-        c->whole[WEDGE_ROW + axis][i] = coverage_row(rho_most, eta * sigma / half, delta);
+        const float per_major = 1.0f / (major > WEDGE_MAJOR_LEAST ? major : WEDGE_MAJOR_LEAST);
+        const float falloff = 0.5f * per_sigma * per_sigma,
+                    reach = ceilf(WEDGE_SIGMAS * sigma * major);
+        /* half a tap in half-sides of the light: how much farther than the light taps still reach
+         */
+        const float delta = 0.5f * eta * per_half * per_major;
+        c->sigma[axis][i] = sigma;
+        c->whole[WEDGE_ROW + axis][i] = coverage_row(per_rho, eta * sigma * per_half, delta);
         c->out[WEDGE_FALLOFF + axis][i] =
             falloff < WEDGE_FALLOFF_MOST ? falloff : WEDGE_FALLOFF_MOST;
         c->whole[WEDGE_REACH + axis][i] =
             (int32_t)(reach < SHADOW_REACH_PX ? reach : SHADOW_REACH_PX);
-        c->out[WEDGE_STEP_X + axis][i] = major > 0.0f ? step_x / major : 0.0f;
-        c->out[WEDGE_STEP_Y + axis][i] = major > 0.0f ? step_y / major : 0.0f;
+        c->out[WEDGE_STEP_X + axis][i] = step_x * per_major;
+        c->out[WEDGE_STEP_Y + axis][i] = step_y * per_major;
     }
 }
 
-/* Filters' widths in pixels. sigma = (2 falloff)^-1/2, never 0; the roots are taken one by one,
- * since products may overflow. */
+/* Filters' widths in pixels, never 0 where a walk goes; roots are taken one by one, since products
+ * may overflow. */
 static inline void wedge_widths(struct wedge_chunk *c)
 {
     const float *a = c->out[WEDGE_FALLOFF], *b = c->out[WEDGE_FALLOFF + 1];
     for (int i = 0; i < SHADOW_LANES; i++) {
-        const float sigma = sqrtf(sqrtf(0.5f / a[i])) * sqrtf(sqrtf(0.5f / b[i]));
-        const float width = sigma / c->pixel[i];
+        const float u = c->sigma[0][i] > WEDGE_SIGMA_LEAST ? c->sigma[0][i] : WEDGE_SIGMA_LEAST;
+        const float v = c->sigma[1][i] > WEDGE_SIGMA_LEAST ? c->sigma[1][i] : WEDGE_SIGMA_LEAST;
+        const float width = sqrtf(u) * sqrtf(v) * c->shared[WEDGE_INVERSE_PIXEL][i];
         const int32_t walks = (a[i] > 0.0f) & (b[i] > 0.0f);
         c->out[WEDGE_WIDTH][i] = walks ? width : 0.0f;
     }
@@ -143,6 +181,7 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
         lanes_list(pixels + first, count - first, to);
         lanes_take(read, WEDGE_READ, to, c.in);
         wedge_range(rule.longer_half, &c);
+        wedge_aim(&rule.stepper[0], &c);
         wedge_walk(&rule, 0, &c);
         wedge_walk(&rule, 1, &c);
         wedge_widths(&c);
