@@ -90,7 +90,8 @@ static inline lanes_vector glossy_log(lanes_vector x)
     const lanes_vector m = (lanes_vector)(low - (large & 0x00800000));
     const lanes_vector e = __builtin_convertvector((bits >> 23) - 127 - large, lanes_vector);
     const lanes_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
-    const lanes_vector tail = 0.333333333f + s * (0.2f + s * (0.142857143f + s * 0.111111111f));
+    const lanes_vector tail =
+        (0.333333333f + s * 0.2f) + s * s * (0.142857143f + s * 0.111111111f);
     return e * GLOSSY_LOG_2 + 2.0f * (t + t * s * tail);
 }
 
@@ -98,11 +99,10 @@ static inline lanes_vector glossy_log(lanes_vector x)
  * 3e-5, exact at 0; beyond, anything. */
 static inline lanes_vector glossy_exp_minus(lanes_vector x)
 {
-    const lanes_vector y = x * -0.0625f;
-    lanes_vector p =
-        1.0f +
-        y * (1.0f +
-             y * (0.5f + y * (1.0f / 6 + y * (1.0f / 24 + y * (1.0f / 120 + y * (1.0f / 720))))));
+    const lanes_vector y = x * -0.0625f, squared = y * y;
+    const lanes_vector low = (1.0f + y) + squared * (0.5f + y * (1.0f / 6));
+    const lanes_vector high = (1.0f / 24 + y * (1.0f / 120)) + squared * (1.0f / 720);
+    lanes_vector p = low + squared * squared * high;
     p = p * p;
     p = p * p;
     p = p * p;
