@@ -17,14 +17,26 @@ typedef double alias_weight(const void *items, uint32_t i);
 void alias_build(alias_weight *weight, const void *items, uint32_t count, double total,
                  struct alias_cell *cells);
 
+/* Where x in [0, 1) falls. */
+struct alias_place {
+    uint32_t cell;
+    double within; /* [0, 1) of it */
+};
+
+static inline struct alias_place alias_place_of(uint32_t count, double x)
+{
+    const double scaled = x * (double)count;
+    const uint32_t i = (uint32_t)scaled < count ? (uint32_t)scaled : count - 1;
+    return (struct alias_place){i, scaled - (double)i};
+}
+
 /* The index that x in [0, 1) chooses. Where x comes as a float it has 24 binary digits, of which
  * the cell takes as many as count has: alias_refine appends more. */
 static inline uint32_t alias_choose(const struct alias_cell *cells, uint32_t count, double x)
 {
-    const double scaled = x * (double)count;
-    uint32_t i = (uint32_t)scaled;
-    if (i >= count) i = count - 1;
-    return scaled - (double)i < (double)cells[i].keep ? i : cells[i].other;
+    const struct alias_place place = alias_place_of(count, x);
+    const struct alias_cell *cell = &cells[place.cell];
+    return place.within < (double)cell->keep ? place.cell : cell->other;
 }
 
 /* x with 24 more digits, the last twelve of the 24 of each of two other uniform numbers: what these

@@ -142,68 +142,122 @@ uint64_t environment_bytes(const struct environment *e)
 
 /* ---- from directions to texels ---- */
 
-/* Continuous position in texels, u in [0, width], v in [0, height]; 0 for what is no direction. The
- * angle from a pole is taken by its sine, too: the cosine alone knows little of it there. */
-static void locate(const struct environment *e, const float d[3], float *u, float *v)
-{
-    const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
-    const float down = ELEMENTARY_INV_PI * elementary_atan2(sqrtf(d[0] * d[0] + d[2] * d[2]), d[1]);
-    *u = around > 0.0f ? around * (float)e->width : 0.0f;
-    *v = down > 0.0f ? down * (float)e->height : 0.0f;
-}
+/* Four texels side by side and one above the other, and how far a lookup is from the first. */
+struct corners {
+    const float *at[2][2];
+    float s, t;
+};
 
-void environment_lookup(const struct environment *e, const float direction[3], float radiance[3])
+static struct corners corners_of(const struct environment *e, struct environment_spot spot)
 {
-    float u, v;
-    locate(e, direction, &u, &v);
-    const float left = floorf(u - 0.5f), upper = floorf(v - 0.5f);
-    const float s = u - 0.5f - left, t = v - 0.5f - upper;
+    const float left = floorf(spot.u - 0.5f), upper = floorf(spot.v - 0.5f);
     const uint32_t w = e->width, last = e->height - 1;
     const uint32_t x0 = left < 0.0f ? w - 1 : (uint32_t)left < w ? (uint32_t)left : 0;
     const uint32_t x1 = x0 + 1 < w ? x0 + 1 : 0;
     const uint32_t y0 = upper < 0.0f ? 0 : (uint32_t)upper < last ? (uint32_t)upper : last;
     const uint32_t y1 = upper < 0.0f || y0 == last ? y0 : y0 + 1;
-    const float *a = texel_at(e, x0, y0), *b = texel_at(e, x1, y0);
-    const float *c = texel_at(e, x0, y1), *d = texel_at(e, x1, y1);
+    return (struct corners){.at = {{texel_at(e, x0, y0), texel_at(e, x1, y0)},
+                                   {texel_at(e, x0, y1), texel_at(e, x1, y1)}},
+                            .s = spot.u - 0.5f - left,
+                            .t = spot.v - 0.5f - upper};
+}
+
+static uint32_t column_of(const struct environment *e, struct environment_spot spot)
+{
+    return spot.u < (float)e->width ? (uint32_t)spot.u : 0;
+}
+
+static uint32_t row_near(const struct environment *e, struct environment_spot spot)
+{
+    const uint32_t last = e->height - 1;
+    return spot.v < (float)last ? (uint32_t)spot.v : last;
+}
+
+/* u in [0, width], v in [0, height]; 0 for what is no direction. The angle from a pole is taken by
+ * its sine, too: the cosine alone knows little of it there. */
+struct environment_spot environment_find(const struct environment *e, const float d[3])
+{
+    const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
+    const float down = ELEMENTARY_INV_PI * elementary_atan2(sqrtf(d[0] * d[0] + d[2] * d[2]), d[1]);
+    const struct environment_spot spot = {around > 0.0f ? around * (float)e->width : 0.0f,
+                                          down > 0.0f ? down * (float)e->height : 0.0f};
+    const struct corners c = corners_of(e, spot);
+    for (int y = 0; y < 2; y++)
+        for (int x = 0; x < 2; x++) {
+            __builtin_prefetch(c.at[y][x]);
+            __builtin_prefetch(c.at[y][x] + 2);
+        }
+    __builtin_prefetch(e->weights + (size_t)row_near(e, spot) * e->width + column_of(e, spot));
+    return spot;
+}
+
+void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3])
+{
+    const struct corners c = corners_of(e, spot);
     for (int k = 0; k < 3; k++) {
-        const float top = a[k] + s * (b[k] - a[k]), bottom = c[k] + s * (d[k] - c[k]);
-        radiance[k] = top + t * (bottom - top);
+        const float *const *upper = c.at[0], *const *lower = c.at[1];
+        const float top = upper[0][k] + c.s * (upper[1][k] - upper[0][k]);
+        const float bottom = lower[0][k] + c.s * (lower[1][k] - lower[0][k]);
+        radiance[k] = top + c.t * (bottom - top);
     }
 }
 
+void environment_lookup(const struct environment *e, const float direction[3], float radiance[3])
+{
+    environment_read(e, environment_find(e, direction), radiance);
+}
+
 /* The row as sampling means it: by where 1 - cos lies between the edges. */
-static uint32_t row_of(const struct environment *e, const float d[3], float v)
+static uint32_t row_of(const struct environment *e, const float d[3], struct environment_spot spot)
 {
     const uint32_t last = e->height - 1;
     const bool below = d[1] < 0.0f;
     const double from_pole =
         ((double)d[0] * (double)d[0] + (double)d[2] * (double)d[2]) / (1.0 + fabs((double)d[1]));
-    uint32_t row = v < (float)last ? (uint32_t)v : last;
+    uint32_t row = row_near(e, spot);
     row = below ? last - row : row;
     if (row > 0 && from_pole < e->edges[row]) row--;
     if (row < last && from_pole >= e->edges[row + 1]) row++;
     return below ? last - row : row;
 }
 
+float environment_density(const struct environment *e, const float direction[3],
+                          struct environment_spot spot)
+{
+    const size_t row = row_of(e, direction, spot);
+    return e->density * e->weights[row * e->width + column_of(e, spot)];
+}
+
 float environment_pdf(const struct environment *e, const float direction[3])
 {
-    float u, v;
-    locate(e, direction, &u, &v);
-    const uint32_t x = u < (float)e->width ? (uint32_t)u : 0;
-    return e->density * e->weights[(size_t)row_of(e, direction, v) * e->width + x];
+    return environment_density(e, direction, environment_find(e, direction));
 }
 
 /* ---- sampling ---- */
 
-void environment_sample(const struct environment *e, float choice, const float u[2],
-                        float direction[3], float *pdf)
+void environment_expect(const struct environment *e, float choice, const float u[2])
+{
+    if (!(e->density > 0.0f)) return;
+    const double x = alias_refine(choice, u);
+    __builtin_prefetch(&e->cells[alias_place_of(e->width * e->height, x).cell]);
+}
+
+uint32_t environment_choose(const struct environment *e, float choice, const float u[2])
+{
+    if (!(e->density > 0.0f)) return 0;
+    const uint32_t i = alias_choose(e->cells, e->width * e->height, alias_refine(choice, u));
+    __builtin_prefetch(e->weights + i);
+    return i;
+}
+
+void environment_place(const struct environment *e, uint32_t texel, const float u[2],
+                       float direction[3], float *pdf)
 {
     direction[0] = direction[2] = 0.0f;
     direction[1] = 1.0f;
     *pdf = 0.0f;
     if (!(e->density > 0.0f)) return;
-    const uint32_t i = alias_choose(e->cells, e->width * e->height, alias_refine(choice, u));
-    const uint32_t y = i / e->width, x = i - y * e->width;
+    const uint32_t y = texel / e->width, x = texel - y * e->width;
     /* Rows below the equator are the upper ones' mirror image: 1 - cos is exact near both poles. */
     const bool below = 2 * y >= e->height;
     const uint32_t row = below ? e->height - 1 - y : y;
@@ -216,5 +270,11 @@ void environment_sample(const struct environment *e, float choice, const float u
     direction[0] = -sine * around_cosine;
     direction[1] = (float)(below ? from_pole - 1.0 : 1.0 - from_pole);
     direction[2] = -sine * around_sine;
-    *pdf = e->density * e->weights[i];
+    *pdf = e->density * e->weights[texel];
+}
+
+void environment_sample(const struct environment *e, float choice, const float u[2],
+                        float direction[3], float *pdf)
+{
+    environment_place(e, environment_choose(e, choice, u), u, direction, pdf);
 }

@@ -33,3 +33,23 @@ void environment_sample(const struct environment *e, float choice, const float u
 
 /* The density with which environment_sample chooses a unit direction. */
 float environment_pdf(const struct environment *e, const float direction[3]);
+
+/* -- the same in steps. Maps are larger than caches: each step asks memory for what the next one
+ * reads, and who takes it for several samples before the next waits for all of them at once -- */
+
+/* Position in texels. */
+struct environment_spot {
+    float u, v;
+};
+
+/* environment_lookup and environment_pdf: where a unit direction is; then what is there. */
+struct environment_spot environment_find(const struct environment *e, const float direction[3]);
+void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3]);
+float environment_density(const struct environment *e, const float direction[3],
+                          struct environment_spot spot);
+
+/* environment_sample: nothing yet; the texel; the direction within it. */
+void environment_expect(const struct environment *e, float choice, const float u[2]);
+uint32_t environment_choose(const struct environment *e, float choice, const float u[2]);
+void environment_place(const struct environment *e, uint32_t texel, const float u[2],
+                       float direction[3], float *pdf);

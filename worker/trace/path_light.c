@@ -125,39 +125,74 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
     out->color.z[i] = e.radiance[2];
 }
 
-static void sample_sky(const struct path_context *c, const struct path_vertex *v,
-                       struct choice *choice, int i, struct path_light *out)
+/* Lane i's direction and cosine; false where no light comes from there. */
+static bool sample_sky(const struct path_context *c, const struct path_vertex *v,
+                       const struct choice *choice, int i, uint32_t chosen, struct path_light *out)
 {
     struct light_packet *p = &out->packet;
     struct RTCRay16 *r = &p->rays.ray;
-    float direction[3], radiance[3], u[2] = {choice->u[i], choice->v[i]};
-    sky_sample(c->sky, choice->pick[i], u, direction, &p->density[i]);
+    const float u[2] = {choice->u[i], choice->v[i]};
+    float direction[3];
+    sky_place(c->sky, chosen, u, direction, &p->density[i]);
     if (!(p->density[i] > 0.0f)) {
         p->skip[i] = LIGHT_FACING_AWAY;
-        return;
+        return false;
     }
-    if (!aim(v, i, direction, 1.0f, p)) return;
+    if (!aim(v, i, direction, 1.0f, p)) return false;
     p->irradiance[i] /= p->density[i];
-    choice->soft[i] = sky_radiance_soft(c->sky, direction, radiance);
     r->dir_x[i] = direction[0];
     r->dir_y[i] = direction[1];
     r->dir_z[i] = direction[2];
     r->tfar[i] = INFINITY;
+    return true;
+}
+
+static void look_at_sky(const struct path_context *c, struct choice *choice, int i,
+                        const struct sky_view *view, struct path_light *out)
+{
+    float radiance[3];
+    choice->soft[i] = sky_radiance(c->sky, view, radiance);
     out->color.x[i] = radiance[0];
     out->color.y[i] = radiance[1];
     out->color.z[i] = radiance[2];
+}
+
+/* Lanes that chose the environment, step by step for all of them: what a step reads of a map is
+ * mostly in no cache. */
+static void sample_skies(const struct path_context *c, const struct path_vertex *v,
+                         struct choice *choice, struct path_light *out)
+{
+    int lane[LANES], count = 0, seen = 0;
+    uint32_t chosen[LANES];
+    struct sky_view view[LANES];
+    for (int i = 0; i < LANES; i++)
+        if (choice->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) lane[count++] = i;
+    for (int k = 0; k < count; k++) {
+        const float u[2] = {choice->u[lane[k]], choice->v[lane[k]]};
+        sky_expect(c->sky, choice->pick[lane[k]], u);
+    }
+    for (int k = 0; k < count; k++) {
+        const float u[2] = {choice->u[lane[k]], choice->v[lane[k]]};
+        chosen[k] = sky_choose(c->sky, choice->pick[lane[k]], u);
+    }
+    for (int k = 0; k < count; k++) {
+        const int i = lane[k];
+        const struct RTCRay16 *r = &out->packet.rays.ray;
+        if (!sample_sky(c, v, choice, i, chosen[k], out)) continue;
+        view[seen] = sky_find(c->sky, (const float[3]){r->dir_x[i], r->dir_y[i], r->dir_z[i]});
+        lane[seen++] = i;
+    }
+    for (int k = 0; k < seen; k++) look_at_sky(c, choice, lane[k], &view[k], out);
 }
 
 static void sample_others(const struct path_context *c, const struct path_vertex *v,
                           struct choice *choice, struct path_light *out)
 {
     struct light_packet *p = &out->packet;
+    sample_skies(c, v, choice, out);
     for (int i = 0; i < LANES; i++) {
         if (choice->chosen[i] == UINT32_MAX || choice->chosen[i] < LIMIT_LIGHTS) continue;
-        if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS)
-            sample_emitter(c, v, choice, i, out);
-        else
-            sample_sky(c, v, choice, i, out);
+        if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, choice, i, out);
         bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
         if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
         p->traced.on[i] = fit ? -1 : 0;

@@ -48,17 +48,37 @@ static void leave_soft(const struct path_packet *p, uint32_t i, float soft, floa
     radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
 }
 
+/* Rays that met nothing, and where they look at the sky: all of them before any does. */
+struct missed {
+    uint32_t count, ray[LANES];
+    struct sky_view view[LANES];
+};
+
+static void find_missed(const struct path_context *c, const struct path_packet *p,
+                        const struct path_vertex *v, struct missed *out)
+{
+    const struct RTCRay16 *r = &p->rays.ray;
+    out->count = 0;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (v->surface.hit.on[i]) continue;
+        const float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
+        out->view[out->count] = sky_find(c->sky, direction);
+        out->ray[out->count++] = i;
+    }
+}
+
 static void meet_sky(const struct path_context *c, const struct path_packet *p,
                      const struct path_vertex *v, struct path_harvest *h)
 {
-    const struct RTCRay16 *r = &p->rays.ray;
-    for (uint32_t i = 0; i < p->count; i++) {
-        if (v->surface.hit.on[i]) continue;
-        float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]}, radiance[3], weight = 1.0f;
-        const float soft = sky_radiance_soft(c->sky, direction, radiance);
+    struct missed missed;
+    find_missed(c, p, v, &missed);
+    for (uint32_t k = 0; k < missed.count; k++) {
+        const uint32_t i = missed.ray[k];
+        const struct sky_view *view = &missed.view[k];
+        float radiance[3], weight = 1.0f;
+        const float soft = sky_radiance(c->sky, view, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
-            weight =
-                weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, direction));
+            weight = weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, view));
         if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
@@ -140,14 +160,13 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
 static void meet_soft_sky(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {
-    const struct RTCRay16 *r = &p->rays.ray;
     const struct lanes3 *t = &p->throughput;
-    for (uint32_t i = 0; i < p->count; i++) {
-        const float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
-        const uint32_t slot = p->slot[i];
+    struct missed missed;
+    find_missed(c, p, v, &missed);
+    for (uint32_t k = 0; k < missed.count; k++) {
+        const uint32_t i = missed.ray[k], slot = p->slot[i];
         float radiance[3];
-        if (v->surface.hit.on[i]) continue;
-        const float soft = sky_radiance_soft(c->sky, direction, radiance);
+        const float soft = sky_radiance(c->sky, &missed.view[k], radiance);
         h->indirect.r[slot] += soft * radiance[0] * t->x[i];
         h->indirect.g[slot] += soft * radiance[1] * t->y[i];
         h->indirect.b[slot] += soft * radiance[2] * t->z[i];

@@ -18,16 +18,26 @@ struct sky {
 /* `map` is the plan's, NULL when it has none; borrowed. */
 void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map);
 
-/* Radiance from a unit direction. */
-void sky_radiance(const struct sky *sky, const float direction[3], float radiance[3]);
+/* A unit direction as a map has it, found ahead of what is asked of it (environment.h: who looks
+ * at several directions finds all of them first). */
+struct sky_view {
+    float direction[3];
+    struct environment_spot spot;
+};
+struct sky_view sky_find(const struct sky *sky, const float direction[3]);
 
-/* The same; returns which share of it is soft: up to so many times the map's mean that what fills
- * a small solid angle w brings no more than SKY_SOFT_TIMES w/4pi of all light, however bright it
- * is. Shadows of the rest may be as sharp as those of a sun. */
+/* Radiance from there; returns which share of it is soft: up to so many times the map's mean that
+ * what fills a small solid angle w brings no more than SKY_SOFT_TIMES w/4pi of all light, however
+ * bright it is. Shadows of the rest may be as sharp as those of a sun. */
 #define SKY_SOFT_TIMES PLAN_SKY_SOFT_TIMES
-float sky_radiance_soft(const struct sky *sky, const float direction[3], float radiance[3]);
+float sky_radiance(const struct sky *sky, const struct sky_view *view, float radiance[3]);
 
-/* Of a map: a direction by three uniform numbers, its density per solid angle (0: none). */
-void sky_sample(const struct sky *sky, float choice, const float u[2], float direction[3],
-                float *pdf);
-float sky_pdf(const struct sky *sky, const float direction[3]);
+/* Of a map: the density per solid angle with which directions are sampled. */
+float sky_pdf(const struct sky *sky, const struct sky_view *view);
+
+/* Of a map: a direction by three uniform numbers, its density per solid angle (0: none), in the
+ * steps of environment.h. */
+void sky_expect(const struct sky *sky, float choice, const float u[2]);
+uint32_t sky_choose(const struct sky *sky, float choice, const float u[2]);
+void sky_place(const struct sky *sky, uint32_t chosen, const float u[2], float direction[3],
+               float *pdf);
