@@ -46,18 +46,20 @@ LANES_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strat
     for (uint32_t a = 0; a < strata; a++) project_begin(f, a, own, &out[a]);
 }
 
-/* A row of weights, as a pixel needs it. */
+/* A row of weights, as a pixel needs it, and 1 + gamma y of what lies g nodes from the sample:
+ * base + slope g. */
 struct project_row {
     const float *weights;
-    float per_node, gamma;
+    float base, slope;
 };
 
 static inline struct project_row project_row_of(const struct shadow_field *f, uint32_t axis,
                                                 uint32_t pixel)
 {
     const size_t row = (size_t)f->pixels->weights[axis][pixel] * (SHADOW_PHASES + 1);
-    return (struct project_row){f->weights + row * f->window, 2.0f / (float)f->scale,
-                                f->pixels->gamma[axis][pixel]};
+    const float gamma = f->pixels->gamma[axis][pixel]; /* y = 1 - 2 g / scale */
+    return (struct project_row){f->weights + row * f->window, 1.0f + gamma,
+                                -gamma * (2.0f / (float)f->scale)};
 }
 
 /* Weights of nodes side by side, anywhere in memory. */
@@ -68,14 +70,13 @@ typedef float project_eight __attribute__((vector_size(32), aligned(4), may_alia
 LANES_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
                                 int32_t above, float g, float rest, float *out)
 {
-    const float *from = row->weights;
+    const float *from = row->weights, own = row->base + row->slope * g;
     project_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7};
     for (uint32_t j = 0; j < window; j += 8, nodes += 8.0f) {
         const project_eight low = *(const project_eight *)(from + below + j);
         const project_eight high = *(const project_eight *)(from + above + j);
-        const project_eight y = 1.0f - (g + nodes) * row->per_node;
         const project_eight cover = low + (high - low) * rest;
-        *(project_eight *)(out + j) = cover * (1.0f + row->gamma * y);
+        *(project_eight *)(out + j) = cover * (own + row->slope * nodes);
     }
 }
 
@@ -148,6 +149,12 @@ LANES_INLINE void project_column(struct project_shape shape, const struct projec
         *(shadow_four *)(columns + (size_t)used * lanes + i) = (shadow_four){0};
 }
 #else
+/* Of four rows that bits say are seen. */
+static const _Alignas(16) float project_shares[16][4] = {
+    {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {1, 1, 0, 0}, {0, 0, 1, 0}, {1, 0, 1, 0},
+    {0, 1, 1, 0}, {1, 1, 1, 0}, {0, 0, 0, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 1, 0, 1},
+    {0, 0, 1, 1}, {1, 0, 1, 1}, {0, 1, 1, 1}, {1, 1, 1, 1}};
+
 /* To node j weights[j] share; nodes lie `stride` numbers apart. */
 static inline void project_add(uint32_t count, const float *weights, const float *share,
                                uint32_t stride, float *node)
@@ -160,15 +167,75 @@ LANES_INLINE void project_column(struct project_shape shape, const struct projec
                                  float *columns)
 {
     const uint32_t lanes = shape.lanes;
-    _Alignas(16) float share[SHADOW_STRATA_MAX + 4];
     memset(columns, 0, (2 * (size_t)shape.scale + 2) * lanes * sizeof *columns);
     for (uint32_t a = 0; a < shape.strata; a++) {
         float *node = columns + (size_t)s->first[a] * lanes;
-        for (uint32_t b = 0; b < lanes; b += 4) {
-            for (uint32_t i = b; i < b + 4; i++) share[i] = (float)(s->seen[a] >> i & 1u);
-        }
         for (uint32_t b = 0; b < lanes; b += 4)
-            project_add(shape.scale, s->weights[a], share + b, lanes, node + b);
+            project_add(shape.scale, s->weights[a], project_shares[s->seen[a] >> b & 0xfu], lanes,
+                        node + b);
+    }
+}
+#endif
+
+#if defined __AVX__ && !defined __AVX512F__
+/* Four rows of lanes: a node's sum over the strata, two nodes in a register. Weights have zeros
+ * around them, as many as nodes lie beyond; they are read long after they were written. */
+#define PROJECT_BEFORE 16
+#define PROJECT_SPAN   (PROJECT_BEFORE + 2 * SHADOW_STRATA_MAX)
+#define PROJECT_TURN   8 /* pixels */
+
+struct project_turn {
+    _Alignas(64) float weights[PROJECT_TURN][3][PROJECT_SPAN];
+    int32_t first[PROJECT_TURN][3]; /* nodes */
+};
+
+LANES_INLINE void project_four_rows(struct project_shape shape, float (*weights)[PROJECT_SPAN],
+                                    const int32_t *first, const uint32_t *seen, float *columns)
+{
+    const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+    const uint32_t used = 2 * shape.scale;
+    const float *from[3];
+    __m256 share[3];
+    for (uint32_t a = 0; a < shape.strata; a++) {
+        from[a] = weights[a] + PROJECT_BEFORE - first[a];
+        share[a] = _mm256_broadcast_ps((const __m128 *)project_shares[seen[a] & 0xfu]);
+    }
+    for (uint32_t n = 0; n < used; n += 2) {
+        __m256 sum = _mm256_setzero_ps();
+        for (uint32_t a = 0; a < shape.strata; a++) {
+            double two;
+            memcpy(&two, from[a] + n, sizeof two);
+            const __m256 both = _mm256_castpd_ps(_mm256_set1_pd(two));
+            sum += _mm256_permutevar_ps(both, half) * share[a];
+        }
+        _mm256_storeu_ps(columns + (size_t)n * 4, sum);
+    }
+    _mm256_storeu_ps(columns + (size_t)used * 4, _mm256_setzero_ps());
+}
+
+LANES_INLINE void project_columns_four(const struct shadow_field *f, struct project_shape shape,
+                                       const uint32_t *pixels, uint32_t count, const float *jitter,
+                                       const uint32_t *seen)
+{
+    const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * 4;
+    struct project_start starts[3];
+    struct project_turn turn = {0};
+    for (uint32_t k = 0; k < count; k += PROJECT_TURN) {
+        const uint32_t left = count - k, many = left < PROJECT_TURN ? left : PROJECT_TURN;
+        if (k % PROJECT_LANES == 0) project_begin_all(f, l, jitter + k, left, starts);
+        for (uint32_t i = 0; i < many; i++) {
+            const struct project_row row = project_row_of(f, 0, pixels[k + i]);
+            const uint32_t lane = k % PROJECT_LANES + i;
+            for (uint32_t a = 0; a < l; a++) {
+                const struct project_start *s = &starts[a];
+                turn.first[i][a] = s->node[lane];
+                project_weigh(&row, shape.window, s->below[lane], s->above[lane], s->g[lane],
+                              s->rest[lane], turn.weights[i][a] + PROJECT_BEFORE);
+            }
+        }
+        for (uint32_t i = 0; i < many; i++)
+            project_four_rows(shape, turn.weights[i], turn.first[i], seen + (size_t)(k + i) * l,
+                              f->columns + (size_t)f->pixels->slot[pixels[k + i]] * size);
     }
 }
 #endif
@@ -202,7 +269,11 @@ static void kernel_project_columns(const struct shadow_field *f, const uint32_t 
     static const struct project_shape three = {3, 8, 8, 4}, four = {4, 8, 8, 8};
     const struct project_shape shape = {f->strata, f->scale, f->window, f->lanes};
     if (memcmp(&shape, &three, sizeof shape) == 0)
+#if defined __AVX__ && !defined __AVX512F__
+        project_columns_four(f, three, pixels, count, jitter, seen);
+#else
         project_columns(f, three, pixels, count, jitter, seen);
+#endif
     else if (memcmp(&shape, &four, sizeof shape) == 0)
         project_columns(f, four, pixels, count, jitter, seen);
     else
@@ -229,10 +300,10 @@ static inline void project_pad(const struct project_row *row, uint32_t window, f
 {
     const float *from = row->weights + (uint32_t)(g * SHADOW_PHASES) * window;
     float *to = out->of + (size_t)2 * PROJECT_PAD;
+    const float own = row->base + row->slope * g;
     shadow_four nodes = {0, 1, 2, 3};
     for (uint32_t j = 0; j < window; j += 4, nodes += 4.0f) {
-        const shadow_four y = 1.0f - (g + nodes) * row->per_node;
-        const shadow_four w = *(const shadow_four *)(from + j) * (1.0f + row->gamma * y);
+        const shadow_four w = *(const shadow_four *)(from + j) * (own + row->slope * nodes);
         shadow_four *twice = (shadow_four *)(to + (size_t)2 * j);
         twice[0] = __builtin_shufflevector(w, w, 0, 0, 1, 1);
         twice[1] = __builtin_shufflevector(w, w, 2, 2, 3, 3);

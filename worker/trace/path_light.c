@@ -127,12 +127,12 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
 
 /* Lane i's direction and cosine; false where no light comes from there. */
 static bool sample_sky(const struct path_context *c, const struct path_vertex *v,
-                       const struct choice *choice, int i, uint32_t chosen, struct path_light *out)
+                       const struct choice *choice, int i, uint32_t chosen, float direction[3],
+                       struct path_light *out)
 {
     struct light_packet *p = &out->packet;
     struct RTCRay16 *r = &p->rays.ray;
     const float u[2] = {choice->u[i], choice->v[i]};
-    float direction[3];
     sky_place(c->sky, chosen, u, direction, &p->density[i]);
     if (!(p->density[i] > 0.0f)) {
         p->skip[i] = LIGHT_FACING_AWAY;
@@ -176,11 +176,10 @@ static void sample_skies(const struct path_context *c, const struct path_vertex 
         chosen[k] = sky_choose(c->sky, choice->pick[lane[k]], u);
     }
     for (int k = 0; k < count; k++) {
-        const int i = lane[k];
-        const struct RTCRay16 *r = &out->packet.rays.ray;
-        if (!sample_sky(c, v, choice, i, chosen[k], out)) continue;
-        view[seen] = sky_find(c->sky, (const float[3]){r->dir_x[i], r->dir_y[i], r->dir_z[i]});
-        lane[seen++] = i;
+        float direction[3];
+        if (!sample_sky(c, v, choice, lane[k], chosen[k], direction, out)) continue;
+        view[seen] = sky_find(c->sky, direction);
+        lane[seen++] = lane[k];
     }
     for (int k = 0; k < seen; k++) look_at_sky(c, choice, lane[k], &view[k], out);
 }
