@@ -238,9 +238,9 @@ static void square_edge(float s, float edge[2])
     const float along = 4.0f * s;
     const int side = (int)along;
     const float t = 2.0f * (along - (float)side) - 1.0f;
-    const float points[4][2] = {{1.0f, t}, {-t, 1.0f}, {-1.0f, -t}, {t, -1.0f}};
-    edge[0] = points[side & 3][0];
-    edge[1] = points[side & 3][1];
+    const float turn = side & 2 ? -1.0f : 1.0f;
+    edge[0] = side & 1 ? -t * turn : turn;
+    edge[1] = side & 1 ? turn : t * turn;
 }
 
 /* All edges are equally far from the centre, so area grows evenly with the way along them, and with
@@ -256,6 +256,8 @@ void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, ui
     float edge[2];
     square_edge(unit_float(phase[0] + k * step), edge);
     const float radius = sqrtf(unit_float(phase[1] + k * GOLDEN_FRACTION));
-    for (int axis = 0; axis < 2; axis++)
-        out[axis] = fminf(0.5f + 0.5f * radius * edge[axis], BELOW_ONE);
+    for (int axis = 0; axis < 2; axis++) {
+        const float at = 0.5f + 0.5f * radius * edge[axis];
+        out[axis] = at < BELOW_ONE ? at : BELOW_ONE;
+    }
 }

@@ -84,17 +84,22 @@ static void store_radiance(const struct path_context *c, const struct block *b,
                            struct samples *samples)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
+    const float most = LENS_RADIANCE_MAX;
     struct lanes3 sum;
+    int32_t finite_count = 0;
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
         const float x = e->r[k] + d->r[k] + n->r[k], y = e->g[k] + d->g[k] + n->g[k];
         const float z = e->b[k] + d->b[k] + n->b[k];
-        const bool finite = x < INFINITY && y < INFINITY && z < INFINITY;
-        sum.x[i] = finite ? fminf(x, LENS_RADIANCE_MAX) : 0.0f;
-        sum.y[i] = finite ? fminf(y, LENS_RADIANCE_MAX) : 0.0f;
-        sum.z[i] = finite ? fminf(z, LENS_RADIANCE_MAX) : 0.0f;
-        c->counters->value[COUNTER_REJECTED_NOT_FINITE] += !finite;
+        const int32_t finite = (x < INFINITY) & (y < INFINITY) & (z < INFINITY);
+        const float red = x < most ? x : most, green = y < most ? y : most;
+        const float blue = z < most ? z : most;
+        sum.x[i] = finite ? red : 0.0f;
+        sum.y[i] = finite ? green : 0.0f;
+        sum.z[i] = finite ? blue : 0.0f;
+        finite_count += finite;
     }
+    c->counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint64_t)(LANES - finite_count);
     const float *planes[3] = {sum.x, sum.y, sum.z};
     for (uint32_t k = 0; k < 3; k++)
         block_store_f32(b, planes[k], samples_f32(samples, PLANE_LENS_RADIANCE, sample * 3 + k));
@@ -106,8 +111,12 @@ static void store_slope(const struct plan *plan, const struct block *b, const fl
                         uint32_t sample, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float slope[LANES];
-    for (int i = 0; i < LANES; i++)
-        slope[i] = fminf(fmaxf(lens_slope(plan, depth[i]), -HALF_MAX), HALF_MAX);
+    const struct lens_sloper sloper = lens_sloper_of(plan);
+    for (int i = 0; i < LANES; i++) {
+        const float own = lens_slope(sloper, depth[i]);
+        const float bounded = own > -HALF_MAX ? own : -HALF_MAX;
+        slope[i] = bounded < HALF_MAX ? bounded : HALF_MAX;
+    }
     block_store_half(b, slope, 1.0f, samples_u16(samples, PLANE_LENS_SLOPE, sample));
 }
 

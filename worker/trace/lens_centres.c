@@ -135,7 +135,7 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
  */
 static bool is_near_focus(const struct plan *plan, float ahead)
 {
-    const float slope = half_to_float(half_from_float(lens_slope(plan, ahead)));
+    const float slope = half_to_float(half_from_float(lens_slope(lens_sloper_of(plan), ahead)));
     return fabsf(slope) < LENS_LIGHT_SLOPE_MOST;
 }
 

@@ -1,6 +1,5 @@
 #include "worker/trace/lens_surface.h"
 
-#include <float.h>
 #include <math.h>
 
 #include "proto/octahedron.h"
@@ -10,14 +9,6 @@
 
 /* Apart from those of the albedo. */
 #define LOBE_BITS 0x5bd1e995u
-
-float lens_slope(const struct plan *plan, float z)
-{
-    const struct plan_camera *camera = &plan->camera;
-    const float scale = camera->aperture_radius * (float)plan->width_px /
-                        (2.0f * camera->half_width); /* plan_decode: > 0 */
-    return scale * (1.0f / z - 1.0f / fmaxf(camera->focus_distance, FLT_MIN));
-}
 
 /* The light that fields bring, as the sample's own path has found it: albedo taken out. */
 static void find_light(const struct path_context *c, const struct path_harvest *h, size_t slot,
