@@ -1,11 +1,12 @@
 #include "worker/trace/lens_surface.h"
 
 #include <math.h>
+#include <string.h>
 
-#include "proto/octahedron.h"
 #include "proto/pattern_path.h"
 #include "proto/shared_exponent.h"
 #include "worker/trace/block_store.h"
+#include "worker/trace/lane_kernels.h"
 
 /* Apart from those of the albedo. */
 #define LOBE_BITS 0x5bd1e995u
@@ -59,29 +60,39 @@ static uint32_t rounding_of(const struct path_context *c, const struct block *b,
     return path_mix(key + 0x9e3779b9u * (sample + 1));
 }
 
+static struct lanes3 lanes_of(const struct path_rgb *in, size_t first)
+{
+    struct lanes3 out;
+    memcpy(out.x, in->r + first, sizeof out.x);
+    memcpy(out.y, in->g + first, sizeof out.y);
+    memcpy(out.z, in->b + first, sizeof out.z);
+    return out;
+}
+
 void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
                         uint32_t sample, struct path_harvest *h, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float depth[LANES];
+    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
+    const struct lanes3 normal = lanes_of(&h->normal, first);
     uint16_t normals[LANES];
     uint32_t albedos[LANES], lights[LANES], lobes[LANES];
     if (c->plan->lens_light == LENS_LIGHT_OWN) return;
+    c->queries->kernels->pack_normals(&normal, 8, packed);
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
         const bool met = h->distance[k] > 0.0f && h->distance[k] < INFINITY;
-        const float normal[3] = {h->normal.r[k], h->normal.g[k], h->normal.b[k]};
         const float albedo[3] = {h->albedo.r[k], h->albedo.g[k], h->albedo.b[k]};
+        const float lobe[3] = {h->lobe.r[k], h->lobe.g[k], h->lobe.b[k]};
+        const uint32_t bits = rounding_of(c, b, i, sample);
         float light[3];
         find_light(c, h, k, light);
         for (int n = 0; n < 3; n++) light[n] *= c->plan->radiance_scale;
         depth[i] = met ? h->distance[k] : 0.0f;
-        normals[i] = met ? octahedron_pack8(normal) : 0;
-        albedos[i] =
-            shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, rounding_of(c, b, i, sample));
+        normals[i] = met ? (uint16_t)packed[i] : 0;
+        albedos[i] = shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, bits);
         lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);
-        const float lobe[3] = {h->lobe.r[k], h->lobe.g[k], h->lobe.b[k]};
-        lobes[i] = shared_exponent_pack_random(lobe, SHARED_EXPONENT_9,
-                                               rounding_of(c, b, i, sample) ^ LOBE_BITS);
+        lobes[i] = shared_exponent_pack_random(lobe, SHARED_EXPONENT_9, bits ^ LOBE_BITS);
         lens_surface_take_out(c, k, h);
     }
     block_store_positive_half(b, depth, 1.0f / c->plan->length_unit,
