@@ -13,7 +13,7 @@
  * documentation names, each read or written once for an output, whatever it reads again: what must
  * come from beyond the first cache. The level is the smallest that holds all of these. Cases are
  * those of check_kernels: 9 samples a light and a pixel, smooth surfaces in penumbra, filters at
- * their widest; times the least of some turns, call by call.
+ * their widest; times the least of some turns, call by call, in rounds that lie apart.
  *
  * check: nothing is measured; status 1 when instructions are counted wrong. */
 #include <stdio.h>
@@ -25,7 +25,8 @@
 
 enum {
     SIDE = 96,
-    TURNS = 24,
+    ROUNDS = 3, /* over all kernels: neighbours on a shared machine are busy for seconds */
+    TURNS = 12, /* of each round */
     CALLS_MOST = 1024,
     CHUNK_PX = 256,  /* of lists of pixels, a call */
     COUNT_PX = 48,   /* at least, of which instructions are counted */
@@ -43,6 +44,12 @@ struct subject {
     int number;
 };
 
+/* What was found of it. */
+struct found {
+    double least[CALLS_MOST]; /* ns */
+    double outputs, ns;       /* of a turn; of an output */
+};
+
 /* -- around the kernel -- */
 
 static struct {
@@ -51,7 +58,7 @@ static struct {
     int passed;         /* calls that are left to pass over */
     int call;           /* of this turn */
     double outputs, started;
-    double least[CALLS_MOST]; /* ns, of each of a turn's calls */
+    double *least; /* ns, of each of a turn's calls: CALLS_MOST */
 } around;
 
 /* Calls are short, and of each the least of all turns counts: what else the machine does meanwhile
@@ -175,20 +182,29 @@ static void create_cases(void)
 
 /* -- what is measured -- */
 
-static void measure(const struct subject *s, const struct roof_machine *m)
+/* A round's turns. */
+static void measure(const struct subject *s, struct found *f)
 {
-    double least = 0, outputs = 0;
-    for (int i = 0; i < CALLS_MOST; i++) around.least[i] = 1e30;
+    int calls = 0;
+    around.least = f->least;
     for (int turn = 0; turn < TURNS; turn++) {
         around.kernel = s->kernel, around.counts = false, around.outputs = 0, around.call = 0;
         s->run(s->number, false);
-        outputs = around.outputs;
+        f->outputs = around.outputs;
+        calls = around.call;
     }
-    for (int i = 0; i < around.call; i++) least += around.least[i];
+    f->ns = 0;
+    for (int i = 0; i < calls; i++) f->ns += f->least[i] / f->outputs;
+}
+
+static void say(const struct subject *s, const struct found *f, const struct roof_machine *m)
+{
+    const double ns = f->ns, outputs = f->outputs;
+    around.kernel = s->kernel;
     around.counts = true, around.outputs = 0, around.passed = COUNT_FROM;
     probe_found = (struct probe_counts){0};
     s->run(s->number, true);
-    const double each = 1.0 / around.outputs, ns = least / outputs;
+    const double each = 1.0 / around.outputs;
     const double bytes = 4.0 * (s->read + s->written), all = bytes * outputs;
     const enum roof_level level = all <= (double)m->cache_bytes[ROOF_L2]   ? ROOF_L2
                                   : all <= (double)m->cache_bytes[ROOF_L3] ? ROOF_L3
@@ -238,7 +254,7 @@ static void measure_all(void)
     const struct lens_light_kernels *li = lens_light_kernels_best();
     const struct v_plane_kernels *v = v_plane_kernels_best();
     enum { LINE = 16, POINT = 3, NORMAL = 3, WALK = 4, STRATUM = STRATA * STRATA, LIGHT = 3 };
-    struct roof_machine m;
+    struct roof_machine m = {0};
     create_cases();
     const double nodes = shadow_nodes(&field.field), lanes = field.field.lanes,
                  cells = 4.0 * field.field.scale,
@@ -296,9 +312,17 @@ static void measure_all(void)
          V_PLANE_NODE_FLOATS, run_v_plane, V_PLANE_COLUMNS},
         {"v-plane rows", &v->rows, 1 + LINE + V_PLANE_NODE_FLOATS, 4, run_v_plane, V_PLANE_ROWS},
     };
-    roof_measure(build_isa(), &m);
+    enum { COUNT = sizeof subjects / sizeof *subjects };
+    struct found *found = field_memory(COUNT * sizeof *found);
+    for (int i = 0; i < COUNT; i++)
+        for (int k = 0; k < CALLS_MOST; k++) found[i].least[k] = 1e30;
+    for (int round = 0; round < ROUNDS; round++) {
+        roof_measure(build_isa(), &m);
+        for (int i = 0; i < COUNT; i++) measure(&subjects[i], &found[i]);
+    }
     say_machine(&m);
-    for (size_t i = 0; i < sizeof subjects / sizeof *subjects; i++) measure(&subjects[i], &m);
+    for (int i = 0; i < COUNT; i++) say(&subjects[i], &found[i], &m);
+    free(found);
 }
 
 int main(int argc, char **argv)

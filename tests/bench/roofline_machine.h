@@ -2,7 +2,7 @@
 /* What one core of this machine can do at most, with vectors of an instruction set: loops of
  * nothing but additions and multiplications, of fused ones, of divisions, of square roots and of
  * additions of whole numbers, on registers; and how fast numbers come from caches and memory. The
- * best of some turns each. */
+ * best of some turns each, and of what was measured before. */
 #include <immintrin.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -28,6 +28,11 @@ static inline double roof_clock_ns(void)
     struct timespec t;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+static inline double roof_best(double a, double b)
+{
+    return a > b ? a : b;
 }
 
 static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before it runs */
@@ -89,11 +94,11 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
     ROOF_WHOLE(tier, isa, lanes)                                                                   \
     static inline void roof_arithmetic_##tier(struct roof_machine *m)                              \
     {                                                                                              \
-        m->mul_add = roof_mul_add_##tier();                                                        \
-        m->fused = 2.0 * roof_fused_##tier();                                                      \
-        m->divisions = roof_divide_##tier();                                                       \
-        m->roots = roof_root_##tier();                                                             \
-        m->whole = roof_whole_##tier();                                                            \
+        m->mul_add = roof_best(m->mul_add, roof_mul_add_##tier());                                 \
+        m->fused = roof_best(m->fused, 2.0 * roof_fused_##tier());                                 \
+        m->divisions = roof_best(m->divisions, roof_divide_##tier());                              \
+        m->roots = roof_best(m->roots, roof_root_##tier());                                        \
+        m->whole = roof_best(m->whole, roof_whole_##tier());                                       \
         m->slots = m->whole / (lanes);                                                             \
     }
 
@@ -136,6 +141,7 @@ static inline size_t roof_cache(int name, size_t otherwise)
     return bytes > 0 ? (size_t)bytes : otherwise;
 }
 
+/* *m: zeros, or what was measured before. */
 static inline void roof_measure(const char *isa, struct roof_machine *m)
 {
     m->cache_bytes[ROOF_L2] = roof_cache(_SC_LEVEL2_CACHE_SIZE, 512 << 10);
@@ -148,7 +154,8 @@ static inline void roof_measure(const char *isa, struct roof_machine *m)
         roof_arithmetic_sse(m);
     /* Well inside a cache, of L3 little, which others share; and well beyond all. */
     const size_t l2 = m->cache_bytes[ROOF_L2], l3 = m->cache_bytes[ROOF_L3];
-    m->bandwidth[ROOF_L2] = roof_bandwidth(l2 / 2, 400);
-    m->bandwidth[ROOF_L3] = roof_bandwidth(l3 / 4 < 3 * l2 ? l3 / 4 : 3 * l2, 80);
-    m->bandwidth[ROOF_MEMORY] = roof_bandwidth(6 * l3, 6);
+    m->bandwidth[ROOF_L2] = roof_best(m->bandwidth[ROOF_L2], roof_bandwidth(l2 / 2, 400));
+    m->bandwidth[ROOF_L3] =
+        roof_best(m->bandwidth[ROOF_L3], roof_bandwidth(l3 / 4 < 3 * l2 ? l3 / 4 : 3 * l2, 80));
+    m->bandwidth[ROOF_MEMORY] = roof_best(m->bandwidth[ROOF_MEMORY], roof_bandwidth(6 * l3, 6));
 }
