@@ -50,6 +50,7 @@ enum wedge_shared {
 struct wedge_chunk {
     _Alignas(64) float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
     float shared[WEDGE_SHARED][SHADOW_LANES], sigma[2][SHADOW_LANES];
+    float rho[2][SHADOW_LANES], delta[2][SHADOW_LANES];
     int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
 };
 
@@ -115,7 +116,7 @@ static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedg
  * scene unit. */
 LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
-    const float per_half = rule->per_half[axis], per_rho = rule->per_rho;
+    const float per_half = rule->per_half[axis];
     const float all_own = rule->own[axis], per_own = rule->per_own[axis];
     const float most_px = rule->most_px, per_most = rule->per_most;
     const struct receiver_stepper stepper = rule->stepper[axis];
@@ -138,7 +139,8 @@ LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wed
          */
         const float delta = 0.5f * eta * per_half * per_major;
         c->sigma[axis][i] = sigma;
-        c->whole[WEDGE_ROW + axis][i] = coverage_row(per_rho, eta * sigma * per_half, delta);
+        c->rho[axis][i] = eta * sigma * per_half;
+        c->delta[axis][i] = delta;
         c->out[WEDGE_FALLOFF + axis][i] =
             falloff < WEDGE_FALLOFF_MOST ? falloff : WEDGE_FALLOFF_MOST;
         c->whole[WEDGE_REACH + axis][i] =
@@ -146,6 +148,15 @@ LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wed
         c->out[WEDGE_STEP_X + axis][i] = step_x * per_major;
         c->out[WEDGE_STEP_Y + axis][i] = step_y * per_major;
     }
+}
+
+/* Rows of weights: apart from the walks, whose long way to a root they would wait for. */
+static inline void wedge_rows(float per_rho, struct wedge_chunk *c)
+{
+    for (int axis = 0; axis < 2; axis++)
+        for (int i = 0; i < SHADOW_LANES; i++)
+            c->whole[WEDGE_ROW + axis][i] =
+                coverage_row(per_rho, c->rho[axis][i], c->delta[axis][i]);
 }
 
 /* Filters' widths in pixels, never 0 where a walk goes; roots are taken one by one, since products
@@ -184,6 +195,7 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
         wedge_aim(&rule.stepper[0], &c);
         wedge_walk(&rule, 0, &c);
         wedge_walk(&rule, 1, &c);
+        wedge_rows(rule.per_rho, &c);
         wedge_widths(&c);
         lanes_put(written, WEDGE_WRITTEN, to, c.out);
         lanes_put(whole, WEDGE_WHOLE, to, c.whole);
