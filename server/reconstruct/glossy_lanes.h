@@ -90,8 +90,7 @@ static inline lanes_vector glossy_log(lanes_vector x)
     const lanes_vector m = (lanes_vector)(low - (large & 0x00800000));
     const lanes_vector e = __builtin_convertvector((bits >> 23) - 127 - large, lanes_vector);
     const lanes_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
-    const lanes_vector tail =
-        (0.333333333f + s * 0.2f) + s * s * (0.142857143f + s * 0.111111111f);
+    const lanes_vector tail = (0.333333333f + s * 0.2f) + s * s * (0.142857143f + s * 0.111111111f);
     return e * GLOSSY_LOG_2 + 2.0f * (t + t * s * tail);
 }
 

@@ -75,7 +75,7 @@ static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 
 /* Constants of widths and walks; of widths and of the table's rho their inverses, too. */
 struct wedge_rule {
-    float half[2], per_half[2], own[2], per_own[2]; /* own: a filter's sigma at slopes of 1 */
+    float per_half[2], own[2], per_own[2]; /* own: a filter's sigma at slopes of 1 */
     float longer_half, most_px, per_most, per_rho;
     struct receiver_stepper stepper[2];
 };
@@ -89,7 +89,6 @@ static inline struct wedge_rule wedge_rule_of(const struct wedge_shear *shear)
                            .per_most = 1.0f / shear->width_most_px,
                            .per_rho = 1.0f / shear->rho_most};
     for (int axis = 0; axis < 2; axis++) {
-        r.half[axis] = half[axis];
         r.per_half[axis] = 1.0f / half[axis];
         r.own[axis] = shear->scale * light->sigma_y[axis];
         r.per_own[axis] = 1.0f / r.own[axis];
@@ -133,10 +132,9 @@ LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wed
             own < cap ? per_own * s[WEDGE_WIDE][i] : per_most * s[WEDGE_INVERSE_PIXEL][i];
         const float x = fabsf(step_x), y = fabsf(step_y), major = x > y ? x : y;
         const float per_major = 1.0f / (major > WEDGE_MAJOR_LEAST ? major : WEDGE_MAJOR_LEAST);
-        const float falloff = 0.5f * per_sigma * per_sigma,
-                    reach = ceilf(WEDGE_SIGMAS * sigma * major);
-        /* half a tap in half-sides of the light: how much farther than the light taps still reach
-         */
+        const float falloff = 0.5f * per_sigma * per_sigma;
+        const float reach = ceilf(WEDGE_SIGMAS * sigma * major);
+        /* half a tap in half-sides of the light: how far beyond it taps still reach */
         const float delta = 0.5f * eta * per_half * per_major;
         c->sigma[axis][i] = sigma;
         c->rho[axis][i] = eta * sigma * per_half;
@@ -145,8 +143,11 @@ LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wed
             falloff < WEDGE_FALLOFF_MOST ? falloff : WEDGE_FALLOFF_MOST;
         c->whole[WEDGE_REACH + axis][i] =
             (int32_t)(reach < SHADOW_REACH_PX ? reach : SHADOW_REACH_PX);
-        c->out[WEDGE_STEP_X + axis][i] = step_x * per_major;
-        c->out[WEDGE_STEP_Y + axis][i] = step_y * per_major;
+        /* exactly 1 or -1 along the longer axis */
+        c->out[WEDGE_STEP_X + axis][i] =
+            major > 0.0f && x == major ? copysignf(1.0f, step_x) : step_x * per_major;
+        c->out[WEDGE_STEP_Y + axis][i] =
+            major > 0.0f && y == major ? copysignf(1.0f, step_y) : step_y * per_major;
     }
 }
 

@@ -60,13 +60,11 @@ static uint32_t rounding_of(const struct path_context *c, const struct block *b,
     return path_mix(key + 0x9e3779b9u * (sample + 1));
 }
 
-static struct lanes3 lanes_of(const struct path_rgb *in, size_t first)
+static void lanes_of(const struct path_rgb *in, size_t first, struct lanes3 *out)
 {
-    struct lanes3 out;
-    memcpy(out.x, in->r + first, sizeof out.x);
-    memcpy(out.y, in->g + first, sizeof out.y);
-    memcpy(out.z, in->b + first, sizeof out.z);
-    return out;
+    memcpy(out->x, in->r + first, sizeof out->x);
+    memcpy(out->y, in->g + first, sizeof out->y);
+    memcpy(out->z, in->b + first, sizeof out->z);
 }
 
 void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
@@ -74,10 +72,11 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
 {
     _Alignas(LANES_ALIGN) float depth[LANES];
     _Alignas(LANES_ALIGN) uint32_t packed[LANES];
-    const struct lanes3 normal = lanes_of(&h->normal, first);
+    struct lanes3 normal;
     uint16_t normals[LANES];
     uint32_t albedos[LANES], lights[LANES], lobes[LANES];
     if (c->plan->lens_light == LENS_LIGHT_OWN) return;
+    lanes_of(&h->normal, first, &normal);
     c->queries->kernels->pack_normals(&normal, 8, packed);
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
