@@ -16,8 +16,8 @@ known   = $(strip $(foreach o,$(1),$(shell echo | $(CC) $(o) -xc -fsyntax-only -
 # Loops that clear sixteen lanes stay stores: as "rep stos", which gcc makes of them, each takes longer than what it
 # clears is worth. And what is one number stays out of vectors until it is compared with some: gcc counts there, too, by
 # way of memory. Short arrays are cleared by stores as well.
-plain   := vector_loop:1024:noalign$(comma)libcall:-1:noalign
-stores  := $(call known,-fno-tree-loop-distribute-patterns -mmemset-strategy=$(plain))
+by_store := vector_loop:1024:noalign$(comma)libcall:-1:noalign
+stores  := $(call known,-fno-tree-loop-distribute-patterns -mmemset-strategy=$(by_store))
 scalars := $(call known,-mno-stv)
 STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
@@ -212,6 +212,7 @@ $(B)/build_id.h: $(sort $(wildcard proto/*.[ch] proto/*.def) $(shell find worker
 	@if cmp -s $@.new $@; then rm $@.new; touch $@; else mv $@.new $@; fi
 $(B)/obj/proto/build.o: $(B)/build_id.h
 
+# Copies of known size go 32 bytes at a time, as vectors are read: by halves, what is read waits for both.
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256)
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512
 $(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/server/film/%.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math

@@ -232,7 +232,7 @@ void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t di
     pattern_deck_draw(&deck, i, out);
 }
 
-/* The point at fraction s along the edge of the square [-1,1]^2. */
+/* The point at fraction s along the edge of the square [-1,1]^2, counter-clockwise from (1, -1). */
 static void square_edge(float s, float edge[2])
 {
     const float along = 4.0f * s;

@@ -2,7 +2,7 @@
 /* gaussian.h's exponential of numbers side by side, to the last bit: loops over it are taken apart
  * where they are as short as a vector. */
 #include "server/reconstruct/gaussian.h"
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 
 static inline lanes_vector gaussian_floor(lanes_vector x)
 {

@@ -15,7 +15,7 @@
 #include <string.h>
 
 #include "server/reconstruct/glossy_kernels.h"
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/tap_lanes.h"
 
 #define GLOSSY_LOG_2     0.693147181f

@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "server/reconstruct/indirect_kernels.h"
-#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/tap_lanes.h"
 
 #define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */

@@ -4,7 +4,7 @@
  * in the same order. */
 #include <string.h>
 
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_cell_lanes.h"
 #include "server/reconstruct/lens_kernels.h"
 

@@ -2,7 +2,7 @@
 /* lens_kernels that make planes of the cells of a layer's image, and find by which slopes samples
  * pass it, vectors of pixels or cells side by side: whatever instruction set the including file is
  * compiled for, each sees the same operations in the same order. */
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_kernels.h"
 
 /* A bit for each lane whose sign is set, the first lane's lowest. */

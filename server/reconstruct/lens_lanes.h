@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "proto/lens_pattern.h"
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_cell_lanes.h"
 #include "server/reconstruct/lens_kernels.h"
 #include "server/reconstruct/lens_layer.h"

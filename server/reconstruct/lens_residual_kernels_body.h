@@ -1,7 +1,7 @@
 /* The table of kernels, compiled once for each instruction set: define LENS_RESIDUAL_KERNELS as its
  * name and include this. Plain loops whose turns do not depend on each other: the compiler makes
  * vectors of them, of the same operations in the same order everywhere. */
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_residual_kernels.h"
 
 static void average_few(const float *in, size_t step, uint32_t n, size_t count, float *out,

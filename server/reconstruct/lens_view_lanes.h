@@ -2,7 +2,7 @@
 /* lens_kernels that put layers behind each other, vectors of pixels side by side: whatever
  * instruction set the including file is compiled for, each pixel sees the same operations in the
  * same order. */
-#include "server/reconstruct/indirect_vector.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_cell_lanes.h"
 #include "server/reconstruct/lens_kernels.h"
 

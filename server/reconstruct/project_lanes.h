@@ -3,11 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 #define PROJECT_LANES 16
+#define PROJECT_GROUP 8 /* pixels: weights are read long after they were written */
 
 /* Where strata begin of pixels side by side: first node, how far that lies from the stratum's
  * sample, which of a row's weights are those of the phases below and above, and how far it is from
@@ -178,24 +179,27 @@ LANES_INLINE void project_column(struct project_shape shape, const struct projec
 #endif
 
 #if defined __AVX__ && !defined __AVX512F__
-/* Four rows of lanes: a node's sum over the strata, two nodes in a register. Weights have zeros
- * around them, as many as nodes lie beyond; they are read long after they were written. */
-#define PROJECT_BEFORE 16
+#define PROJECT_BY_NODES 1
+/* Up to PROJECT_FEW strata, whose rows and denominator are four lanes: a node's sum over the
+ * strata, two nodes in a register. Weights have zeros around them for nodes that lie beyond: a
+ * stratum's first node is `scale` at most, and the last one 2 scale - 1. */
+#define PROJECT_FEW    3
+#define PROJECT_BEFORE SHADOW_STRATA_MAX
 #define PROJECT_SPAN   (PROJECT_BEFORE + 2 * SHADOW_STRATA_MAX)
-#define PROJECT_TURN   8 /* pixels */
 
-struct project_turn {
-    _Alignas(64) float weights[PROJECT_TURN][3][PROJECT_SPAN];
-    int32_t first[PROJECT_TURN][3]; /* nodes */
+struct project_group {
+    _Alignas(64) float weights[PROJECT_GROUP][PROJECT_FEW][PROJECT_SPAN];
+    int32_t first[PROJECT_GROUP][PROJECT_FEW]; /* nodes */
 };
+_Static_assert(PROJECT_LANES % PROJECT_GROUP == 0, "groups begin where lanes do");
 
-LANES_INLINE void project_four_rows(struct project_shape shape, float (*weights)[PROJECT_SPAN],
-                                    const int32_t *first, const uint32_t *seen, float *columns)
+LANES_INLINE void project_nodes(struct project_shape shape, float (*weights)[PROJECT_SPAN],
+                                const int32_t *first, const uint32_t *seen, float *columns)
 {
     const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
     const uint32_t used = 2 * shape.scale;
-    const float *from[3];
-    __m256 share[3];
+    const float *from[PROJECT_FEW];
+    __m256 share[PROJECT_FEW];
     for (uint32_t a = 0; a < shape.strata; a++) {
         from[a] = weights[a] + PROJECT_BEFORE - first[a];
         share[a] = _mm256_broadcast_ps((const __m128 *)project_shares[seen[a] & 0xfu]);
@@ -213,29 +217,29 @@ LANES_INLINE void project_four_rows(struct project_shape shape, float (*weights)
     _mm256_storeu_ps(columns + (size_t)used * 4, _mm256_setzero_ps());
 }
 
-LANES_INLINE void project_columns_four(const struct shadow_field *f, struct project_shape shape,
-                                       const uint32_t *pixels, uint32_t count, const float *jitter,
-                                       const uint32_t *seen)
+LANES_INLINE void project_columns_few(const struct shadow_field *f, struct project_shape shape,
+                                      const uint32_t *pixels, uint32_t count, const float *jitter,
+                                      const uint32_t *seen)
 {
     const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * 4;
-    struct project_start starts[3];
-    struct project_turn turn = {0};
-    for (uint32_t k = 0; k < count; k += PROJECT_TURN) {
-        const uint32_t left = count - k, many = left < PROJECT_TURN ? left : PROJECT_TURN;
+    struct project_start starts[PROJECT_FEW];
+    struct project_group group = {0};
+    for (uint32_t k = 0; k < count; k += PROJECT_GROUP) {
+        const uint32_t left = count - k, many = left < PROJECT_GROUP ? left : PROJECT_GROUP;
         if (k % PROJECT_LANES == 0) project_begin_all(f, l, jitter + k, left, starts);
         for (uint32_t i = 0; i < many; i++) {
             const struct project_row row = project_row_of(f, 0, pixels[k + i]);
             const uint32_t lane = k % PROJECT_LANES + i;
             for (uint32_t a = 0; a < l; a++) {
                 const struct project_start *s = &starts[a];
-                turn.first[i][a] = s->node[lane];
+                group.first[i][a] = s->node[lane];
                 project_weigh(&row, shape.window, s->below[lane], s->above[lane], s->g[lane],
-                              s->rest[lane], turn.weights[i][a] + PROJECT_BEFORE);
+                              s->rest[lane], group.weights[i][a] + PROJECT_BEFORE);
             }
         }
         for (uint32_t i = 0; i < many; i++)
-            project_four_rows(shape, turn.weights[i], turn.first[i], seen + (size_t)(k + i) * l,
-                              f->columns + (size_t)f->pixels->slot[pixels[k + i]] * size);
+            project_nodes(shape, group.weights[i], group.first[i], seen + (size_t)(k + i) * l,
+                          f->columns + (size_t)f->pixels->slot[pixels[k + i]] * size);
     }
 }
 #endif
@@ -263,17 +267,24 @@ LANES_INLINE void project_columns(const struct shadow_field *f, struct project_s
 }
 
 /* Loops over as few strata as usual are faster where the compiler knows how many. */
+LANES_INLINE void project_columns_three(const struct shadow_field *f, struct project_shape three,
+                                        const uint32_t *pixels, uint32_t count, const float *jitter,
+                                        const uint32_t *seen)
+{
+#ifdef PROJECT_BY_NODES
+    project_columns_few(f, three, pixels, count, jitter, seen);
+#else
+    project_columns(f, three, pixels, count, jitter, seen);
+#endif
+}
+
 static void kernel_project_columns(const struct shadow_field *f, const uint32_t *pixels,
                                    uint32_t count, const float *jitter, const uint32_t *seen)
 {
     static const struct project_shape three = {3, 8, 8, 4}, four = {4, 8, 8, 8};
     const struct project_shape shape = {f->strata, f->scale, f->window, f->lanes};
     if (memcmp(&shape, &three, sizeof shape) == 0)
-#if defined __AVX__ && !defined __AVX512F__
-        project_columns_four(f, three, pixels, count, jitter, seen);
-#else
-        project_columns(f, three, pixels, count, jitter, seen);
-#endif
+        project_columns_three(f, three, pixels, count, jitter, seen);
     else if (memcmp(&shape, &four, sizeof shape) == 0)
         project_columns(f, four, pixels, count, jitter, seen);
     else
@@ -287,7 +298,6 @@ static void kernel_project_columns(const struct shadow_field *f, const uint32_t 
 #define PROJECT_VECTORS (2 * PROJECT_CHUNK / LANES_PER_VECTOR)
 #define PROJECT_PAD     (SHADOW_STRATA_MAX + 2) /* nodes before weights that are 0 */
 #define PROJECT_PADDED  (PROJECT_PAD + 2 * SHADOW_STRATA_MAX)
-#define PROJECT_GROUP   8 /* pixels: weights are read long after they were written */
 
 /* Weights of a pixel for cells of one parity, that of node n twice at 2 (PROJECT_PAD + n). */
 struct project_padded {

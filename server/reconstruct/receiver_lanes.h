@@ -25,8 +25,8 @@ static inline float receiver_clamp(float v, float least, float most)
     return v < least ? least : v > most ? most : v;
 }
 
-/* v if kept, 1 and not 0, else 0; a number that is stored where it was read stays no choice of
- * whether to store. */
+/* v if kept is 1, 0 if it is 0. Where a number goes back to where it was read, a choice would
+ * become a store under a mask, which is slow. */
 static inline float receiver_keep(int32_t kept, float v)
 {
     uint32_t bits;

@@ -4,8 +4,8 @@
  * and sums of several channels need not wait for each other. */
 #include <stddef.h>
 
-#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 
 #define TAPS_MOST     128
 #define TAPS_CHANNELS 4 /* that go together, at most */

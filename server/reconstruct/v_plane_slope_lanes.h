@@ -6,8 +6,8 @@
 
 #include "proto/pattern.h"
 #include "proto/v_plane.h"
-#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
 #define V_PLANE_TURN 6.28318531f

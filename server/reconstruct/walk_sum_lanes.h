@@ -81,10 +81,8 @@ static inline void walk_cells(const struct shadow_field *f, const float *sums, f
 
 #ifdef __AVX512F__
 
-typedef int32_t walk_places __attribute__((vector_size(4 * SHADOW_LANES)));
-
 /* Sums at[0] .. at[15] of 64. */
-static inline __m512 walk_pick(const __m512 sums[4], walk_places at)
+static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
 {
     const __m512i places = (__m512i)at;
     const __m512 low = _mm512_permutex2var_ps(sums[0], places, sums[1]);
@@ -94,13 +92,13 @@ static inline __m512 walk_pick(const __m512 sums[4], walk_places at)
 
 static inline void walk_cells_three(const float *sums, float *out)
 {
-    const walk_places cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const lanes_mask cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
     __m512 in[4], n[3], d[3];
     for (int r = 0; r < 4; r++) in[r] = _mm512_load_ps(sums + r * 16);
     for (int k = 0; k < 3; k++) {
-        const walk_places number = 3 * cell + k, phase = number & 15;
+        const lanes_mask number = 3 * cell + k, phase = number & 15;
         n[k] = walk_pick(in, 4 * phase + (number >> 4));
         d[k] = walk_pick(in, 4 * phase + 3);
     }

@@ -6,9 +6,11 @@
 
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/gaussian.h"
-#include "server/reconstruct/indirect_vector.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/walk_group_lanes.h"
+
+_Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
 
 #define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
 

@@ -25,7 +25,7 @@
 
 enum {
     SIDE = 96,
-    ROUNDS = 3, /* over all kernels: neighbours on a shared machine are busy for seconds */
+    ROUNDS = 3, /* over all kernels: rates of a shared machine come and go */
     TURNS = 12, /* of each round */
     CALLS_MOST = 1024,
     CHUNK_PX = 256,  /* of lists of pixels, a call */

@@ -48,7 +48,7 @@ void environment_read(const struct environment *e, struct environment_spot spot,
 float environment_density(const struct environment *e, const float direction[3],
                           struct environment_spot spot);
 
-/* environment_sample: nothing yet; the texel; the direction within it. */
+/* environment_sample: asks for the table alone; chooses a texel; places a direction within it. */
 void environment_expect(const struct environment *e, float choice, const float u[2]);
 uint32_t environment_choose(const struct environment *e, float choice, const float u[2]);
 void environment_place(const struct environment *e, uint32_t texel, const float u[2],
