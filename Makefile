@@ -40,12 +40,13 @@ load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
+reference_src := $(wildcard tests/kernel/reference_*.c)
 analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
               $(worker_src) worker/main.c $(unit_src) $(fake_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
-              $(analytic_src) $(golden_src) $(property_src)
+              $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 
@@ -226,6 +227,7 @@ $(B)/libproto.a: $(call obj,$(proto_src))
 $(B)/libserver.a: $(call obj,$(server_src))
 $(B)/libimport.a: $(call obj,$(import_src))
 $(B)/libworker.a: $(call obj,$(worker_src))
+$(B)/libreference.a: $(call obj,$(reference_src))
 $(B)/lib%.a:
 	@rm -f $@
 	@ar rcs $@ $^
@@ -237,7 +239,7 @@ $(B)/shearwater-import: $(call obj,server/import/main.c) $(B)/libimport.a $(B)/l
 $(B)/shearwater-worker: $(call obj,worker/main.c) $(B)/libworker.a $(B)/libproto.a
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
 
-$(B)/tests/kernel/check_kernels: $(B)/obj/tests/kernel/check_kernels.o $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/kernel/check_kernels: $(B)/obj/tests/kernel/check_kernels.o $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
 $(B)/tests/kernel/%: $(B)/obj/tests/kernel/%.o $(B)/libworker.a $(B)/libproto.a
@@ -256,7 +258,7 @@ $(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
 $(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(proto_libs)
-$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 # Tests from which memory is taken away (tests/unit/server/lean_memory.h).

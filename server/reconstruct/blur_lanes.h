@@ -33,7 +33,7 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
             const int32_t kept =
                 same & (away <= reach[p]) & (exponent <= SHADOW_AXIS_CUT) & (squared <= near);
             const float all = gaussian_exp_minus(exponent), w = kept ? all : 0.0f;
-            sum[lane] += w * value;
+            sum[lane] = fused(w, value, sum[lane]);
             weights[lane] += w;
         }
     }

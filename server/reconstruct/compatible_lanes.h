@@ -2,6 +2,7 @@
 /* Do two pixels show one smooth surface, near enough for each other (filters.md section 2)? */
 #include <math.h>
 
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_lanes.h"
 
@@ -26,8 +27,9 @@ LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, f
 {
     const float *n = p->normal;
     const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];
-    const float off = fabsf(dx * n[0] + dy * n[1] + dz * n[2]), d2 = dx * dx + dy * dy + dz * dz;
-    const float alike = n[0] * nx + n[1] * ny + n[2] * nz;
+    const float off = fabsf(fused(dz, n[2], fused(dy, n[1], dx * n[0])));
+    const float d2 = fused(dz, dz, fused(dy, dy, dx * dx));
+    const float alike = fused(n[2], nz, fused(n[1], ny, n[0] * nx));
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     *squared = d2;
     return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &

@@ -66,8 +66,9 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
         const int32_t *opposite = edge_same(v) + (EDGE_SIDE - 1) * (SHADOW_LANES + 1) - row;
         for (int i = 0; i < SHADOW_LANES; i++) {
             const float x = fixed->x[row + i], y = fixed->y[row + i];
-            const float across = x * ax + y * ay, along = y * ax - x * ay;
-            const float exponent = across * across * across_falloff + along * along * along_falloff;
+            const float across = fused(y, ay, x * ax), along = fused(y, ax, -x * ay);
+            const float exponent =
+                fused(across * across, across_falloff, along * along * along_falloff);
             out->exponents[row + i] = exponent;
             out->near[row + i] = told & same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MOST);
         }
@@ -181,8 +182,9 @@ static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma,
     const lanes_mask below = __builtin_convertvector(lanes_where(inside, at), lanes_mask);
     const lanes_mask node = below + (below == EDGE_NODES); /* the last node has no next one */
     const lanes_vector rest = at - __builtin_convertvector(node, lanes_vector);
-    const lanes_vector weight = edge_look_up(w->even, node) + edge_look_up(w->rise, node) * rest;
-    return lanes_where(inside, weight * (1.0f + gamma * y));
+    const lanes_vector weight =
+        lanes_fused(edge_look_up(w->rise, node), rest, edge_look_up(w->even, node));
+    return lanes_where(inside, weight * lanes_fused(y, lanes_same(gamma), lanes_same(1.0f)));
 }
 
 /* Around a pixel: numbers that all its neighbours share. */
@@ -249,7 +251,8 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
     for (int i = 0; i < LANES_VECTORS; i++) {
         const lanes_vector du = lanes_load_vector(u + i * LANES_PER_VECTOR) - c->u[0];
         const lanes_vector dv = lanes_load_vector(v + i * LANES_PER_VECTOR) - c->u[1];
-        const lanes_vector apart = c->distance * (du * c->normal[0] + dv * c->normal[1]);
+        const lanes_vector apart =
+            c->distance * lanes_fused(dv, lanes_same(c->normal[1]), du * c->normal[0]);
         for (int k = 0; k < 2; k++) shift[k].v[i] = c->move[k] * apart;
     }
     struct lanes jitter = edge_jitter(n->jitter[0] + first);

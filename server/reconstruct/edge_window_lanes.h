@@ -111,9 +111,10 @@ static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge
             const int32_t all = same[i] & same[i + 1] & same_below[i] & same_below[i + 1];
             const float a = below[i + 1] - above[i], b = below[i] - above[i + 1];
             const float tensor = fixed->tensor[row + i], weight = all ? tensor : 0.0f;
-            xx[i] += weight * (a - b) * (a - b);
-            xy[i] += weight * (a - b) * (a + b);
-            yy[i] += weight * (a + b) * (a + b);
+            const float x = a - b, y = a + b, own = weight * x;
+            xx[i] = fused(own, x, xx[i]);
+            xy[i] = fused(own, y, xy[i]);
+            yy[i] = fused(weight * y, y, yy[i]);
         }
     }
     out[0] = lanes_sum(xx);

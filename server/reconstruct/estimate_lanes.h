@@ -93,15 +93,16 @@ LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussi
     const float *a = light->axis[0], *b = light->axis[1];
     const lanes_vector one = lanes_all(1.0f).v[0], most = lanes_all(ESTIMATE_NEAR_MOST).v[0];
     const lanes_vector along = u * hu, aside = v * hv;
-    const lanes_vector x = c->to[0].v[i] + along * a[0] + aside * b[0];
-    const lanes_vector y = c->to[1].v[i] + along * a[1] + aside * b[1];
-    const lanes_vector z = c->to[2].v[i] + along * a[2] + aside * b[2];
-    const lanes_vector up = x * c->normal[0].v[i] + y * c->normal[1].v[i] + z * c->normal[2].v[i];
-    const lanes_vector squared = x * x + y * y + z * z;
+    lanes_vector to[3];
+    for (int k = 0; k < 3; k++)
+        to[k] = lanes_fused(aside, lanes_same(b[k]),
+                            lanes_fused(along, lanes_same(a[k]), c->to[k].v[i]));
+    const lanes_vector normal[3] = {c->normal[0].v[i], c->normal[1].v[i], c->normal[2].v[i]};
+    const lanes_vector up = lanes_dot(to, normal), squared = lanes_dot(to, to);
     const lanes_vector near = size2 / lanes_select(squared > 0.0f, squared, one);
     const lanes_vector bounded = lanes_select(near < most, near, most);
     const lanes_vector facing =
-        gaussian ? gaussian_exp_minus_lanes(2.0f * (u * u + v * v)) * up : up;
+        gaussian ? gaussian_exp_minus_lanes(2.0f * lanes_fused(u, u, v * v)) * up : up;
     const lanes_vector weight =
         lanes_where((up > 0.0f) & (squared > 0.0f), facing * (bounded * bounded));
     c->all.v[i] += weight;

@@ -57,5 +57,5 @@ struct glossy_kernels {
 /* One for each of build_isa()'s names; glossy_kernels_c runs anywhere. */
 extern const struct glossy_kernels glossy_kernels_c, glossy_kernels_avx2, glossy_kernels_avx512;
 
-/* The kernels to use here: those of build_isa(). All give the same bits. */
+/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
 const struct glossy_kernels *glossy_kernels_best(void);

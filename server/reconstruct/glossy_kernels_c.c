@@ -1,3 +1,3 @@
-/* The reference: what every other set of kernels is compared with. */
+/* SSE4.2: runs anywhere. */
 #define GLOSSY_KERNELS glossy_kernels_c
 #include "server/reconstruct/glossy_kernels_body.h"

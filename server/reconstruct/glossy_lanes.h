@@ -34,11 +34,6 @@ struct glossy_asker {
     struct lanes_whole object, receives;
 };
 
-static inline lanes_vector glossy_dot(const lanes_vector a[3], const lanes_vector b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Unit axes of the receivers; where there is no lobe, anything finite. */
 static inline void glossy_axis(const float *const in[3], size_t p, struct lanes unit[3],
                                struct lanes *square)
@@ -46,7 +41,7 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct lanes 
     for (int k = 0; k < 3; k++) unit[k] = lanes_load(in[k] + p);
     for (int v = 0; v < LANES_VECTORS; v++) {
         const lanes_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
-        const lanes_vector squared = glossy_dot(a, a);
+        const lanes_vector squared = lanes_dot(a, a);
         const lanes_vector fit =
             lanes_select(squared > GLOSSY_DET_LEAST, squared, lanes_all(1.0f).v[v]);
         float root[LANES_PER_VECTOR];
@@ -85,13 +80,15 @@ static inline void glossy_ask(const struct glossy_field *f, const struct glossy_
 static inline lanes_vector glossy_log(lanes_vector x)
 {
     const lanes_mask bits = (lanes_mask)x;
-    const lanes_mask low = (bits & 0x007fffff) | 0x3f800000; /* 1 to 2 */
-    const lanes_mask large = (lanes_vector)low > 1.41421356f;
-    const lanes_vector m = (lanes_vector)(low - (large & 0x00800000));
+    const lanes_mask scaled = (bits & 0x007fffff) | 0x3f800000; /* 1 to 2 */
+    const lanes_mask large = (lanes_vector)scaled > 1.41421356f;
+    const lanes_vector m = (lanes_vector)(scaled - (large & 0x00800000));
     const lanes_vector e = __builtin_convertvector((bits >> 23) - 127 - large, lanes_vector);
     const lanes_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
-    const lanes_vector tail = (0.333333333f + s * 0.2f) + s * s * (0.142857143f + s * 0.111111111f);
-    return e * GLOSSY_LOG_2 + 2.0f * (t + t * s * tail);
+    const lanes_vector low = lanes_fused(s, lanes_same(0.2f), lanes_same(0.333333333f));
+    const lanes_vector high = lanes_fused(s, lanes_same(0.111111111f), lanes_same(0.142857143f));
+    const lanes_vector series = lanes_fused(t * s, lanes_fused(s * s, high, low), t);
+    return lanes_fused(e, lanes_same(GLOSSY_LOG_2), series + series);
 }
 
 /* exp(-x) for x from 0 to GLOSSY_CUT: the sixteenth power of exp(-x/16)'s series. Relative error
@@ -99,9 +96,11 @@ static inline lanes_vector glossy_log(lanes_vector x)
 static inline lanes_vector glossy_exp_minus(lanes_vector x)
 {
     const lanes_vector y = x * -0.0625f, squared = y * y;
-    const lanes_vector low = (1.0f + y) + squared * (0.5f + y * (1.0f / 6));
-    const lanes_vector high = (1.0f / 24 + y * (1.0f / 120)) + squared * (1.0f / 720);
-    lanes_vector p = low + squared * squared * high;
+    const lanes_vector linear = lanes_fused(y, lanes_same(1.0f / 6), lanes_same(0.5f));
+    const lanes_vector low = lanes_fused(squared, linear, 1.0f + y);
+    const lanes_vector fourth = lanes_fused(y, lanes_same(1.0f / 120), lanes_same(1.0f / 24));
+    const lanes_vector high = lanes_fused(squared, lanes_same(1.0f / 720), fourth);
+    lanes_vector p = lanes_fused(squared * squared, high, low);
     p = p * p;
     p = p * p;
     p = p * p;
@@ -125,20 +124,25 @@ static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
     for (int k = 0; k < 3; k++) {
         along[k] = lanes_load_vector(f->along[k] + at);
         across[k] = lanes_load_vector(f->across[k] + at);
-        h[k] = (lanes_load_vector(f->mirror[k] + at) - a->mirror[k].v[v]) + near * d[k];
+        h[k] = lanes_fused(near, d[k], lanes_load_vector(f->mirror[k] + at) - a->mirror[k].v[v]);
     }
-    const lanes_vector p1 = glossy_dot(along, e1), p2 = glossy_dot(along, e2);
-    const lanes_vector q1 = glossy_dot(across, e1), q2 = glossy_dot(across, e2);
-    const lanes_vector h1 = glossy_dot(h, e1), h2 = glossy_dot(h, e2);
-    const lanes_vector s11 = a->s11.v[v] + (p1 * p1 + q1 * q1);
-    const lanes_vector s22 = a->s22.v[v] + (p2 * p2 + q2 * q2);
-    const lanes_vector s12 = p1 * p2 + q1 * q2;
-    const lanes_vector raw = s11 * s22 - s12 * s12;
+    const lanes_vector p1 = lanes_dot(along, e1), p2 = lanes_dot(along, e2);
+    const lanes_vector q1 = lanes_dot(across, e1), q2 = lanes_dot(across, e2);
+    const lanes_vector h1 = lanes_dot(h, e1), h2 = lanes_dot(h, e2);
+    const lanes_vector s11 = lanes_fused(p1, p1, lanes_fused(q1, q1, a->s11.v[v]));
+    const lanes_vector s22 = lanes_fused(p2, p2, lanes_fused(q2, q2, a->s22.v[v]));
+    const lanes_vector s12 = lanes_fused(p1, p2, q1 * q2);
+    const lanes_vector raw = lanes_fused(s11, s22, -s12 * s12);
     const lanes_vector det =
         lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_all(GLOSSY_DET_LEAST).v[v]);
-    const lanes_vector apart = (h1 * h1 * s22 - 2.0f * h1 * h2 * s12 + h2 * h2 * s11) / det;
+    /* h1 (h1 s22 - h2 s12) + h2 (h2 s11 - h1 s12) */
+    const lanes_vector first = lanes_fused(h1, s22, -h2 * s12);
+    const lanes_vector second = lanes_fused(h2, s11, -h1 * s12);
+    const lanes_vector apart = lanes_fused(h1, first, h2 * second) / det;
     const lanes_vector sharp = a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
-    return (struct glossy_unlike){0.5f * glossy_log(det) - (sharp + GLOSSY_LOG_2), 0.5f * apart};
+    const lanes_vector shape =
+        lanes_fused(glossy_log(det), lanes_same(0.5f), -(sharp + GLOSSY_LOG_2));
+    return (struct glossy_unlike){shape, 0.5f * apart};
 }
 
 /* The weights that vector v of the receivers gives to the neighbours from q on; `square` is
@@ -151,7 +155,7 @@ static inline lanes_vector glossy_weight(const struct glossy_field *f, const str
     const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
     lanes_vector d[3];
     for (int k = 0; k < 3; k++) d[k] = lanes_load_vector(f->point[k] + at) - a->point[k].v[v];
-    const lanes_vector off = glossy_dot(d, n), length = glossy_dot(d, d);
+    const lanes_vector off = lanes_dot(d, n), length = lanes_dot(d, d);
     const lanes_mask flat =
         (lanes_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
     const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
@@ -160,8 +164,9 @@ static inline lanes_vector glossy_weight(const struct glossy_field *f, const str
     const lanes_vector view = a->likeness.v[v] * unlike.view;
     const lanes_vector most = square * a->footprint.v[v];
     const lanes_vector own =
-        a->likeness.v[v] * unlike.shape + lanes_select(view < most, view, most);
-    const lanes_vector x = lanes_where(own > 0.0f, own) + square * a->distance.v[v];
+        lanes_fused(a->likeness.v[v], unlike.shape, lanes_select(view < most, view, most));
+    const lanes_vector x =
+        lanes_fused(a->distance.v[v], lanes_same(square), lanes_where(own > 0.0f, own));
     *taken &= x <= GLOSSY_CUT;
     return lanes_where(*taken, glossy_exp_minus(lanes_where(*taken, x)));
 }

@@ -59,5 +59,5 @@ struct indirect_kernels {
 extern const struct indirect_kernels indirect_kernels_c, indirect_kernels_avx2,
     indirect_kernels_avx512;
 
-/* The kernels to use here: those of build_isa(). All give the same bits. */
+/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
 const struct indirect_kernels *indirect_kernels_best(void);

@@ -1,3 +1,3 @@
-/* The reference: what every other set of kernels is compared with. */
+/* SSE4.2: runs anywhere. */
 #define INDIRECT_KERNELS indirect_kernels_c
 #include "server/reconstruct/indirect_kernels_body.h"

@@ -42,10 +42,11 @@ static inline void indirect_ask(const struct indirect_field *f, size_t p, struct
  * 4e-6, exact at 0; beyond, anything. */
 static inline lanes_vector indirect_exp_minus(lanes_vector x)
 {
-    const lanes_vector p =
-        1.0f + x * (-0.24999985f +
-                    x * (0.0312475927f +
-                         x * (-0.00259792923f + x * (0.000157021284f + x * -5.9123179e-06f))));
+    lanes_vector p = lanes_fused(x, lanes_same(-5.9123179e-06f), lanes_same(0.000157021284f));
+    p = lanes_fused(x, p, lanes_same(-0.00259792923f));
+    p = lanes_fused(x, p, lanes_same(0.0312475927f));
+    p = lanes_fused(x, p, lanes_same(-0.24999985f));
+    p = lanes_fused(x, p, lanes_same(1.0f));
     const lanes_vector square = p * p;
     return square * square;
 }
@@ -62,10 +63,9 @@ static inline lanes_mask indirect_meet(const struct indirect_field *f,
         d[k] = lanes_load_vector(f->point[k] + at) - a->point[k].v[v];
         n[k] = lanes_load_vector(f->normal[k] + at);
     }
-    const lanes_vector x = a->normal[0].v[v], y = a->normal[1].v[v], z = a->normal[2].v[v];
-    const lanes_vector off = d[0] * x + d[1] * y + d[2] * z;
-    const lanes_vector alike = n[0] * x + n[1] * y + n[2] * z;
-    *exponent = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * a->falloff.v[v];
+    const lanes_vector own[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
+    const lanes_vector off = lanes_dot(d, own), alike = lanes_dot(n, own);
+    *exponent = lanes_dot(d, d) * a->falloff.v[v];
     const lanes_mask near = *exponent <= INDIRECT_CUT;
     const lanes_mask other = lanes_load_mask(f->object + at) != a->object.v[v];
     const lanes_mask taken =
@@ -139,12 +139,12 @@ static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line
             m.v[v] = w.v[v] * r.v[v];
             s0.v[v] += w.v[v];
             s1.v[v] += m.v[v];
-            s2.v[v] += m.v[v] * r.v[v];
+            s2.v[v] = lanes_fused(m.v[v], r.v[v], s2.v[v]);
         }
         lanes_store(&m, taps->moment[t]);
     }
     for (int v = 0; v < LANES_VECTORS; v++) {
-        const lanes_vector det = s0.v[v] * s2.v[v] - s1.v[v] * s1.v[v];
+        const lanes_vector det = lanes_fused(s0.v[v], s2.v[v], -s1.v[v] * s1.v[v]);
         const lanes_mask fits =
             (s0.v[v] > LINE_WEIGHT_LEAST) & (det > LINE_SPREAD_LEAST * s0.v[v] * s2.v[v]);
         const lanes_vector by = lanes_select(fits, det, lanes_all(1.0f).v[v]);
@@ -171,14 +171,14 @@ LANES_INLINE void indirect_line_of(const struct indirect_taps *taps,
         const size_t from = (size_t)taps->taps.at[t] + aside;
         for (uint32_t c = 0; c < channels; c++) {
             const lanes_vector more = lanes_load_vector(in[c] + from) - own[c];
-            sum[c] += w * more;
-            moment[c] += m * more;
+            sum[c] = lanes_fused(w, more, sum[c]);
+            moment[c] = lanes_fused(m, more, moment[c]);
         }
     }
     for (uint32_t c = 0; c < channels; c++) {
-        const lanes_vector least = LINE_FLOOR * (own[c] + sum[c] * line->inverse.v[v]);
-        const lanes_vector at =
-            own[c] + (line->first.v[v] * sum[c] - line->second.v[v] * moment[c]);
+        const lanes_vector least = LINE_FLOOR * lanes_fused(sum[c], line->inverse.v[v], own[c]);
+        const lanes_vector skew = line->second.v[v] * moment[c];
+        const lanes_vector at = own[c] + lanes_fused(line->first.v[v], sum[c], -skew);
         *(lanes_stored *)(out[c] + p + aside) = lanes_select(at > least, at, least);
     }
 }

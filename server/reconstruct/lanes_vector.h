@@ -5,6 +5,8 @@
 
 #include <immintrin.h>
 
+#include "server/reconstruct/fused.h"
+
 #define LANES_COUNT 16
 #ifdef __AVX512F__
 #define LANES_VECTOR_BYTES 64
@@ -82,10 +84,34 @@ static inline void lanes_store_pairs(lanes_vector a, lanes_vector b, float *to)
 #endif
 }
 
+/* a b + c: fused.h. */
+static inline lanes_vector lanes_fused(lanes_vector a, lanes_vector b, lanes_vector c)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#elif defined __AVX__
+    return (lanes_vector)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#else
+    return (lanes_vector)fused_4(a, b, c);
+#endif
+}
+
+/* Of vectors in space. */
+static inline lanes_vector lanes_dot(const lanes_vector a[3], const lanes_vector b[3])
+{
+    return lanes_fused(a[2], b[2], lanes_fused(a[1], b[1], a[0] * b[0]));
+}
+
+/* A number, again and again. */
+static inline lanes_vector lanes_same(float number)
+{
+    return number - (lanes_vector){0};
+}
+
 static inline struct lanes lanes_all(float number)
 {
     struct lanes out;
-    for (int v = 0; v < LANES_VECTORS; v++) out.v[v] = number - (lanes_vector){0};
+    for (int v = 0; v < LANES_VECTORS; v++) out.v[v] = lanes_same(number);
     return out;
 }
 

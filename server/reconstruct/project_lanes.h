@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
@@ -63,21 +64,23 @@ static inline struct project_row project_row_of(const struct shadow_field *f, ui
                                 -gamma * (2.0f / (float)f->scale)};
 }
 
-/* Weights of nodes side by side, anywhere in memory. */
-typedef float project_eight __attribute__((vector_size(32), aligned(4), may_alias));
-
 /* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases; 0
  * from r on. */
 LANES_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
                                 int32_t above, float g, float rest, float *out)
 {
-    const float *from = row->weights, own = row->base + row->slope * g;
-    project_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7};
+    const fused_eight none = {0}, rests = rest - none, slope = row->slope - none;
+    const fused_eight own = fused(row->slope, g, row->base) - none;
+    const float *from = row->weights;
+    fused_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7};
     for (uint32_t j = 0; j < window; j += 8, nodes += 8.0f) {
-        const project_eight low = *(const project_eight *)(from + below + j);
-        const project_eight high = *(const project_eight *)(from + above + j);
-        const project_eight cover = low + (high - low) * rest;
-        *(project_eight *)(out + j) = cover * (own + row->slope * nodes);
+        const fused_eight low = *(const fused_eight *)(from + below + j);
+        const fused_eight high = *(const fused_eight *)(from + above + j);
+        const fused_eight rise = high - low;
+        fused_eight cover = low, bend = own;
+        fused_add_8(&rise, &rests, &cover);
+        fused_add_8(&slope, &nodes, &bend);
+        *(fused_eight *)(out + j) = cover * bend;
     }
 }
 
@@ -210,7 +213,7 @@ LANES_INLINE void project_nodes(struct project_shape shape, float (*weights)[PRO
             double two;
             memcpy(&two, from[a] + n, sizeof two);
             const __m256 both = _mm256_castpd_ps(_mm256_set1_pd(two));
-            sum += _mm256_permutevar_ps(both, half) * share[a];
+            sum = _mm256_fmadd_ps(_mm256_permutevar_ps(both, half), share[a], sum);
         }
         _mm256_storeu_ps(columns + (size_t)n * 4, sum);
     }
@@ -310,10 +313,11 @@ static inline void project_pad(const struct project_row *row, uint32_t window, f
 {
     const float *from = row->weights + (uint32_t)(g * SHADOW_PHASES) * window;
     float *to = out->of + (size_t)2 * PROJECT_PAD;
-    const float own = row->base + row->slope * g;
-    shadow_four nodes = {0, 1, 2, 3};
+    const fused_four none = {0}, slope = row->slope - none;
+    const fused_four own = fused(row->slope, g, row->base) - none;
+    fused_four nodes = {0, 1, 2, 3};
     for (uint32_t j = 0; j < window; j += 4, nodes += 4.0f) {
-        const shadow_four w = *(const shadow_four *)(from + j) * (own + row->slope * nodes);
+        const shadow_four w = *(const fused_four *)(from + j) * fused_4(slope, nodes, own);
         shadow_four *twice = (shadow_four *)(to + (size_t)2 * j);
         twice[0] = __builtin_shufflevector(w, w, 0, 0, 1, 1);
         twice[1] = __builtin_shufflevector(w, w, 2, 2, 3, 3);
@@ -339,9 +343,11 @@ LANES_INLINE void project_cells(uint32_t scale, const struct project_padded *eve
         const lanes_vector a = project_pair(cells + (size_t)4 * c);
         const lanes_vector b = project_pair(cells + (size_t)4 * c + 2);
         for (int v = 0; v < PROJECT_VECTORS; v++)
-            sums[v] += lanes_load_vector(even->of + at + v * LANES_PER_VECTOR) * a;
+            sums[v] =
+                lanes_fused(lanes_load_vector(even->of + at + v * LANES_PER_VECTOR), a, sums[v]);
         for (int v = 0; v < PROJECT_VECTORS; v++)
-            sums[v] += lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR) * b;
+            sums[v] =
+                lanes_fused(lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR), b, sums[v]);
     }
 }
 

@@ -1,3 +1,3 @@
-/* The reference: what every other set of kernels is compared with. */
+/* SSE4.2: runs anywhere. */
 #define SHADOW_KERNELS shadow_kernels_c
 #include "server/reconstruct/shadow_kernels_body.h"

@@ -48,7 +48,7 @@ LANES_INLINE void taps_sum(const struct taps *taps, const float *const *in, size
         const lanes_vector weight = lanes_load_vector(taps->weight[t] + aside);
         const size_t from = (size_t)taps->at[t] + aside;
         for (uint32_t c = 0; c < channels; c++)
-            sum[c] += weight * (lanes_load_vector(in[c] + from) - own[c]);
+            sum[c] = lanes_fused(weight, lanes_load_vector(in[c] + from) - own[c], sum[c]);
     }
 }
 
@@ -61,7 +61,7 @@ LANES_INLINE void taps_mean_of(const struct taps *taps, const struct lanes *inve
         taps_sum(taps, in, p, v, channels, own, sum);
         for (uint32_t c = 0; c < channels; c++)
             *(lanes_stored *)(out[c] + p + (size_t)v * LANES_PER_VECTOR) =
-                own[c] + sum[c] * inverse->v[v];
+                lanes_fused(sum[c], inverse->v[v], own[c]);
     }
 }
 

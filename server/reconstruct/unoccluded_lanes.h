@@ -15,6 +15,7 @@
 #include <stddef.h>
 
 #include "proto/plan.h"
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/shadow_kernels.h"
@@ -60,6 +61,11 @@ static const float unoccluded_nodes_12[2][12] = {
     {0.0235876682f, 0.053469663f, 0.0800391645f, 0.101583714f, 0.116746269f, 0.124573523f,
      0.124573523f, 0.116746269f, 0.101583714f, 0.0800391645f, 0.053469663f, 0.0235876682f}};
 
+static inline float unoccluded_dot(float ax, float ay, float az, float bx, float by, float bz)
+{
+    return fused(az, bz, fused(ay, by, ax * bx));
+}
+
 /* theta n . (a x b) / |a x b| of unit vectors a, b: from their scalar product, n . (a x b) and
  * |a x b|. theta / sin(theta) is a fit for acute angles, error 2e-8; of obtuse ones it is taken
  * from the opposite angle, and the sine from the product itself, so that nothing is divided by a
@@ -69,10 +75,13 @@ static inline float unoccluded_arc(float cosine, float along, float sine)
     const float x = fabsf(cosine);
     /* by pairs of coefficients: half as many steps that wait for each other */
     const float x2 = x * x, x4 = x2 * x2;
-    const float fit01 = 1.57079631f + x * -0.999996f, fit23 = 0.785263024f + x * -0.664857777f;
-    const float fit45 = 0.576413591f + x * -0.480613401f, fit67 = 0.348387262f + x * -0.192103921f;
-    const float fit89 = 0.0678737293f + x * -0.0111628242f;
-    const float fit = (fit01 + x2 * fit23) + x4 * ((fit45 + x2 * fit67) + x4 * fit89);
+    const float fit01 = fused(x, -0.999996f, 1.57079631f);
+    const float fit23 = fused(x, -0.664857777f, 0.785263024f);
+    const float fit45 = fused(x, -0.480613401f, 0.576413591f);
+    const float fit67 = fused(x, -0.192103921f, 0.348387262f);
+    const float fit89 = fused(x, -0.0111628242f, 0.0678737293f);
+    const float high = fused(x4, fit89, fused(x2, fit67, fit45));
+    const float fit = fused(x4, high, fused(x2, fit23, fit01));
     float share = along / (sine > UNOCCLUDED_TINY ? sine : UNOCCLUDED_TINY);
     share = share < 1.0f ? share : 1.0f; /* where squares underflow */
     share = share > -1.0f ? share : -1.0f;
@@ -114,14 +123,14 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float x = c->centre[0][i], y = c->centre[1][i], z = c->centre[2][i];
         const float nx = c->normal[0][i], ny = c->normal[1][i], nz = c->normal[2][i];
-        c->front[i] = -(x * n[0] + y * n[1] + z * n[2]);
-        c->up[i] = x * nx + y * ny + z * nz;
-        c->up_u[i] = c->half[0] * (a[0] * nx + a[1] * ny + a[2] * nz);
-        c->up_v[i] = c->half[1] * (b[0] * nx + b[1] * ny + b[2] * nz);
-        c->across_u[i] = 2.0f * c->half[0] * (a[0] * x + a[1] * y + a[2] * z);
-        c->across_v[i] = 2.0f * c->half[1] * (b[0] * x + b[1] * y + b[2] * z);
-        c->squared[i] = x * x + y * y + z * z;
-        const float facing = n[0] * nx + n[1] * ny + n[2] * nz;
+        c->front[i] = -unoccluded_dot(x, y, z, n[0], n[1], n[2]);
+        c->up[i] = unoccluded_dot(x, y, z, nx, ny, nz);
+        c->up_u[i] = c->half[0] * unoccluded_dot(nx, ny, nz, a[0], a[1], a[2]);
+        c->up_v[i] = c->half[1] * unoccluded_dot(nx, ny, nz, b[0], b[1], b[2]);
+        c->across_u[i] = 2.0f * c->half[0] * unoccluded_dot(x, y, z, a[0], a[1], a[2]);
+        c->across_v[i] = 2.0f * c->half[1] * unoccluded_dot(x, y, z, b[0], b[1], b[2]);
+        c->squared[i] = unoccluded_dot(x, y, z, x, y, z);
+        const float facing = unoccluded_dot(nx, ny, nz, n[0], n[1], n[2]);
         const float rise = c->up[i] + fabsf(c->up_u[i]) + fabsf(c->up_v[i]);
         const int32_t in_plane = (c->front[i] <= UNOCCLUDED_ROUNDING * c->reach[i]) |
                                  ((facing > UNOCCLUDED_FACING) & (rise <= UNOCCLUDED_RISE));
@@ -146,14 +155,15 @@ static void unoccluded_quadrature(const float *nodes, const float *weights, int 
         const float added = u * u * uu + v * v * vv;
         const float profile = profiled ? gaussian_exp_minus(2.0f * (u * u + v * v)) : 1.0f;
         for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
-            const float up = c->up[i] + u * c->up_u[i] + v * c->up_v[i];
-            float squared = c->squared[i] + u * c->across_u[i] + v * c->across_v[i] + added;
+            const float up = fused(v, c->up_v[i], fused(u, c->up_u[i], c->up[i]));
+            const float moved = fused(v, c->across_v[i], fused(u, c->across_u[i], c->squared[i]));
+            float squared = moved + added;
             /* never nearer than the light's plane, whatever was cancelled */
-            const float least = c->front[i] * c->front[i] + UNOCCLUDED_TINY;
+            const float least = fused(c->front[i], c->front[i], UNOCCLUDED_TINY);
             squared = squared > least ? squared : least;
             const float inverse = 1.0f / squared;
             const float g = weight * (up > 0.0f ? up : 0.0f) * inverse * (c->front[i] * inverse);
-            c->sum[i] += g * profile;
+            c->sum[i] = fused(g, profile, c->sum[i]);
             c->share[i] += g;
         }
     }
@@ -181,22 +191,24 @@ LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool 
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float nx = c->normal[0][i], ny = c->normal[1][i], nz = c->normal[2][i];
         const float px = c->centre[0][i] + ox, py = c->centre[1][i] + oy, pz = c->centre[2][i] + oz;
-        const float from = nx * px + ny * py + nz * pz, rise = nx * ex + ny * ey + nz * ez;
+        const float from = unoccluded_dot(nx, ny, nz, px, py, pz);
+        const float rise = unoccluded_dot(nx, ny, nz, ex, ey, ez);
         const float to = from + rise;
         float a = 0.0f, b = 1.0f;
         if (!whole) unoccluded_cut(from, to, rise, &a, &b);
-        const float ax = px + a * ex, ay = py + a * ey, az = pz + a * ez;
-        const float bx = px + b * ex, by = py + b * ey, bz = pz + b * ez;
-        const float aa = ax * ax + ay * ay + az * az, bb = bx * bx + by * by + bz * bz;
+        const float ax = fused(a, ex, px), ay = fused(a, ey, py), az = fused(a, ez, pz);
+        const float bx = fused(b, ex, px), by = fused(b, ey, py), bz = fused(b, ez, pz);
+        const float aa = unoccluded_dot(ax, ay, az, ax, ay, az);
+        const float bb = unoccluded_dot(bx, by, bz, bx, by, bz);
         const float length = sqrtf(aa) * sqrtf(bb);
         const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
-        float cosine = (ax * bx + ay * by + az * bz) * inverse;
+        float cosine = unoccluded_dot(ax, ay, az, bx, by, bz) * inverse;
         cosine = cosine > -1.0f ? cosine : -1.0f;
         cosine = cosine < 1.0f ? cosine : 1.0f;
         const float cx = py * ez - pz * ey, cy = pz * ex - px * ez, cz = px * ey - py * ex;
         const float part = (b - a) * inverse;
-        c->polygon[i] += unoccluded_arc(cosine, part * (nx * cx + ny * cy + nz * cz),
-                                        part * sqrtf(cx * cx + cy * cy + cz * cz));
+        c->polygon[i] += unoccluded_arc(cosine, part * unoccluded_dot(nx, ny, nz, cx, cy, cz),
+                                        part * sqrtf(unoccluded_dot(cx, cy, cz, cx, cy, cz)));
         if (whole) continue;
         const int up = from > 0.0f, up_next = to > 0.0f;
         const int leaves = up > up_next, enters = up < up_next;
@@ -250,16 +262,17 @@ static void unoccluded_close(struct unoccluded_chunk *c)
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float ax = c->leave[0][i], ay = c->leave[1][i], az = c->leave[2][i];
         const float bx = c->enter[0][i], by = c->enter[1][i], bz = c->enter[2][i];
-        const float length =
-            sqrtf(ax * ax + ay * ay + az * az) * sqrtf(bx * bx + by * by + bz * bz);
+        const float length = sqrtf(unoccluded_dot(ax, ay, az, ax, ay, az)) *
+                             sqrtf(unoccluded_dot(bx, by, bz, bx, by, bz));
         const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
-        float cosine = (ax * bx + ay * by + az * bz) * inverse;
+        float cosine = unoccluded_dot(ax, ay, az, bx, by, bz) * inverse;
         cosine = cosine > -1.0f ? cosine : -1.0f;
         cosine = cosine < 1.0f ? cosine : 1.0f;
         const float cx = ay * bz - az * by, cy = az * bx - ax * bz, cz = ax * by - ay * bx;
-        const float along = c->normal[0][i] * cx + c->normal[1][i] * cy + c->normal[2][i] * cz;
-        c->polygon[i] +=
-            unoccluded_arc(cosine, along * inverse, sqrtf(cx * cx + cy * cy + cz * cz) * inverse);
+        const float along =
+            unoccluded_dot(c->normal[0][i], c->normal[1][i], c->normal[2][i], cx, cy, cz);
+        const float sine = sqrtf(unoccluded_dot(cx, cy, cz, cx, cy, cz));
+        c->polygon[i] += unoccluded_arc(cosine, along * inverse, sine * inverse);
     }
 }
 

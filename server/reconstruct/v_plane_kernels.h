@@ -145,5 +145,5 @@ struct v_plane_kernels {
 /* One for each of build_isa()'s names; v_plane_kernels_c runs anywhere. */
 extern const struct v_plane_kernels v_plane_kernels_c, v_plane_kernels_avx2, v_plane_kernels_avx512;
 
-/* The kernels to use here: those of build_isa(). All give the same bits. */
+/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
 const struct v_plane_kernels *v_plane_kernels_best(void);

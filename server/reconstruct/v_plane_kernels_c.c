@@ -1,3 +1,3 @@
-/* The reference: what every other set of kernels is compared with. */
+/* SSE4.2: runs anywhere. */
 #define V_PLANE_KERNELS v_plane_kernels_c
 #include "server/reconstruct/v_plane_kernels_body.h"

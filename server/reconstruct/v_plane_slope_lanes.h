@@ -28,7 +28,7 @@ static inline float v_plane_cube_root(float x)
     memcpy(&bits, &x, sizeof bits);
     bits = bits / 3 + 0x2a5119f2u;
     memcpy(&r, &bits, sizeof r);
-    for (int i = 0; i < 3; i++) r += (x / (r * r) - r) * (1.0f / 3);
+    for (int i = 0; i < 3; i++) r = fused(x / (r * r) - r, 1.0f / 3, r);
     return r;
 }
 
@@ -40,18 +40,18 @@ static inline void v_plane_turn(float v, float *sine, float *cosine)
     const float rest = v < 0.5f ? v : 1.0f - v;
     const float r = v_plane_cube_root(6.0f * V_PLANE_TURN * rest), s = r * r;
     float a = -7.08597701e-8f, b = -1.17282310e-7f;
-    a = a * s + 8.22200095e-7f;
-    b = b * s + 1.27012153e-6f;
-    a = a * s - 6.59736996e-6f;
-    b = b * s - 1.15529153e-5f;
-    a = a * s - 7.59296824e-6f;
-    b = b * s - 3.85386801e-5f;
-    a = a * s - 4.42152837e-4f;
-    b = b * s - 1.59102468e-3f;
-    a = a * s - 1.24917729e-2f;
-    b = b * s - 1.24987011e-1f;
-    a = a * s + 4.99999402e-1f;
-    b = b * s + 9.99999056e-1f;
+    a = fused(a, s, 8.22200095e-7f);
+    b = fused(b, s, 1.27012153e-6f);
+    a = fused(a, s, -6.59736996e-6f);
+    b = fused(b, s, -1.15529153e-5f);
+    a = fused(a, s, -7.59296824e-6f);
+    b = fused(b, s, -3.85386801e-5f);
+    a = fused(a, s, -4.42152837e-4f);
+    b = fused(b, s, -1.59102468e-3f);
+    a = fused(a, s, -1.24917729e-2f);
+    b = fused(b, s, -1.24987011e-1f);
+    a = fused(a, s, 4.99999402e-1f);
+    b = fused(b, s, 9.99999056e-1f);
     *sine = v < 0.5f ? -b : b;
     *cosine = r * a;
 }
@@ -119,8 +119,8 @@ LANES_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
                                               (v_plane_load(b, n) > 0.0f);
     const lanes_vector a = lanes_where(hit, met), w = lanes_where(hit | bright, z * z);
     sums->weight += w;
-    sums->mean += w * a;
-    sums->square += w * a * a;
+    sums->mean = lanes_fused(w, a, sums->mean);
+    sums->square = lanes_fused(w * a, a, sums->square);
 }
 
 /* `n` pixels from `at` on, of a vector at most. */
@@ -141,7 +141,7 @@ LANES_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
             v_plane_add_slopes(s, planes, column, row, at, n, inverse, least_px, &sums);
     const lanes_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
     const lanes_vector scale = lanes_where(any, one / lanes_select(any, sums.weight, one));
-    const lanes_vector m = sums.mean * scale, square = sums.square * scale - m * m;
+    const lanes_vector m = sums.mean * scale, square = lanes_fused(sums.square, scale, -m * m);
     const lanes_vector root = v_plane_root(lanes_where(any & (square > 0.0f), square));
     const lanes_vector answer = lanes_select(any, m, zero - one);
     memcpy(mean + at, &answer, n * sizeof *mean);
@@ -164,16 +164,18 @@ LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, 
                                          float *mean, float *deviation)
 {
     const float *const *normal = in->normal;
-    const lanes_vector x = v_plane_load(normal[0] + p, n), y = v_plane_load(normal[1] + p, n);
-    const lanes_vector z = v_plane_load(normal[2] + p, n), one = lanes_all(1.0f).v[0];
+    const lanes_vector own[3] = {v_plane_load(normal[0] + p, n), v_plane_load(normal[1] + p, n),
+                                 v_plane_load(normal[2] + p, n)};
+    const lanes_vector one = lanes_same(1.0f);
     const lanes_mask object = v_plane_load_mask(in->object + p, n);
     lanes_vector m = {0}, d = {0}, counts = {0};
     for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
         for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
             const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
-            const lanes_vector alike = x * v_plane_load(normal[0] + q, n) +
-                                       y * v_plane_load(normal[1] + q, n) +
-                                       z * v_plane_load(normal[2] + q, n);
+            const lanes_vector other[3] = {v_plane_load(normal[0] + q, n),
+                                           v_plane_load(normal[1] + q, n),
+                                           v_plane_load(normal[2] + q, n)};
+            const lanes_vector alike = lanes_dot(own, other);
             const lanes_vector near = v_plane_load(in->mean + q, n);
             const lanes_mask same = (v_plane_load_mask(in->object + q, n) == object) &
                                     (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);

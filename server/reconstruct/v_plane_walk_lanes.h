@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
@@ -21,6 +22,18 @@
 #endif
 typedef float v_plane_many __attribute__((vector_size(4 * V_PLANE_WIDE), may_alias));
 typedef float v_plane_four __attribute__((vector_size(16), may_alias));
+
+/* fused.h, of a register's numbers. */
+static inline v_plane_many v_plane_fused(v_plane_many a, v_plane_many b, v_plane_many c)
+{
+#if V_PLANE_WIDE == 16
+    return (v_plane_many)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#elif V_PLANE_WIDE == 8
+    return (v_plane_many)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#else
+    return (v_plane_many)fused_4(a, b, c);
+#endif
+}
 
 struct v_plane_taps {
     _Alignas(64) int32_t row[V_PLANE_PADDED];     /* from the pixel's */
@@ -87,9 +100,10 @@ static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_pl
     float(*v)[V_PLANE_PADDED] = taps->number;
     for (uint32_t i = 0; i < count; i++) {
         const float dx = v[0][i] - px, dy = v[1][i] - py, dz = v[2][i] - pz;
-        const float along = dx * tx + dy * ty + dz * tz;
-        const float off = fabsf(dx * nx + dy * ny + dz * nz), d2 = dx * dx + dy * dy + dz * dz;
-        const float alike = nx * v[3][i] + ny * v[4][i] + nz * v[5][i];
+        const float along = fused(dz, tz, fused(dy, ty, dx * tx));
+        const float off = fabsf(fused(dz, nz, fused(dy, ny, dx * nx)));
+        const float d2 = fused(dz, dz, fused(dy, dy, dx * dx));
+        const float alike = fused(nz, v[5][i], fused(ny, v[4][i], nx * v[3][i]));
         const float shift = -eta * along;
         const float share = V_PLANE_OFF_SHARE * V_PLANE_OFF_SHARE;
         const int32_t flat = (off <= least) | (off * off <= share * d2);
@@ -129,15 +143,15 @@ static inline void v_plane_gather(const struct v_plane_taps *taps, const float *
         const uint32_t i = order[j];
         const v_plane_many *record = (const v_plane_many *)(const void *)(records[i] + at);
         const size_t step = lanes / V_PLANE_WIDE;
-        const float shift = taps->shift[i];
+        const v_plane_many shift = taps->shift[i] - (v_plane_many){0};
         /* at least 0.38 */
-        const v_plane_many ratio = 1.0f - shift * (record[0] - shift * record[step]);
+        const v_plane_many slope = v_plane_fused(-shift, record[step], record[0]);
+        const v_plane_many ratio = v_plane_fused(-shift, slope, 1.0f - (v_plane_many){0});
         const v_plane_many inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
         v_plane_many w = taps->weight[i] * (inverse * inverse);
         for (uint32_t power = 0; power < V_PLANE_POWERS; power++, w *= cosine) {
-            sums[4 * power] += w * record[3 * step];
-            sums[4 * power + 1] += w * record[4 * step];
-            sums[4 * power + 2] += w * record[5 * step];
+            for (uint32_t c = 0; c < 3; c++)
+                sums[4 * power + c] = v_plane_fused(w, record[(3 + c) * step], sums[4 * power + c]);
             sums[4 * power + 3] += w;
         }
     }
@@ -199,7 +213,7 @@ static inline void v_plane_project(const float *ratios, uint32_t count, const v_
         for (uint32_t c = 0; c < kept; c++) {
             const v_plane_many *ratio =
                 (const v_plane_many *)(const void *)(ratios + at[c] + first);
-            for (uint32_t i = 0; i < 4; i++) sums[i] += ratio[i] * four[c];
+            for (uint32_t i = 0; i < 4; i++) sums[i] = v_plane_fused(ratio[i], four[c], sums[i]);
         }
         memcpy(out + first, sums, sizeof sums);
     }
@@ -257,7 +271,8 @@ static inline void v_plane_find_nodes(const struct v_plane_taps *taps, uint32_t 
                                       struct v_plane_nodes *out)
 {
     for (uint32_t i = 0; i < count; i++) {
-        const float node = (taps->shift[i] + 1.0f) * V_PLANE_NODE_MID, whole = floorf(node);
+        const float node = fused(taps->shift[i], V_PLANE_NODE_MID, V_PLANE_NODE_MID);
+        const float whole = floorf(node);
         const float weight = taps->weight[i], above = weight * (node - whole);
         out->above[i] = above;
         out->below[i] = weight - above;
@@ -282,7 +297,9 @@ static void kernel_rows(const struct v_plane_field *f, int32_t y, const int32_t 
             if (!(taps.weight[i] > 0.0f)) continue;
             const float *row = rows[V_PLANE_REACH_PX + taps.row[i]] + own;
             const v_plane_four *at = (const v_plane_four *)(const void *)(row + nodes.at[i]);
-            sum += nodes.below[i] * at[0] + nodes.above[i] * at[1];
+            const v_plane_four below = nodes.below[i] - (v_plane_four){0};
+            const v_plane_four above = nodes.above[i] - (v_plane_four){0};
+            sum += fused_4(above, at[1], below * at[0]);
         }
         memcpy(out + 4 * (size_t)k, &sum, sizeof sum);
     }

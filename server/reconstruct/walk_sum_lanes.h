@@ -148,14 +148,14 @@ static inline void walk_sum_columns(const struct shadow_field *f, const struct w
 #define WALK_ROWS 4
 #endif
 
-/* What tap n of pixel i gives: two nodes' (numerator, denominator), weighted. */
+/* Adds what tap n of pixel i gives: two nodes' (numerator, denominator), weighted. */
 static inline shadow_four walk_nodes(const struct shadow_field *f, const struct walk_taps *taps,
-                                     int32_t n, uint32_t i)
+                                     int32_t n, uint32_t i, shadow_four sum)
 {
     const walk_two w = walk_weights(taps, n, i);
     shadow_four nodes; /* they start on 8 bytes */
     memcpy(&nodes, f->rows + taps->at[n][i], sizeof nodes);
-    return nodes * __builtin_shufflevector(w, w, 0, 0, 1, 1);
+    return fused_4(nodes, __builtin_shufflevector(w, w, 0, 0, 1, 1), sum);
 }
 
 /* Of WALK_ROWS pixels from `first` on. */
@@ -167,8 +167,8 @@ static inline void walk_sum_few(const struct shadow_field *f, const struct walk_
     for (int32_t n = 0; n < count; n += 2) {
 #pragma GCC unroll 8
         for (uint32_t i = 0; i < WALK_ROWS; i++) {
-            even[i] += walk_nodes(f, taps, n, first + i);
-            odd[i] += walk_nodes(f, taps, n + 1, first + i);
+            even[i] = walk_nodes(f, taps, n, first + i, even[i]);
+            odd[i] = walk_nodes(f, taps, n + 1, first + i, odd[i]);
         }
     }
     for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];

@@ -90,7 +90,7 @@ LANES_INLINE void walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
                                               q[5][i], &squared);
         const float delta = p[WALK_DISTANCE][i] * (q[WALK_U][i] - p[WALK_U][i]);
         const float shear = fabsf(q[WALK_ETA][i] - p[WALK_ETA][i]) + q[WALK_SPREAD][i];
-        const float node = centre - p[WALK_ETA][i] * delta * per_length;
+        const float node = fused(-p[WALK_ETA][i] * delta, per_length, centre);
         const float all =
             taps->tap[n].share[i] * gaussian_exp_minus(delta * delta * p[WALK_FALLOFF][i]);
         const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre) &
@@ -98,7 +98,7 @@ LANES_INLINE void walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
         const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
         const uint32_t to = place[k] * slot_sums + (uint32_t)(int32_t)whole * stride;
-        taps->weight[n][i] = counted * (1.0f - rest);
+        taps->weight[n][i] = fused(-counted, rest, counted);
         taps->weight[n][SHADOW_LANES + i] = counted * rest;
         taps->at[n][i] = kept ? to : 0;
         if (axis == 0) taps->phase[n][i] = ((kept ? phase[k] : 0) + i * phases) * stride;
@@ -145,9 +145,9 @@ static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
         const struct lanes lower = lanes_load(taps->weight[n]);
         const struct lanes upper = lanes_load(taps->weight[n] + SHADOW_LANES);
         for (int v = 0; v < LANES_VECTORS; v++) {
-            const lanes_vector moment = k * (lower.v[v] + upper.v[v]);
-            first.v[v] += moment;
-            second.v[v] += moment * k;
+            const lanes_vector both = lower.v[v] + upper.v[v];
+            first.v[v] = lanes_fused(both, lanes_same(k), first.v[v]);
+            second.v[v] = lanes_fused(both, lanes_same(k * k), second.v[v]);
         }
     }
     /* S2 is a sum of squares, and 0 only where S1 is. */
@@ -168,7 +168,7 @@ static inline void walk_balance(struct walk_taps *taps)
         const struct lanes lower = lanes_load(taps->weight[n]);
         const struct lanes upper = lanes_load(taps->weight[n] + SHADOW_LANES);
         for (int v = 0; v < LANES_VECTORS; v++) {
-            const lanes_vector factor = 1.0f - slope.v[v] * k;
+            const lanes_vector factor = lanes_fused(slope.v[v], lanes_same(-k), lanes_same(1.0f));
             lanes_store_pairs(factor * lower.v[v], factor * upper.v[v],
                               taps->weight[n] + 2 * v * LANES_PER_VECTOR);
         }

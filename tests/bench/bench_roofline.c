@@ -209,8 +209,10 @@ static void say(const struct subject *s, const struct found *f, const struct roo
     const enum roof_level level = all <= (double)m->cache_bytes[ROOF_L2]   ? ROOF_L2
                                   : all <= (double)m->cache_bytes[ROOF_L3] ? ROOF_L3
                                                                            : ROOF_MEMORY;
-    const double limits[] = {probe_found.operations * each / m->mul_add,
-                             (probe_found.operations + probe_found.whole) * each / m->whole,
+    /* what is fused is one instruction beside those on whole numbers */
+    const double apart = probe_found.operations - probe_found.fused;
+    const double limits[] = {probe_found.operations * each / fmax(m->mul_add, m->fused),
+                             (apart + probe_found.whole) * each / m->whole,
                              probe_found.divisions * each / m->divisions,
                              probe_found.roots * each / m->roots, bytes / m->bandwidth[level]};
     const char *const names[] = {"arithmetic", "whole numbers", "divisions", "square roots",
@@ -218,11 +220,12 @@ static void say(const struct subject *s, const struct found *f, const struct roo
     int longest = 0;
     for (int i = 1; i < 5; i++) longest = limits[i] > limits[longest] ? i : longest;
     printf(
-        "{\"kernel\":\"%s\",\"operations\":%.1f,\"whole\":%.1f,\"divisions\":%.2f,\"roots\":%.2f,"
+        "{\"kernel\":\"%s\",\"operations\":%.1f,\"fused\":%.1f,\"whole\":%.1f,\"divisions\":%.2f,"
+        "\"roots\":%.2f,"
         "\"instructions\":%.1f,\"bytes\":%.0f,\"intensity\":%.3g,\"ns\":%.3f,"
         "\"goperations_s\":%.3g,\"roof_ns\":%.3f,\"limit\":\"%s\",\"over_roof\":%.3g,\"slots\":%."
         "3g}\n",
-        s->name, probe_found.operations * each, probe_found.whole * each,
+        s->name, probe_found.operations * each, probe_found.fused * each, probe_found.whole * each,
         probe_found.divisions * each, probe_found.roots * each, probe_found.instructions * each,
         bytes, probe_found.operations * each / bytes, ns, probe_found.operations * each / ns,
         limits[longest], names[longest], ns / limits[longest],

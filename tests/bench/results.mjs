@@ -80,7 +80,7 @@ function roofs(figures) {
   // Not in lines of before they were counted.
   const said = roof.gslots_s !== undefined;
   const whole = said ? `${roof.gwhole_s} on whole numbers, ` : "", slots = said ? `, ${roof.gslots_s} vector instructions` : "";
-  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused, which kernels do without: all instruction sets give the same bytes), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? " (slots: of the vector instructions that could begin meanwhile, how many it has)" : ""}:
+  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? " (slots: of the vector instructions that could begin meanwhile, how many it has)" : ""}:
 
 ${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
 }

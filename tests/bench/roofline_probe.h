@@ -4,11 +4,12 @@
  * instruction set, and cannot fall behind the code.
  *
  * Counted are numbers that arithmetic works on: an addition, subtraction, multiplication, minimum,
- * maximum or comparison is one operation a lane, a fused multiplication and addition two; divisions
- * and square roots are counted by themselves, and so are additions, multiplications, shifts and
- * comparisons of whole numbers in vectors. Lanes that a mask throws away count: they are computed.
- * Conversions, logic, shuffles and loads are no arithmetic, but take slots of the vector units as
- * well: those are counted, too, one an instruction that does more than move to or from memory. */
+ * maximum or comparison is one operation a lane, a fused multiplication and addition two, and one
+ * of `fused`; divisions and square roots are counted by themselves, and so are additions,
+ * multiplications, shifts and comparisons of whole numbers in vectors. Lanes that a mask throws
+ * away count: they are computed. Conversions, logic, shuffles and loads are no arithmetic, but take
+ * slots of the vector units as well: those are counted, too, one an instruction that does more than
+ * move to or from memory. */
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -19,7 +20,7 @@
 #define PROBE_TRAP UINT64_C(0x100)
 
 struct probe_counts {
-    double operations, whole, divisions, roots, slots, instructions;
+    double operations, fused, whole, divisions, roots, slots, instructions;
 };
 
 static struct probe_counts probe_found;
@@ -131,7 +132,9 @@ static inline void probe_count(const struct probe_instruction *i)
     } else if (i->map == 2 && i->prefix == 1 && low >= 6 &&
                (high == 9 || high == 10 || high == 11)) {
         const bool scalar = low >= 8 && (low & 1);
-        probe_found.operations += scalar ? 2 : 2 * ((i->wide ? 2 : 4) << i->length);
+        const double many = scalar ? 1 : (i->wide ? 2 : 4) << i->length;
+        probe_found.operations += 2 * many;
+        probe_found.fused += many;
     }
 }
 
@@ -167,13 +170,13 @@ static inline void probe_end(void)
 
 /* -- the probe on instructions whose counts are known -- */
 
-static inline bool probe_counts_are(double operations, double divisions, double roots, double whole,
-                                    double slots)
+static inline bool probe_counts_are(double operations, double fused, double divisions, double roots,
+                                    double whole, double slots)
 {
     const struct probe_counts c = probe_found;
     probe_found = (struct probe_counts){0};
-    return c.operations == operations && c.divisions == divisions && c.roots == roots &&
-           c.whole == whole && c.slots == slots;
+    return c.operations == operations && c.fused == fused && c.divisions == divisions &&
+           c.roots == roots && c.whole == whole && c.slots == slots;
 }
 
 static inline bool probe_is_right(const char *isa)
@@ -185,7 +188,7 @@ static inline bool probe_is_right(const char *isa)
                      "divps %%xmm1, %%xmm3\n sqrtss %%xmm1, %%xmm4\n paddd %%xmm1, %%xmm4" ::
                          : "xmm0", "xmm2", "xmm3", "xmm4", "xmm8", "cc", "memory");
     probe_end();
-    if (!probe_counts_are(4 + 1 + 4 + 1 + 4, 4, 1, 4, 9)) return false;
+    if (!probe_counts_are(4 + 1 + 4 + 1 + 4, 0, 4, 1, 4, 9)) return false;
     if (!strcmp(isa, "sse4.2")) return true;
     probe_begin();
     __asm__ volatile("vaddps %%ymm1, %%ymm0, %%ymm2\n vmulpd %%ymm9, %%ymm8, %%ymm10\n"
@@ -195,7 +198,7 @@ static inline bool probe_is_right(const char *isa)
                      "vbroadcastss -32(%%rsp), %%ymm2\n vmovaps %%ymm2, %%ymm3" ::
                          : "xmm2", "xmm3", "xmm4", "xmm10", "memory");
     probe_end();
-    if (!probe_counts_are(8 + 4 + 16 + 2, 8, 4, 8, 7)) return false;
+    if (!probe_counts_are(8 + 4 + 16 + 2, 8 + 1, 8, 4, 8, 7)) return false;
     if (strcmp(isa, "avx512") != 0) return true;
     probe_begin();
     __asm__ volatile("vaddps %%zmm1, %%zmm0, %%zmm18\n vmulpd %%zmm1, %%zmm0, %%zmm2\n"
@@ -204,5 +207,5 @@ static inline bool probe_is_right(const char *isa)
                      "vpaddd %%zmm1, %%zmm0, %%zmm4\n vpermps %%zmm1, %%zmm0, %%zmm4" ::
                          : "xmm2", "xmm3", "xmm4", "memory");
     probe_end();
-    return probe_counts_are(16 + 8 + 32 + 16, 16, 16, 16, 8);
+    return probe_counts_are(16 + 8 + 32 + 16, 16, 16, 16, 16, 8);
 }

@@ -152,7 +152,7 @@ static inline float glossy_case_compare(const struct glossy_case *k,
 {
     const size_t size = GLOSSY_CASE_CHANNELS * k->area;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    glossy_case_run(k, &glossy_kernels_c, kernel, start, a);
+    glossy_case_run(k, &glossy_kernels_reference, kernel, start, a);
     glossy_case_run(k, tested, kernel, start, b);
     const float difference = field_difference(a, b, size);
     free(a);

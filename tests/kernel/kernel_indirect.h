@@ -131,7 +131,7 @@ static inline float indirect_case_compare(const struct indirect_case *k,
 {
     const size_t size = INDIRECT_CASE_CHANNELS * k->area;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    indirect_case_run(k, &indirect_kernels_c, kernel, start, a);
+    indirect_case_run(k, &indirect_kernels_reference, kernel, start, a);
     indirect_case_run(k, tested, kernel, start, b);
     const float difference = field_difference(a, b, size);
     free(a);

@@ -1,5 +1,5 @@
 #pragma once
-/* The tests that all tables of kernels have: every instruction set's give the reference's bits, and
+/* The tests that all tables of kernels have: those of AVX2 and later give the reference's bits, and
  * the CPU gets its own. For a file with KERNEL_TESTS(NAME, compare) at its top level and
  * KERNEL_TESTS_OF_ALL among its tests, where `compare` takes a table, struct NAME_kernels, and
  * asserts what must hold of it. */

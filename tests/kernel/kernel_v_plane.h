@@ -202,7 +202,7 @@ static inline float v_plane_case_compare(const struct v_plane_case *k,
 {
     const size_t size = v_plane_case_output(k);
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    v_plane_case_run(k, &v_plane_kernels_c, kernel, a);
+    v_plane_case_run(k, &v_plane_kernels_reference, kernel, a);
     v_plane_case_run(k, tested, kernel, b);
     const float difference = field_difference(a, b, size);
     free(a);

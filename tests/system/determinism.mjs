@@ -247,7 +247,7 @@ async function run() {
 }
 
 // Instruction sets: the project's own kernels give the same bits on all of them (test_lane_kernels,
-// make check-kernels: tolerance 0), but Embree's hits differ in their last bits, and rays that run
+// make check-kernels: tolerance 0; with SSE4.2 filters' last bits are others), but Embree's hits differ in their last bits, and rays that run
 // into an edge may meet the one side or the other. So each set has pictures of its own, for which all
 // of the above holds, and which are those of the others within this RMSE (of beauty, whose mean is
 // about 0.1; of paths, which few such rays belong to, it is a hundred thousandth of that).

@@ -208,7 +208,8 @@ static void pictures_without_room(void **state)
     }
 }
 
-/* Every instruction set answers alike, and a picture's pixels do not depend on who else asks. */
+/* Every instruction set answers alike but for rounding, and a picture's pixels do not depend on who
+ * else asks. */
 static void answers_stand_alone(void **state)
 {
     (void)state;
@@ -218,7 +219,10 @@ static void answers_stand_alone(void **state)
     run_case(&c, shadow_kernels_best());
     run_case(&plain, &shadow_kernels_c);
     assert_int_equal(c.count, plain.count);
-    assert_memory_equal(c.answers, plain.answers, c.count * sizeof *c.answers);
+    for (uint32_t k = 0; k < c.count; k++) {
+        assert_true(fabsf(c.answers[k].seen - plain.answers[k].seen) <= 1e-5f);
+        assert_true(fabsf(c.answers[k].kept - plain.answers[k].kept) <= 1e-5f);
+    }
     for (uint32_t k = 0; k < c.count; k += 17) {
         struct edge_answer alone;
         assert_int_equal(edges_filter(&c.light, c.patch, shadow_kernels_best(), &c.receivers,

@@ -1,5 +1,5 @@
-/* The kernels of the filter of glossy lobes of every instruction set give the reference's bits.
- * A longer form, with times, is make check-kernels. */
+/* The kernels of the filter of glossy lobes of every instruction set give the reference's bits,
+ * those of SSE4.2 nearly. A longer form, with times, is make check-kernels. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,22 +12,31 @@
 
 static void compare(const struct glossy_kernels *tested)
 {
+    const float most = tested == &glossy_kernels_c ? REFERENCE_ROUNDING : 0.0f;
     for (uint64_t seed = 1; seed <= 4; seed++) {
         struct glossy_case k;
         glossy_case_init(&k, 9 + 11 * (int32_t)seed, 30 - 7 * (int32_t)seed, seed, seed != 4);
         for (enum glossy_kernel i = 0; i < GLOSSY_KERNEL_COUNT; i++)
             for (int32_t start = 0; start < 8; start += 7)
-                assert_true(glossy_case_compare(&k, tested, i, start) == 0.0f);
+                assert_true(glossy_case_compare(&k, tested, i, start) <= most);
         glossy_case_fini(&k);
     }
 }
 
 KERNEL_TESTS(glossy, compare)
 
+/* Those for SSE4.2 round products, too. */
+static void so_does_rounding_twice(void **state)
+{
+    (void)state;
+    compare(&glossy_kernels_c);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         KERNEL_TESTS_OF_ALL,
+        cmocka_unit_test(so_does_rounding_twice),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

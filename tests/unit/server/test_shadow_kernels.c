@@ -1,5 +1,5 @@
-/* The shadow filters' kernels of every instruction set give the reference's bits. A longer form,
- * with times, is make check-kernels. */
+/* The shadow filters' kernels of every instruction set give the reference's bits, those of SSE4.2
+ * nearly. A longer form, with times, is make check-kernels. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,11 +12,12 @@
 
 static void compare(const struct shadow_kernels *tested, uint32_t l, uint64_t seed)
 {
+    const float most = tested == &shadow_kernels_c ? REFERENCE_ROUNDING : 0.0f;
     struct kernel_field k;
     field_init(&k, l, 15, 11, seed, seed % 4 != 3);
     for (enum kernel i = 0; i < KERNEL_COUNT; i++) {
-        assert_true(field_compare(&k, tested, i, 0, k.count) == 0.0f);
-        assert_true(field_compare(&k, tested, i, k.count / 3, 5) == 0.0f);
+        assert_true(field_compare(&k, tested, i, 0, k.count) <= most);
+        assert_true(field_compare(&k, tested, i, k.count / 3, 5) <= most);
     }
     field_fini(&k);
 }
@@ -92,11 +93,11 @@ static void all_strata(const struct shadow_kernels *tested)
     keep_to_pixels(tested);
 }
 
-static void so_does_the_reference(void **state)
+/* Those for SSE4.2 round products, too. */
+static void so_does_rounding_twice(void **state)
 {
     (void)state;
-    for (uint32_t l = 3; l <= SHADOW_STRATA_MAX; l += 6) each_by_itself(&shadow_kernels_c, l);
-    keep_to_pixels(&shadow_kernels_c);
+    all_strata(&shadow_kernels_c);
 }
 
 /* Walks have room for that many. */
@@ -117,7 +118,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         KERNEL_TESTS_OF_ALL,
-        cmocka_unit_test(so_does_the_reference),
+        cmocka_unit_test(so_does_rounding_twice),
         cmocka_unit_test(sums_of_all_strata_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,4 @@
+/* What glossy_kernels are compared with. */
+#define FUSED_BY_LIBRARY
+#define GLOSSY_KERNELS glossy_kernels_reference
+#include "server/reconstruct/glossy_kernels_body.h"

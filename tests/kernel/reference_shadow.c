@@ -1,0 +1,4 @@
+/* What shadow_kernels are compared with. */
+#define FUSED_BY_LIBRARY
+#define SHADOW_KERNELS shadow_kernels_reference
+#include "server/reconstruct/shadow_kernels_body.h"
