@@ -4,43 +4,73 @@
 #include <string.h>
 
 #include "server/reconstruct/compatible_lanes.h"
-#include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/gaussian_lanes.h"
+#include "server/reconstruct/lanes_inline.h"
 
-/* SHADOW_LANES pixels side by side from `at` on, `most` taps to both sides. */
-static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
-                              float out[SHADOW_LANES])
+#define BLUR_TOGETHER 16 /* taps that are met before any is weighed: short steps, many in work */
+
+/* Exponents of SHADOW_LANES pixels' weights at tap k; infinite where they do not take it. */
+LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
+                            float out[SHADOW_LANES])
 {
     const struct shadow_pixels *pixels = f->pixels;
     const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
     const float *nx = pixels->normal[0], *ny = pixels->normal[1], *nz = pixels->normal[2];
     const float *plane_least = pixels->plane_least, *distance_most2 = pixels->distance_most2;
-    const float *falloff = f->falloff, *refusal = f->refusal, *seen = f->seen;
-    const int32_t *reach = f->reach;
-    _Alignas(64) float sum[SHADOW_LANES] = {0}, weights[SHADOW_LANES] = {0};
-    for (int32_t k = -most; k <= most; k++) {
-        const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
-        const int32_t away = k < 0 ? -k : k;
-        const float own = k == 0 ? INFINITY : 0.0f; /* nothing refuses itself */
-        for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
-            const size_t p = at + lane, q = to + lane;
-            const struct asker asker = {
-                {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
-            float squared;
-            const int32_t same =
-                compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
-            const float exponent = squared * falloff[p], value = seen[q];
-            const float near = refusal[q] > own ? refusal[q] : own;
-            const int32_t kept =
-                same & (away <= reach[p]) & (exponent <= SHADOW_AXIS_CUT) & (squared <= near);
-            const float all = gaussian_exp_minus(exponent), w = kept ? all : 0.0f;
-            sum[lane] = fused(w, value, sum[lane]);
-            weights[lane] += w;
-        }
-    }
+    const float *falloff = f->falloff, *refusal = f->refusal;
+    const int32_t *reach = f->reach, beyond = (k < 0 ? -k : k) - 1;
+    const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
     for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
-        const float value = seen[at + lane], all = weights[lane];
-        const float mean = sum[lane] / (all > 0.0f ? all : 1.0f);
-        out[lane] = all > 0.0f ? mean : value;
+        const size_t p = at + lane, q = to + lane;
+        const struct asker asker = {
+            {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
+        float squared;
+        const int32_t same =
+            compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
+        const float exponent = squared * falloff[p];
+        const int32_t kept =
+            same & (reach[p] > beyond) & (exponent <= SHADOW_AXIS_CUT) & (squared <= refusal[q]);
+        out[lane] = kept ? exponent : INFINITY;
+    }
+}
+
+/* Adds `count` taps, of which the first looks at `values`, to sums of weights times those and of
+ * weights. */
+LANES_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
+                           ptrdiff_t step, struct lanes *sum, struct lanes *weights)
+{
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const size_t aside = (size_t)v * LANES_PER_VECTOR;
+        lanes_vector all = sum->v[v], whole = weights->v[v];
+        for (int32_t k = 0; k < count; k++) {
+            const lanes_vector w =
+                gaussian_exp_minus_lanes(lanes_load_vector(exponents[k] + aside));
+            all = lanes_fused(w, lanes_load_vector(values + k * step + aside), all);
+            whole += w;
+        }
+        sum->v[v] = all, weights->v[v] = whole;
+    }
+}
+
+/* SHADOW_LANES pixels side by side from `at` on, `most` taps to both sides. */
+static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
+                              float out[SHADOW_LANES])
+{
+    const float *seen = f->seen + at;
+    _Alignas(64) float exponents[BLUR_TOGETHER][SHADOW_LANES];
+    struct lanes sum = lanes_all(0.0f), weights = sum;
+    for (int32_t first = -most, n; first <= most; first += n) {
+        const int32_t left = most + 1 - first;
+        n = left < BLUR_TOGETHER ? left : BLUR_TOGETHER;
+        for (int32_t k = 0; k < n; k++) blur_meet(f, step, at, first + k, exponents[k]);
+        blur_add(exponents, n, seen + (ptrdiff_t)first * step, step, &sum, &weights);
+    }
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const size_t aside = (size_t)v * LANES_PER_VECTOR;
+        const lanes_vector all = weights.v[v], one = lanes_same(1.0f);
+        const lanes_vector mean = sum.v[v] / lanes_select(all > 0.0f, all, one);
+        *(lanes_stored *)(out + aside) =
+            lanes_select(all > 0.0f, mean, lanes_load_vector(seen + aside));
     }
 }
 

@@ -107,16 +107,24 @@ static inline lanes_vector glossy_exp_minus(lanes_vector x)
     return p * p;
 }
 
-/* How unlike the lobes of vector v of the receivers and of the neighbours at `at` are, whose points
- * lie at d from the receivers': in shape, and in what they look at. */
-struct glossy_unlike {
-    lanes_vector shape, view;
+/* Neighbours that receivers may take, before they are weighed: of both lobes' shapes and views what
+ * weights come of. All are met, then all weighed: steps so short that the CPU has several taps in
+ * work at once. */
+struct glossy_met {
+    struct taps taps; /* weights: whom a receiver may take, as masks */
+    _Alignas(64) float det[GLOSSY_TAPS][GLOSSY_LANES];   /* of S */
+    _Alignas(64) float apart[GLOSSY_TAPS][GLOSSY_LANES]; /* h^T S^-1 h times that */
+    _Alignas(64) float sharp[GLOSSY_TAPS][GLOSSY_LANES];
+    float square[GLOSSY_TAPS]; /* of the distance in pixels */
 };
 
-static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
-                                                  const struct glossy_asker *a, size_t at, int v,
-                                                  const lanes_vector d[3])
+/* How vector v of the receivers and the neighbours at `at` are alike, whose points lie at d from
+ * the receivers'. */
+static inline void glossy_compare(const struct glossy_field *f, const struct glossy_asker *a,
+                                  size_t at, int v, const lanes_vector d[3], struct glossy_met *out)
 {
+    const uint32_t t = out->taps.count;
+    const size_t lane = (size_t)v * LANES_PER_VECTOR;
     const lanes_vector e1[3] = {a->e1[0].v[v], a->e1[1].v[v], a->e1[2].v[v]};
     const lanes_vector e2[3] = {a->e2[0].v[v], a->e2[1].v[v], a->e2[2].v[v]};
     const lanes_vector near = a->nearness.v[v];
@@ -133,23 +141,19 @@ static inline struct glossy_unlike glossy_compare(const struct glossy_field *f,
     const lanes_vector s22 = lanes_fused(p2, p2, lanes_fused(q2, q2, a->s22.v[v]));
     const lanes_vector s12 = lanes_fused(p1, p2, q1 * q2);
     const lanes_vector raw = lanes_fused(s11, s22, -s12 * s12);
-    const lanes_vector det =
-        lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_all(GLOSSY_DET_LEAST).v[v]);
     /* h1 (h1 s22 - h2 s12) + h2 (h2 s11 - h1 s12) */
     const lanes_vector first = lanes_fused(h1, s22, -h2 * s12);
     const lanes_vector second = lanes_fused(h2, s11, -h1 * s12);
-    const lanes_vector apart = lanes_fused(h1, first, h2 * second) / det;
-    const lanes_vector sharp = a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
-    const lanes_vector shape =
-        lanes_fused(glossy_log(det), lanes_same(0.5f), -(sharp + GLOSSY_LOG_2));
-    return (struct glossy_unlike){shape, 0.5f * apart};
+    *(lanes_stored *)(out->det[t] + lane) =
+        lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_same(GLOSSY_DET_LEAST));
+    *(lanes_stored *)(out->apart[t] + lane) = lanes_fused(h1, first, h2 * second);
+    *(lanes_stored *)(out->sharp[t] + lane) =
+        a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
 }
 
-/* The weights that vector v of the receivers gives to the neighbours from q on; `square` is
- * their distance in pixels, squared. What lies within a pixel's footprint is the picture's anyway:
- * there views may differ. */
-static inline lanes_vector glossy_weight(const struct glossy_field *f, const struct glossy_asker *a,
-                                         size_t q, int v, float square, lanes_mask *taken)
+/* Which of the neighbours from q on vector v of the receivers may take. */
+static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct glossy_asker *a,
+                                     size_t q, int v, struct glossy_met *out)
 {
     const size_t at = q + (size_t)v * LANES_PER_VECTOR;
     const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
@@ -159,16 +163,8 @@ static inline lanes_vector glossy_weight(const struct glossy_field *f, const str
     const lanes_mask flat =
         (lanes_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
     const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
-    *taken = flat & same & a->receives.v[v];
-    const struct glossy_unlike unlike = glossy_compare(f, a, at, v, d);
-    const lanes_vector view = a->likeness.v[v] * unlike.view;
-    const lanes_vector most = square * a->footprint.v[v];
-    const lanes_vector own =
-        lanes_fused(a->likeness.v[v], unlike.shape, lanes_select(view < most, view, most));
-    const lanes_vector x =
-        lanes_fused(a->distance.v[v], lanes_same(square), lanes_where(own > 0.0f, own));
-    *taken &= x <= GLOSSY_CUT;
-    return lanes_where(*taken, glossy_exp_minus(lanes_where(*taken, x)));
+    glossy_compare(f, a, at, v, d, out);
+    return flat & same & a->receives.v[v];
 }
 
 /* Is any neighbour of the receivers' objects? */
@@ -181,43 +177,74 @@ static inline int glossy_meets(const struct glossy_field *f, const struct glossy
     return lanes_any(&same);
 }
 
-/* Weighs the taps to one side. A tap that no pixel takes is left out. */
-static inline void glossy_weigh(const struct glossy_field *f, const struct glossy_asker *a,
-                                size_t p, ptrdiff_t step, int32_t reach, struct taps *taps)
+/* Meets the neighbours to one side. One that no pixel may take is left out. */
+static inline void glossy_walk(const struct glossy_field *f, const struct glossy_asker *a, size_t p,
+                               ptrdiff_t step, int32_t reach, struct glossy_met *out)
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
-        const float square = (float)k * (float)k;
         struct lanes_whole taken;
-        struct lanes weight;
+        struct lanes masks;
         if (!glossy_meets(f, a, q)) continue;
-        for (int v = 0; v < LANES_VECTORS; v++)
-            weight.v[v] = glossy_weight(f, a, q, v, square, &taken.v[v]);
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            taken.v[v] = glossy_meet(f, a, q, v, out);
+            masks.v[v] = (lanes_vector)taken.v[v];
+        }
         if (!lanes_any(&taken)) continue;
-        taps_add(taps, q, &weight);
+        out->square[out->taps.count] = (float)k * (float)k;
+        taps_add(&out->taps, q, &masks);
+    }
+}
+
+/* The weights that vector v of the receivers gives to tap t. What lies within a pixel's footprint
+ * is the picture's anyway: there views may differ. */
+static inline lanes_vector glossy_weight(const struct glossy_asker *a, const struct glossy_met *met,
+                                         uint32_t t, int v)
+{
+    const size_t lane = (size_t)v * LANES_PER_VECTOR;
+    const lanes_mask may = (lanes_mask)lanes_load_vector(met->taps.weight[t] + lane);
+    const lanes_vector det = lanes_load_vector(met->det[t] + lane);
+    const lanes_vector square = lanes_same(met->square[t]);
+    const lanes_vector sharp = lanes_load_vector(met->sharp[t] + lane);
+    const lanes_vector shape =
+        lanes_fused(glossy_log(det), lanes_same(0.5f), -(sharp + GLOSSY_LOG_2));
+    const lanes_vector apart = lanes_load_vector(met->apart[t] + lane) / det;
+    const lanes_vector view = a->likeness.v[v] * (0.5f * apart);
+    const lanes_vector most = square * a->footprint.v[v];
+    const lanes_vector own =
+        lanes_fused(a->likeness.v[v], shape, lanes_select(view < most, view, most));
+    const lanes_vector x = lanes_fused(a->distance.v[v], square, lanes_where(own > 0.0f, own));
+    return lanes_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
+}
+
+static inline void glossy_weigh(const struct glossy_asker *a, struct glossy_met *met)
+{
+    for (uint32_t t = 0; t < met->taps.count; t++) {
+        struct lanes weight;
+        for (int v = 0; v < LANES_VECTORS; v++) weight.v[v] = glossy_weight(a, met, t, v);
+        lanes_store(&weight, met->taps.weight[t]);
     }
 }
 
 static inline void glossy_gather(const struct glossy_field *f, const struct glossy_rule *rule,
-                                 const struct glossy_run *run, size_t p, struct taps *taps)
+                                 const struct glossy_run *run, size_t p, struct glossy_met *out)
 {
     struct glossy_asker asker;
-    taps->count = 0;
+    out->taps.count = 0;
     glossy_ask(f, rule, p, &asker);
     if (!lanes_any(&asker.receives)) return;
-    glossy_weigh(f, &asker, p, -run->step, run->before, taps);
-    glossy_weigh(f, &asker, p, run->step, run->after, taps);
+    glossy_walk(f, &asker, p, -run->step, run->before, out);
+    glossy_walk(f, &asker, p, run->step, run->after, out);
+    glossy_weigh(&asker, out);
 }
 
 static void kernel_spread(const struct glossy_field *f, const struct glossy_rule *rule,
                           const struct glossy_run *run, uint32_t count, const float *const *in,
                           float *const *out)
 {
-    struct taps taps;
-    struct lanes inverse;
+    struct glossy_met met;
     for (size_t p = run->first; p < run->first + run->count; p += GLOSSY_LANES) {
-        glossy_gather(f, rule, run, p, &taps);
-        taps_inverse(&taps, &inverse);
-        taps_mean(&taps, &inverse, count, in, p, out);
+        glossy_gather(f, rule, run, p, &met);
+        taps_mean(&met.taps, count, in, p, out);
     }
 }

@@ -42,11 +42,12 @@ static inline void indirect_ask(const struct indirect_field *f, size_t p, struct
  * 4e-6, exact at 0; beyond, anything. */
 static inline lanes_vector indirect_exp_minus(lanes_vector x)
 {
-    lanes_vector p = lanes_fused(x, lanes_same(-5.9123179e-06f), lanes_same(0.000157021284f));
-    p = lanes_fused(x, p, lanes_same(-0.00259792923f));
-    p = lanes_fused(x, p, lanes_same(0.0312475927f));
-    p = lanes_fused(x, p, lanes_same(-0.24999985f));
-    p = lanes_fused(x, p, lanes_same(1.0f));
+    const lanes_vector squared = x * x;
+    const lanes_vector low = lanes_fused(x, lanes_same(-0.24999985f), lanes_same(1.0f));
+    const lanes_vector mid = lanes_fused(x, lanes_same(-0.00259792923f), lanes_same(0.0312475927f));
+    const lanes_vector high =
+        lanes_fused(x, lanes_same(-5.9123179e-06f), lanes_same(0.000157021284f));
+    const lanes_vector p = lanes_fused(squared, lanes_fused(squared, high, mid), low);
     const lanes_vector square = p * p;
     return square * square;
 }
@@ -67,10 +68,10 @@ static inline lanes_mask indirect_meet(const struct indirect_field *f,
     const lanes_vector off = lanes_dot(d, own), alike = lanes_dot(n, own);
     *exponent = lanes_dot(d, d) * a->falloff.v[v];
     const lanes_mask near = *exponent <= INDIRECT_CUT;
-    const lanes_mask other = lanes_load_mask(f->object + at) != a->object.v[v];
+    const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
     const lanes_mask taken =
         *walks & near & (alike >= INDIRECT_COS) & (lanes_positive(off) <= a->off.v[v]);
-    *walks &= near | other;
+    *walks &= ~(same & ~near);
     return taken;
 }
 
@@ -87,11 +88,12 @@ static inline void indirect_weigh(const struct indirect_field *f, const struct i
         struct lanes exponent, w;
         for (int v = 0; v < LANES_VECTORS; v++) {
             taken.v[v] = indirect_meet(f, a, q, v, &walks.v[v], &exponent.v[v]);
-            exponent.v[v] = lanes_where(taken.v[v], exponent.v[v]);
             w.v[v] = lanes_where(taken.v[v], indirect_exp_minus(exponent.v[v]));
         }
         if (!lanes_any(&taken)) continue;
         if (moments) {
+            for (int v = 0; v < LANES_VECTORS; v++)
+                exponent.v[v] = lanes_where(taken.v[v], exponent.v[v]);
             lanes_store(&exponent, moment);
             for (int i = 0; i < INDIRECT_LANES; i++) moment[i] = sign * sqrtf(moment[i]);
         }
@@ -113,11 +115,9 @@ static void kernel_mean(const struct indirect_field *f, const struct indirect_ru
                         uint32_t count, const float *const *in, float *const *out)
 {
     struct indirect_taps taps;
-    struct lanes inverse;
     for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
         indirect_gather(f, run, p, 0, &taps);
-        taps_inverse(&taps.taps, &inverse);
-        taps_mean(&taps.taps, &inverse, count, in, p, out);
+        taps_mean(&taps.taps, count, in, p, out);
     }
 }
 

@@ -333,21 +333,33 @@ static inline lanes_vector project_pair(const float *pair)
     return (lanes_vector)(both + (pairs){0});
 }
 
+/* Does a cell weigh any of the nodes of vector v, from `first` on? Always said where it is not
+ * known when the kernel is compiled: asking is dearer than adding zeros. */
+LANES_INLINE bool project_reaches(uint32_t scale, uint32_t cell, uint32_t first, uint32_t v)
+{
+    const uint32_t low = first + v * (LANES_PER_VECTOR / 2), end = low + LANES_PER_VECTOR / 2;
+    if (!__builtin_constant_p(end > cell + 1 && low <= cell + scale)) return true;
+    return end > cell + 1 && low <= cell + scale;
+}
+
 LANES_INLINE void project_cells(uint32_t scale, const struct project_padded *even,
                                 const struct project_padded *odd, const float *cells,
                                 uint32_t first, lanes_vector sums[PROJECT_VECTORS])
 {
     for (int v = 0; v < PROJECT_VECTORS; v++) sums[v] = (lanes_vector){0};
+#pragma GCC unroll 8
     for (uint32_t c = 0; c < scale; c++) {
         const size_t at = 2 * (size_t)(PROJECT_PAD + first - 1 - c);
         const lanes_vector a = project_pair(cells + (size_t)4 * c);
         const lanes_vector b = project_pair(cells + (size_t)4 * c + 2);
         for (int v = 0; v < PROJECT_VECTORS; v++)
-            sums[v] =
-                lanes_fused(lanes_load_vector(even->of + at + v * LANES_PER_VECTOR), a, sums[v]);
+            if (project_reaches(scale, c, first, (uint32_t)v))
+                sums[v] = lanes_fused(lanes_load_vector(even->of + at + v * LANES_PER_VECTOR), a,
+                                      sums[v]);
         for (int v = 0; v < PROJECT_VECTORS; v++)
-            sums[v] =
-                lanes_fused(lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR), b, sums[v]);
+            if (project_reaches(scale, c, first, (uint32_t)v))
+                sums[v] =
+                    lanes_fused(lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR), b, sums[v]);
     }
 }
 

@@ -98,7 +98,7 @@ static inline uint32_t shadow_phases(uint32_t strata, uint32_t scale)
 struct shadow_blur {
     const struct shadow_pixels *pixels; /* points, normals, tolerances */
     const float *seen;                  /* to blur */
-    const float *refusal;               /* farther neighbours (squared) refuse it */
+    const float *refusal;               /* farther neighbours (squared) refuse it; not below 0 */
     const float *falloff;               /* 1 / (2 beta^2) */
     const int32_t *reach;               /* pixels; 0: keeps its own value */
 };

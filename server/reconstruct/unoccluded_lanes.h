@@ -181,11 +181,34 @@ static inline void unoccluded_cut(float from, float to, float rise, float *a, fl
     *b = up_next ? 1.0f : up ? cut : 0.0f;
 }
 
+/* Two points that an edge is seen between: their squares and scalar product, the square of their
+ * vector product from the edge's, its part along the normal, the edge's share between them. All are
+ * met before any is weighed: steps so short that the CPU has several receivers in work at once. */
+struct unoccluded_pair {
+    _Alignas(64) float aa[UNOCCLUDED_LANES], bb[UNOCCLUDED_LANES], ab[UNOCCLUDED_LANES];
+    float cross[UNOCCLUDED_LANES], along[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
+};
+
+/* Adds their terms. */
+static inline void unoccluded_add(const struct unoccluded_pair *pair, float *polygon)
+{
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
+        const float length = sqrtf(pair->aa[i]) * sqrtf(pair->bb[i]);
+        const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
+        float cosine = pair->ab[i] * inverse;
+        cosine = cosine > -1.0f ? cosine : -1.0f;
+        cosine = cosine < 1.0f ? cosine : 1.0f;
+        const float part = pair->share[i] * inverse;
+        polygon[i] += unoccluded_arc(cosine, part * pair->along[i], part * sqrtf(pair->cross[i]));
+    }
+}
+
 /* The edge e from `corner` (of the light's centre): its term where above the horizon, and where it
  * goes through the horizon; `whole`: it is above for all receivers. */
 LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool whole,
                                   struct unoccluded_chunk *c)
 {
+    struct unoccluded_pair pair;
     const float ox = corner[0], oy = corner[1], oz = corner[2];
     const float ex = e[0], ey = e[1], ez = e[2];
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
@@ -198,17 +221,13 @@ LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool 
         if (!whole) unoccluded_cut(from, to, rise, &a, &b);
         const float ax = fused(a, ex, px), ay = fused(a, ey, py), az = fused(a, ez, pz);
         const float bx = fused(b, ex, px), by = fused(b, ey, py), bz = fused(b, ez, pz);
-        const float aa = unoccluded_dot(ax, ay, az, ax, ay, az);
-        const float bb = unoccluded_dot(bx, by, bz, bx, by, bz);
-        const float length = sqrtf(aa) * sqrtf(bb);
-        const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
-        float cosine = unoccluded_dot(ax, ay, az, bx, by, bz) * inverse;
-        cosine = cosine > -1.0f ? cosine : -1.0f;
-        cosine = cosine < 1.0f ? cosine : 1.0f;
         const float cx = py * ez - pz * ey, cy = pz * ex - px * ez, cz = px * ey - py * ex;
-        const float part = (b - a) * inverse;
-        c->polygon[i] += unoccluded_arc(cosine, part * unoccluded_dot(nx, ny, nz, cx, cy, cz),
-                                        part * sqrtf(unoccluded_dot(cx, cy, cz, cx, cy, cz)));
+        pair.aa[i] = unoccluded_dot(ax, ay, az, ax, ay, az);
+        pair.bb[i] = unoccluded_dot(bx, by, bz, bx, by, bz);
+        pair.ab[i] = unoccluded_dot(ax, ay, az, bx, by, bz);
+        pair.cross[i] = unoccluded_dot(cx, cy, cz, cx, cy, cz);
+        pair.along[i] = unoccluded_dot(nx, ny, nz, cx, cy, cz);
+        pair.share[i] = b - a;
         if (whole) continue;
         const int up = from > 0.0f, up_next = to > 0.0f;
         const int leaves = up > up_next, enters = up < up_next;
@@ -219,6 +238,7 @@ LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool 
         c->enter[1][i] = enters ? ay : c->enter[1][i];
         c->enter[2][i] = enters ? az : c->enter[2][i];
     }
+    unoccluded_add(&pair, c->polygon);
 }
 
 /* Is the light above all receivers' horizons, beyond any rounding? */
@@ -259,21 +279,20 @@ LANES_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool 
 /* Adds to c->polygon what goes along the horizon where the outline is cut. */
 static void unoccluded_close(struct unoccluded_chunk *c)
 {
+    struct unoccluded_pair pair;
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float ax = c->leave[0][i], ay = c->leave[1][i], az = c->leave[2][i];
         const float bx = c->enter[0][i], by = c->enter[1][i], bz = c->enter[2][i];
-        const float length = sqrtf(unoccluded_dot(ax, ay, az, ax, ay, az)) *
-                             sqrtf(unoccluded_dot(bx, by, bz, bx, by, bz));
-        const float inverse = 1.0f / (length > UNOCCLUDED_TINY ? length : UNOCCLUDED_TINY);
-        float cosine = unoccluded_dot(ax, ay, az, bx, by, bz) * inverse;
-        cosine = cosine > -1.0f ? cosine : -1.0f;
-        cosine = cosine < 1.0f ? cosine : 1.0f;
         const float cx = ay * bz - az * by, cy = az * bx - ax * bz, cz = ax * by - ay * bx;
-        const float along =
+        pair.aa[i] = unoccluded_dot(ax, ay, az, ax, ay, az);
+        pair.bb[i] = unoccluded_dot(bx, by, bz, bx, by, bz);
+        pair.ab[i] = unoccluded_dot(ax, ay, az, bx, by, bz);
+        pair.cross[i] = unoccluded_dot(cx, cy, cz, cx, cy, cz);
+        pair.along[i] =
             unoccluded_dot(c->normal[0][i], c->normal[1][i], c->normal[2][i], cx, cy, cz);
-        const float sine = sqrtf(unoccluded_dot(cx, cy, cz, cx, cy, cz));
-        c->polygon[i] += unoccluded_arc(cosine, along * inverse, sine * inverse);
+        pair.share[i] = 1.0f;
     }
+    unoccluded_add(&pair, c->polygon);
 }
 
 /* Lambert's formula into c->polygon. */

@@ -1,10 +1,12 @@
 #pragma once
 /* v_plane_kernels' walks. */
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
+#include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
 #define V_PLANE_TAPS     (2 * V_PLANE_REACH_PX + 1)
@@ -21,6 +23,8 @@
 #define V_PLANE_WIDE 4
 #endif
 typedef float v_plane_many __attribute__((vector_size(4 * V_PLANE_WIDE), may_alias));
+typedef float v_plane_stored
+    __attribute__((vector_size(4 * V_PLANE_WIDE), aligned(4), may_alias)); /* anywhere */
 typedef float v_plane_four __attribute__((vector_size(16), may_alias));
 
 /* fused.h, of a register's numbers. */
@@ -195,27 +199,71 @@ static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *colum
 }
 
 #define V_PLANE_SUMS_MAX (V_PLANE_POWERS * V_PLANE_CELLS * V_PLANE_STRATA_MAX)
+#define V_PLANE_TOGETHER                                                                           \
+    4 /* pixels whose cells go to nodes at once: ratios are read that less often */
+#define V_PLANE_AT_ONCE 2 /* registers of each pixel's nodes */
 
-/* Pass 2a: from `count` sums of cells to nodes. */
-static inline void v_plane_project(const float *ratios, uint32_t count, const v_plane_four *cell,
-                                   float *out)
+/* Cells of pixels beside each other in their row. */
+struct v_plane_group {
+    v_plane_four cells[V_PLANE_TOGETHER][V_PLANE_SUMS_MAX];
+};
+
+/* Which of `count` cells have any weight, of some pixel; they are all 0 in pixels where they have
+ * none. Returns their number. */
+LANES_INLINE uint32_t v_plane_keep(struct v_plane_group *group, uint32_t pixels, uint32_t count,
+                                   uint32_t kept[V_PLANE_SUMS_MAX])
 {
-    v_plane_many four[V_PLANE_SUMS_MAX];
-    uint32_t at[V_PLANE_SUMS_MAX], kept = 0;
+    uint32_t n = 0;
     for (uint32_t c = 0; c < count; c++) {
-        for (size_t i = 0; i < V_PLANE_WIDE / 4; i++)
-            memcpy((char *)&four[kept] + i * sizeof cell[c], &cell[c], sizeof cell[c]);
-        at[kept] = c * V_PLANE_NODE_FLOATS;
-        kept += cell[c][3] > 0.0f;
-    }
-    for (uint32_t first = 0; first < V_PLANE_NODE_FLOATS; first += 4 * V_PLANE_WIDE) {
-        v_plane_many sums[4] = {{0}, {0}, {0}, {0}};
-        for (uint32_t c = 0; c < kept; c++) {
-            const v_plane_many *ratio =
-                (const v_plane_many *)(const void *)(ratios + at[c] + first);
-            for (uint32_t i = 0; i < 4; i++) sums[i] = v_plane_fused(ratio[i], four[c], sums[i]);
+        bool any = false;
+        for (uint32_t k = 0; k < pixels; k++) {
+            v_plane_four *cell = &group->cells[k][c];
+            const bool has = (*cell)[3] > 0.0f;
+            if (!has) *cell = (v_plane_four){0};
+            any |= has;
         }
-        memcpy(out + first, sums, sizeof sums);
+        kept[n] = c;
+        n += any;
+    }
+    return n;
+}
+
+/* A cell, again and again. */
+static inline v_plane_many v_plane_repeat(const v_plane_four *cell)
+{
+#if V_PLANE_WIDE == 16
+    return (v_plane_many)_mm512_broadcast_f32x4((__m128)*cell);
+#elif V_PLANE_WIDE == 8
+    return (v_plane_many)_mm256_broadcast_ps((const __m128 *)cell);
+#else
+    return *cell;
+#endif
+}
+
+/* Pass 2a: from `count` cells of `pixels` to nodes, which lie V_PLANE_NODE_FLOATS apart. */
+LANES_INLINE void v_plane_project(const float *ratios, struct v_plane_group *group, uint32_t pixels,
+                                  uint32_t count, float *const out[V_PLANE_TOGETHER])
+{
+    enum { STEP = V_PLANE_AT_ONCE * V_PLANE_WIDE };
+    uint32_t kept[V_PLANE_SUMS_MAX];
+    const uint32_t n = v_plane_keep(group, pixels, count, kept);
+    for (uint32_t first = 0; first < V_PLANE_NODE_FLOATS; first += STEP) {
+        v_plane_many sums[V_PLANE_TOGETHER * V_PLANE_AT_ONCE];
+        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++) sums[i] = (v_plane_many){0};
+        for (uint32_t c = 0; c < n; c++) {
+            const float *at = ratios + (size_t)kept[c] * V_PLANE_NODE_FLOATS + first;
+            const v_plane_many *ratio = (const v_plane_many *)(const void *)at;
+            for (uint32_t k = 0; k < pixels; k++) {
+                const v_plane_many cell = v_plane_repeat(&group->cells[k][kept[c]]);
+                for (uint32_t i = 0; i < V_PLANE_AT_ONCE; i++)
+                    sums[k * V_PLANE_AT_ONCE + i] =
+                        v_plane_fused(ratio[i], cell, sums[k * V_PLANE_AT_ONCE + i]);
+            }
+        }
+#pragma GCC unroll 8
+        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++)
+            *(v_plane_stored *)(out[i / V_PLANE_AT_ONCE] + first +
+                                i % V_PLANE_AT_ONCE * V_PLANE_WIDE) = sums[i];
     }
 }
 
@@ -237,26 +285,40 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
     }
 }
 
+/* Passes 1a and 1b of the pixel (x, y). */
+static inline void v_plane_fill_pixel(const struct v_plane_field *f, int32_t x, int32_t y,
+                                      const float *const *rows, v_plane_four *cells)
+{
+    const size_t size = v_plane_record_floats(f);
+    const size_t p = (size_t)y * (size_t)f->width + (size_t)x;
+    const struct v_plane_walk *w = &f->walks[1][p];
+    const float *records[V_PLANE_PADDED];
+    struct v_plane_taps taps;
+    struct v_plane_order order;
+    const uint32_t n = v_plane_place(w, &f->sources[p], f->width, &taps);
+    v_plane_weigh(w, &f->sources[p], n, &taps);
+    v_plane_sort(&taps, n, &order);
+    for (uint32_t i = 0; i < n; i++)
+        records[i] = rows[V_PLANE_REACH_PX + taps.row[i]] + (size_t)(x + taps.column[i]) * size;
+    v_plane_fill_cells(f, &taps, records, &order, cells);
+}
+
 static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32_t *x,
                            uint32_t count, const float *const *rows, float *out)
 {
     const uint32_t sums = V_PLANE_POWERS * V_PLANE_CELLS * f->strata;
-    const size_t size = v_plane_record_floats(f);
-    struct v_plane_taps taps;
-    struct v_plane_order order;
-    const float *records[V_PLANE_PADDED];
-    v_plane_four cells[V_PLANE_SUMS_MAX];
-    for (uint32_t k = 0; k < count; k++) {
-        const size_t p = (size_t)y * (size_t)f->width + (size_t)x[k];
-        const struct v_plane_walk *w = &f->walks[1][p];
-        const uint32_t n = v_plane_place(w, &f->sources[p], f->width, &taps);
-        v_plane_weigh(w, &f->sources[p], n, &taps);
-        v_plane_sort(&taps, n, &order);
-        for (uint32_t i = 0; i < n; i++)
-            records[i] =
-                rows[V_PLANE_REACH_PX + taps.row[i]] + (size_t)(x[k] + taps.column[i]) * size;
-        v_plane_fill_cells(f, &taps, records, &order, cells);
-        v_plane_project(f->ratios, sums, cells, out + (size_t)x[k] * V_PLANE_NODE_FLOATS);
+    struct v_plane_group group;
+    for (uint32_t k = 0, n; k < count; k += n) {
+        float *to[V_PLANE_TOGETHER];
+        n = count - k < V_PLANE_TOGETHER ? 1 : V_PLANE_TOGETHER;
+        for (uint32_t i = 0; i < n; i++) {
+            to[i] = out + (size_t)x[k + i] * V_PLANE_NODE_FLOATS;
+            v_plane_fill_pixel(f, x[k + i], y, rows, group.cells[i]);
+        }
+        if (n == V_PLANE_TOGETHER)
+            v_plane_project(f->ratios, &group, V_PLANE_TOGETHER, sums, to);
+        else
+            v_plane_project(f->ratios, &group, 1, sums, to);
     }
 }
 

@@ -93,8 +93,9 @@ LANES_INLINE void walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
         const float node = fused(-p[WALK_ETA][i] * delta, per_length, centre);
         const float all =
             taps->tap[n].share[i] * gaussian_exp_minus(delta * delta * p[WALK_FALLOFF][i]);
-        const int32_t kept = same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre) &
-                             (node >= 0.0f) & (all > 0.0f);
+        /* weights of 0 go with the others: where a node lies is found before what it weighs is */
+        const int32_t kept =
+            same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre) & (node >= 0.0f);
         const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
         const uint32_t to = place[k] * slot_sums + (uint32_t)(int32_t)whole * stride;
