@@ -166,8 +166,7 @@ static inline struct lanes edge_jitter(const float *from)
 {
     struct lanes jitter = lanes_load(from);
     const struct lanes most = lanes_all(PATTERN_JITTER_MAX);
-    for (int v = 0; v < LANES_VECTORS; v++)
-        jitter.v[v] = lanes_select(jitter.v[v] < most.v[v], jitter.v[v], most.v[v]);
+    for (int v = 0; v < LANES_VECTORS; v++) jitter.v[v] = lanes_least(jitter.v[v], most.v[v]);
     return jitter;
 }
 

@@ -99,8 +99,8 @@ LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussi
                             lanes_fused(along, lanes_same(a[k]), c->to[k].v[i]));
     const lanes_vector normal[3] = {c->normal[0].v[i], c->normal[1].v[i], c->normal[2].v[i]};
     const lanes_vector up = lanes_dot(to, normal), squared = lanes_dot(to, to);
-    const lanes_vector near = size2 / lanes_select(squared > 0.0f, squared, one);
-    const lanes_vector bounded = lanes_select(near < most, near, most);
+    /* of 0 it is infinite, and counts nothing below */
+    const lanes_vector bounded = lanes_least(size2 / squared, most);
     const lanes_vector facing =
         gaussian ? gaussian_exp_minus_lanes(2.0f * lanes_fused(u, u, v * v)) * up : up;
     const lanes_vector weight =
@@ -117,7 +117,7 @@ static inline struct lanes estimate_strata(const float *jitter, uint32_t l, uint
     for (int i = 0; i < LANES_VECTORS; i++) {
         const lanes_vector most = lanes_all(PATTERN_JITTER_MAX).v[0];
         const lanes_vector j = lanes_load_vector(jitter + (size_t)i * LANES_PER_VECTOR);
-        const lanes_vector within = lanes_select(j < most, j, most); /* as pattern_axis has it */
+        const lanes_vector within = lanes_least(j, most); /* as pattern_axis has it */
         out.v[i] = 2.0f * (((float)k + within) / (float)l) - 1.0f;
     }
     return out;

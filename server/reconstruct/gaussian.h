@@ -14,10 +14,10 @@ static inline float gaussian_exp_minus(float x)
     const float in = x < 87.0f ? x : 87.0f;
     const float n = floorf(fused(in, -1.44269504f, 0.5f));
     /* ln 2 in two parts, the first of 15 bits: n times it is exact */
-    const float rest = fused(n, -1.42860677e-6f, fused(n, -0.693145752f, -in));
+    const float rest = fused(n, 1.42860677e-6f, fused(n, 0.693145752f, in));
     const float squared = rest * rest;
-    const float low = fused(squared, fused(rest, 1.0f / 6, 0.5f), 1.0f + rest);
-    const float high = fused(squared, 1.0f / 720, fused(rest, 1.0f / 120, 1.0f / 24));
+    const float low = fused(squared, fused(rest, -1.0f / 6, 0.5f), 1.0f - rest);
+    const float high = fused(squared, 1.0f / 720, fused(rest, -1.0f / 120, 1.0f / 24));
     const float p = fused(squared * squared, high, low);
     const uint32_t bits = (uint32_t)((int32_t)n + 127) << 23;
     float power;

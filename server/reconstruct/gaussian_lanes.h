@@ -19,15 +19,15 @@ static inline lanes_vector gaussian_floor(lanes_vector x)
 static inline lanes_vector gaussian_exp_minus_lanes(lanes_vector x)
 {
     const lanes_mask small = x < 87.0f;
-    const lanes_vector in = lanes_select(small, x, lanes_same(87.0f));
+    const lanes_vector in = lanes_least(x, lanes_same(87.0f));
     const lanes_vector n =
         gaussian_floor(lanes_fused(in, lanes_same(-1.44269504f), lanes_same(0.5f)));
     const lanes_vector rest =
-        lanes_fused(n, lanes_same(-1.42860677e-6f), lanes_fused(n, lanes_same(-0.693145752f), -in));
+        lanes_fused(n, lanes_same(1.42860677e-6f), lanes_fused(n, lanes_same(0.693145752f), in));
     const lanes_vector squared = rest * rest;
-    const lanes_vector linear = lanes_fused(rest, lanes_same(1.0f / 6), lanes_same(0.5f));
-    const lanes_vector low = lanes_fused(squared, linear, 1.0f + rest);
-    const lanes_vector fourth = lanes_fused(rest, lanes_same(1.0f / 120), lanes_same(1.0f / 24));
+    const lanes_vector linear = lanes_fused(rest, lanes_same(-1.0f / 6), lanes_same(0.5f));
+    const lanes_vector low = lanes_fused(squared, linear, 1.0f - rest);
+    const lanes_vector fourth = lanes_fused(rest, lanes_same(-1.0f / 120), lanes_same(1.0f / 24));
     const lanes_vector high = lanes_fused(squared, lanes_same(1.0f / 720), fourth);
     const lanes_vector p = lanes_fused(squared * squared, high, low);
     const lanes_mask power = (__builtin_convertvector(n, lanes_mask) + 127) << 23;

@@ -211,8 +211,7 @@ static inline lanes_vector glossy_weight(const struct glossy_asker *a, const str
     const lanes_vector apart = lanes_load_vector(met->apart[t] + lane) / det;
     const lanes_vector view = a->likeness.v[v] * (0.5f * apart);
     const lanes_vector most = square * a->footprint.v[v];
-    const lanes_vector own =
-        lanes_fused(a->likeness.v[v], shape, lanes_select(view < most, view, most));
+    const lanes_vector own = lanes_fused(a->likeness.v[v], shape, lanes_least(view, most));
     const lanes_vector x = lanes_fused(a->distance.v[v], square, lanes_where(own > 0.0f, own));
     return lanes_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
 }

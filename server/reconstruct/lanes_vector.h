@@ -127,6 +127,18 @@ static inline lanes_vector lanes_select(lanes_mask mask, lanes_vector a, lanes_v
     return (lanes_vector)((mask & (lanes_mask)a) | (~mask & (lanes_mask)b));
 }
 
+/* The lower of two; b where either is no number. */
+static inline lanes_vector lanes_least(lanes_vector a, lanes_vector b)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_min_ps((__m512)a, (__m512)b);
+#elif defined __AVX__
+    return (lanes_vector)_mm256_min_ps((__m256)a, (__m256)b);
+#else
+    return (lanes_vector)_mm_min_ps((__m128)a, (__m128)b);
+#endif
+}
+
 static inline lanes_vector lanes_positive(lanes_vector a)
 {
     return (lanes_vector)((lanes_mask)a & INT32_MAX);

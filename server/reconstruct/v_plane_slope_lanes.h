@@ -166,9 +166,9 @@ LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, 
     const float *const *normal = in->normal;
     const lanes_vector own[3] = {v_plane_load(normal[0] + p, n), v_plane_load(normal[1] + p, n),
                                  v_plane_load(normal[2] + p, n)};
-    const lanes_vector one = lanes_same(1.0f);
     const lanes_mask object = v_plane_load_mask(in->object + p, n);
-    lanes_vector m = {0}, d = {0}, counts = {0};
+    lanes_vector m = {0}, d = {0};
+    lanes_mask counts = {0};
     for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
         for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
             const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
@@ -181,11 +181,11 @@ LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, 
                                     (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
             m += lanes_where(same, near);
             d += lanes_where(same, v_plane_load(in->deviation + q, n));
-            counts += lanes_where(same, one);
+            counts -= same;
         }
     }
-    const lanes_mask any = counts > 0.0f;
-    const lanes_vector scale = lanes_where(any, one / lanes_select(any, counts, one));
+    const lanes_mask none = counts == 0; /* then sums are 0 */
+    const lanes_vector scale = 1.0f / __builtin_convertvector(counts - none, lanes_vector);
     m *= scale;
     d *= scale;
     memcpy(mean + p, &m, n * sizeof *mean);
