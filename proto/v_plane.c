@@ -19,62 +19,59 @@ void v_plane_column(float u, float *side, float *height)
     *height = (float)(2.0 * sqrt(x * (1.0 - x)));
 }
 
-/* Sine and cosine on [0, pi/2]: Taylor series around 0 of at most half of it, doubled. */
-static void sincos_quarter(double x, double *sine, double *cosine)
+/* The cube root of x > 0: a third of its exponent, then Newton's steps, each of which doubles the
+ * four bits or so that are right; the last in double. */
+static inline double cube_root(double x)
 {
-    const double h = 0.5 * x, s = h * h;
-    const double sin_h =
-        h *
-        (1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110 * (1 - s / 156))))));
-    const double cos_h =
-        1 - s / 2 * (1 - s / 12 * (1 - s / 30 * (1 - s / 56 * (1 - s / 90 * (1 - s / 132)))));
-    *sine = 2.0 * sin_h * cos_h;
-    *cosine = cos_h * cos_h - sin_h * sin_h;
-}
-
-/* e - sin e on [0, pi], with its digits near 0. */
-static double lag(double e)
-{
-    const double s = e * e;
-    double sum = 1.0;
-    for (int k = 22; k >= 4; k -= 2) sum = 1.0 - s / (double)(k * (k + 1)) * sum;
-    return e * s / 6.0 * sum;
-}
-
-/* The cube root of a normal number: a third of its exponent, then Newton's steps, each of which
- * doubles the five bits or so that are right. */
-static double cube_root(double x)
-{
-    uint64_t bits;
-    double r;
-    memcpy(&bits, &x, sizeof bits);
-    bits = bits / 3 + UINT64_C(0x2a9f7893782da1ce);
+    const float in = (float)x;
+    uint32_t bits;
+    float r;
+    memcpy(&bits, &in, sizeof bits);
+    bits = bits / 3 + 0x2a5119f2u;
     memcpy(&r, &bits, sizeof r);
-    for (int i = 0; i < 4; i++) r += (x / (r * r) - r) / 3.0;
-    return r;
+    for (int i = 0; i < 2; i++) r += (in / (r * r) - r) * (1.0f / 3);
+    const double root = (double)r;
+    return root + (x / (root * root) - root) * (1.0 / 3);
 }
 
-/* e of e - sin e = q for q in (0, pi]: Kepler's equation at eccentricity 1, which is 6q = e^3 near
- * 0. The series in that cube root is right to 0.034 at worst, and three of Newton's steps to
- * 1e-15. */
-static double solve(double q)
+/* A polynomial of ten degrees, by pairs of coefficients: few of its steps wait for each other. */
+static inline double polynomial(const double c[11], double s)
 {
-    const double r = cube_root(6.0 * q), s = r * r;
-    double e = r * (1.0 + s * (1.0 / 60 + s * (1.0 / 1400 + s / 25200)));
-    for (int i = 0; i < 3; i++) {
-        double sine, cosine;
-        sincos_quarter(0.5 * e, &sine, &cosine);
-        e -= (lag(e) - q) / (2.0 * sine * sine); /* 1 - cos e; q keeps e from 0 */
-    }
-    return e;
+    const double t = s * s;
+    double sum = c[10];
+    for (int k = 8; k >= 0; k -= 2) sum = (c[k] + s * c[k + 1]) + t * sum;
+    return sum;
 }
 
-/* theta = +-(pi - e): what theta lacks to the end is small where its equation is flat. */
+/* theta = +-(pi - e), e - sin e = q = 2 pi min(v, 1 - v): Kepler's equation at eccentricity 1. With
+ * r the cube root of 6 q, sin(e/2) / r and cos(e/2) are smooth in r^2: polynomials through
+ * Chebyshev's points of [0, (6 pi)^(2/3)]. Errors: 8e-9 of the one, 4e-9 in the other. */
+static inline void turn(float v, float *sine, float *cosine)
+{
+    static const double a[11] = {
+        0.499999998879507004,      -0.0124999618076091791,  -0.000424320214562765187,
+        -0.0000215527169001505522, -1.84037192451460161e-6, 2.24383247402082599e-7,
+        -1.26029576953790919e-7,   2.80950611597838505e-8,  -4.19338557085871256e-9,
+        3.40222383814554064e-10,   -1.27621252789891805e-11};
+    static const double b[11] = {
+        0.999999998535086017,      -0.12499995006514826,    -0.0015627786600346567,
+        -0.0000607837260938315339, -3.84432473944522795e-6, 2.21165202410915589e-7,
+        -1.69522404797516666e-7,   3.67359277495987907e-8,  -5.54862164283106917e-9,
+        4.50241597010988895e-10,   -1.71087463341756091e-11};
+    const double x = within_ends(v), rest = x < 0.5 ? x : 1.0 - x;
+    const double r = cube_root(12.0 * PI * rest), s = r * r;
+    const double c = polynomial(b, s);
+    *sine = (float)(x < 0.5 ? -c : c);
+    *cosine = (float)(r * polynomial(a, s));
+}
+
 void v_plane_row(float v, float *sine, float *cosine)
 {
-    const double x = within_ends(v), rest = x < 0.5 ? x : 1.0 - x;
-    double s, c;
-    sincos_quarter(0.5 * solve(2.0 * PI * rest), &s, &c);
-    *sine = (float)(x < 0.5 ? -c : c);
-    *cosine = (float)s;
+    turn(v, sine, cosine);
+}
+
+void v_plane_rows(const float *restrict v, uint32_t count, float *restrict sine,
+                  float *restrict cosine)
+{
+    for (uint32_t i = 0; i < count; i++) turn(v[i], &sine[i], &cosine[i]);
 }

@@ -11,6 +11,8 @@
  * place along a chord and v the chord. Own arithmetic, the same bits on every CPU; errors are below
  * 1e-7. */
 
+#include <stdint.h>
+
 /* Numbers nearer to the ends count as these: |v1| stays below 2^12, |v2| below 2^21. */
 #define V_PLANE_END 0x1p-24f
 
@@ -19,6 +21,9 @@ void v_plane_column(float u, float *side, float *height);
 
 /* Sine and cosine of theta / 2. */
 void v_plane_row(float v, float *sine, float *cosine);
+
+/* The same of `count` numbers; no array overlaps another. */
+void v_plane_rows(const float *v, uint32_t count, float *sine, float *cosine);
 
 /* Tangents of a unit normal n, all in the camera's axes (right, up, back): Frisvad 2012, "Building
  * an orthonormal basis from a 3D unit vector without normalization". Its pole, n = (0, 0, -1), lies

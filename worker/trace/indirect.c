@@ -302,11 +302,11 @@ static void store_distances(const struct bounce *b, const struct indirect_sums *
 
 static void strata_of_plane(struct indirect_scratch *s)
 {
-    for (uint32_t k = 0; k < s->strata.l; k++)
-        for (int i = 0; i < LANES; i++) {
+    for (uint32_t k = 0; k < s->strata.l; k++) {
+        for (int i = 0; i < LANES; i++)
             v_plane_column(s->strata.column[k][i], &s->side[k][i], &s->height[k][i]);
-            v_plane_row(s->strata.row[k][i], &s->sine[k][i], &s->cosine[k][i]);
-        }
+        v_plane_rows(s->strata.row[k], LANES, s->sine[k], s->cosine[k]);
+    }
 }
 
 /* Strata, and how many rays leave each lane. */
