@@ -144,6 +144,18 @@ static inline lanes_vector lanes_positive(lanes_vector a)
     return (lanes_vector)((lanes_mask)a & INT32_MAX);
 }
 
+/* A bit for each lane whose sign is set, the first lane's lowest. */
+static inline uint32_t lanes_signs(lanes_mask mask)
+{
+#ifdef __AVX512F__
+    return (uint32_t)_mm512_movepi32_mask((__m512i)mask);
+#elif defined __AVX__
+    return (uint32_t)_mm256_movemask_ps((__m256)mask);
+#else
+    return (uint32_t)_mm_movemask_ps((__m128)mask);
+#endif
+}
+
 /* Is any lane of a mask set? */
 static inline int lanes_any(const struct lanes_whole *mask)
 {

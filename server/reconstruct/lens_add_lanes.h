@@ -72,7 +72,7 @@ static inline int lens_place_vector(const struct lens_place *p, uint32_t i,
 {
     const lanes_vector s = lanes_load_vector(p->slope + i);
     const lanes_mask near = s >= p->low, taken = beyond ? ~near : near & (s < p->high);
-    if (!lens_signs(taken)) return 0;
+    if (!lanes_signs(taken)) return 0;
     const lanes_vector slope = lens_moves(p, i, s, beyond);
     const lanes_vector u =
         lens_along(p->along + i, p->left + i, p->chord + i, p->stratum, p->strata_inverse);
@@ -86,7 +86,7 @@ static inline int lens_place_vector(const struct lens_place *p, uint32_t i,
         taken & wanted & lens_within(column, p->columns) & lens_within(row, p->rows);
     cell = (in & cell) | (~in & lens_columns(p->spare));
     *at = cell * (LENS_CELL_SUMS * (int32_t)sizeof(float));
-    return lens_signs(in) != 0;
+    return lanes_signs(in) != 0;
 }
 
 /* What eight samples, or four, add to the sums of their cells: a number of one kind and another's

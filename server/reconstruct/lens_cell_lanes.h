@@ -5,18 +5,6 @@
 #include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/lens_kernels.h"
 
-/* A bit for each lane whose sign is set, the first lane's lowest. */
-static inline uint32_t lens_signs(lanes_mask mask)
-{
-#ifdef __AVX512F__
-    return (uint32_t)_mm512_movepi32_mask((__m512i)mask);
-#elif defined __AVX__
-    return (uint32_t)_mm256_movemask_ps((__m256)mask);
-#else
-    return (uint32_t)_mm_movemask_ps((__m128)mask);
-#endif
-}
-
 static void kernel_slopes(const float *slope, float low, float high, uint32_t count, float *sums,
                           float *counts)
 {

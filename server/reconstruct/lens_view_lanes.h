@@ -18,7 +18,7 @@ static inline struct lens_focus_sums lens_focus_sum(const struct lens_focus *f, 
         const lanes_vector s = lanes_load_vector(f->slope + j * f->area + i);
         const lanes_mask all = s < f->high, met = all & (s >= f->low);
         sum.all += lanes_where(all, one);
-        if (!lens_signs(met)) continue; /* nothing to add */
+        if (!lanes_signs(met)) continue; /* nothing to add */
         sum.met += lanes_where(met, one);
         for (uint32_t k = 0; k < 3; k++) {
             const lanes_vector c =
@@ -42,7 +42,7 @@ static inline lanes_mask lens_focus_vector(const struct lens_focus *f, size_t i)
     for (int g = 0; g < LENS_GROUPS; g++)
         through += lanes_load_vector(f->through[g] + i) * f->share[g];
     const lanes_mask looks = through > 0.0f;
-    if (!lens_signs(looks)) return looks;
+    if (!lanes_signs(looks)) return looks;
     const struct lens_focus_sums sum = lens_focus_sum(f, i);
     const lanes_mask seen = looks & (sum.met > 0.0f);
     const lanes_vector left = 1.0f - sum.met / sum.all, by = through / sum.all;

@@ -1,12 +1,11 @@
 #pragma once
 /* v_plane_kernels' walks. */
 #include <math.h>
-#include <stdbool.h>
 #include <string.h>
 
-#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
 #define V_PLANE_TAPS     (2 * V_PLANE_REACH_PX + 1)
@@ -14,30 +13,7 @@
 #define V_PLANE_OFF_PX   3.0f
 #define V_PLANE_NODE_MID ((V_PLANE_NODES - 1) / 2)
 
-/* Numbers of one register, and four. */
-#ifdef __AVX512F__
-#define V_PLANE_WIDE 16
-#elif defined __AVX2__
-#define V_PLANE_WIDE 8
-#else
-#define V_PLANE_WIDE 4
-#endif
-typedef float v_plane_many __attribute__((vector_size(4 * V_PLANE_WIDE), may_alias));
-typedef float v_plane_stored
-    __attribute__((vector_size(4 * V_PLANE_WIDE), aligned(4), may_alias)); /* anywhere */
 typedef float v_plane_four __attribute__((vector_size(16), may_alias));
-
-/* fused.h, of a register's numbers. */
-static inline v_plane_many v_plane_fused(v_plane_many a, v_plane_many b, v_plane_many c)
-{
-#if V_PLANE_WIDE == 16
-    return (v_plane_many)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
-#elif V_PLANE_WIDE == 8
-    return (v_plane_many)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
-#else
-    return (v_plane_many)fused_4(a, b, c);
-#endif
-}
 
 struct v_plane_taps {
     _Alignas(64) int32_t row[V_PLANE_PADDED];     /* from the pixel's */
@@ -119,43 +95,44 @@ static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_pl
     }
 }
 
-/* The indices of the taps that count, those of each cell by themselves. */
+/* The taps that count, those of each cell by themselves: a bit each, the first one's lowest. */
 struct v_plane_order {
-    uint32_t count[V_PLANE_CELLS];
-    uint8_t tap[V_PLANE_CELLS][V_PLANE_PADDED];
+    uint64_t taps[V_PLANE_CELLS];
 };
+_Static_assert(V_PLANE_PADDED <= 64 && V_PLANE_PADDED % LANES_PER_VECTOR == 0, "taps as bits");
 
 static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
                                 struct v_plane_order *out)
 {
-    memset(out->count, 0, sizeof out->count);
-    for (uint32_t i = 0; i < count; i++) {
-        const int32_t c = taps->cell[i];
-        out->tap[c][out->count[c]] = (uint8_t)i;
-        out->count[c] += taps->weight[i] > 0.0f;
+    memset(out, 0, sizeof *out);
+    for (uint32_t i = 0; i < count; i += LANES_PER_VECTOR) {
+        const lanes_mask counts = lanes_load_vector(taps->weight + i) > 0.0f;
+        const lanes_mask cells = lanes_load_mask(taps->cell + i);
+        for (int32_t c = 0; c < V_PLANE_CELLS; c++)
+            out->taps[c] |= (uint64_t)lanes_signs(counts & (cells == c)) << i;
     }
 }
 
 /* Sums of a register's strata over a cell's taps: r, g, b and weight; then each times the powers of
  * the cosine's square within the column. */
 static inline void v_plane_gather(const struct v_plane_taps *taps, const float *const *records,
-                                  const uint8_t *order, uint32_t count, size_t lanes, size_t at,
-                                  v_plane_many sums[V_PLANE_POWERS * 4])
+                                  uint64_t own, size_t lanes, size_t at,
+                                  lanes_vector sums[V_PLANE_POWERS * 4])
 {
-    for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) sums[n] = (v_plane_many){0};
-    for (uint32_t j = 0; j < count; j++) {
-        const uint32_t i = order[j];
-        const v_plane_many *record = (const v_plane_many *)(const void *)(records[i] + at);
-        const size_t step = lanes / V_PLANE_WIDE;
-        const v_plane_many shift = taps->shift[i] - (v_plane_many){0};
+    for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) sums[n] = (lanes_vector){0};
+    for (uint64_t left = own; left != 0; left &= left - 1) {
+        const int i = __builtin_ctzll(left);
+        const lanes_vector *record = (const lanes_vector *)(const void *)(records[i] + at);
+        const size_t step = lanes / LANES_PER_VECTOR;
+        const lanes_vector shift = lanes_same(taps->shift[i]);
         /* at least 0.38 */
-        const v_plane_many slope = v_plane_fused(-shift, record[step], record[0]);
-        const v_plane_many ratio = v_plane_fused(-shift, slope, 1.0f - (v_plane_many){0});
-        const v_plane_many inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
-        v_plane_many w = taps->weight[i] * (inverse * inverse);
+        const lanes_vector slope = lanes_fused(-shift, record[step], record[0]);
+        const lanes_vector ratio = lanes_fused(-shift, slope, lanes_same(1.0f));
+        const lanes_vector inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
+        lanes_vector w = taps->weight[i] * (inverse * inverse);
         for (uint32_t power = 0; power < V_PLANE_POWERS; power++, w *= cosine) {
             for (uint32_t c = 0; c < 3; c++)
-                sums[4 * power + c] = v_plane_fused(w, record[(3 + c) * step], sums[4 * power + c]);
+                sums[4 * power + c] = lanes_fused(w, record[(3 + c) * step], sums[4 * power + c]);
             sums[4 * power + 3] += w;
         }
     }
@@ -168,10 +145,10 @@ struct v_plane_columns {
 };
 
 /* Adds lanes from `first` on, four by four: in an order that does not hang on the register. */
-static inline void v_plane_sum_rows(uint32_t l, const v_plane_many sums[V_PLANE_POWERS * 4],
+static inline void v_plane_sum_rows(uint32_t l, const lanes_vector sums[V_PLANE_POWERS * 4],
                                     uint32_t first, struct v_plane_columns *out)
 {
-    enum { FOURS = V_PLANE_WIDE / 4 };
+    enum { FOURS = LANES_PER_VECTOR / 4 };
     const uint32_t blocks = v_plane_row_lanes(l) / 4, left = l * blocks - first / 4;
     v_plane_four number[V_PLANE_POWERS * 4][FOURS];
     memcpy(number, sums, sizeof number);
@@ -206,64 +183,59 @@ static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *colum
 /* Cells of pixels beside each other in their row. */
 struct v_plane_group {
     v_plane_four cells[V_PLANE_TOGETHER][V_PLANE_SUMS_MAX];
+    uint32_t directions; /* that any of them has taps of, a bit each; without, cells are 0 */
 };
 
-/* Which of `count` cells have any weight, of some pixel; they are all 0 in pixels where they have
- * none. Returns their number. */
-LANES_INLINE uint32_t v_plane_keep(struct v_plane_group *group, uint32_t pixels, uint32_t count,
-                                   uint32_t kept[V_PLANE_SUMS_MAX])
+/* The cells of those directions. Returns their number. */
+static inline uint32_t v_plane_list(uint32_t strata, uint32_t directions,
+                                    uint32_t out[V_PLANE_SUMS_MAX])
 {
     uint32_t n = 0;
-    for (uint32_t c = 0; c < count; c++) {
-        bool any = false;
-        for (uint32_t k = 0; k < pixels; k++) {
-            v_plane_four *cell = &group->cells[k][c];
-            const bool has = (*cell)[3] > 0.0f;
-            if (!has) *cell = (v_plane_four){0};
-            any |= has;
+    for (uint32_t i = 0; i < strata; i++)
+        for (uint32_t left = directions; left != 0; left &= left - 1) {
+            const uint32_t c = (uint32_t)__builtin_ctz(left);
+            for (uint32_t power = 0; power < V_PLANE_POWERS; power++)
+                out[n++] = V_PLANE_POWERS * (V_PLANE_CELLS * i + c) + power;
         }
-        kept[n] = c;
-        n += any;
-    }
     return n;
 }
 
 /* A cell, again and again. */
-static inline v_plane_many v_plane_repeat(const v_plane_four *cell)
+static inline lanes_vector v_plane_repeat(const v_plane_four *cell)
 {
-#if V_PLANE_WIDE == 16
-    return (v_plane_many)_mm512_broadcast_f32x4((__m128)*cell);
-#elif V_PLANE_WIDE == 8
-    return (v_plane_many)_mm256_broadcast_ps((const __m128 *)cell);
+#if LANES_PER_VECTOR == 16
+    return (lanes_vector)_mm512_broadcast_f32x4((__m128)*cell);
+#elif LANES_PER_VECTOR == 8
+    return (lanes_vector)_mm256_broadcast_ps((const __m128 *)cell);
 #else
     return *cell;
 #endif
 }
 
-/* Pass 2a: from `count` cells of `pixels` to nodes, which lie V_PLANE_NODE_FLOATS apart. */
-LANES_INLINE void v_plane_project(const float *ratios, struct v_plane_group *group, uint32_t pixels,
-                                  uint32_t count, float *const out[V_PLANE_TOGETHER])
+/* Pass 2a: from the cells of `pixels` to nodes, V_PLANE_NODE_FLOATS of each. */
+LANES_INLINE void v_plane_project(const struct v_plane_field *f, const struct v_plane_group *group,
+                                  uint32_t pixels, float *const out[V_PLANE_TOGETHER])
 {
-    enum { STEP = V_PLANE_AT_ONCE * V_PLANE_WIDE };
-    uint32_t kept[V_PLANE_SUMS_MAX];
-    const uint32_t n = v_plane_keep(group, pixels, count, kept);
+    enum { STEP = V_PLANE_AT_ONCE * LANES_PER_VECTOR };
+    uint32_t cells[V_PLANE_SUMS_MAX];
+    const uint32_t n = v_plane_list(f->strata, group->directions, cells);
     for (uint32_t first = 0; first < V_PLANE_NODE_FLOATS; first += STEP) {
-        v_plane_many sums[V_PLANE_TOGETHER * V_PLANE_AT_ONCE];
-        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++) sums[i] = (v_plane_many){0};
+        lanes_vector sums[V_PLANE_TOGETHER * V_PLANE_AT_ONCE];
+        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++) sums[i] = (lanes_vector){0};
         for (uint32_t c = 0; c < n; c++) {
-            const float *at = ratios + (size_t)kept[c] * V_PLANE_NODE_FLOATS + first;
-            const v_plane_many *ratio = (const v_plane_many *)(const void *)at;
+            const float *at = f->ratios + (size_t)cells[c] * V_PLANE_NODE_FLOATS + first;
+            const lanes_vector *ratio = (const lanes_vector *)(const void *)at;
             for (uint32_t k = 0; k < pixels; k++) {
-                const v_plane_many cell = v_plane_repeat(&group->cells[k][kept[c]]);
+                const lanes_vector cell = v_plane_repeat(&group->cells[k][cells[c]]);
                 for (uint32_t i = 0; i < V_PLANE_AT_ONCE; i++)
                     sums[k * V_PLANE_AT_ONCE + i] =
-                        v_plane_fused(ratio[i], cell, sums[k * V_PLANE_AT_ONCE + i]);
+                        lanes_fused(ratio[i], cell, sums[k * V_PLANE_AT_ONCE + i]);
             }
         }
 #pragma GCC unroll 8
         for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++)
-            *(v_plane_stored *)(out[i / V_PLANE_AT_ONCE] + first +
-                                i % V_PLANE_AT_ONCE * V_PLANE_WIDE) = sums[i];
+            *(lanes_stored *)(out[i / V_PLANE_AT_ONCE] + first +
+                              i % V_PLANE_AT_ONCE * LANES_PER_VECTOR) = sums[i];
     }
 }
 
@@ -276,18 +248,18 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
     for (uint32_t c = 0; c < V_PLANE_CELLS; c++) {
         struct v_plane_columns columns;
         memset(&columns, 0, (l + 3) / 4 * sizeof columns.number[0]);
-        for (uint32_t at = 0; order->count[c] > 0 && at < used; at += V_PLANE_WIDE) {
-            v_plane_many sums[V_PLANE_POWERS * 4];
-            v_plane_gather(taps, records, order->tap[c], order->count[c], f->lanes, at, sums);
+        for (uint32_t at = 0; order->taps[c] != 0 && at < used; at += LANES_PER_VECTOR) {
+            lanes_vector sums[V_PLANE_POWERS * 4];
+            v_plane_gather(taps, records, order->taps[c], f->lanes, at, sums);
             v_plane_sum_rows(l, sums, at, &columns);
         }
         v_plane_store_cells(l, &columns, c, cells);
     }
 }
 
-/* Passes 1a and 1b of the pixel (x, y). */
-static inline void v_plane_fill_pixel(const struct v_plane_field *f, int32_t x, int32_t y,
-                                      const float *const *rows, v_plane_four *cells)
+/* Passes 1a and 1b of the pixel (x, y). Returns which directions it has taps of, a bit each. */
+static inline uint32_t v_plane_fill_pixel(const struct v_plane_field *f, int32_t x, int32_t y,
+                                          const float *const *rows, v_plane_four *cells)
 {
     const size_t size = v_plane_record_floats(f);
     const size_t p = (size_t)y * (size_t)f->width + (size_t)x;
@@ -301,24 +273,27 @@ static inline void v_plane_fill_pixel(const struct v_plane_field *f, int32_t x, 
     for (uint32_t i = 0; i < n; i++)
         records[i] = rows[V_PLANE_REACH_PX + taps.row[i]] + (size_t)(x + taps.column[i]) * size;
     v_plane_fill_cells(f, &taps, records, &order, cells);
+    uint32_t directions = 0;
+    for (uint32_t c = 0; c < V_PLANE_CELLS; c++) directions |= (uint32_t)(order.taps[c] != 0) << c;
+    return directions;
 }
 
 static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32_t *x,
                            uint32_t count, const float *const *rows, float *out)
 {
-    const uint32_t sums = V_PLANE_POWERS * V_PLANE_CELLS * f->strata;
     struct v_plane_group group;
     for (uint32_t k = 0, n; k < count; k += n) {
         float *to[V_PLANE_TOGETHER];
         n = count - k < V_PLANE_TOGETHER ? 1 : V_PLANE_TOGETHER;
+        group.directions = 0;
         for (uint32_t i = 0; i < n; i++) {
             to[i] = out + (size_t)x[k + i] * V_PLANE_NODE_FLOATS;
-            v_plane_fill_pixel(f, x[k + i], y, rows, group.cells[i]);
+            group.directions |= v_plane_fill_pixel(f, x[k + i], y, rows, group.cells[i]);
         }
         if (n == V_PLANE_TOGETHER)
-            v_plane_project(f->ratios, &group, V_PLANE_TOGETHER, sums, to);
+            v_plane_project(f, &group, V_PLANE_TOGETHER, to);
         else
-            v_plane_project(f->ratios, &group, 1, sums, to);
+            v_plane_project(f, &group, 1, to);
     }
 }
 

@@ -23,6 +23,28 @@ static void compare(const struct v_plane_kernels *tested)
     }
 }
 
+/* What a pixel's columns add up to does not depend on those beside it. */
+static void each_by_itself(void **state)
+{
+    (void)state;
+    struct v_plane_case k;
+    v_plane_case_init(&k, 4, 23, 6, true);
+    const size_t size = v_plane_case_output(&k);
+    float *all = field_memory(size * sizeof *all), *one = field_memory(size * sizeof *one);
+    v_plane_case_run(&k, v_plane_kernels_best(), V_PLANE_COLUMNS, all);
+    for (uint32_t i = 0; i < k.count; i++) {
+        struct v_plane_case alone = k;
+        const size_t at = (size_t)k.x[i] * V_PLANE_NODE_FLOATS;
+        alone.x = &k.x[i];
+        alone.count = 1;
+        v_plane_case_run(&alone, v_plane_kernels_best(), V_PLANE_COLUMNS, one);
+        assert_memory_equal(one + at, all + at, V_PLANE_NODE_FLOATS * sizeof *one);
+    }
+    free(all);
+    free(one);
+    v_plane_case_fini(&k);
+}
+
 KERNEL_TESTS(v_plane, compare)
 
 /* Those for SSE4.2 round products, too. */
@@ -37,6 +59,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         KERNEL_TESTS_OF_ALL,
         cmocka_unit_test(so_does_rounding_twice),
+        cmocka_unit_test(each_by_itself),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
