@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "server/reconstruct/coverage.h"
-#include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/receiver.h"
 
@@ -18,7 +17,7 @@
 
 static inline float receiver_along(float x, float y, float z, const float axis[3])
 {
-    return fused(z, axis[2], fused(y, axis[1], x * axis[0]));
+    return x * axis[0] + y * axis[1] + z * axis[2];
 }
 
 static inline float receiver_clamp(float v, float least, float most)
@@ -72,18 +71,16 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         const float facing_u = receiver_along(nx, ny, nz, a);
         const float facing_v = receiver_along(nx, ny, nz, b);
         const float aside_u = receiver_along(x, y, z, a), aside_v = receiver_along(x, y, z, b);
-        const float distance = sqrtf(fused(z, z, fused(y, y, x * x)));
-        const float towards = fused(z, nz, fused(y, ny, x * nx));
+        const float distance = sqrtf(x * x + y * y + z * z), towards = x * nx + y * ny + z * nz;
         const float front = -receiver_along(x, y, z, r->normal);
-        const float rise = fused(half_u, fabsf(facing_u), half_v * fabsf(facing_v));
+        const float rise = half_u * fabsf(facing_u) + half_v * fabsf(facing_v);
         const int32_t lit = (towards + rise > 0.0f) & (front > RECEIVER_FRONT * (size + distance));
         /* lit: neither is 0 */
         const float inverse_front = 1.0f / front, inverse = 1.0f / distance;
-        const float up = towards * inverse, pixel = fused(growing, depth[i], fixed);
+        const float up = towards * inverse, pixel = fixed + growing * depth[i];
         const float inverse_up = up > RECEIVER_GRAZING ? 1.0f / towards : 0.0f;
-        const float four = -4.0f * inverse;
-        const float gamma_u = fused(facing_u, inverse_up, four * (aside_u * inverse));
-        const float gamma_v = fused(facing_v, inverse_up, four * (aside_v * inverse));
+        const float gamma_u = facing_u * inverse_up - 4.0f * (aside_u * inverse) * inverse;
+        const float gamma_v = facing_v * inverse_up - 4.0f * (aside_v * inverse) * inverse;
         const float within_u = receiver_clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
         const float within_v = receiver_clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
         to.normal[0][i] = receiver_keep(lit, nx);
@@ -128,7 +125,7 @@ static inline struct receiver_stepper receiver_stepper_of(const struct receiver_
 static inline float receiver_screen(float perspective, float at, float moved, float inverse_along,
                                     float moved_along, float per_step)
 {
-    const float near = fused(-at * inverse_along, moved_along, moved) * inverse_along;
+    const float near = (moved - at * inverse_along * moved_along) * inverse_along;
     const float e = (perspective > 0.0f ? near : moved) * per_step;
     return fabsf(e) < RECEIVER_STEP_MOST ? e : 0.0f;
 }
@@ -146,8 +143,8 @@ static inline struct receiver_aim receiver_aim(const struct receiver_stepper *s,
                                                float pz, float nx, float ny, float nz)
 {
     const float x = s->centre[0] - px, y = s->centre[1] - py, z = s->centre[2] - pz;
-    const float up = fused(z, nz, fused(y, ny, x * nx));
-    const float least = RECEIVER_GRAZING * sqrtf(fused(z, z, fused(y, y, x * x)));
+    const float up = x * nx + y * ny + z * nz;
+    const float least = RECEIVER_GRAZING * sqrtf(x * x + y * y + z * z);
     const float guarded = fabsf(up) >= least ? up : up < 0.0f ? -least : least; /* lit: not 0 */
     return (struct receiver_aim){x,
                                  y,
@@ -163,8 +160,8 @@ static inline void receiver_step(const struct receiver_stepper *s, const struct 
                                  float nx, float ny, float nz, float *step_x, float *step_y)
 {
     const float lambda = receiver_along(nx, ny, nz, s->axis) * aim->inverse_up;
-    const float tx = fused(-lambda, aim->x, s->axis[0]), ty = fused(-lambda, aim->y, s->axis[1]);
-    const float tz = fused(-lambda, aim->z, s->axis[2]), inverse = aim->inverse_depth;
+    const float tx = s->axis[0] - lambda * aim->x, ty = s->axis[1] - lambda * aim->y;
+    const float tz = s->axis[2] - lambda * aim->z, inverse = aim->inverse_depth;
     const float along = receiver_along(tx, ty, tz, s->forward), perspective = s->perspective;
     *step_x = receiver_screen(perspective, aim->across, receiver_along(tx, ty, tz, s->right),
                               inverse, along, s->per_step[0]);
