@@ -1,5 +1,6 @@
 #pragma once
 /* shadow_kernels' blur. */
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 
 #include "proto/pattern.h"
 #include "server/reconstruct/edge_window_lanes.h"
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian_lanes.h"
 #include "server/reconstruct/lanes_inline.h"
 

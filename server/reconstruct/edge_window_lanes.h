@@ -5,6 +5,7 @@
 #include "proto/plan.h"
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/edge.h"
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/receiver_lanes.h"
 

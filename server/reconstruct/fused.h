@@ -6,8 +6,6 @@
  *
  * FUSED_BY_LIBRARY, which tests define, rounds once everywhere: the reference of kernels that do.
  */
-#include <math.h>
-
 #include <immintrin.h>
 
 static inline float fused(float a, float b, float c)

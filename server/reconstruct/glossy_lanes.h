@@ -1,6 +1,6 @@
 #pragma once
 /* glossy_kernels, sixteen receiving pixels side by side: whatever instruction set the including
- * file is compiled for, each lane sees the same operations in the same order.
+ * file is compiled for, each lane sees the same operations in the same order, fused where it can.
  *
  * With S the sum of both lobes' covariances and h how far apart the lobes meet the point that the
  * receiver's lobe sees, as directions, the log of two lobes' similarity is
@@ -92,7 +92,7 @@ static inline lanes_vector glossy_log(lanes_vector x)
 }
 
 /* exp(-x) for x from 0 to GLOSSY_CUT: the sixteenth power of exp(-x/16)'s series. Relative error
- * 3e-5, exact at 0; beyond, anything. */
+ * 4.1e-5, exact at 0; beyond, anything. */
 static inline lanes_vector glossy_exp_minus(lanes_vector x)
 {
     const lanes_vector y = x * -0.0625f, squared = y * y;

@@ -1,6 +1,7 @@
 #pragma once
 /* indirect_kernels, sixteen receiving pixels side by side: whatever instruction set the including
- * file is compiled for, each lane sees the same operations in the same order. */
+ * file is compiled for, each lane sees the same operations in the same order, fused where it can.
+ */
 #include <math.h>
 
 #include "server/reconstruct/indirect_kernels.h"

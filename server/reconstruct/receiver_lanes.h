@@ -7,6 +7,7 @@
 #include "server/reconstruct/coverage.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/receiver.h"
+#include "server/reconstruct/shadow_lanes.h"
 
 #define RECEIVER_PLANE_PX  2.0f
 #define RECEIVER_FAR_PX    120.0f
@@ -23,17 +24,6 @@ static inline float receiver_along(float x, float y, float z, const float axis[3
 static inline float receiver_clamp(float v, float least, float most)
 {
     return v < least ? least : v > most ? most : v;
-}
-
-/* v if kept is 1, 0 if it is 0. Where a number goes back to where it was read, a choice would
- * become a store under a mask, which is slow. */
-static inline float receiver_keep(int32_t kept, float v)
-{
-    uint32_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    bits &= (uint32_t)-kept;
-    memcpy(&v, &bits, sizeof v);
-    return v;
 }
 
 /* Planes of pixels, from one of them on. */
@@ -83,9 +73,9 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         const float gamma_v = facing_v * inverse_up - 4.0f * (aside_v * inverse) * inverse;
         const float within_u = receiver_clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
         const float within_v = receiver_clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
-        to.normal[0][i] = receiver_keep(lit, nx);
-        to.normal[1][i] = receiver_keep(lit, ny);
-        to.normal[2][i] = receiver_keep(lit, nz);
+        to.normal[0][i] = lanes_keep(lit, nx);
+        to.normal[1][i] = lanes_keep(lit, ny);
+        to.normal[2][i] = lanes_keep(lit, nz);
         to.u[0][i] = lit ? -aside_u * inverse_front : 0.0f;
         to.u[1][i] = lit ? -aside_v * inverse_front : 0.0f;
         to.distance[i] = lit ? front : 0.0f;

@@ -246,6 +246,17 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
     return kept;
 }
 
+/* v if kept is 1, 0 if it is 0. Of a choice gcc makes a branch or a store under a mask where that
+ * looks cheaper in one lane: where v takes long to find, or goes back to where it was read. */
+static inline float lanes_keep(int32_t kept, float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    bits &= (uint32_t)-kept;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
 /* The sum over lanes in a fixed order, in pairs. Sums are kept in as many parts as there are lanes.
  */
 static inline float lanes_sum(const float parts[SHADOW_LANES])

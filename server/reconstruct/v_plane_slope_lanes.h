@@ -6,6 +6,7 @@
 
 #include "proto/pattern.h"
 #include "proto/v_plane.h"
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/v_plane_kernels.h"

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/lanes_vector.h"
@@ -176,11 +177,12 @@ static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *colum
 }
 
 #define V_PLANE_SUMS_MAX (V_PLANE_POWERS * V_PLANE_CELLS * V_PLANE_STRATA_MAX)
-#define V_PLANE_TOGETHER                                                                           \
-    4 /* pixels whose cells go to nodes at once: ratios are read that less often */
-#define V_PLANE_AT_ONCE 2 /* registers of each pixel's nodes */
+/* Pixels whose cells go to nodes at once, some registers of each: ratios are read that less often.
+ */
+#define V_PLANE_TOGETHER 4
+#define V_PLANE_AT_ONCE  2
 
-/* Cells of pixels beside each other in their row. */
+/* Cells of pixels of the list. */
 struct v_plane_group {
     v_plane_four cells[V_PLANE_TOGETHER][V_PLANE_SUMS_MAX];
     uint32_t directions; /* that any of them has taps of, a bit each; without, cells are 0 */

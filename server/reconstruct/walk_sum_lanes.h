@@ -4,6 +4,7 @@
  * and sums of several pixels do not wait for each other. A pixel's own are added in their order. */
 #include <string.h>
 
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/walk_taps_lanes.h"
 

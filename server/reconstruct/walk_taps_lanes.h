@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "server/reconstruct/compatible_lanes.h"
+#include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/lanes_vector.h"
@@ -96,7 +97,7 @@ LANES_INLINE void walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
         /* weights of 0 go with the others: where a node lies is found before what it weighs is */
         const int32_t kept =
             same & (fabsf(delta) * shear <= refusal) & (node <= 2.0f * centre) & (node >= 0.0f);
-        const float counted = kept ? all : 0.0f, at = kept ? node : 0.0f;
+        const float counted = lanes_keep(kept, all), at = kept ? node : 0.0f;
         const float whole = floorf(at), rest = at - whole;
         const uint32_t to = place[k] * slot_sums + (uint32_t)(int32_t)whole * stride;
         taps->weight[n][i] = fused(-counted, rest, counted);

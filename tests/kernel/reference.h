@@ -7,8 +7,7 @@
 #include "server/reconstruct/shadow_kernels.h"
 #include "server/reconstruct/v_plane_kernels.h"
 
-/* By how much those may be off, of the greatest number; what is the root of a difference that
- * cancels, by the root of that. */
+/* By how much those may be off, of the greatest number of a field without extremes. */
 #define REFERENCE_ROUNDING 1e-5f
 
 extern const struct shadow_kernels shadow_kernels_reference;

@@ -46,6 +46,21 @@ static void solves_its_equations(void **state)
     }
 }
 
+/* Many rows at once are rows one by one. */
+static void rows_are_rows(void **state)
+{
+    (void)state;
+    enum { N = 37 };
+    float v[N], sines[N], cosines[N];
+    for (int i = 0; i < N; i++) v[i] = (float)i / (N - 1);
+    v_plane_rows(v, N, sines, cosines);
+    for (int i = 0; i < N; i++) {
+        float sine, cosine;
+        v_plane_row(v[i], &sine, &cosine);
+        assert_true(sine == sines[i] && cosine == cosines[i]);
+    }
+}
+
 /* Lines of one u are lines of one v1, whatever v. */
 static void columns_are_straight(void **state)
 {
@@ -125,9 +140,9 @@ static void ends_are_finite(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solves_its_equations),  cmocka_unit_test(columns_are_straight),
-        cmocka_unit_test(density_is_the_cosine), cmocka_unit_test(moments_are_the_cosines),
-        cmocka_unit_test(ends_are_finite),
+        cmocka_unit_test(solves_its_equations),    cmocka_unit_test(rows_are_rows),
+        cmocka_unit_test(columns_are_straight),    cmocka_unit_test(density_is_the_cosine),
+        cmocka_unit_test(moments_are_the_cosines), cmocka_unit_test(ends_are_finite),
     };
     return cmocka_run_group_tests_name("v_plane", tests, NULL, NULL);
 }

@@ -145,7 +145,7 @@ static void constants_stay(void **state)
         struct edge_case c;
         straight_edge(48, 48, PROFILE_UNIFORM);
         c.patch = accuracy_patch(&scene, l);
-        run_case(&c, &shadow_kernels_c);
+        run_case(&c, shadow_kernels_best());
         const struct receivers *r = &c.receivers;
         const size_t area = (size_t)rect_area(r->rect), stride = area + SHADOW_PLANE_PAD;
         float *planes = calloc(3 * stride, sizeof *planes);
