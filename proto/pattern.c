@@ -1,6 +1,5 @@
 #include "proto/pattern.h"
 
-#include <math.h>
 #include <stdbool.h>
 
 /* Lattices over the pixel grid, phase = M (x, y) in 64-bit fractions. Products with pixel
@@ -21,12 +20,6 @@ static const uint64_t lattices[2][2][2] = {
     {{H_C, 0 - H_D}, {H_D, H_C}},
 };
 
-/* The golden ratio's fraction: spaces the radii of a pixel's anti-aliasing rays, sets hashes apart.
- */
-#define GOLDEN_FRACTION UINT64_C(0x9e3779b97f4a7c15)
-
-#define BELOW_ONE 0x1.fffffep-1f
-
 #define SCRAMBLE_ROUNDS 8
 
 /* Purposes that must not share a hash. */
@@ -46,7 +39,7 @@ static uint64_t mix(uint64_t v)
 
 static uint64_t frame_key(const struct pattern *p, uint32_t dimension, enum pattern_purpose purpose)
 {
-    uint64_t h = mix(p->seed + GOLDEN_FRACTION);
+    uint64_t h = mix(p->seed + PATTERN_GOLDEN_FRACTION);
     return mix(h ^ ((uint64_t)p->frame << 32 | dimension << 3 | (uint32_t)purpose));
 }
 
@@ -54,11 +47,6 @@ static uint64_t pixel_key(const struct pattern *p, int32_t x, int32_t y, uint32_
 {
     const uint64_t pixel = (uint64_t)(uint32_t)y << 32 | (uint32_t)x;
     return mix(frame_key(p, dimension, PURPOSE_DECK) ^ pixel);
-}
-
-static float unit_float(uint64_t fraction)
-{
-    return (float)(fraction >> 40) * 0x1p-24f;
 }
 
 /* Two dimensions that meet in one integral must not be tied by a linear relation, which translates
@@ -209,9 +197,9 @@ void pattern_deck_init(struct pattern_deck *deck, const struct pattern *p, int32
                        uint32_t dimension, uint32_t l)
 {
     const uint64_t offset = pixel_key(p, x, y, dimension);
-    deck->order_key = mix(offset + GOLDEN_FRACTION);
-    deck->jitter[0] = unit_float(offset);
-    deck->jitter[1] = unit_float(offset << 32);
+    deck->order_key = mix(offset + PATTERN_GOLDEN_FRACTION);
+    deck->jitter[0] = pattern_unit(offset);
+    deck->jitter[1] = pattern_unit(offset << 32);
     deck->l = l;
     if (l * l <= PATTERN_DECK_CARDS) shuffle(deck->order, l * l, deck->order_key);
 }
@@ -232,32 +220,16 @@ void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t di
     pattern_deck_draw(&deck, i, out);
 }
 
-/* The point at fraction s along the edge of the square [-1,1]^2, counter-clockwise from (1, -1). */
-static void square_edge(float s, float edge[2])
+void pattern_pixels_init(const struct pattern *p, uint32_t count, struct pattern_pixels *out)
 {
-    const float along = 4.0f * s;
-    const int side = (int)along;
-    const float t = 2.0f * (along - (float)side) - 1.0f;
-    const float turn = side & 2 ? -1.0f : 1.0f;
-    edge[0] = side & 1 ? -t * turn : turn;
-    edge[1] = side & 1 ? turn : t * turn;
+    lattice_init(p, PATTERN_PIXEL, &out->lattice);
+    out->step = count > 1 ? UINT64_MAX / count : 0;
 }
 
-/* All edges are equally far from the centre, so area grows evenly with the way along them, and with
- * the square of the distance: rays spaced evenly around the pixel, each still uniform over it. */
 void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
                    float out[2])
 {
-    struct pattern_lattice lattice;
-    lattice_init(p, PATTERN_PIXEL, &lattice);
-    const uint64_t phase[2] = {pattern_lattice_phase(&lattice, x, y, 0),
-                               pattern_lattice_phase(&lattice, x, y, 1)};
-    const uint64_t step = count > 1 ? UINT64_MAX / count : 0;
-    float edge[2];
-    square_edge(unit_float(phase[0] + k * step), edge);
-    const float radius = sqrtf(unit_float(phase[1] + k * GOLDEN_FRACTION));
-    for (int axis = 0; axis < 2; axis++) {
-        const float at = 0.5f + 0.5f * radius * edge[axis];
-        out[axis] = at < BELOW_ONE ? at : BELOW_ONE;
-    }
+    struct pattern_pixels pixels;
+    pattern_pixels_init(p, count, &pixels);
+    for (int axis = 0; axis < 2; axis++) out[axis] = pattern_pixels_at(&pixels, x, y, k, axis);
 }

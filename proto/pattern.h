@@ -6,6 +6,7 @@
  * per dimension, shared by its l x l strata (uniform jitter, filters.md section 2); the jitter runs
  * over the pixel grid as an R2 sequence with a hashed origin, or as Sobol points in Morton order
  * with hashed Owen scrambling (section 8). */
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -104,3 +105,38 @@ void pattern_deck_draw(const struct pattern_deck *deck, uint32_t i, float out[2]
  * goes through (0.5, 0.5). */
 void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
                    float out[2]);
+
+/* The same for loops that place many: what is the frame's, once. */
+struct pattern_pixels {
+    struct pattern_lattice lattice;
+    uint64_t step; /* from ray to ray on the way around a pixel */
+};
+void pattern_pixels_init(const struct pattern *p, uint32_t count, struct pattern_pixels *out);
+
+/* Spaces the radii of a pixel's anti-aliasing rays: the golden ratio's fraction. */
+#define PATTERN_GOLDEN_FRACTION UINT64_C(0x9e3779b97f4a7c15)
+#define PATTERN_BELOW_ONE       0x1.fffffep-1f
+
+static inline float pattern_unit(uint64_t fraction)
+{
+    return (float)(int32_t)(fraction >> 40) * 0x1p-24f;
+}
+
+/* Number `axis` of pattern_pixel's: a point on the edge of a square around the pixel's centre,
+ * counter-clockwise from its lower right corner. All edges are equally far from the centre, so area
+ * grows evenly with the way along them, and with the square of the distance: rays spaced evenly
+ * around the pixel, each still uniform over it. */
+static inline float pattern_pixels_at(const struct pattern_pixels *p, int32_t x, int32_t y,
+                                      uint32_t k, int axis)
+{
+    const uint64_t around = pattern_lattice_phase(&p->lattice, x, y, 0) + k * p->step;
+    const uint64_t away = pattern_lattice_phase(&p->lattice, x, y, 1) + k * PATTERN_GOLDEN_FRACTION;
+    const float along = 4.0f * pattern_unit(around);
+    const int32_t side = (int32_t)along;
+    const float turn = side & 2 ? -1.0f : 1.0f;
+    const float t = (2.0f * (along - (float)side) - 1.0f) * turn;
+    const float upright = axis == 0 ? turn : t, level = axis == 0 ? -t : turn;
+    const float edge = side & 1 ? level : upright;
+    const float at = 0.5f + 0.5f * sqrtf(pattern_unit(away)) * edge;
+    return at < PATTERN_BELOW_ONE ? at : PATTERN_BELOW_ONE;
+}

@@ -110,13 +110,16 @@ static inline float surface_allowed(const struct surface_view *view, float pixel
  * (d' - d) r. Its part along n is at most d'|r' - r| sin + |d' - d| cos, cos = |r.n|, up to |r' -
  * r| itself in the sine; |r' - r| is at most a corner's pixels. With any cos, both factors are at
  * most 1: asked first. */
+static inline bool surface_near_anyhow(const struct surface_view *view, float pixel, float sub)
+{
+    return surface_corner(view, sub) + fabsf(sub - pixel) <= surface_allowed(view, pixel, sub);
+}
 enum surface_nearness { SURFACE_FAR, SURFACE_NEAR, SURFACE_NEAR_IF_FACING };
 static inline enum surface_nearness surface_near(const struct surface_view *view, float pixel,
                                                  float sub)
 {
     if (!(pixel > 0.0f) || !(sub > 0.0f)) return SURFACE_FAR;
-    const float off = surface_corner(view, sub) + fabsf(sub - pixel);
-    return off <= surface_allowed(view, pixel, sub) ? SURFACE_NEAR : SURFACE_NEAR_IF_FACING;
+    return surface_near_anyhow(view, pixel, sub) ? SURFACE_NEAR : SURFACE_NEAR_IF_FACING;
 }
 
 void surface_face(const struct surface_view *view, const struct shown_surface *pixel,

@@ -101,7 +101,8 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
         mark_lit(sub, &t->point.lit);
         resolve_sub(t, stages, k, samples);
         if (stages->bounces) mark_lit(sub, &t->bouncing);
-        geometry_store_sub(&t->queries, plan, b, &t->centre.surface, sub, k, samples);
+        geometry_store_sub(&t->queries, b, plan->length_unit, &t->centre.surface, sub,
+                           &t->planes.sub[k]);
         if (shines) add_emission(sub, &t->emission);
     }
     if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);

@@ -1,10 +1,22 @@
 #pragma once
-/* lane_kernels' camera_rays: plan_camera_ray (proto/plan.c) in sixteen lanes. Included by
+/* lane_kernels' place_subs, and camera_rays: plan_camera_ray (proto/plan.c) in sixteen lanes. Included by
  * lane_kernels_body.h only. */
 #include <math.h>
 
 #include "proto/plan.h"
+#include "worker/trace/block.h"
 #include "worker/trace/queries.h"
+
+static void kernel_place_subs(const struct pattern_pixels *restrict pattern,
+                              const struct block *restrict b, uint32_t k, float *restrict px,
+                              float *restrict py)
+{
+    const struct pattern_pixels p = *pattern;
+    for (int i = 0; i < LANES; i++) {
+        px[i] = (float)b->x_px[i] + pattern_pixels_at(&p, b->x_px[i], b->y_px[i], k, 0);
+        py[i] = (float)b->y_px[i] + pattern_pixels_at(&p, b->x_px[i], b->y_px[i], k, 1);
+    }
+}
 
 static void perspective_rays(const struct plan_camera *c, const float *restrict a,
                              const float *restrict b, struct RTCRay16 *restrict r)

@@ -4,6 +4,7 @@
 #include "proto/pattern_path.h"
 #include "worker/trace/geometry.h"
 #include "worker/trace/light.h"
+#include "worker/trace/lone_finder.h"
 #include "worker/trace/path.h"
 #include "worker/trace/primary.h"
 #include "worker/trace/shadow_sums.h"
@@ -14,6 +15,10 @@ struct lane_kernels {
     /* Rays through positions (px, py) of the image, as plan_camera_ray. */
     void (*camera_rays)(const struct plan *plan, const float *px, const float *py,
                         struct RTCRay16 *rays);
+
+    /* Where anti-aliasing ray k of the block's pixels goes through the image. */
+    void (*place_subs)(const struct pattern_pixels *pattern, const struct block *b, uint32_t k,
+                       float *px, float *py);
 
     /* Rays and valid lanes of blocks side by side, the first at (x, y), through pixels' centres;
      * returns how many of them Embree cannot take. */
@@ -39,6 +44,17 @@ struct lane_kernels {
     /* geometry_store, of a block in which something was hit. */
     void (*store_geometry)(const struct block *b, const struct surface *s,
                            const struct geometry_planes *planes);
+
+    /* geometry_store_sub: depths over the centre's, less 1; and all but these, which are halves by
+     * then. */
+    void (*relate_depths)(const struct surface *centre, const struct surface *sub,
+                          float length_unit, float *relative);
+    void (*store_sub)(const struct block *b, const struct surface *s, const uint16_t *depth,
+                      const struct geometry_sub_planes *planes);
+
+    /* octahedron_unpack16 of each lane; and lone_finder.h's alike and near. */
+    void (*unpack_normals)(const uint32_t *packed, struct lanes3 *out);
+    void (*match_subs)(const struct surface_view *view, struct lone_pixels *p);
 
     /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
     void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);

@@ -3,6 +3,7 @@
 #include "worker/trace/camera_lanes.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/light_lanes.h"
+#include "worker/trace/lone_lanes.h"
 #include "worker/trace/pack_lanes.h"
 #include "worker/trace/path_lanes.h"
 #include "worker/trace/ray_lanes.h"
@@ -15,12 +16,17 @@
 
 const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,
+    .place_subs = kernel_place_subs,
     .camera_row = kernel_camera_row,
     .sanitise = kernel_sanitise,
     .resolve_hits = kernel_resolve_hits,
     .place_texels = kernel_place_texels,
     .finish_surface = kernel_finish_surface,
     .store_geometry = kernel_store_geometry,
+    .relate_depths = kernel_relate_depths,
+    .store_sub = kernel_store_sub,
+    .unpack_normals = kernel_unpack_normals,
+    .match_subs = kernel_match_subs,
     .pack_normals = kernel_pack_normals,
     .pack_unorms = kernel_pack_unorms,
     .sample_light = kernel_sample_light,

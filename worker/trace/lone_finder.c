@@ -21,22 +21,6 @@ void lone_finder_init(struct lone_finder *f, const struct path_context *c, struc
     for (size_t i = 0; i < sizeof f->ring / sizeof f->ring[0]; i++) f->ring[i].traced = false;
     surface_view_init(&f->view, plan);
     queries_init_rays(&f->rays);
-    octahedron_unpack16(f->pixel.packed = 0, f->pixel.normal);
-    for (int k = 0; k < LIMIT_SUB_SAMPLES; k++)
-        octahedron_unpack8((uint16_t)(f->sub[k].packed = 0), f->sub[k].normal);
-    for (int k = 0; k < LIMIT_SUB_SAMPLES; k++) f->alike[k].known = false;
-}
-
-static const float *unpack_pixel(struct unpacked_normal *last, uint32_t packed)
-{
-    if (packed != last->packed) octahedron_unpack16(last->packed = packed, last->normal);
-    return last->normal;
-}
-
-static const float *unpack_sub(struct unpacked_normal *last, uint16_t packed)
-{
-    if (packed != last->packed) octahedron_unpack8((uint16_t)(last->packed = packed), last->normal);
-    return last->normal;
 }
 
 /* -- pixels around -- */
@@ -82,7 +66,7 @@ static bool is_in(struct rect r, int32_t x, int32_t y)
 static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out)
 {
     const struct plan *plan = f->context->plan;
-    float depth;
+    float depth, facing[3];
     uint32_t normal, id;
     if (is_in(f->tile, x, y)) {
         const size_t e =
@@ -99,8 +83,9 @@ static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct sh
         id = cell->id[lane];
     }
     if (!(depth > 0.0f)) return false;
-    shown_surface_init(&f->view, (float)x + 0.5f, (float)y + 0.5f, surface_distance(depth),
-                       unpack_pixel(&f->pixel, normal), surface_sub_id(id), out);
+    octahedron_unpack16(normal, facing);
+    shown_surface_init(&f->view, (float)x + 0.5f, (float)y + 0.5f, surface_distance(depth), facing,
+                       surface_sub_id(id), out);
     return true;
 }
 
@@ -125,14 +110,7 @@ static bool is_shown(struct lone_finder *f, const struct lone_candidate *sub)
 
 /* -- sub-samples -- */
 
-/* What planes have of a block's pixels and of one sub-sample of each. */
-struct pixels {
-    float depth[LANES], distance[LANES];
-    uint32_t normal[LANES], id[LANES];
-    uint16_t sub_normal[LANES], sub_id[LANES];
-};
-
-static void load_pixels(const struct lone_finder *f, const struct block *b, struct pixels *p)
+static void load_pixels(const struct lone_finder *f, const struct block *b, struct lone_pixels *p)
 {
     const struct samples *s = f->samples;
     const float *depth = samples_f32(s, PLANE_DEPTH, 0);
@@ -146,7 +124,7 @@ static void load_pixels(const struct lone_finder *f, const struct block *b, stru
 }
 
 static void load_subs(const struct lone_finder *f, const struct block *b, uint32_t k,
-                      struct pixels *p)
+                      struct lone_pixels *p)
 {
     const struct samples *s = f->samples;
     const uint16_t *depth = samples_u16(s, PLANE_SUB_DEPTH, k);
@@ -176,48 +154,34 @@ static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
     return sum > 0;
 }
 
-/* Do the two packed normals differ by no more than 10 degrees? The last answer is kept. */
-static bool faces_alike(struct lone_finder *f, uint32_t k, uint32_t pixel, uint16_t sub)
-{
-    struct alike *last = &f->alike[k];
-    if (last->known && last->pixel == pixel && last->sub == sub) return last->yes;
-    const float *a = unpack_pixel(&f->pixel, pixel), *b = unpack_sub(&f->sub[k], sub);
-    last->known = true;
-    last->pixel = pixel;
-    last->sub = sub;
-    last->yes = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] >= SURFACE_COS_FULL;
-    return last->yes;
-}
-
 /* True only when the sub-sample shows its own pixel's surface, as most do. */
-static bool is_surely_own(struct lone_finder *f, const struct block *b, const struct pixels *p,
-                          uint32_t k, int i, struct surface_facing *facing)
+static bool is_surely_own(const struct lone_finder *f, const struct block *b,
+                          const struct lone_pixels *p, int i, struct surface_facing *facing)
 {
-    if (p->sub_id[i] != p->id[i] || !(p->depth[i] > 0.0f)) return false;
-    if (!faces_alike(f, k, p->normal[i], p->sub_normal[i])) return false;
-    const enum surface_nearness near = surface_near(&f->view, p->depth[i], p->distance[i]);
-    if (near != SURFACE_NEAR_IF_FACING) return near == SURFACE_NEAR;
+    if (!p->alike.on[i] || p->near.on[i]) return p->alike.on[i];
     if (!facing->known) {
         struct shown_surface pixel;
+        const float normal[3] = {p->facing.x[i], p->facing.y[i], p->facing.z[i]};
         shown_surface_init(&f->view, (float)b->x_px[i] + 0.5f, (float)b->y_px[i] + 0.5f,
-                           p->depth[i], unpack_pixel(&f->pixel, p->normal[i]), p->id[i], &pixel);
+                           p->depth[i], normal, p->id[i], &pixel);
         surface_face(&f->view, &pixel, facing);
     }
     return surface_near_facing(&f->view, p->depth[i], p->distance[i], facing);
 }
 
-static bool is_lone(struct lone_finder *f, const struct block *b, const struct pixels *p,
+static bool is_lone(struct lone_finder *f, const struct block *b, const struct lone_pixels *p,
                     uint32_t k, int i, struct surface_facing *facing)
 {
     const struct plan *plan = f->context->plan;
     if (!b->kept.on[i] || p->sub_id[i] == 0 || !(p->distance[i] > 0.0f)) return false;
-    if (is_surely_own(f, b, p, k, i, facing)) return false;
+    if (is_surely_own(f, b, p, i, facing)) return false;
     if (!reflects(f->samples, k, b->element[i])) return false;
     struct lone_candidate sub = {.x_px = b->x_px[i], .y_px = b->y_px[i]};
+    float normal[3];
+    octahedron_unpack8((uint16_t)p->sub_normal[i], normal);
     pattern_pixel(&plan->pattern, sub.x_px, sub.y_px, k, plan->sub_samples, sub.offset);
     shown_surface_init(&f->view, (float)sub.x_px + sub.offset[0], (float)sub.y_px + sub.offset[1],
-                       p->distance[i], unpack_sub(&f->sub[k], p->sub_normal[i]), p->sub_id[i],
-                       &sub.surface);
+                       p->distance[i], normal, p->sub_id[i], &sub.surface);
     return !is_shown(f, &sub);
 }
 
@@ -225,11 +189,14 @@ uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
                           struct lanes_mask lone[LIMIT_SUB_SAMPLES])
 {
     struct surface_facing facing[LANES] = {{.known = false}};
-    struct pixels p;
+    const struct lane_kernels *kernels = f->context->queries->kernels;
+    struct lone_pixels p;
     uint32_t count = 0;
     load_pixels(f, b, &p);
+    kernels->unpack_normals(p.normal, &p.facing);
     for (uint32_t k = 0; k < f->context->plan->sub_samples; k++) {
         load_subs(f, b, k, &p);
+        kernels->match_subs(&f->view, &p);
         for (int i = 0; i < LANES; i++)
             lone[k].on[i] = is_lone(f, b, &p, k, i, &facing[i]) ? -1 : 0;
         count += lanes_count(&lone[k]);

@@ -24,6 +24,18 @@ struct lone_candidate {
     struct shown_surface surface;
 };
 
+/* What planes have of a block's pixels and of one sub-sample of each. */
+struct lone_pixels {
+    _Alignas(LANES_ALIGN) float depth[LANES];
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    _Alignas(LANES_ALIGN) uint32_t normal[LANES];
+    _Alignas(LANES_ALIGN) uint32_t id[LANES];
+    _Alignas(LANES_ALIGN) uint32_t sub_normal[LANES];
+    _Alignas(LANES_ALIGN) uint32_t sub_id[LANES];
+    struct lanes3 facing;          /* the pixels' normals */
+    struct lanes_mask alike, near; /* ids and normals of both are; distances are, however it faces */
+};
+
 struct lone_finder {
     const struct path_context *context; /* of rays to pixel centres; its counters count them */
     const struct samples *samples;
@@ -33,15 +45,6 @@ struct lone_finder {
     struct RTCRayHit16 rays;
     struct surface surface;
     struct block block;
-    struct unpacked_normal {
-        uint32_t packed;
-        float normal[3];
-    } pixel, sub[LIMIT_SUB_SAMPLES]; /* those unpacked last: neighbours often face one way */
-    struct alike {
-        bool known, yes;
-        uint32_t pixel;
-        uint16_t sub;
-    } alike[LIMIT_SUB_SAMPLES]; /* and those compared */
 };
 
 /* All is borrowed; the plan has PLANE_LONE. */

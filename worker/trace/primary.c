@@ -36,11 +36,8 @@ void primary_trace_sub(struct queries *q, const struct plan *plan, const struct 
                        uint32_t k, struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float px[LANES], py[LANES];
-    for (int i = 0; i < LANES; i++) {
-        float at[2];
-        pattern_pixel(&plan->pattern, b->x_px[i], b->y_px[i], k, plan->sub_samples, at);
-        px[i] = (float)b->x_px[i] + at[0];
-        py[i] = (float)b->y_px[i] + at[1];
-    }
+    struct pattern_pixels pattern;
+    pattern_pixels_init(&plan->pattern, plan->sub_samples, &pattern);
+    q->kernels->place_subs(&pattern, b, k, px, py);
     trace(q, plan, b, px, py, rays, out);
 }
