@@ -1,5 +1,6 @@
 #pragma once
-/* lane_kernels' store_geometry, relate_depths and store_sub. Included by lane_kernels_body.h only, after pack_lanes.h. */
+/* lane_kernels' store_geometry, relate_depths and store_sub. Included by lane_kernels_body.h only,
+ * after pack_lanes.h. */
 #include "worker/trace/block_store.h"
 #include "worker/trace/geometry.h"
 

@@ -1,27 +1,11 @@
 /* The lane kernels: the same bits on every instruction set, and what they do at the edges. */
+#include "tests/unit/worker/isa_fixture.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include <xmmintrin.h>
 
-#include "proto/build.h"
 #include "proto/octahedron.h"
 #include "worker/trace/lane_kernels.h"
-
-static const char *const all_isas[] = {"sse4.2", "avx2", "avx512"};
-
-/* How many of them this CPU has; build_isa() names the best. */
-static int isa_count(void)
-{
-    for (int i = 2; i >= 0; i--)
-        if (strcmp(build_isa(), all_isas[i]) == 0) return i + 1;
-    return 0;
-}
-
-static uint32_t random_bits(uint64_t *state)
-{
-    *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)(*state >> 32);
-}
 
 /* In [-1, 1]. */
 static float random_signed(uint64_t *state)

@@ -1,0 +1,185 @@
+/* What lanes do with anti-aliasing rays: the bits of the functions that the coordinator reads them
+ * by, on every instruction set. */
+#include "tests/unit/worker/isa_fixture.h"
+#include "tests/unit/worker/tile_fixture.h"
+
+#include "proto/half.h"
+#include "proto/octahedron.h"
+#include "worker/trace/lane_kernels.h"
+
+static void block_anywhere(uint64_t *seed, struct block *b)
+{
+    const int32_t x = (int32_t)(random_bits(seed) % 16380u) & -LANES_ACROSS;
+    const int32_t y = (int32_t)(random_bits(seed) % 16380u) & -LANES_ACROSS;
+    block_init(b, x, y, 16384, 16384, (struct rect){x, y, x + 4, y + 4});
+}
+
+static void test_rays_go_where_the_pattern_says(void **state)
+{
+    (void)state;
+    uint64_t seed = 7;
+    for (uint32_t round = 0; round < 600; round++) {
+        const struct pattern p = {.seed = seed, .frame = round % 5};
+        const uint32_t count = 1 + round % LIMIT_SUB_SAMPLES;
+        struct pattern_pixels pixels;
+        struct block b;
+        block_anywhere(&seed, &b);
+        pattern_pixels_init(&p, count, &pixels);
+        for (int k = 0; k < isa_count(); k++)
+            for (uint32_t ray = 0; ray < count; ray++) {
+                _Alignas(LANES_ALIGN) float px[LANES], py[LANES];
+                lane_kernels_for(all_isas[k])->place_subs(&pixels, &b, ray, px, py);
+                for (int i = 0; i < LANES; i++) {
+                    float at[2];
+                    pattern_pixel(&p, b.x_px[i], b.y_px[i], ray, count, at);
+                    assert_true(px[i] == (float)b.x_px[i] + at[0]);
+                    assert_true(py[i] == (float)b.y_px[i] + at[1]);
+                }
+            }
+    }
+}
+
+/* Codes that no packing makes are read as well. */
+static void test_normals_are_read_as_they_are_packed(void **state)
+{
+    (void)state;
+    uint64_t seed = 11;
+    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
+    for (int round = 0; round < 2000; round++) {
+        for (int i = 0; i < LANES; i++) packed[i] = random_bits(&seed);
+        packed[3] = round % 2 ? 0x80008000u : 0;
+        for (int k = 0; k < isa_count(); k++) {
+            struct lanes3 n;
+            lane_kernels_for(all_isas[k])->unpack_normals(packed, &n);
+            for (int i = 0; i < LANES; i++) {
+                float expected[3];
+                octahedron_unpack16(packed[i], expected);
+                assert_true(n.x[i] == expected[0] && n.y[i] == expected[1]);
+                assert_true(n.z[i] == expected[2]);
+            }
+        }
+    }
+}
+
+/* Pairs of which about half match in each of the three. */
+static void random_pixels(uint64_t *seed, struct lone_pixels *p)
+{
+    for (int i = 0; i < LANES; i++) {
+        float n[3] = {random_unit(seed), random_unit(seed), 0.3f};
+        p->normal[i] = octahedron_pack16(n);
+        n[0] += 0.25f * random_unit(seed);
+        p->sub_normal[i] = octahedron_pack8(n);
+        p->id[i] = 1 + random_bits(seed) % 2;
+        p->sub_id[i] = random_bits(seed) % 4 == 0 ? 0xffffu : p->id[i];
+        p->depth[i] = 10.0f * random_unit(seed);
+        p->distance[i] = p->depth[i] * (1.0f + 0.01f * random_unit(seed));
+    }
+    p->depth[2] = 0.0f;
+    p->distance[5] = 0.0f;
+    p->sub_normal[7] = 0x8080u;
+}
+
+static void test_matches_are_those_of_one_by_one(void **state)
+{
+    (void)state;
+    uint64_t seed = 13;
+    uint32_t alike = 0, near = 0, lanes = 0;
+    struct plan plan = fixture_plan(64, 48, (float[]){1, 2, 3}, 0.8f);
+    for (int round = 0; round < 2000; round++) {
+        struct surface_view view;
+        struct lone_pixels p;
+        plan.camera.type = (uint32_t)round % 2;
+        surface_view_init(&view, &plan);
+        random_pixels(&seed, &p);
+        for (int k = 0; k < isa_count(); k++) {
+            lane_kernels_for(all_isas[k])->unpack_normals(p.normal, &p.facing);
+            lane_kernels_for(all_isas[k])->match_subs(&view, &p);
+            for (int i = 0; i < LANES; i++, lanes++) {
+                float a[3], b[3];
+                octahedron_unpack16(p.normal[i], a);
+                octahedron_unpack8((uint16_t)p.sub_normal[i], b);
+                const bool faces = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] >= SURFACE_COS_FULL;
+                const bool seen = p.depth[i] > 0.0f && p.distance[i] > 0.0f;
+                const bool is_near = surface_near_anyhow(&view, p.depth[i], p.distance[i]);
+                assert_int_equal(p.alike.on[i], -(faces && seen && p.id[i] == p.sub_id[i]));
+                assert_int_equal(p.near.on[i], -is_near);
+                alike += p.alike.on[i] != 0;
+                near += p.near.on[i] != 0;
+            }
+        }
+    }
+    assert_in_range(alike, lanes / 10, lanes * 9 / 10);
+    assert_in_range(near, lanes / 10, lanes * 9 / 10);
+}
+
+static void random_surfaces(uint64_t *seed, struct surface *centre, struct surface *sub)
+{
+    memset(centre, 0, sizeof *centre);
+    memset(sub, 0, sizeof *sub);
+    for (int i = 0; i < LANES; i++) {
+        centre->distance[i] = random_bits(seed) % 4 ? 5.0f * random_unit(seed) : 0.0f;
+        sub->distance[i] = 5.0f * random_unit(seed);
+        sub->hit.on[i] = -(int32_t)(random_bits(seed) % 4 != 0);
+        sub->id[i] = random_bits(seed) % 3 ? random_bits(seed) % 9 : 0x10000u;
+        sub->normal.x[i] = random_unit(seed);
+        sub->normal.y[i] = sub->normal.z[i] = 0.5f;
+        sub->albedo.x[i] = sub->albedo.y[i] = sub->albedo.z[i] = random_unit(seed);
+    }
+    sub->hit.on[1] = sub->hit.on[2] = sub->hit.on[3] = -1;
+    centre->distance[1] = 4.0f;
+    sub->distance[1] = 1e-5f; /* rounds to the number of a miss */
+    sub->distance[2] = 1e30f; /* over the largest half */
+    sub->id[3] = 0x30000u;
+}
+
+static void check_stored(const struct surface *centre, const struct surface *sub, int i,
+                         float length_unit, const uint16_t stored[4])
+{
+    const bool hit = sub->hit.on[i];
+    const float n[3] = {sub->normal.x[i], sub->normal.y[i], sub->normal.z[i]};
+    const uint16_t low = (uint16_t)(sub->id[i] & 0xffffu);
+    const float reference = centre->distance[i] > 0.0f ? centre->distance[i] : length_unit;
+    uint16_t depth = half_from_float(sub->distance[i] / reference - 1.0f);
+    if (depth == half_from_float(SUB_DEPTH_MISS)) depth--;
+    assert_int_equal(stored[0], hit ? depth : half_from_float(SUB_DEPTH_MISS));
+    assert_int_equal(stored[1], hit ? octahedron_pack8(n) : 0);
+    assert_int_equal(stored[2], hit && low == 0 ? 0xffffu : low);
+    assert_int_equal(stored[3], (uint16_t)(int32_t)(sub->albedo.x[i] * 65535.0f + 0.5f));
+}
+
+static void test_what_is_met_is_stored(void **state)
+{
+    (void)state;
+    uint64_t seed = 17;
+    const float length_unit = 0.7f;
+    const float miss = half_to_float(half_from_float(SUB_DEPTH_MISS));
+    assert_true(miss == SUB_DEPTH_MISS);
+    for (int round = 0; round < 1000; round++) {
+        struct queries q = {.rejected = 0};
+        struct surface centre, sub;
+        struct block b;
+        uint16_t depth[LANES], normal[LANES], id[LANES], albedo[3][LANES];
+        const struct geometry_sub_planes planes = {
+            depth, normal, id, {albedo[0], round % 2 ? albedo[1] : NULL, albedo[2]}};
+        block_init(&b, 4, 8, 64, 64, (struct rect){4, 8, 8, 12});
+        random_surfaces(&seed, &centre, &sub);
+        for (int k = 0; k < isa_count(); k++) {
+            q.kernels = lane_kernels_for(all_isas[k]);
+            geometry_store_sub(&q, &b, length_unit, &centre, &sub, &planes);
+            for (int i = 0; i < LANES; i++)
+                check_stored(&centre, &sub, i, length_unit,
+                             (uint16_t[]){depth[i], normal[i], id[i], albedo[0][i]});
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rays_go_where_the_pattern_says),
+        cmocka_unit_test(test_normals_are_read_as_they_are_packed),
+        cmocka_unit_test(test_matches_are_those_of_one_by_one),
+        cmocka_unit_test(test_what_is_met_is_stored),
+    };
+    return cmocka_run_group_tests_name("sub_lanes", tests, NULL, NULL);
+}
