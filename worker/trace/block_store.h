@@ -20,6 +20,18 @@ LANE_INLINE void block_scatter(const struct block *b, const void *values, void *
             if (b->kept.on[i]) memcpy(to + size * b->element[i], from + size * i, size);
 }
 
+/* The other way; lanes that are not kept read element 0. */
+LANE_INLINE void block_gather(const struct block *b, const void *plane, void *values, size_t size)
+{
+    const uint8_t *from = plane;
+    uint8_t *to = values;
+    if (b->whole)
+        for (size_t i = 0; i < LANES; i += LANES_ACROSS)
+            memcpy(to + size * i, from + size * b->element[i], LANES_ACROSS * size);
+    else
+        for (size_t i = 0; i < LANES; i++) memcpy(to + size * i, from + size * b->element[i], size);
+}
+
 void block_store_f32(const struct block *b, const float v[LANES], float *plane);
 void block_store_u32(const struct block *b, const uint32_t v[LANES], uint32_t *plane);
 void block_store_u16(const struct block *b, const uint16_t v[LANES], uint16_t *plane);

@@ -52,9 +52,10 @@ struct lane_kernels {
     void (*store_sub)(const struct block *b, const struct surface *s, const uint16_t *depth,
                       const struct geometry_sub_planes *planes);
 
-    /* octahedron_unpack16 of each lane; and lone_finder.h's alike and near. */
+    /* octahedron_unpack16 of each lane; and lone_finder.h's alike and open: whether any is. */
     void (*unpack_normals)(const uint32_t *packed, struct lanes3 *out);
-    void (*match_subs)(const struct surface_view *view, struct lone_pixels *p);
+    bool (*match_subs)(const struct surface_view *view, const struct lanes_mask *kept,
+                       struct lone_pixels *p);
 
     /* octahedron_pack16 of each lane, or octahedron_pack8: `bits` a coordinate. */
     void (*pack_normals)(const struct lanes3 *normal, uint32_t bits, uint32_t *packed);

@@ -4,6 +4,7 @@
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
+#include "worker/trace/block_store.h"
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/primary.h"
 
@@ -113,13 +114,12 @@ static bool is_shown(struct lone_finder *f, const struct lone_candidate *sub)
 static void load_pixels(const struct lone_finder *f, const struct block *b, struct lone_pixels *p)
 {
     const struct samples *s = f->samples;
-    const float *depth = samples_f32(s, PLANE_DEPTH, 0);
-    const uint32_t *normal = samples_u32(s, PLANE_NORMAL, 0), *id = samples_u32(s, PLANE_ID, 0);
+    block_gather(b, samples_f32(s, PLANE_DEPTH, 0), p->depth, sizeof p->depth[0]);
+    block_gather(b, samples_u32(s, PLANE_NORMAL, 0), p->normal, sizeof p->normal[0]);
+    block_gather(b, samples_u32(s, PLANE_ID, 0), p->id, sizeof p->id[0]);
     for (int i = 0; i < LANES; i++) {
-        const uint32_t e = b->element[i];
-        p->depth[i] = surface_distance(depth[e]);
-        p->normal[i] = normal[e];
-        p->id[i] = surface_sub_id(id[e]);
+        p->depth[i] = surface_distance(p->depth[i]);
+        p->id[i] = surface_sub_id(p->id[i]);
     }
 }
 
@@ -127,20 +127,17 @@ static void load_subs(const struct lone_finder *f, const struct block *b, uint32
                       struct lone_pixels *p)
 {
     const struct samples *s = f->samples;
-    const uint16_t *depth = samples_u16(s, PLANE_SUB_DEPTH, k);
-    const uint16_t *normal = samples_u16(s, PLANE_SUB_NORMAL, k);
-    const uint16_t *id = samples_u16(s, PLANE_SUB_ID, k);
-    uint16_t halves[LANES];
-    for (int i = 0; i < LANES; i++) {
-        const uint32_t e = b->element[i];
-        halves[i] = depth[e];
-        p->sub_normal[i] = normal[e];
-        p->sub_id[i] = id[e];
-    }
-    half_to_floats(halves, p->distance, LANES);
     const float unit = f->context->plan->length_unit;
-    for (int i = 0; i < LANES; i++)
+    _Alignas(LANES_ALIGN) uint16_t depth[LANES], normal[LANES], id[LANES];
+    block_gather(b, samples_u16(s, PLANE_SUB_DEPTH, k), depth, sizeof depth[0]);
+    block_gather(b, samples_u16(s, PLANE_SUB_NORMAL, k), normal, sizeof normal[0]);
+    block_gather(b, samples_u16(s, PLANE_SUB_ID, k), id, sizeof id[0]);
+    half_to_floats(depth, p->distance, LANES);
+    for (int i = 0; i < LANES; i++) {
         p->distance[i] = surface_sub_distance(p->distance[i], p->depth[i], unit);
+        p->sub_normal[i] = normal[i];
+        p->sub_id[i] = id[i];
+    }
 }
 
 static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
@@ -154,11 +151,11 @@ static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
     return sum > 0;
 }
 
-/* True only when the sub-sample shows its own pixel's surface, as most do. */
+/* True only when the sub-sample shows its own pixel's surface. */
 static bool is_surely_own(const struct lone_finder *f, const struct block *b,
                           const struct lone_pixels *p, int i, struct surface_facing *facing)
 {
-    if (!p->alike.on[i] || p->near.on[i]) return p->alike.on[i];
+    if (!p->alike.on[i]) return false;
     if (!facing->known) {
         struct shown_surface pixel;
         const float normal[3] = {p->facing.x[i], p->facing.y[i], p->facing.z[i]};
@@ -173,8 +170,7 @@ static bool is_lone(struct lone_finder *f, const struct block *b, const struct l
                     uint32_t k, int i, struct surface_facing *facing)
 {
     const struct plan *plan = f->context->plan;
-    if (!b->kept.on[i] || p->sub_id[i] == 0 || !(p->distance[i] > 0.0f)) return false;
-    if (is_surely_own(f, b, p, i, facing)) return false;
+    if (!p->open.on[i] || is_surely_own(f, b, p, i, facing)) return false;
     if (!reflects(f->samples, k, b->element[i])) return false;
     struct lone_candidate sub = {.x_px = b->x_px[i], .y_px = b->y_px[i]};
     float normal[3];
@@ -196,10 +192,10 @@ uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
     kernels->unpack_normals(p.normal, &p.facing);
     for (uint32_t k = 0; k < f->context->plan->sub_samples; k++) {
         load_subs(f, b, k, &p);
-        kernels->match_subs(&f->view, &p);
+        const bool open = kernels->match_subs(&f->view, &b->kept, &p);
         for (int i = 0; i < LANES; i++)
-            lone[k].on[i] = is_lone(f, b, &p, k, i, &facing[i]) ? -1 : 0;
-        count += lanes_count(&lone[k]);
+            lone[k].on[i] = open && is_lone(f, b, &p, k, i, &facing[i]) ? -1 : 0;
+        count += open ? lanes_count(&lone[k]) : 0;
     }
     return count;
 }

@@ -32,9 +32,9 @@ struct lone_pixels {
     _Alignas(LANES_ALIGN) uint32_t id[LANES];
     _Alignas(LANES_ALIGN) uint32_t sub_normal[LANES];
     _Alignas(LANES_ALIGN) uint32_t sub_id[LANES];
-    struct lanes3 facing; /* the pixels' normals */
-    struct lanes_mask alike,
-        near; /* ids and normals of both are; distances are, however it faces */
+    struct lanes3 facing;    /* the pixels' normals */
+    struct lanes_mask alike; /* ids and normals of both */
+    struct lanes_mask open;  /* kept, shows something, and not surely what the pixel shows */
 };
 
 struct lone_finder {

@@ -15,9 +15,12 @@ static void kernel_unpack_normals(const uint32_t *restrict packed, struct lanes3
     }
 }
 
-static void kernel_match_subs(const struct surface_view *view, struct lone_pixels *restrict p)
+static bool kernel_match_subs(const struct surface_view *view,
+                              const struct lanes_mask *restrict kept,
+                              struct lone_pixels *restrict p)
 {
     const struct surface_view v = *view;
+    int32_t any = 0;
     for (int i = 0; i < LANES; i++) {
         float n[3];
         const uint32_t packed = p->sub_normal[i];
@@ -25,8 +28,13 @@ static void kernel_match_subs(const struct surface_view *view, struct lone_pixel
         octahedron_unpack(x, y, 127.0f, n);
         const float cosine = p->facing.x[i] * n[0] + p->facing.y[i] * n[1] + p->facing.z[i] * n[2];
         const float depth = p->depth[i], distance = p->distance[i];
-        const int32_t faces = (cosine >= SURFACE_COS_FULL) & (p->sub_id[i] == p->id[i]);
-        p->alike.on[i] = -(faces & (depth > 0.0f) & (distance > 0.0f));
-        p->near.on[i] = -surface_near_anyhow(&v, depth, distance);
+        const int32_t shown = -((p->sub_id[i] != 0) & (distance > 0.0f));
+        const int32_t alike = -((cosine >= SURFACE_COS_FULL) & (p->sub_id[i] == p->id[i]) &
+                                (depth > 0.0f) & (distance > 0.0f));
+        const int32_t near = -surface_near_anyhow(&v, depth, distance);
+        p->alike.on[i] = alike;
+        p->open.on[i] = kept->on[i] & shown & ~(alike & near);
+        any |= p->open.on[i];
     }
+    return any != 0;
 }
