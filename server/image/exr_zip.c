@@ -5,22 +5,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Even bytes first, then odd ones: those of equal weight come together. */
-static void split(const uint8_t *in, uint8_t *out, size_t size_bytes)
+/* Every second byte, each as its difference to the one before, around 128. */
+static void differ(const uint8_t *restrict in, uint8_t *restrict out, size_t count, uint8_t before)
 {
-    uint8_t *even = out, *odd = out + (size_bytes + 1) / 2;
-    size_t pairs = size_bytes / 2;
-    for (size_t i = 0; i < pairs; i++) {
-        even[i] = in[2 * i];
-        odd[i] = in[2 * i + 1];
-    }
-    if (size_bytes % 2) even[pairs] = in[size_bytes - 1];
+    if (count == 0) return;
+    out[0] = (uint8_t)(in[0] - before + 128);
+    for (size_t i = 1; i < count; i++) out[i] = (uint8_t)(in[2 * i] - in[2 * i - 2] + 128);
 }
 
-/* Each byte as its difference to the one before, around 128. From the end: in place. */
-static void differ(uint8_t *bytes, size_t size_bytes)
+/* Even bytes first, then odd ones: those of equal weight come together. The first is as it was. */
+static void split(const uint8_t *in, uint8_t *out, size_t size_bytes)
 {
-    for (size_t i = size_bytes; i-- > 1;) bytes[i] = (uint8_t)(bytes[i] - bytes[i - 1] + 128);
+    const size_t even = (size_bytes + 1) / 2;
+    if (size_bytes == 0) return;
+    differ(in, out, even, 128);
+    differ(in + 1, out + even, size_bytes / 2, in[2 * (even - 1)]);
 }
 
 /* A zlib stream of `in`; of 0 bytes when there is no room for it. */
@@ -53,7 +52,6 @@ exr_result_t exr_zip_compress(exr_encode_pipeline_t *encoder)
         return EXR_ERR_OUT_OF_MEMORY;
     uint8_t *scratch = encoder->scratch_buffer_1, *out = encoder->compressed_buffer;
     split(encoder->packed_buffer, scratch, size_bytes);
-    differ(scratch, size_bytes);
     exr_result_t result = deflate_all(scratch, size_bytes, out, &out_bytes);
     if (result == EXR_ERR_SUCCESS && (out_bytes == 0 || out_bytes == size_bytes)) {
         memcpy(out, encoder->packed_buffer, size_bytes);
