@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "proto/half.h"
-#include "proto/octahedron.h"
 #include "proto/surface_match.h"
+#include "server/film/normals.h"
 
 /* The overlap of a tile and a patch, and how to step through both. */
 struct overlap {
@@ -85,35 +85,16 @@ static void widen_unorms(const struct overlap *o, const uint16_t *in, float *out
     }
 }
 
-/* Runs of equal normals are common (walls, and all that is no surface): the last answer is kept. */
 static void unpack_normals16(const struct overlap *o, const uint32_t *in, float *const out[3])
 {
-    uint32_t last = 0;
-    float n[3];
-    octahedron_unpack16(last, n);
-    for (size_t y = 0; y < o->height; y++) {
-        const uint32_t *from = in + from_row(o, y);
-        size_t to = to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) {
-            if (from[x] != last) octahedron_unpack16(last = from[x], n);
-            for (int i = 0; i < 3; i++) out[i][to + x] = n[i];
-        }
-    }
+    for (size_t y = 0; y < o->height; y++)
+        normals_unpack16(in + from_row(o, y), o->width, to_row(o, y), out);
 }
 
 static void unpack_normals8(const struct overlap *o, const uint16_t *in, float *const out[3])
 {
-    uint16_t last = 0;
-    float n[3];
-    octahedron_unpack8(last, n);
-    for (size_t y = 0; y < o->height; y++) {
-        const uint16_t *from = in + from_row(o, y);
-        size_t to = to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) {
-            if (from[x] != last) octahedron_unpack8(last = from[x], n);
-            for (int i = 0; i < 3; i++) out[i][to + x] = n[i];
-        }
-    }
+    for (size_t y = 0; y < o->height; y++)
+        normals_unpack8(in + from_row(o, y), o->width, to_row(o, y), out);
 }
 
 /* Distances of a sub-sample from d/d_ref - 1, d_ref the pixel's own or, without surface, the length
@@ -136,10 +117,10 @@ static void restore_distances(const struct overlap *o, const uint16_t *in, const
 static void clear_normals(const struct overlap *o, const float *depth, float *const normal[3])
 {
     for (size_t y = 0; y < o->height; y++) {
-        size_t at = to_row(o, y);
-        for (size_t x = at; x < at + o->width; x++) {
-            if (depth[x] > 0.0f) continue;
-            for (int i = 0; i < 3; i++) normal[i][x] = 0.0f;
+        const float *seen = depth + to_row(o, y);
+        for (int i = 0; i < 3; i++) {
+            float *n = normal[i] + to_row(o, y);
+            for (size_t x = 0; x < o->width; x++) n[x] = seen[x] > 0.0f ? n[x] : 0.0f;
         }
     }
 }

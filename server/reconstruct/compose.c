@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/resolve_run.h"
+
 /* The image's planes by what goes into them; NULL where the image has none. */
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
@@ -30,21 +32,25 @@ static void find_targets(const struct image *image, struct targets *t)
     t->resolved = t->beauty[0] || t->direct[0] || t->indirect[0] || t->albedo[0];
 }
 
-static void put(const struct plane *plane, int32_t x, int32_t y, float value)
+/* Values of a run of pixels, and what is added to each; NULL: nothing. */
+static void put_run(const struct plane *plane, int32_t x, int32_t y, uint32_t count,
+                    const float *restrict values, const float *restrict more)
 {
-    if (plane) *plane_at(plane, x, y) = value;
+    if (!plane) return;
+    float *restrict to = plane_at(plane, x, y);
+    for (uint32_t k = 0; k < count; k++) to[k] = values[k] + (more ? more[k] : 0.0f);
 }
 
-static void put_resolved(const struct targets *t, int32_t x, int32_t y, const struct resolved *p,
-                         const float emission[3])
+static void put_resolved(const struct targets *t, int32_t x, int32_t y, uint32_t count,
+                         const struct resolved_run *run, const float *const emission[3])
 {
     for (int c = 0; c < 3; c++) {
-        put(t->beauty[c], x, y, p->total[c] + emission[c]);
-        put(t->direct[c], x, y, p->direct[c]);
-        put(t->indirect[c], x, y, p->indirect[c]);
-        put(t->albedo[c], x, y, p->albedo[c]);
+        put_run(t->beauty[c], x, y, count, run->total[c], emission[c]);
+        put_run(t->direct[c], x, y, count, run->direct[c], NULL);
+        put_run(t->indirect[c], x, y, count, run->indirect[c], NULL);
+        put_run(t->albedo[c], x, y, count, run->albedo[c], NULL);
     }
-    put(t->beauty[3], x, y, p->coverage);
+    put_run(t->beauty[3], x, y, count, run->coverage, NULL);
 }
 
 static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
@@ -66,27 +72,50 @@ static void put_squares(const struct resolver *r, const struct resolved *pixel, 
     }
 }
 
+/* What resolve_run leaves of a run that begins at image pixel (x, y), pixel i of the patch. */
+static void resolve_rest(const struct resolver *r, size_t i, int32_t x, int32_t y, uint32_t count,
+                         struct resolved_run *run, struct block_squares *squares,
+                         struct block_statistics *statistics)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        struct resolved pixel;
+        if (run->plain[k]) continue;
+        resolve_pixel(r, i + k, &pixel);
+        resolved_run_set(run, k, &pixel);
+        put_squares(r, &pixel, x + (int32_t)k, y, squares);
+        statistics->sub_samples_lone += pixel.lone;
+        statistics->sub_samples_unmatched += pixel.unmatched;
+        statistics->pixels_background += pixel.coverage == 0.0f;
+    }
+}
+
+static void light_run(const struct resolver *r, const struct targets *t, int32_t x, int32_t y,
+                      uint32_t count, struct block_squares *squares,
+                      struct block_statistics *statistics)
+{
+    const size_t i = patch_index(r->patch, x, y);
+    const float *emission[3] = {NULL, NULL, NULL};
+    static const float nothing[RESOLVE_RUN];
+    struct resolved_run run;
+    for (int c = 0; c < 3 && r->patch->emission[0]; c++) {
+        emission[c] = r->patch->emission[c] + i;
+        put_run(t->emission[c], x, y, count, nothing, emission[c]);
+    }
+    if (!t->resolved && !r->errors) return;
+    resolve_run(r, i, count, &run);
+    resolve_rest(r, i, x, y, count, &run, squares, statistics);
+    put_resolved(t, x, y, count, &run, emission);
+}
+
 static void compose_light(const struct resolver *r, const struct targets *t, struct rect block,
                           struct block_squares *squares, struct block_statistics *statistics)
 {
-    for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(r->patch, block.x0, y);
-        for (int32_t x = block.x0; x < block.x1; x++, i++) {
-            struct resolved pixel;
-            float emission[3] = {0.0f, 0.0f, 0.0f};
-            for (int c = 0; c < 3 && r->patch->emission[0]; c++) {
-                emission[c] = r->patch->emission[c][i];
-                put(t->emission[c], x, y, emission[c]);
-            }
-            if (!t->resolved && !r->errors) continue;
-            resolve_pixel(r, i, &pixel);
-            put_resolved(t, x, y, &pixel, emission);
-            put_squares(r, &pixel, x, y, squares);
-            statistics->sub_samples_lone += pixel.lone;
-            statistics->sub_samples_unmatched += pixel.unmatched;
-            statistics->pixels_background += pixel.coverage == 0.0f;
+    for (int32_t y = block.y0; y < block.y1; y++)
+        for (int32_t x = block.x0; x < block.x1; x += RESOLVE_RUN) {
+            const int32_t left = block.x1 - x;
+            light_run(r, t, x, y, (uint32_t)(left < RESOLVE_RUN ? left : RESOLVE_RUN), squares,
+                      statistics);
         }
-    }
 }
 
 /* A plane of the patch as it is; NULL leaves zeros. */
