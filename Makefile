@@ -50,7 +50,7 @@ all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/impo
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
 
-proto_libs  := -lblosc -lgnutls -lnettle -ljansson -ldeflate -lisal -lm -lpthread
+proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
 server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
 import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)

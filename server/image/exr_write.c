@@ -17,8 +17,9 @@ struct exr_rows {
     struct exr_file file;
     exr_context_t context;
     exr_encode_pipeline_t encoder;
-    bool encoding;    /* encoder is initialised */
-    uint16_t *halves; /* owned; rows of one chunk, channel after channel; NULL for floats */
+    bool encoding;       /* encoder is initialised */
+    struct exr_zip *zip; /* owned */
+    uint16_t *halves;    /* owned; rows of one chunk, channel after channel; NULL for floats */
     int32_t chunk_rows;
     int32_t next;    /* the first row that is not written */
     char path[4352]; /* where it is written before it gets its name */
@@ -133,6 +134,7 @@ static exr_result_t write_chunk(struct exr_rows *w, int32_t y)
     if (!r && first) {
         r = exr_encoding_choose_default_routines(w->context, 0, &w->encoder);
         w->encoder.compress_fn = exr_zip_compress;
+        w->encoder.encoding_user_data = w->zip;
     }
     return r ? r : exr_encoding_run(w->context, 0, &w->encoder);
 }
@@ -148,6 +150,7 @@ static exr_result_t begin_file(struct exr_rows *w)
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &init);
     if (r) return r;
     r = write_header(w);
+    if (!r && !(w->zip = exr_zip_create())) r = EXR_ERR_OUT_OF_MEMORY;
     if (r || !w->metadata->half) return r;
     const size_t pixels = (size_t)w->image->width_px * (size_t)w->chunk_rows;
     w->halves = malloc(pixels * w->image->channel_count * sizeof *w->halves);
@@ -239,6 +242,7 @@ void exr_rows_abort(struct exr_rows **rows)
     end_file(w);
     if (w->file.fd >= 0) close(w->file.fd);
     if (w->path[0]) unlink(w->path);
+    exr_zip_destroy(w->zip);
     free(w->halves);
     free(w->name);
     free(w);

@@ -20,7 +20,7 @@ for source in "${targets[@]}"; do
     # shellcheck disable=SC2086 # they are several words, sources with patterns among them
     if ! ${CC:-gcc} -std=c17 -D_GNU_SOURCE -O1 -g -march=x86-64-v2 -ffp-contract=off -I. -I"$build" \
         "$source" tests/fuzz/replay.c $sources $archives "$build/libproto.a" -o "$out/$name" \
-        $libs -lblosc -lgnutls -lnettle -ljansson -ldeflate -lisal -lm -lpthread >"$log" 2>&1; then
+        $libs -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread >"$log" 2>&1; then
         echo "not ok $n - fuzz $name does not build"
     elif [ ${#inputs[@]} -eq 0 ]; then
         echo "not ok $n - fuzz $name has no corpus in tests/fuzz/corpus/$name"
