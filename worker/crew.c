@@ -1,8 +1,11 @@
 #include "worker/crew.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include "proto/error.h"
 
@@ -19,7 +22,8 @@ struct crew_thread {
 
 struct crew {
     const struct tracing *tracing;
-    uv_async_t wake;
+    uv_poll_t results; /* of results_fd, to which whoever finishes a task writes */
+    int results_fd;
     pthread_mutex_t mutex; /* guards both queues and stop */
     pthread_cond_t ready;
     struct crew_queue todo, finished;
@@ -71,6 +75,13 @@ static bool take_out(struct crew_queue *q, struct crew_task *task)
     return false;
 }
 
+/* The descriptor is closed only after the threads have gone. */
+static void tell_loop(const struct crew *crew)
+{
+    const uint64_t one = 1;
+    while (write(crew->results_fd, &one, sizeof one) < 0 && errno == EINTR) continue;
+}
+
 static void *work(void *arg)
 {
     struct crew_thread *self = arg;
@@ -83,16 +94,22 @@ static void *work(void *arg)
         pthread_mutex_unlock(&crew->mutex);
         task->run(task, self->tracer);
         pthread_mutex_lock(&crew->mutex);
+        const bool first = !crew->finished.first;
         push(&crew->finished, task);
-        uv_async_send(&crew->wake);
+        pthread_mutex_unlock(&crew->mutex);
+        if (first) tell_loop(crew);
+        pthread_mutex_lock(&crew->mutex);
     }
     pthread_mutex_unlock(&crew->mutex);
     return NULL;
 }
 
-static void on_wake(uv_async_t *wake)
+static void on_results(uv_poll_t *results, int status, int events)
 {
-    struct crew *crew = wake->data;
+    struct crew *crew = results->data;
+    uint64_t told;
+    (void)status, (void)events;
+    while (read(crew->results_fd, &told, sizeof told) < 0 && errno == EINTR) continue;
     pthread_mutex_lock(&crew->mutex);
     struct crew_task *task = crew->finished.first;
     crew->finished = (struct crew_queue){0};
@@ -123,6 +140,7 @@ static void on_closed(uv_handle_t *handle)
     struct crew *crew = handle->data;
     void (*closed)(void *ctx) = crew->closed;
     void *ctx = crew->ctx;
+    close(crew->results_fd);
     pthread_cond_destroy(&crew->ready);
     pthread_mutex_destroy(&crew->mutex);
     free(crew);
@@ -135,11 +153,14 @@ int crew_create(uv_loop_t *loop, const struct tracing *tracing, unsigned threads
     if (!crew) return ERR_MEMORY;
     crew->tracing = tracing;
     crew->thread_count = threads;
-    if (uv_async_init(loop, &crew->wake, on_wake) < 0) {
+    crew->results_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (crew->results_fd < 0 || uv_poll_init(loop, &crew->results, crew->results_fd)) {
+        if (crew->results_fd >= 0) close(crew->results_fd);
         free(crew);
         return ERR_IO;
     }
-    crew->wake.data = crew;
+    crew->results.data = crew;
+    uv_poll_start(&crew->results, UV_READABLE, on_results);
     pthread_mutex_init(&crew->mutex, NULL);
     pthread_cond_init(&crew->ready, NULL);
     for (unsigned i = 0; i < threads; i++) {
@@ -192,5 +213,5 @@ void crew_close(struct crew *crew, void (*closed)(void *ctx), void *ctx)
         if (crew->threads[i].tracer)
             crew->tracing->tracer_destroy(crew->tracing->ctx, &crew->threads[i].tracer);
     }
-    uv_close((uv_handle_t *)&crew->wake, on_closed);
+    uv_close((uv_handle_t *)&crew->results, on_closed);
 }

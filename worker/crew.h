@@ -1,5 +1,5 @@
 #pragma once
-/* The tracing threads: one queue of tasks, and the way back to the loop by uv_async.
+/* The tracing threads: one queue of tasks, and the way back to the loop.
  *
  * All functions are called on the loop's thread. */
 #include <stdbool.h>

@@ -1,10 +1,13 @@
 #include "server/team/team.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "proto/error.h"
 
@@ -17,7 +20,10 @@ struct task_queue {
 
 struct team {
     uv_loop_t *loop;
-    uv_async_t async;
+    uv_poll_t
+        results; /* of results_fd, to which whoever finishes something writes; uv_async has the
+                    loop spin for as long as its sender is kept off the CPU (libuv 1.44) */
+    int results_fd;
     char name[NAME_BYTES];
     unsigned pending; /* the loop's thread alone */
 
@@ -65,6 +71,13 @@ static void run_task(struct team_task *task)
     task->cpu_us = thread_cpu_us() - start_us;
 }
 
+/* The descriptor is closed only after the threads have gone. */
+static void tell_loop(const struct team *team)
+{
+    const uint64_t one = 1;
+    while (write(team->results_fd, &one, sizeof one) < 0 && errno == EINTR) continue;
+}
+
 static void *thread_main(void *arg)
 {
     struct team *team = arg;
@@ -76,10 +89,12 @@ static void *thread_main(void *arg)
             pthread_mutex_unlock(&team->mutex);
             run_task(task);
             pthread_mutex_lock(&team->mutex);
+            const bool first = !team->finished.first;
             queue_push(&team->finished, task);
             pthread_cond_signal(&team->result);
-            /* Under the mutex: the handle is closed only after the threads have gone. */
-            uv_async_send(&team->async);
+            pthread_mutex_unlock(&team->mutex);
+            if (first) tell_loop(team);
+            pthread_mutex_lock(&team->mutex);
         } else if (team->stop) {
             break;
         } else {
@@ -100,14 +115,18 @@ static void drain(struct team *team)
     struct team_task *task;
     while ((task = queue_pop(&finished))) {
         /* Before done, so that the task's own done sees itself as gone. */
-        if (--team->pending == 0) uv_unref((uv_handle_t *)&team->async);
+        if (--team->pending == 0) uv_unref((uv_handle_t *)&team->results);
         if (task->done) task->done(task);
     }
 }
 
-static void on_async(uv_async_t *async)
+static void on_results(uv_poll_t *results, int status, int events)
 {
-    drain(async->data);
+    struct team *team = results->data;
+    uint64_t told;
+    (void)status, (void)events;
+    while (read(team->results_fd, &told, sizeof told) < 0 && errno == EINTR) continue;
+    drain(team);
 }
 
 static void join_threads(struct team *team)
@@ -121,6 +140,7 @@ static void join_threads(struct team *team)
 
 static void free_team(struct team *team)
 {
+    if (team->results_fd >= 0) close(team->results_fd);
     pthread_cond_destroy(&team->result);
     pthread_cond_destroy(&team->work);
     pthread_mutex_destroy(&team->mutex);
@@ -134,7 +154,7 @@ static void on_close(uv_handle_t *handle)
 
 static void close_handle(struct team *team)
 {
-    uv_close((uv_handle_t *)&team->async, on_close);
+    uv_close((uv_handle_t *)&team->results, on_close);
 }
 
 static int start_threads(struct team *team, unsigned threads)
@@ -160,14 +180,16 @@ int team_create(uv_loop_t *loop, const char *name, unsigned threads, struct team
     pthread_mutex_init(&team->mutex, NULL);
     pthread_cond_init(&team->work, NULL);
     pthread_cond_init(&team->result, NULL);
-    if (uv_async_init(loop, &team->async, on_async)) {
+    team->results_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (team->results_fd < 0 || uv_poll_init(loop, &team->results, team->results_fd)) {
         free_team(team);
         return ERR_IO;
     }
-    team->async.data = team;
+    team->results.data = team;
+    int error = uv_poll_start(&team->results, UV_READABLE, on_results) ? ERR_IO : 0;
     /* An idle team does not keep the loop running; one with work does. */
-    uv_unref((uv_handle_t *)&team->async);
-    int error = start_threads(team, threads);
+    uv_unref((uv_handle_t *)&team->results);
+    if (!error) error = start_threads(team, threads);
     if (error) {
         close_handle(team);
         return error;
@@ -178,7 +200,7 @@ int team_create(uv_loop_t *loop, const char *name, unsigned threads, struct team
 
 void team_submit(struct team *team, struct team_task *task)
 {
-    if (team->pending++ == 0) uv_ref((uv_handle_t *)&team->async);
+    if (team->pending++ == 0) uv_ref((uv_handle_t *)&team->results);
     task->cpu_us = 0;
     pthread_mutex_lock(&team->mutex);
     queue_push(&team->queued, task);
