@@ -113,10 +113,12 @@ struct pattern_pixels {
 };
 void pattern_pixels_init(const struct pattern *p, uint32_t count, struct pattern_pixels *out);
 
-/* Spaces the radii of a pixel's anti-aliasing rays: the golden ratio's fraction. */
+/* Spaces the radii of a pixel's anti-aliasing rays, and sets hashes apart: the golden ratio's
+ * fraction. */
 #define PATTERN_GOLDEN_FRACTION UINT64_C(0x9e3779b97f4a7c15)
 #define PATTERN_BELOW_ONE       0x1.fffffep-1f
 
+/* By way of signed numbers, which vectors convert. */
 static inline float pattern_unit(uint64_t fraction)
 {
     return (float)(int32_t)(fraction >> 40) * 0x1p-24f;

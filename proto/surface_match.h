@@ -105,15 +105,18 @@ static inline float surface_allowed(const struct surface_view *view, float pixel
            surface_pixel_size(view, pixel > sub ? pixel : sub);
 }
 
+/* surface_near's first question: SURFACE_NEAR of two distances above 0, however the surface faces.
+ */
+static inline bool surface_near_anyhow(const struct surface_view *view, float pixel, float sub)
+{
+    return surface_corner(view, sub) + fabsf(sub - pixel) <= surface_allowed(view, pixel, sub);
+}
+
 /* Whether a sub-sample anywhere in a pixel is sure to have surface_match 1 with it as far as points
  * go, by the two distances along their rays: with r and r' the unit rays, x' - x = d'(r' - r) +
  * (d' - d) r. Its part along n is at most d'|r' - r| sin + |d' - d| cos, cos = |r.n|, up to |r' -
  * r| itself in the sine; |r' - r| is at most a corner's pixels. With any cos, both factors are at
  * most 1: asked first. */
-static inline bool surface_near_anyhow(const struct surface_view *view, float pixel, float sub)
-{
-    return surface_corner(view, sub) + fabsf(sub - pixel) <= surface_allowed(view, pixel, sub);
-}
 enum surface_nearness { SURFACE_FAR, SURFACE_NEAR, SURFACE_NEAR_IF_FACING };
 static inline enum surface_nearness surface_near(const struct surface_view *view, float pixel,
                                                  float sub)

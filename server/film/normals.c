@@ -30,7 +30,11 @@ static void fill_run(const struct codes *codes, float steps, size_t count, float
 {
     float n[3];
     octahedron_unpack(codes->x[0], codes->y[0], steps, n);
-    for (size_t i = 0; i < count; i++) x[i] = n[0], y[i] = n[1], z[i] = n[2];
+    for (size_t i = 0; i < count; i++) {
+        x[i] = n[0];
+        y[i] = n[1];
+        z[i] = n[2];
+    }
 }
 
 /* Runs of equal normals are common (walls, and all that is no surface). */
@@ -41,7 +45,11 @@ static void unpack_some(struct codes *codes, float steps, size_t count, float *c
     for (size_t i = count; i < NORMALS_RUN; i++) codes->x[i] = codes->y[i] = 0;
     for (size_t i = 0; i < count; i++)
         differs |= (codes->x[i] ^ codes->x[0]) | (codes->y[i] ^ codes->y[0]);
-    (differs ? unpack_run : fill_run)(codes, steps, count, out[0] + to, out[1] + to, out[2] + to);
+    float *x = out[0] + to, *y = out[1] + to, *z = out[2] + to;
+    if (differs)
+        unpack_run(codes, steps, count, x, y, z);
+    else
+        fill_run(codes, steps, count, x, y, z);
 }
 
 static size_t run_of(size_t left)

@@ -242,7 +242,7 @@ void exr_rows_abort(struct exr_rows **rows)
     end_file(w);
     if (w->file.fd >= 0) close(w->file.fd);
     if (w->path[0]) unlink(w->path);
-    exr_zip_destroy(w->zip);
+    exr_zip_destroy(&w->zip);
     free(w->halves);
     free(w->name);
     free(w);

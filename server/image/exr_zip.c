@@ -17,12 +17,12 @@ static void differ(const uint8_t *restrict in, uint8_t *restrict out, size_t cou
 static void split(const uint8_t *in, uint8_t *out, size_t size_bytes)
 {
     const size_t even = (size_bytes + 1) / 2;
-    if (size_bytes == 0) return;
     differ(in, out, even, 128);
     differ(in + 1, out + even, size_bytes / 2, in[2 * (even - 1)]);
 }
 
-/* Codes fit a chunk that knows an eighth of it, in as many pieces, and small ones all. */
+/* Codes are made for what eight pieces of a chunk hold: for all of it up to 32 KiB, for an eighth
+ * and 4 KiB a piece beyond. */
 #define PIECES      8
 #define PIECE_BYTES 4096
 
@@ -39,9 +39,10 @@ struct exr_zip *exr_zip_create(void)
     return malloc(sizeof(struct exr_zip));
 }
 
-void exr_zip_destroy(struct exr_zip *zip)
+void exr_zip_destroy(struct exr_zip **zip)
 {
-    free(zip);
+    free(*zip);
+    *zip = NULL;
 }
 
 static size_t least_of(size_t a, size_t b)
@@ -65,7 +66,7 @@ static bool find_codes(struct exr_zip *zip, uint8_t *in, size_t size_bytes)
 static size_t deflate_all(struct exr_zip *zip, uint8_t *in, size_t size_bytes, uint8_t *out)
 {
     struct isal_zstream *s = &zip->stream;
-    memset(s, 0, sizeof *s); /* what isal_deflate_stateless_init leaves counts, too */
+    memset(s, 0, sizeof *s); /* the next line leaves part of it, which 1 stream of 20,000 shows */
     isal_deflate_stateless_init(s);
     if (!find_codes(zip, in, size_bytes) ||
         isal_deflate_set_hufftables(s, &zip->tables, IGZIP_HUFFTABLE_CUSTOM) != COMP_OK)
@@ -92,7 +93,7 @@ static bool make_room(void **buffer, size_t *capacity_bytes, size_t size_bytes)
 exr_result_t exr_zip_compress(exr_encode_pipeline_t *encoder)
 {
     const size_t size_bytes = encoder->packed_bytes;
-    if (size_bytes > INT32_MAX) return EXR_ERR_INVALID_ARGUMENT;
+    if (size_bytes == 0 || size_bytes > INT32_MAX) return EXR_ERR_INVALID_ARGUMENT;
     if (!make_room(&encoder->scratch_buffer_1, &encoder->scratch_alloc_size_1, size_bytes) ||
         !make_room(&encoder->compressed_buffer, &encoder->compressed_alloc_size, size_bytes))
         return EXR_ERR_OUT_OF_MEMORY;

@@ -1,6 +1,6 @@
 #pragma once
 /* EXR's ZIP codec by ISA-L instead of zlib: the library's own spends most of its time looking for
- * repetitions in noise. It takes a third of the time of libdeflate's fastest level for 2 to 3 %
+ * repetitions in noise. ISA-L takes a third of the time of libdeflate's fastest level for 2 to 3 %
  * more bytes. */
 #include <OpenEXR/openexr.h>
 
@@ -9,7 +9,8 @@ struct exr_zip;
 
 /* NULL: memory is exhausted. */
 struct exr_zip *exr_zip_create(void);
-void exr_zip_destroy(struct exr_zip *zip);
+/* Nulls the pointer, which may be NULL. */
+void exr_zip_destroy(struct exr_zip **zip);
 
 /* Takes the place of the encoder's compress_fn; its encoding_user_data is a struct exr_zip that no
  * other thread uses. What it writes any reader of EXR files reads, and the bytes depend on the

@@ -32,25 +32,36 @@ static void find_targets(const struct image *image, struct targets *t)
     t->resolved = t->beauty[0] || t->direct[0] || t->indirect[0] || t->albedo[0];
 }
 
-/* Values of a run of pixels, and what is added to each; NULL: nothing. */
-static void put_run(const struct plane *plane, int32_t x, int32_t y, uint32_t count,
-                    const float *restrict values, const float *restrict more)
+/* Pixels side by side: where the first is in the image and in the patch. */
+struct run {
+    int32_t x, y;
+    uint32_t count;
+    size_t i;
+};
+
+static void put_run(const struct plane *plane, const struct run *run, const float *values)
 {
-    if (!plane) return;
-    float *restrict to = plane_at(plane, x, y);
-    for (uint32_t k = 0; k < count; k++) to[k] = values[k] + (more ? more[k] : 0.0f);
+    if (plane) memcpy(plane_at(plane, run->x, run->y), values, run->count * sizeof *values);
 }
 
-static void put_resolved(const struct targets *t, int32_t x, int32_t y, uint32_t count,
-                         const struct resolved_run *run, const float *const emission[3])
+static void put_beauty(const struct plane *plane, const struct run *run,
+                       const float *restrict light, const float *restrict emission)
+{
+    if (!plane) return;
+    float *restrict to = plane_at(plane, run->x, run->y);
+    for (uint32_t k = 0; k < run->count; k++) to[k] = light[k] + (emission ? emission[k] : 0.0f);
+}
+
+static void put_resolved(const struct targets *t, const struct run *run,
+                         const struct resolved_run *resolved, const float *const emission[3])
 {
     for (int c = 0; c < 3; c++) {
-        put_run(t->beauty[c], x, y, count, run->total[c], emission[c]);
-        put_run(t->direct[c], x, y, count, run->direct[c], NULL);
-        put_run(t->indirect[c], x, y, count, run->indirect[c], NULL);
-        put_run(t->albedo[c], x, y, count, run->albedo[c], NULL);
+        put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
+        put_run(t->direct[c], run, resolved->direct[c]);
+        put_run(t->indirect[c], run, resolved->indirect[c]);
+        put_run(t->albedo[c], run, resolved->albedo[c]);
     }
-    put_run(t->beauty[3], x, y, count, run->coverage, NULL);
+    put_run(t->beauty[3], run, resolved->coverage);
 }
 
 static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
@@ -72,39 +83,36 @@ static void put_squares(const struct resolver *r, const struct resolved *pixel, 
     }
 }
 
-/* What resolve_run leaves of a run that begins at image pixel (x, y), pixel i of the patch. */
-static void resolve_rest(const struct resolver *r, size_t i, int32_t x, int32_t y, uint32_t count,
-                         struct resolved_run *run, struct block_squares *squares,
+/* What resolve_run leaves. */
+static void resolve_rest(const struct resolver *r, const struct run *run,
+                         struct resolved_run *resolved, struct block_squares *squares,
                          struct block_statistics *statistics)
 {
-    for (uint32_t k = 0; k < count; k++) {
+    for (uint32_t k = 0; k < run->count; k++) {
         struct resolved pixel;
-        if (run->plain[k]) continue;
-        resolve_pixel(r, i + k, &pixel);
-        resolved_run_set(run, k, &pixel);
-        put_squares(r, &pixel, x + (int32_t)k, y, squares);
+        if (resolved->plain[k]) continue;
+        resolve_pixel(r, run->i + k, &pixel);
+        resolved_run_set(resolved, k, &pixel);
+        put_squares(r, &pixel, run->x + (int32_t)k, run->y, squares);
         statistics->sub_samples_lone += pixel.lone;
         statistics->sub_samples_unmatched += pixel.unmatched;
         statistics->pixels_background += pixel.coverage == 0.0f;
     }
 }
 
-static void light_run(const struct resolver *r, const struct targets *t, int32_t x, int32_t y,
-                      uint32_t count, struct block_squares *squares,
-                      struct block_statistics *statistics)
+static void light_run(const struct resolver *r, const struct targets *t, const struct run *run,
+                      struct block_squares *squares, struct block_statistics *statistics)
 {
-    const size_t i = patch_index(r->patch, x, y);
     const float *emission[3] = {NULL, NULL, NULL};
-    static const float nothing[RESOLVE_RUN];
-    struct resolved_run run;
+    struct resolved_run resolved;
     for (int c = 0; c < 3 && r->patch->emission[0]; c++) {
-        emission[c] = r->patch->emission[c] + i;
-        put_run(t->emission[c], x, y, count, nothing, emission[c]);
+        emission[c] = r->patch->emission[c] + run->i;
+        put_run(t->emission[c], run, emission[c]);
     }
     if (!t->resolved && !r->errors) return;
-    resolve_run(r, i, count, &run);
-    resolve_rest(r, i, x, y, count, &run, squares, statistics);
-    put_resolved(t, x, y, count, &run, emission);
+    resolve_run(r, run->i, run->count, &resolved);
+    resolve_rest(r, run, &resolved, squares, statistics);
+    put_resolved(t, run, &resolved, emission);
 }
 
 static void compose_light(const struct resolver *r, const struct targets *t, struct rect block,
@@ -113,8 +121,9 @@ static void compose_light(const struct resolver *r, const struct targets *t, str
     for (int32_t y = block.y0; y < block.y1; y++)
         for (int32_t x = block.x0; x < block.x1; x += RESOLVE_RUN) {
             const int32_t left = block.x1 - x;
-            light_run(r, t, x, y, (uint32_t)(left < RESOLVE_RUN ? left : RESOLVE_RUN), squares,
-                      statistics);
+            const struct run run = {x, y, (uint32_t)(left < RESOLVE_RUN ? left : RESOLVE_RUN),
+                                    patch_index(r->patch, x, y)};
+            light_run(r, t, &run, squares, statistics);
         }
 }
 

@@ -8,7 +8,8 @@ static void match_ids(const uint32_t *restrict ids, const uint32_t *restrict sub
     for (uint32_t j = 0; j < count; j++) plain[j] &= -(surface_sub_id(ids[j]) == subs[j]);
 }
 
-/* As surface_surely_same does, but for points that are near only because the surface faces so. */
+/* Asks less than surface_surely_same: points that are near only because the surface faces so are
+ * left to resolve_pixel. */
 static void match_surfaces(const struct resolver *r, size_t i, uint32_t k, uint32_t count,
                            int32_t *restrict plain)
 {

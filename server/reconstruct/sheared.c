@@ -1,5 +1,6 @@
 #include "server/reconstruct/sheared.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,9 +12,9 @@
 #define BATCH       64u
 #define SUMS_BYTES  64
 
-/* Rows of pixels that each pass goes on by before the next pass does. What passes leave of a pixel
- * is read from SHADOW_REACH_PX rows above to as many below: it is kept for so many, where for the
- * whole block it would lie in no cache, and its memory would be touched for the first time. */
+/* Rows of pixels that each pass goes on by before the next pass does. What a pass leaves of a pixel
+ * is read from SHADOW_REACH_PX rows above it to as many below, and kept for KEPT_PX rows: for all
+ * of a block it would lie in no cache, and take several times the memory. */
 #define STRIPE_PX 8
 #define KEPT_PX   (2 * SHADOW_REACH_PX + STRIPE_PX)
 _Static_assert(SHADOW_REACH_PX % STRIPE_PX == 0, "stripes of all passes end together");
@@ -49,9 +50,10 @@ static uint32_t collect(const struct sheared *s, bool both, uint32_t *out)
     return count;
 }
 
-static int32_t row_of(const struct sheared *s, uint32_t pixel)
+/* The first pixel of row y, where there are rows above. */
+static uint32_t row_start(const struct sheared *s, int32_t y)
 {
-    return (int32_t)(pixel / (uint32_t)s->field.width);
+    return y > 0 ? (uint32_t)y * (uint32_t)s->field.width : 0;
 }
 
 /* The most pixels of the list in KEPT_PX rows that end with a stripe. */
@@ -59,8 +61,8 @@ static uint32_t most_kept(const struct sheared *s, const struct sheared_list *li
 {
     uint32_t first = 0, end = 0, most = 0;
     for (int32_t y = STRIPE_PX; end < list->count; y += STRIPE_PX) {
-        while (end < list->count && row_of(s, list->pixels[end]) < y) end++;
-        while (first < end && row_of(s, list->pixels[first]) < y - KEPT_PX) first++;
+        while (end < list->count && list->pixels[end] < row_start(s, y)) end++;
+        while (first < end && list->pixels[first] < row_start(s, y - KEPT_PX)) first++;
         most = end - first > most ? end - first : most;
     }
     return most;
@@ -113,10 +115,13 @@ static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32
 static uint32_t next_batch(const struct sheared *s, struct sheared_list *list, int32_t end,
                            const uint32_t **pixels)
 {
+    const uint32_t limit = row_start(s, end), left = list->count - list->done;
     uint32_t count = 0;
     *pixels = list->pixels + list->done;
-    while (count < BATCH && list->done + count < list->count && row_of(s, (*pixels)[count]) < end)
+    while (count < BATCH && count < left && (*pixels)[count] < limit) {
+        assert(count == 0 || (*pixels)[count] > (*pixels)[count - 1]);
         count++;
+    }
     list->done += count;
     return count;
 }
@@ -126,7 +131,8 @@ static void project_columns(struct sheared *s, const uint32_t *pixels, uint32_t 
 {
     const uint32_t l = s->light->strata;
     const float phases = (float)s->field.phases;
-    int32_t x[BATCH] = {0}, y[BATCH] = {0};
+    int32_t x[BATCH], y[BATCH];
+    assert(count > 0 && count <= BATCH);
     float jitter[2][BATCH];
     uint32_t seen[BATCH * SHADOW_STRATA_MAX], columns[SHADOW_STRATA_MAX];
     place_pixels(s, pixels, count, x, y);

@@ -1,13 +1,13 @@
 #pragma once
 /* lane_kernels' store_geometry, relate_depths and store_sub. Included by lane_kernels_body.h only,
  * after pack_lanes.h. */
+#include "proto/half.h"
 #include "worker/trace/block_store.h"
 #include "worker/trace/geometry.h"
 
 /* -0.99951: the half next to SUB_DEPTH_MISS, for surfaces so near that they would round to it. */
 #define HALF_MISS        0xbc00u
 #define HALF_BEFORE_MISS 0xbbffu
-#define HALF_MOST        65504.0f
 
 /* A number other than 0 for surfaces whose id's low bits are 0. */
 #define ID_LOW_ZERO 0xffffu
@@ -43,7 +43,7 @@ static void kernel_relate_depths(const struct surface *restrict centre,
     for (int i = 0; i < LANES; i++) {
         const float reference = centre->distance[i] > 0.0f ? centre->distance[i] : length_unit;
         const float ratio = sub->distance[i] / reference;
-        const float most = ratio < HALF_MOST ? ratio : HALF_MOST;
+        const float most = ratio < HALF_MAX ? ratio : HALF_MAX; /* infinite, too */
         relative[i] = sub->hit.on[i] ? most - 1.0f : SUB_DEPTH_MISS;
     }
 }

@@ -45,14 +45,15 @@ struct lane_kernels {
     void (*store_geometry)(const struct block *b, const struct surface *s,
                            const struct geometry_planes *planes);
 
-    /* geometry_store_sub: depths over the centre's, less 1; and all but these, which are halves by
-     * then. */
+    /* geometry_store_sub in two steps: depths over the centre's, less 1; then, when these have
+     * become halves, all planes. */
     void (*relate_depths)(const struct surface *centre, const struct surface *sub,
                           float length_unit, float *relative);
     void (*store_sub)(const struct block *b, const struct surface *s, const uint16_t *depth,
                       const struct geometry_sub_planes *planes);
 
-    /* octahedron_unpack16 of each lane; and lone_finder.h's alike and open: whether any is. */
+    /* octahedron_unpack16 of each lane; and p->alike and p->open of lone_finder.h, which returns
+     * whether any lane is open. */
     void (*unpack_normals)(const uint32_t *packed, struct lanes3 *out);
     bool (*match_subs)(const struct surface_view *view, const struct lanes_mask *kept,
                        struct lone_pixels *p);

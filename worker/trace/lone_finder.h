@@ -33,7 +33,7 @@ struct lone_pixels {
     _Alignas(LANES_ALIGN) uint32_t sub_normal[LANES];
     _Alignas(LANES_ALIGN) uint32_t sub_id[LANES];
     struct lanes3 facing;    /* the pixels' normals */
-    struct lanes_mask alike; /* ids and normals of both */
+    struct lanes_mask alike; /* ids and normals of both, which show something */
     struct lanes_mask open;  /* kept, shows something, and not surely what the pixel shows */
 };
 
