@@ -1,4 +1,4 @@
-/* Rows resolved at once: the bits of pixels resolved and normals read one by one. */
+/* Rows resolved at once, and composed: the bits of pixels resolved one by one. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,29 +9,24 @@
 #include <math.h>
 #include <string.h>
 
-#include "proto/octahedron.h"
-#include "server/film/normals.h"
+#include "proto/job.h"
+#include "server/image/image.h"
+#include "server/reconstruct/compose.h"
 #include "server/reconstruct/resolve_run.h"
+#include "tests/random.h"
 
 enum { WIDTH = 61, HEIGHT = 5, AREA = WIDTH * HEIGHT, SUBS = 3 };
 
-static uint64_t state_of_random = 5;
+static struct random numbers_of = {5};
 
-static uint32_t random_bits(void)
+static uint32_t bits(void)
 {
-    state_of_random =
-        state_of_random * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (uint32_t)(state_of_random >> 32);
-}
-
-static float random_unit(void)
-{
-    return (float)(random_bits() >> 8) * 0x1p-24f;
+    return (uint32_t)random_bits(&numbers_of);
 }
 
 static bool one_in(uint32_t many)
 {
-    return random_bits() % many == 0;
+    return bits() % many == 0;
 }
 
 /* Planes of a patch whose sub-samples show their pixel's surface, another one, or none. */
@@ -42,7 +37,7 @@ static int planes_taken;
 static float *take_plane(float least, float range)
 {
     float *plane = numbers[planes_taken++];
-    for (int i = 0; i < AREA; i++) plane[i] = least + range * random_unit();
+    for (int i = 0; i < AREA; i++) plane[i] = least + range * random_unit(&numbers_of);
     return plane;
 }
 
@@ -54,8 +49,8 @@ static void take_rgb(float *out[3], float range)
 static void random_normal(float *const out[3], int i, const float *const like[3])
 {
     float n[3], sum = 0.0f;
-    for (int c = 0; c < 3; c++) n[c] = (like ? like[c][i] : 0.0f) + 0.1f * random_unit();
-    if (!like || one_in(6)) n[random_bits() % 3] += 1.0f;
+    for (int c = 0; c < 3; c++) n[c] = (like ? like[c][i] : 0.0f) + 0.1f * random_unit(&numbers_of);
+    if (!like || one_in(6)) n[bits() % 3] += 1.0f;
     for (int c = 0; c < 3; c++) sum += n[c] * n[c];
     for (int c = 0; c < 3; c++) out[c][i] = n[c] / sqrtf(sum);
 }
@@ -99,7 +94,8 @@ static void make_lighting(struct lighting *l, bool glossy)
     for (int i = 0; i < AREA; i += 7) l->direct[0][i] = -0.0f, l->indirect[1][i] = -1e-30f;
 }
 
-static void make_plan(struct plan *plan, uint32_t camera)
+/* Pixels are as wide as surfaces are far where `wide`: points lie near however they face. */
+static void make_plan(struct plan *plan, uint32_t camera, bool wide)
 {
     memset(plan, 0, sizeof *plan);
     plan->width_px = plan->height_px = 128;
@@ -109,8 +105,8 @@ static void make_plan(struct plan *plan, uint32_t camera)
                                         .right = {1, 0, 0},
                                         .up = {0, 1, 0},
                                         .forward = {0, 0, -1},
-                                        .half_width = 0.5f,
-                                        .half_height = 0.5f};
+                                        .half_width = wide ? 100.0f : 0.5f,
+                                        .half_height = wide ? 100.0f : 0.5f};
 }
 
 static void assert_same(const struct resolved *one, const struct resolved_run *run, uint32_t k)
@@ -130,7 +126,7 @@ static uint32_t check_runs(const struct resolver *r)
     uint32_t plain = 0;
     for (size_t i = 0; i < AREA;) {
         const size_t left = WIDTH - i % WIDTH;
-        const uint32_t count = 1 + random_bits() % (uint32_t)left;
+        const uint32_t count = 1 + bits() % (uint32_t)left;
         struct resolved_run run;
         memset(&run, 0x7f, sizeof run);
         resolve_run(r, i, count, &run);
@@ -155,7 +151,7 @@ static void runs_are_their_pixels(void **state)
         struct lighting lighting;
         struct resolver resolver;
         struct plan plan;
-        make_plan(&plan, round & 1);
+        make_plan(&plan, round & 1, round % 3 == 0);
         make_patch(&patch, round & 2);
         make_lighting(&lighting, round & 4);
         if (round % 5 == 0) patch.id = NULL;
@@ -175,7 +171,7 @@ static void nothing_is_plain_where_errors_are_asked_for(void **state)
     struct resolved_run run;
     struct plan plan;
     (void)state;
-    make_plan(&plan, 0);
+    make_plan(&plan, 0, false);
     make_patch(&patch, false);
     make_lighting(&lighting, false);
     resolver_init(&resolver, &plan, &patch, &lighting);
@@ -184,31 +180,72 @@ static void nothing_is_plain_where_errors_are_asked_for(void **state)
     for (int k = 0; k < WIDTH; k++) assert_int_equal(run.plain[k], 0);
 }
 
-static void normals_are_read_as_one_by_one(void **state)
+static void missing_planes_leave_nothing_plain(void **state)
 {
-    static uint32_t wide[100];
-    static uint16_t narrow[100];
-    static float x[104], y[104], z[104];
-    float *const out[3] = {x, y, z};
+    struct patch patch;
+    struct lighting lighting;
+    struct resolver resolver;
+    struct plan plan;
     (void)state;
-    for (uint32_t round = 0; round < 500; round++) {
-        const size_t count = 1 + random_bits() % 100, to = round % 4;
-        for (size_t i = 0; i < count; i++) {
-            wide[i] = i > 0 && !one_in(round % 40 + 2) ? wide[i - 1] : random_bits();
-            narrow[i] = (uint16_t)wide[i];
+    make_plan(&plan, 0, false);
+    make_patch(&patch, false);
+    make_lighting(&lighting, false);
+    patch.albedo[0] = NULL;
+    resolver_init(&resolver, &plan, &patch, &lighting);
+    assert_int_equal(resolver.subs, 0);
+    assert_true(check_runs(&resolver) > AREA / 2);
+    patch.depth = NULL;
+    resolver_init(&resolver, &plan, &patch, &lighting);
+    assert_int_equal(check_runs(&resolver), 0);
+}
+
+/* Beauty, its light apart, and what is left of errors, of a block in the patch. */
+static void check_block(const struct resolver *r, struct rect block)
+{
+    static const char *const rgb[] = {"R", "G", "B"};
+    static const char *const shine[] = {"emission.R", "emission.G", "emission.B"};
+    struct image *image;
+    struct block_squares squares;
+    struct block_statistics statistics = {.pixels_background = 0};
+    const uint32_t layers = LAYER_BEAUTY | LAYER_EMISSION | LAYER_DIRECT;
+    assert_int_equal(image_create(layers, 128, 128, &image), 0);
+    assert_int_equal(block_squares_create(block, &squares), 0);
+    compose_light_field(r, block, image, &squares, &statistics);
+    for (int32_t y = block.y0; y < block.y1; y++)
+        for (int32_t x = block.x0; x < block.x1; x++) {
+            const size_t i = patch_pixel(r->patch, x, y);
+            struct resolved one;
+            resolve_pixel(r, i, &one);
+            for (int c = 0; c < 3; c++) {
+                const float sent = r->patch->emission[c][i];
+                const float left =
+                    squares.square[SOURCE_CENTRES][c][block_squares_index(&squares, x, y)];
+                assert_true(*plane_at(image_plane(image, rgb[c]), x, y) == one.total[c] + sent);
+                assert_true(*plane_at(image_plane(image, shine[c]), x, y) == sent);
+                assert_true(left == (r->errors ? one.spread[c] : 0.0f));
+            }
         }
-        normals_unpack16(wide, count, to, out);
-        for (size_t i = 0; i < count; i++) {
-            float n[3];
-            octahedron_unpack16(wide[i], n);
-            assert_true(x[to + i] == n[0] && y[to + i] == n[1] && z[to + i] == n[2]);
-        }
-        normals_unpack8(narrow, count, to, out);
-        for (size_t i = 0; i < count; i++) {
-            float n[3];
-            octahedron_unpack8(narrow[i], n);
-            assert_true(x[to + i] == n[0] && y[to + i] == n[1] && z[to + i] == n[2]);
-        }
+    block_squares_fini(&squares);
+    image_destroy(&image);
+}
+
+static void blocks_are_their_pixels(void **state)
+{
+    (void)state;
+    for (int round = 0; round < 40; round++) {
+        struct patch patch;
+        struct lighting lighting;
+        struct resolver resolver;
+        struct plan plan;
+        make_plan(&plan, 0, false);
+        make_patch(&patch, false);
+        make_lighting(&lighting, false);
+        take_rgb(patch.emission, 2.0f);
+        resolver_init(&resolver, &plan, &patch, &lighting);
+        resolver.errors = round % 2;
+        const int32_t left = (int32_t)(bits() % 9), top = (int32_t)(bits() % 3);
+        check_block(&resolver, (struct rect){patch.rect.x0 + left, patch.rect.y0 + top,
+                                             patch.rect.x1 - 2, patch.rect.y1});
     }
 }
 
@@ -217,7 +254,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(runs_are_their_pixels),
         cmocka_unit_test(nothing_is_plain_where_errors_are_asked_for),
-        cmocka_unit_test(normals_are_read_as_one_by_one),
+        cmocka_unit_test(missing_planes_leave_nothing_plain),
+        cmocka_unit_test(blocks_are_their_pixels),
     };
     return cmocka_run_group_tests_name("resolve_run", tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* The sheared filter: against brute force, the plain average and axis-aligned filtering on a scene
  * of formulas; constants; cuts; degenerate lights, receivers and slopes. */
+#include "tests/random.h"
 #include "tests/unit/server/shadow_accuracy.h"
 
 #define SIDE 144
@@ -148,6 +149,39 @@ static void constants_stay(void **state)
     }
 }
 
+/* Blockers anywhere, so that walks are as long as they get and lead anywhere. */
+static void scatter(struct random *r, struct patch *patch)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    const struct patch_light *light = &patch->lights[0];
+    for (size_t i = 0; i < area; i++) {
+        const float least = 0.02f + 0.3f * random_unit(r);
+        for (size_t b = 0; b < 2; b++) light->visibility[b * area + i] = (uint8_t)random_bits(r);
+        light->visibility[area + i] &= 1; /* nine strata */
+        light->slope_min[i] = least;
+        light->slope_max[i] = least + 0.02f * random_unit(r);
+    }
+}
+
+/* What passes keep of a pixel is there for as long as others read it: more is kept of a small
+ * block than it needs, of a large one no more than that. */
+static void stripes_keep_what_is_read(void **state)
+{
+    struct random r = {9};
+    (void)state;
+    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    struct patch *patch = accuracy_patch(&scene, 3);
+    for (int round = 0; round < 3; round++) {
+        scatter(&r, patch);
+        float *whole = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, SIDE, NULL);
+        float *blocks = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, 5, NULL);
+        assert_memory_equal(whole, blocks, sizeof(float) * SIDE * SIDE);
+        free(blocks);
+        free(whole);
+    }
+    patch_destroy(&patch);
+}
+
 /* Any cut into blocks, with no more around them than the halo, gives the same bytes. */
 static void cuts_do_not_show(void **state)
 {
@@ -288,11 +322,17 @@ static void counters(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gaussian_light),      cmocka_unit_test(uniform_light),
-        cmocka_unit_test(long_light),          cmocka_unit_test(constants_stay),
-        cmocka_unit_test(cuts_do_not_show),    cmocka_unit_test(hard_lights),
-        cmocka_unit_test(hard_slopes),         cmocka_unit_test(narrow_pictures),
-        cmocka_unit_test(orthographic_camera), cmocka_unit_test(counters),
+        cmocka_unit_test(gaussian_light),
+        cmocka_unit_test(uniform_light),
+        cmocka_unit_test(long_light),
+        cmocka_unit_test(constants_stay),
+        cmocka_unit_test(stripes_keep_what_is_read),
+        cmocka_unit_test(cuts_do_not_show),
+        cmocka_unit_test(hard_lights),
+        cmocka_unit_test(hard_slopes),
+        cmocka_unit_test(narrow_pictures),
+        cmocka_unit_test(orthographic_camera),
+        cmocka_unit_test(counters),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
 /* The lane kernels: the same bits on every instruction set, and what they do at the edges. */
+#include "tests/random.h"
 #include "tests/unit/worker/isa_fixture.h"
 #include "tests/unit/worker/tile_fixture.h"
 
@@ -8,49 +9,49 @@
 #include "worker/trace/lane_kernels.h"
 
 /* In [-1, 1]. */
-static float random_signed(uint64_t *state)
+static float random_signed(struct random *r)
 {
-    return (float)(int32_t)random_bits(state) * 0x1p-31f;
+    return (float)(int32_t)(uint32_t)random_bits(r) * 0x1p-31f;
 }
 
-static void random_lanes(uint64_t *state, float scale, struct lanes3 *out)
+static void random_lanes(struct random *r, float scale, struct lanes3 *out)
 {
     for (int i = 0; i < LANES; i++) {
-        out->x[i] = scale * random_signed(state);
-        out->y[i] = scale * random_signed(state);
-        out->z[i] = scale * random_signed(state);
+        out->x[i] = scale * random_signed(r);
+        out->y[i] = scale * random_signed(r);
+        out->z[i] = scale * random_signed(r);
     }
 }
 
-static void random_surface(uint64_t *state, struct surface *s)
+static void random_surface(struct random *r, struct surface *s)
 {
     memset(s, 0, sizeof *s);
-    random_lanes(state, 3.0f, &s->position);
+    random_lanes(r, 3.0f, &s->position);
     s->origin = s->position;
-    random_lanes(state, 1.0f, &s->normal);
-    random_lanes(state, 1.0f, &s->facet);
-    for (int i = 0; i < LANES; i++) s->hit.on[i] = -(int32_t)(random_bits(state) & 1);
+    random_lanes(r, 1.0f, &s->normal);
+    random_lanes(r, 1.0f, &s->facet);
+    for (int i = 0; i < LANES; i++) s->hit.on[i] = -(int32_t)(random_bits(r) & 1);
 }
 
-static void random_light(uint64_t *state, uint32_t type, struct plan_light *p)
+static void random_light(struct random *r, uint32_t type, struct plan_light *p)
 {
     *p = (struct plan_light){.type = type,
-                             .profile = random_bits(state) & 1,
+                             .profile = random_bits(r) & 1,
                              .half_u = {0.7f, 0, 0},
                              .half_v = {0, 0, 0.4f},
                              .direction = {0, -1, 0},
                              .cos_inner = 0.9f,
                              .cos_outer = 0.3f,
-                             .range = random_bits(state) & 1 ? 3.0f : 0.0f,
+                             .range = random_bits(r) & 1 ? 3.0f : 0.0f,
                              .power = 1,
                              .strata_per_axis = 1};
-    for (int i = 0; i < 3; i++) p->position[i] = 2.0f * random_signed(state);
+    for (int i = 0; i < 3; i++) p->position[i] = 2.0f * random_signed(r);
 }
 
 static void test_light_samples_agree(void **state)
 {
     (void)state;
-    uint64_t seed = 1;
+    struct random seed = {1};
     static struct light_packet expected, got; /* zeroed: padding compares equal */
     for (int round = 0; round < 400; round++) {
         struct plan plan = {.light_count = 1};
@@ -114,7 +115,7 @@ static void check_batch(const struct lane_kernels *kernels, const struct light *
 static void test_strata_agree(void **state)
 {
     (void)state;
-    uint64_t seed = 6;
+    struct random seed = {6};
     static struct strata strata;
     for (int round = 0; round < 400; round++) {
         struct plan plan = {.light_count = 1};
@@ -140,7 +141,7 @@ static void test_strata_agree(void **state)
 static void test_texels_agree(void **state)
 {
     (void)state;
-    uint64_t seed = 7;
+    struct random seed = {7};
     struct texture_decoding decoding;
     static uint8_t bytes[4 * 7 * 5];
     texture_decoding_init(&decoding);
@@ -216,7 +217,7 @@ static void test_camera_rows_agree(void **state)
 static void test_surfaces_agree(void **state)
 {
     (void)state;
-    uint64_t seed = 2;
+    struct random seed = {2};
     for (int round = 0; round < 300; round++) {
         static struct RTCRay16 rays;
         struct surface a, b;
@@ -256,7 +257,7 @@ static void test_surfaces_agree(void **state)
 static void test_flat_surfaces(void **state)
 {
     (void)state;
-    uint64_t seed = 5;
+    struct random seed = {5};
     static struct RTCRay16 rays;
     _Alignas(64) float magnitude[LANES] = {0};
     for (int i = 0; i < LANES; i++) rays.dir_z[i] = 1.0f;
@@ -312,7 +313,7 @@ static void test_unorms(void **state)
 static void test_packed_normals_are_octahedron_codes(void **state)
 {
     (void)state;
-    uint64_t seed = 3;
+    struct random seed = {3};
     for (int round = 0; round < 500; round++) {
         struct lanes3 n;
         _Alignas(64) uint32_t wide[LANES], narrow[LANES];

@@ -1,5 +1,6 @@
 /* What lanes do with anti-aliasing rays: the bits of the functions that the coordinator reads them
  * by, on every instruction set. */
+#include "tests/random.h"
 #include "tests/unit/worker/isa_fixture.h"
 #include "tests/unit/worker/tile_fixture.h"
 
@@ -7,7 +8,7 @@
 #include "proto/octahedron.h"
 #include "worker/trace/lane_kernels.h"
 
-static void block_anywhere(uint64_t *seed, struct block *b)
+static void block_anywhere(struct random *seed, struct block *b)
 {
     const int32_t x = (int32_t)(random_bits(seed) % 16380u) & -LANES_ACROSS;
     const int32_t y = (int32_t)(random_bits(seed) % 16380u) & -LANES_ACROSS;
@@ -17,9 +18,9 @@ static void block_anywhere(uint64_t *seed, struct block *b)
 static void test_rays_go_where_the_pattern_says(void **state)
 {
     (void)state;
-    uint64_t seed = 7;
+    struct random seed = {7};
     for (uint32_t round = 0; round < 600; round++) {
-        const struct pattern p = {.seed = seed, .frame = round % 5};
+        const struct pattern p = {.seed = seed.state, .frame = round % 5};
         const uint32_t count = 1 + round % LIMIT_SUB_SAMPLES;
         struct pattern_pixels pixels;
         struct block b;
@@ -43,10 +44,10 @@ static void test_rays_go_where_the_pattern_says(void **state)
 static void test_normals_are_read_as_they_are_packed(void **state)
 {
     (void)state;
-    uint64_t seed = 11;
+    struct random seed = {11};
     _Alignas(LANES_ALIGN) uint32_t packed[LANES];
     for (int round = 0; round < 2000; round++) {
-        for (int i = 0; i < LANES; i++) packed[i] = random_bits(&seed);
+        for (int i = 0; i < LANES; i++) packed[i] = (uint32_t)random_bits(&seed);
         packed[3] = round % 2 ? 0x80008000u : 0;
         for (int k = 0; k < isa_count(); k++) {
             struct lanes3 n;
@@ -62,7 +63,7 @@ static void test_normals_are_read_as_they_are_packed(void **state)
 }
 
 /* Pairs of which about half match in each of the three. */
-static void random_pixels(uint64_t *seed, struct lone_pixels *p)
+static void random_pixels(struct random *seed, struct lone_pixels *p)
 {
     for (int i = 0; i < LANES; i++) {
         float n[3] = {random_unit(seed), random_unit(seed), 0.3f};
@@ -80,14 +81,37 @@ static void random_pixels(uint64_t *seed, struct lone_pixels *p)
     p->sub_id[8] = 0;
 }
 
+struct matched {
+    uint32_t alike, open, lanes;
+};
+
+/* What match_subs says of lane i, by the functions that it stands for. */
+static void check_match(const struct surface_view *view, const struct lanes_mask *kept,
+                        const struct lone_pixels *p, int i, struct matched *sum)
+{
+    float a[3], b[3];
+    octahedron_unpack16(p->normal[i], a);
+    octahedron_unpack8((uint16_t)p->sub_normal[i], b);
+    const bool faces = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] >= SURFACE_COS_FULL;
+    const bool seen = p->depth[i] > 0.0f && p->distance[i] > 0.0f;
+    const bool alike = faces && seen && p->id[i] == p->sub_id[i];
+    const bool own = alike && surface_near(view, p->depth[i], p->distance[i]) == SURFACE_NEAR;
+    const bool shown = p->sub_id[i] != 0 && p->distance[i] > 0.0f;
+    assert_int_equal(p->alike.on[i], -alike);
+    assert_int_equal(p->open.on[i], kept->on[i] & -(shown && !own));
+    sum->alike += alike;
+    sum->open += p->open.on[i] != 0;
+    sum->lanes++;
+}
+
 static void test_matches_are_those_of_one_by_one(void **state)
 {
     (void)state;
-    uint64_t seed = 13;
-    uint32_t alike = 0, open = 0, lanes = 0;
+    struct random seed = {13};
+    struct matched sum = {0};
     struct lanes_mask kept;
-    for (int i = 0; i < LANES; i++) kept.on[i] = -(i != 9);
     struct plan plan = fixture_plan(64, 48, (float[]){1, 2, 3}, 0.8f);
+    for (int i = 0; i < LANES; i++) kept.on[i] = -(i != 9);
     for (int round = 0; round < 2000; round++) {
         struct surface_view view;
         struct lone_pixels p;
@@ -95,32 +119,18 @@ static void test_matches_are_those_of_one_by_one(void **state)
         surface_view_init(&view, &plan);
         random_pixels(&seed, &p);
         for (int k = 0; k < isa_count(); k++) {
+            const uint32_t before = sum.open;
             lane_kernels_for(all_isas[k])->unpack_normals(p.normal, &p.facing);
             const bool any = lane_kernels_for(all_isas[k])->match_subs(&view, &kept, &p);
-            uint32_t left = 0;
-            for (int i = 0; i < LANES; i++, lanes++) {
-                float a[3], b[3];
-                octahedron_unpack16(p.normal[i], a);
-                octahedron_unpack8((uint16_t)p.sub_normal[i], b);
-                const bool faces = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] >= SURFACE_COS_FULL;
-                const bool seen = p.depth[i] > 0.0f && p.distance[i] > 0.0f;
-                const bool is_alike = faces && seen && p.id[i] == p.sub_id[i];
-                const bool is_near = surface_near_anyhow(&view, p.depth[i], p.distance[i]);
-                const bool shown = p.sub_id[i] != 0 && p.distance[i] > 0.0f;
-                assert_int_equal(p.alike.on[i], -is_alike);
-                assert_int_equal(p.open.on[i], kept.on[i] & -(shown && !(is_alike && is_near)));
-                alike += is_alike;
-                left += p.open.on[i] != 0;
-            }
-            assert_int_equal(any, left > 0);
-            open += left;
+            for (int i = 0; i < LANES; i++) check_match(&view, &kept, &p, i, &sum);
+            assert_int_equal(any, sum.open > before);
         }
     }
-    assert_in_range(alike, lanes / 10, lanes * 9 / 10);
-    assert_in_range(open, lanes / 10, lanes * 9 / 10);
+    assert_in_range(sum.alike, sum.lanes / 10, sum.lanes * 9 / 10);
+    assert_in_range(sum.open, sum.lanes / 10, sum.lanes * 9 / 10);
 }
 
-static void random_surfaces(uint64_t *seed, struct surface *centre, struct surface *sub)
+static void random_surfaces(struct random *seed, struct surface *centre, struct surface *sub)
 {
     memset(centre, 0, sizeof *centre);
     memset(sub, 0, sizeof *sub);
@@ -128,7 +138,7 @@ static void random_surfaces(uint64_t *seed, struct surface *centre, struct surfa
         centre->distance[i] = random_bits(seed) % 4 ? 5.0f * random_unit(seed) : 0.0f;
         sub->distance[i] = 5.0f * random_unit(seed);
         sub->hit.on[i] = -(int32_t)(random_bits(seed) % 4 != 0);
-        sub->id[i] = random_bits(seed) % 3 ? random_bits(seed) % 9 : 0x10000u;
+        sub->id[i] = random_bits(seed) % 3 ? (uint32_t)(random_bits(seed) % 9) : 0x10000u;
         sub->normal.x[i] = random_unit(seed);
         sub->normal.y[i] = sub->normal.z[i] = 0.5f;
         sub->albedo.x[i] = sub->albedo.y[i] = sub->albedo.z[i] = random_unit(seed);
@@ -158,7 +168,7 @@ static void check_stored(const struct surface *centre, const struct surface *sub
 static void test_what_is_met_is_stored(void **state)
 {
     (void)state;
-    uint64_t seed = 17;
+    struct random seed = {17};
     const float length_unit = 0.7f;
     const float miss = half_to_float(half_from_float(SUB_DEPTH_MISS));
     assert_true(miss == SUB_DEPTH_MISS);
@@ -181,6 +191,31 @@ static void test_what_is_met_is_stored(void **state)
     }
 }
 
+/* Every plane of every sub-sample at its place. */
+static void test_planes_are_looked_up_once(void **state)
+{
+    (void)state;
+    struct plan plan = fixture_plan(8, 8, (float[]){1, 2, 3}, 0.8f);
+    struct samples_layout layout;
+    struct geometry_planes planes;
+    struct samples *s;
+    plan.sub_samples = LIMIT_SUB_SAMPLES;
+    plan.planes |= PLANE_BIT(DEPTH) | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) |
+                   PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID);
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, 8, 8), 0);
+    assert_int_equal(samples_create(&layout, &s), 0);
+    geometry_planes_init(&planes, s);
+    for (uint32_t k = 0; k < LIMIT_SUB_SAMPLES; k++) {
+        assert_non_null(planes.sub[k].depth);
+        assert_ptr_equal(planes.sub[k].depth, samples_u16(s, PLANE_SUB_DEPTH, k));
+        assert_ptr_equal(planes.sub[k].normal, samples_u16(s, PLANE_SUB_NORMAL, k));
+        assert_ptr_equal(planes.sub[k].id, samples_u16(s, PLANE_SUB_ID, k));
+        for (uint32_t c = 0; c < 3; c++)
+            assert_ptr_equal(planes.sub[k].albedo[c], samples_u16(s, PLANE_SUB_ALBEDO, 3 * k + c));
+    }
+    samples_destroy(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -188,6 +223,7 @@ int main(void)
         cmocka_unit_test(test_normals_are_read_as_they_are_packed),
         cmocka_unit_test(test_matches_are_those_of_one_by_one),
         cmocka_unit_test(test_what_is_met_is_stored),
+        cmocka_unit_test(test_planes_are_looked_up_once),
     };
     return cmocka_run_group_tests_name("sub_lanes", tests, NULL, NULL);
 }
