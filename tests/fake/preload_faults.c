@@ -232,10 +232,19 @@ void *realloc(void *old, size_t size)
     return fails(ALLOCATION) ? NULL : __libc_realloc(old, size);
 }
 
+/* blosc 1.21 does not look at what it gets, and has LZ4 write to address 0: a fault of the library,
+ * which nobody can keep it from. What dies of it is started again, as what aborts is. */
+static int is_blosc(const void *caller)
+{
+    Dl_info found;
+    return dladdr(caller, &found) && found.dli_fname && strstr(found.dli_fname, "libblosc");
+}
+
 int posix_memalign(void **out, size_t alignment, size_t size)
 {
     const int saved = errno;
-    void *block = fails(ALLOCATION) ? NULL : __libc_memalign(alignment, size);
+    const int checked = control && !is_blosc(__builtin_return_address(0));
+    void *block = checked && fails(ALLOCATION) ? NULL : __libc_memalign(alignment, size);
     errno = saved;
     if (!block) return ENOMEM;
     *out = block;
