@@ -76,8 +76,9 @@ void normals_unpack8(const uint16_t *packed, size_t count, size_t to, float *con
     for (size_t x = 0; x < count; x += NORMALS_RUN) {
         const size_t run = run_of(count - x);
         for (size_t i = 0; i < run; i++) {
-            codes.x[i] = (int8_t)(packed[x + i] & 0xffu);
-            codes.y[i] = (int8_t)(packed[x + i] >> 8);
+            const uint32_t code = packed[x + i];
+            codes.x[i] = (int32_t)(code << 24) >> 24; /* with its sign */
+            codes.y[i] = (int32_t)(code << 16) >> 24;
         }
         unpack_some(&codes, 127.0f, run, out, to + x);
     }

@@ -26,10 +26,12 @@ static void match_surfaces(const struct resolver *r, size_t i, uint32_t k, uint3
     }
 }
 
+/* plain: zeros. */
 static void find_plain(const struct resolver *r, size_t i, uint32_t count, int32_t *restrict plain)
 {
     const struct patch *p = r->patch;
-    for (uint32_t j = 0; j < count; j++) plain[j] = p->depth ? -(p->depth[i + j] > 0.0f) : 0;
+    if (!p->depth) return;
+    for (uint32_t j = 0; j < count; j++) plain[j] = -(p->depth[i + j] > 0.0f);
     for (uint32_t k = 0; k < r->subs; k++) {
         match_surfaces(r, i, k, count, plain);
         if (p->id && p->sub_id[k]) match_ids(p->id + i, p->sub_id[k] + i, count, plain);

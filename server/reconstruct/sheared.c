@@ -78,8 +78,10 @@ static void find_slots(struct sheared *s)
     s->kernels->mark_walks(&s->field, 0, rows, s->rows.count, s->needs[0]);
     s->columns = (struct sheared_list){columns, collect(s, true, columns), 0};
     s->slots = most_kept(s, &s->columns);
-    for (uint32_t k = 0; k < s->columns.count; k++)
+    for (uint32_t k = 0; k < s->columns.count; k++) {
+        assert(s->slots > 0); /* whoever is listed is kept */
         s->receivers->pixels.slot[columns[k]] = (int32_t)(k % s->slots);
+    }
 }
 
 static size_t align_up(size_t bytes)

@@ -9,9 +9,9 @@
 /* How far outside of the pixels asked for it looks, beside WEDGE_FILL_PX for their slopes. */
 #define SHEARED_REACH_PX (2 * SHADOW_REACH_PX)
 
-/* Filters `count` pixels, row by row from the top, which are lit, have a wedge and lie SHEARED_REACH_PX within the
- * receivers' rect; the receivers get slots. seen[k] becomes the seen fraction of pixel k's
- * irradiance, or -1 where no neighbour says anything. ERR_MEMORY. */
+/* Filters `count` pixels, row by row from the top, which are lit, have a wedge and lie
+ * SHEARED_REACH_PX within the receivers' rect; the receivers get slots. seen[k] becomes the seen
+ * fraction of pixel k's irradiance, or -1 where no neighbour says anything. ERR_MEMORY. */
 int sheared_filter(const struct receiver_light *light, const struct patch *patch,
                    const struct coverage *coverage, const struct shadow_kernels *kernels,
                    struct receivers *receivers, const uint32_t *pixels, uint32_t count,
