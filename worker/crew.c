@@ -160,9 +160,12 @@ int crew_create(uv_loop_t *loop, const struct tracing *tracing, unsigned threads
         return ERR_IO;
     }
     crew->results.data = crew;
-    uv_poll_start(&crew->results, UV_READABLE, on_results);
     pthread_mutex_init(&crew->mutex, NULL);
     pthread_cond_init(&crew->ready, NULL);
+    if (uv_poll_start(&crew->results, UV_READABLE, on_results)) {
+        crew_close(crew, NULL, NULL);
+        return ERR_IO;
+    }
     for (unsigned i = 0; i < threads; i++) {
         int e = start_thread(crew, &crew->threads[i]);
         if (e == 0) continue;

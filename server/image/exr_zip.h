@@ -9,6 +9,7 @@ struct exr_zip;
 
 /* NULL: memory is exhausted. */
 struct exr_zip *exr_zip_create(void);
+
 /* Nulls the pointer, which may be NULL. */
 void exr_zip_destroy(struct exr_zip **zip);
 

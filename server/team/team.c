@@ -20,9 +20,9 @@ struct task_queue {
 
 struct team {
     uv_loop_t *loop;
-    uv_poll_t
-        results; /* of results_fd, to which whoever finishes something writes; uv_async has the
-                    loop spin for as long as its sender is kept off the CPU (libuv 1.44) */
+    /* Of results_fd, to which whoever finishes something writes: uv_async has the loop spin for as
+     * long as its sender is kept off the CPU (libuv 1.44). */
+    uv_poll_t results;
     int results_fd;
     char name[NAME_BYTES];
     unsigned pending; /* the loop's thread alone */

@@ -180,7 +180,7 @@ static void nothing_is_plain_where_errors_are_asked_for(void **state)
     for (int k = 0; k < WIDTH; k++) assert_int_equal(run.plain[k], 0);
 }
 
-static void missing_planes_leave_nothing_plain(void **state)
+static void planes_may_be_missing(void **state)
 {
     struct patch patch;
     struct lighting lighting;
@@ -254,7 +254,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(runs_are_their_pixels),
         cmocka_unit_test(nothing_is_plain_where_errors_are_asked_for),
-        cmocka_unit_test(missing_planes_leave_nothing_plain),
+        cmocka_unit_test(planes_may_be_missing),
         cmocka_unit_test(blocks_are_their_pixels),
     };
     return cmocka_run_group_tests_name("resolve_run", tests, NULL, NULL);
