@@ -4,6 +4,7 @@
 
 #include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 /* What of a pixel asks its neighbours. */
@@ -33,5 +34,35 @@ LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, f
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     *squared = d2;
     return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
+           ((off <= p->plane_least) | (off * off <= share * d2));
+}
+
+/* What the lanes of one vector ask. */
+struct asker_lanes {
+    lanes_vector point[3], normal[3];
+    lanes_vector plane_least, distance_most2;
+};
+
+static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, size_t first)
+{
+    struct asker_lanes a;
+    for (int k = 0; k < 3; k++) {
+        a.point[k] = lanes_load_vector(p->point[k] + first);
+        a.normal[k] = lanes_load_vector(p->normal[k] + first);
+    }
+    a.plane_least = lanes_load_vector(p->plane_least + first);
+    a.distance_most2 = lanes_load_vector(p->distance_most2 + first);
+    return a;
+}
+
+/* compatible_point of each lane. */
+LANES_INLINE lanes_mask compatible_lanes(const struct asker_lanes *p, const lanes_vector point[3],
+                                         const lanes_vector normal[3])
+{
+    lanes_vector d[3];
+    for (int k = 0; k < 3; k++) d[k] = point[k] - p->point[k];
+    const lanes_vector off = lanes_positive(lanes_dot(d, p->normal)), d2 = lanes_dot(d, d);
+    const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
+    return (lanes_dot(p->normal, normal) >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
            ((off <= p->plane_least) | (off * off <= share * d2));
 }
