@@ -7,7 +7,7 @@
 #include "server/reconstruct/blur_lanes.h"
 #include "server/reconstruct/edge_lanes.h"
 #include "server/reconstruct/estimate_lanes.h"
-#include "server/reconstruct/project_lanes.h"
+#include "server/reconstruct/project_row_lanes.h"
 #include "server/reconstruct/receiver_lanes.h"
 #include "server/reconstruct/slope_lanes.h"
 #include "server/reconstruct/unoccluded_lanes.h"
