@@ -1,5 +1,5 @@
-// scene_files.mjs SCENE SPP FOLDER: a scene of the accuracy bench as files for programs that trace
-// without a coordinator: SCENE.glb, and SCENE.json, a job with the sheared filter that takes the
+// scene_files.mjs SCENE SPP FOLDER [SIDE_PX]: a scene of the accuracy bench as files for programs that
+// trace without a coordinator: SCENE.glb, and SCENE.json, a job with the sheared filter that takes the
 // scene as a blob.
 import { writeFileSync } from "node:fs";
 import { resolve } from "node:path";
@@ -7,13 +7,12 @@ import { referenceJob } from "./accuracy/job.mjs";
 import { SEED } from "./accuracy/measure.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
-const SIDE = 512;
-const [name, spp, folder] = process.argv.slice(2);
+const [name, spp, folder, side = 512] = process.argv.slice(2);
 const scene = scenes.find((s) => s.name === name);
 if (!scene || !folder) {
-  console.error("usage: scene_files.mjs SCENE SPP FOLDER");
+  console.error("usage: scene_files.mjs SCENE SPP FOLDER [SIDE_PX]");
   process.exit(2);
 }
 writeFileSync(`${folder}/${name}.glb`, scene.glb(resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes")));
-writeFileSync(`${folder}/${name}.json`, JSON.stringify({ ...referenceJob(scene, SIDE),
+writeFileSync(`${folder}/${name}.json`, JSON.stringify({ ...referenceJob(scene, { side: Number(side) }),
   sampling: { spp: Number(spp), seed: SEED }, filter: { method: "sheared" }, layers: ["beauty", "diffuse_direct"] }));

@@ -30,6 +30,15 @@ check "workers, resolutions, triangles: wall time by stage" lines '[.[] | select
 check "six kinds of skips, all held" lines '[.[] | select(.part == "skips")] | ([.[].skip] | unique) == ["block", "effect", "light", "pixel", "plane", "ray"] and all(.[]; .holds and .wrong == [])'
 check "skips save rays, bytes or filtering" lines 'all(.[] | select(.part == "skips"); .spare.rays < .need.rays or .spare.bytes < .need.bytes or .spare.cpu_s < .need.cpu_s)'
 
+# Programs that trace without a coordinator: what `make bench part=blockers` runs, on a tiny picture.
+blockers() {
+    node tests/bench/scene_files.mjs contacts 9 "$tmp" 48 &&
+        "$build/shearwater-import" --root "$tmp" --in contacts.glb --out "$tmp/contacts.blob" >/dev/null &&
+        "$build/tests/bench/exr_reference" "$tmp/contacts.blob" "$tmp/contacts.json" 4 1 "$tmp/contacts.exr" &&
+        "$build/tests/bench/exr_blockers" "$tmp/contacts.blob" "$tmp/contacts.json" "$tmp/contacts.exr" | jq -e '.closest_rmse > 0 and .any_hit_rmse > 0'
+}
+check "a scene of the bench as files for programs without a coordinator" blockers
+
 # The gate: figures that were better by 10 % before, one that is gone, and times within what is allowed.
 tampered() {
     jq '.smoke.figures |= with_entries(if .key == "box constant 16 spp: RMSE" then .value.value *= 0.9 else . end)' tests/bench/figures.json >"$tmp/figures.json"
