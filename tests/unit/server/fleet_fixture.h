@@ -48,7 +48,7 @@ static inline bool next_tile(void *ctx, const struct fleet_asker *asker, struct 
     *out = (struct fleet_tile){.frame_id = 7,
                                .index = w->next_index++,
                                .generation = w->generation,
-                               .pass = {41, 1000, 20, 4},
+                               .pass = {.number = 41, .first = 1000, .count = 20, .strata = 4},
                                .rect = {0, 0, 32, 32}};
     return true;
 }
