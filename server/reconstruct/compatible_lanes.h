@@ -7,6 +7,8 @@
 #include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
 
+_Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
+
 /* What of a pixel asks its neighbours. */
 struct asker {
     float point[3], normal[3];

@@ -5,7 +5,6 @@
 
 #include "server/reconstruct/fused.h"
 #include "server/reconstruct/lanes_inline.h"
-#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/shadow_lanes.h"
 
 #define PROJECT_LANES 16

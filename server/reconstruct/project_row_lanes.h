@@ -3,7 +3,11 @@
  * in order, so that sums stay in registers. */
 #include <string.h>
 
+#include "server/reconstruct/fused.h"
+#include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/project_lanes.h"
+#include "server/reconstruct/shadow_lanes.h"
 
 #define PROJECT_CHUNK   16 /* nodes whose sums do */
 #define PROJECT_VECTORS (2 * PROJECT_CHUNK / LANES_PER_VECTOR)
@@ -108,10 +112,12 @@ LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, con
     }
 }
 
-#if LANES_PER_VECTOR == 16
-/* Where a stratum has eight nodes, a pixel's are two registers, and weights another: shifted there
+#define PROJECT_CELL_NODES 8 /* that a cell of nine samples weighs */
+
+#ifdef __AVX512F__
+/* Where a cell weighs eight nodes, a pixel's are two registers, and weights another: shifted there
  * they are at hand sooner than what lies across two cache lines. */
-#define PROJECT_EIGHT 8
+
 /* Pixels that take turns: the steps of a sum wait for each other. */
 #define PROJECT_TURNS 4
 
@@ -122,9 +128,33 @@ LANES_INLINE __m512i project_twice(const struct project_row *row, float g)
     const uint32_t phase = (uint32_t)(g * SHADOW_PHASES);
     fused_eight bend = fused(row->slope, g, row->base) - none;
     fused_add_8(&slope, &nodes, &bend);
-    const fused_eight w = *(const fused_eight *)(row->weights + phase * PROJECT_EIGHT) * bend;
+    const fused_eight w = *(const fused_eight *)(row->weights + phase * PROJECT_CELL_NODES) * bend;
     const __m512i order = _mm512_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
     return _mm512_permutexvar_epi32(order, _mm512_castps_si512(_mm512_castps256_ps512((__m256)w)));
+}
+
+/* Eight pairs of sixteen from pair n on, n < 8: the instruction has n in it, and loops over it are
+ * unrolled. */
+LANES_INLINE lanes_vector project_shift(__m512i low, __m512i high, int n)
+{
+    switch (n) {
+    case 0:
+        return (lanes_vector)low;
+    case 1:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 1);
+    case 2:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 2);
+    case 3:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 3);
+    case 4:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 4);
+    case 5:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 5);
+    case 6:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 6);
+    default:
+        return (lanes_vector)_mm512_alignr_epi64(high, low, 7);
+    }
 }
 
 /* Adds two numbers of cell c to a pixel's nodes. */
@@ -132,16 +162,16 @@ LANES_INLINE void project_shifted(int c, __m512i weights, lanes_vector two,
                                   lanes_vector sums[PROJECT_VECTORS])
 {
     const __m512i none = _mm512_setzero_si512();
-    const lanes_vector low = (lanes_vector)_mm512_alignr_epi64(weights, none, 7 - c);
-    const lanes_vector high = (lanes_vector)_mm512_alignr_epi64(none, weights, 7 - c);
-    if (c < PROJECT_EIGHT - 1) sums[0] = lanes_fused(low, two, sums[0]);
-    sums[1] = lanes_fused(high, two, sums[1]);
+    const int last = PROJECT_CELL_NODES - 1;
+    if (c < last) sums[0] = lanes_fused(project_shift(none, weights, last - c), two, sums[0]);
+    sums[1] = lanes_fused(project_shift(weights, none, last - c), two, sums[1]);
 }
 
-LANES_INLINE void project_eight(const struct shadow_field *f, const uint32_t *pixels,
+/* Of up to PROJECT_TURNS pixels. */
+LANES_INLINE void project_turns(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, const float *cells)
 {
-    enum { USED = 2 * PROJECT_EIGHT };
+    enum { USED = 2 * PROJECT_CELL_NODES };
     __m512i even[PROJECT_TURNS], odd[PROJECT_TURNS];
     lanes_vector sums[PROJECT_TURNS][PROJECT_VECTORS];
     for (uint32_t i = 0; i < count; i++) {
@@ -151,9 +181,9 @@ LANES_INLINE void project_eight(const struct shadow_field *f, const uint32_t *pi
         for (int v = 0; v < PROJECT_VECTORS; v++) sums[i][v] = (lanes_vector){0};
     }
 #pragma GCC unroll 8
-    for (int c = 0; c < PROJECT_EIGHT; c++)
+    for (int c = 0; c < PROJECT_CELL_NODES; c++)
         for (uint32_t i = 0; i < count; i++) {
-            const float *cell = cells + (size_t)4 * (PROJECT_EIGHT * i + (uint32_t)c);
+            const float *cell = cells + (size_t)4 * (PROJECT_CELL_NODES * i + (uint32_t)c);
             project_shifted(c, even[i], project_pair(cell), sums[i]);
             project_shifted(c, odd[i], project_pair(cell + 2), sums[i]);
         }
@@ -167,22 +197,28 @@ LANES_INLINE void project_eight(const struct shadow_field *f, const uint32_t *pi
 static void project_rows_eight(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                                const float *cells)
 {
+    const size_t each = 4 * PROJECT_CELL_NODES;
     uint32_t k = 0;
     for (; k + PROJECT_TURNS <= count; k += PROJECT_TURNS)
-        project_eight(f, pixels + k, PROJECT_TURNS, cells + (size_t)k * 4 * PROJECT_EIGHT);
-    for (; k < count; k++) project_eight(f, pixels + k, 1, cells + (size_t)k * 4 * PROJECT_EIGHT);
+        project_turns(f, pixels + k, PROJECT_TURNS, cells + k * each);
+    for (; k < count; k++) project_turns(f, pixels + k, 1, cells + k * each);
 }
+
+#else
+
+static void project_rows_eight(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
+                               const float *cells)
+{
+    project_rows(f, PROJECT_CELL_NODES, pixels, count, cells);
+}
+
 #endif
 
 static void kernel_project_rows(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, const float *cells)
 {
-    if (f->scale != 8)
-        project_rows(f, f->scale, pixels, count, cells);
-    else
-#if LANES_PER_VECTOR == 16
+    if (f->scale == PROJECT_CELL_NODES)
         project_rows_eight(f, pixels, count, cells);
-#else
-        project_rows(f, 8, pixels, count, cells);
-#endif
+    else
+        project_rows(f, f->scale, pixels, count, cells);
 }

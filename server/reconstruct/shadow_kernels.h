@@ -187,5 +187,6 @@ struct shadow_kernels {
 /* One for each of build_isa()'s names; shadow_kernels_c runs anywhere. */
 extern const struct shadow_kernels shadow_kernels_c, shadow_kernels_avx2, shadow_kernels_avx512;
 
-/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
+/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits of finite
+ * numbers. */
 const struct shadow_kernels *shadow_kernels_best(void);

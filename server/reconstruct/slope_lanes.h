@@ -4,10 +4,14 @@
 
 #include "server/reconstruct/compatible_lanes.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/lanes_vector.h"
+#include "server/reconstruct/shadow_lanes.h"
 
 #define SLOPES_SIDE    5
 #define SLOPES_REACH   (SLOPES_SIDE / 2)
 #define SLOPES_COLUMNS (SHADOW_LANES + SLOPES_SIDE - 1) /* that pixels side by side look at */
+/* Of a pixel at least SLOPES_REACH from the edges they reach SHADOW_LANES - 1 past the planes. */
+_Static_assert(SHADOW_LANES - 1 <= SHADOW_PLANE_PAD, "vectors of all lanes");
 
 /* Neighbours in a row: where it begins. */
 struct slopes_row {
@@ -34,14 +38,14 @@ static inline struct slopes_row slopes_look(const struct shadow_pixels *p, size_
                                b + from};
 }
 
-/* Does any of the neighbours have values? */
-static inline int slopes_has_values(const struct slopes_row *row)
+/* Does any of the neighbours have values? The last vector overlaps the one before. */
+static inline bool slopes_has_values(const struct slopes_row *row)
 {
-    struct lanes_whole has = {0};
+    lanes_mask has = {0};
     for (size_t i = 0; i + LANES_PER_VECTOR <= SLOPES_COLUMNS; i += LANES_PER_VECTOR)
-        has.v[0] |= ~(lanes_load_vector(row->a + i) < 0.0f);
-    has.v[0] |= ~(lanes_load_vector(row->a + SLOPES_COLUMNS - LANES_PER_VECTOR) < 0.0f);
-    return lanes_any(&has);
+        has |= ~(lanes_load_vector(row->a + i) < 0.0f);
+    has |= ~(lanes_load_vector(row->a + SLOPES_COLUMNS - LANES_PER_VECTOR) < 0.0f);
+    return lanes_signs(has) != 0;
 }
 
 /* Of the lanes of one vector: how many, sum of a, sum of b. */

@@ -11,8 +11,6 @@
 #include "server/reconstruct/lanes_vector.h"
 #include "server/reconstruct/walk_group_lanes.h"
 
-_Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
-
 #define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
 
 /* What a tap reads of its neighbours, in the order of these. */

@@ -9,7 +9,7 @@ import { scenes } from "./scenes/scenes.mjs";
 
 const [name, spp, folder, side = 512] = process.argv.slice(2);
 const scene = scenes.find((s) => s.name === name);
-if (!scene || !folder) {
+if (!scene || !folder || !(Number(side) > 0)) {
   console.error("usage: scene_files.mjs SCENE SPP FOLDER [SIDE_PX]");
   process.exit(2);
 }

@@ -32,7 +32,8 @@ check "skips save rays, bytes or filtering" lines 'all(.[] | select(.part == "sk
 
 # Programs that trace without a coordinator: what `make bench part=blockers` runs, on a tiny picture.
 blockers() {
-    node tests/bench/scene_files.mjs contacts 9 "$tmp" 48 &&
+    node tests/bench/scene_files.mjs contacts 9 "$tmp" && jq -e '.image.width == 512' "$tmp/contacts.json" &&
+        node tests/bench/scene_files.mjs contacts 9 "$tmp" 48 &&
         "$build/shearwater-import" --root "$tmp" --in contacts.glb --out "$tmp/contacts.blob" >/dev/null &&
         "$build/tests/bench/exr_reference" "$tmp/contacts.blob" "$tmp/contacts.json" 4 1 "$tmp/contacts.exr" &&
         "$build/tests/bench/exr_blockers" "$tmp/contacts.blob" "$tmp/contacts.json" "$tmp/contacts.exr" | jq -e '.closest_rmse > 0 and .any_hit_rmse > 0'
