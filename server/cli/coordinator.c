@@ -8,10 +8,11 @@
 
 #include "server/http/http.h"
 
-/* Who watches learns of the end; then what is being answered when it begins has so long to get out.
- */
+/* Who watches learns of the end, and what is being answered when it begins gets out: so long at
+ * least while somebody is connected, and so long at most. */
 #define FAREWELL_MS      100
 #define FAREWELL_MOST_MS 10000
+#define FAREWELL_LOOK_MS 2
 
 struct coordinator {
     uv_loop_t loop;
@@ -51,8 +52,11 @@ static void close_rooms(struct coordinator *c)
 static void on_farewell(uv_timer_t *timer)
 {
     struct coordinator *c = timer->data;
-    const bool is_late = uv_now(&c->loop) - c->ending_ms >= FAREWELL_MOST_MS;
-    if (!c->closed && (is_late || http_in_work(c->http) == 0)) close_rooms(c);
+    const uint64_t spent_ms = uv_now(&c->loop) - c->ending_ms;
+    const bool is_late = spent_ms >= FAREWELL_MOST_MS;
+    const bool is_answered = spent_ms >= FAREWELL_MS && http_in_work(c->http) == 0;
+    if (c->closed) return;
+    if (is_late || is_answered || http_connections(c->http) == 0) close_rooms(c);
 }
 
 static void on_signal(uv_signal_t *handle, int signal)
@@ -63,7 +67,7 @@ static void on_signal(uv_signal_t *handle, int signal)
     if (c->stopping) c->stopping(signal);
     http_drain(c->http);
     c->ending_ms = uv_now(&c->loop);
-    uv_timer_start(&c->farewell, on_farewell, FAREWELL_MS, FAREWELL_MS);
+    uv_timer_start(&c->farewell, on_farewell, FAREWELL_LOOK_MS, FAREWELL_LOOK_MS);
 }
 
 static void on_hangup(uv_signal_t *handle, int signal)
@@ -99,9 +103,10 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
 {
     const char *data = options->places->data;
     int error = objects_open(&c->objects, data);
+    c->objects.ephemeral = options->ephemeral;
     const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
     if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
-    if (!error) error = job_store_open(&c->loop, data, &c->store);
+    if (!error) error = job_store_open(&c->loop, data, options->ephemeral, &c->store);
     if (!error) {
         job_store_set_assets(c->store, &c->objects, c->asset_usage);
         job_store_resume_removals(c->store);
@@ -129,7 +134,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,
-                                .spools = c->spools,
+                                .spools = options->ephemeral ? NULL : c->spools,
                                 .streams = c->streams,
                                 .team = c->team,
                                 .import_program = options->places->import};

@@ -27,6 +27,8 @@ struct coordinator_options {
     unsigned workers;          /* local ones */
     unsigned worker_threads;   /* of each */
     unsigned team_threads;     /* reconstruction and encoding */
+    bool ephemeral; /* the data folder goes when it ends: nothing waits for the disk, no tile is
+                       kept for a restart */
 };
 
 /* Takes up unfinished jobs and listens. On failure nothing is left; *fault says what and why. */

@@ -3,16 +3,21 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
+#include <math.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/pidfd.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
-#define STOP_TRIES 400 /* of 25 ms: the server's own deadline for its workers is 5 s */
+#include "server/cli/cli.h"
+
+#define PATIENCE_MS 10000 /* the server's own deadline for its workers is 5 s */
 
 static int make_data_dir(struct private_server *s, struct fault *fault)
 {
@@ -25,20 +30,16 @@ static int make_data_dir(struct private_server *s, struct fault *fault)
     return error;
 }
 
-/* In the child: becomes `shearwater serve`, its standard output the pipe. */
-static void become_server(const struct private_server *s, unsigned workers, unsigned threads,
-                          int out)
+/* In the child: goes on as `shearwater serve`, its standard output the pipe. Not by exec, which
+ * would load and bind dozens of libraries once more: 5 ms of a picture that takes 100. */
+_Noreturn static void become_server(const struct private_server *s, unsigned workers,
+                                    unsigned threads, const int ends[2])
 {
-    char worker_text[16], thread_text[16], program[4096];
-    ssize_t n = readlink("/proc/self/exe", program, sizeof program - 1);
-    if (n < 0) _exit(127);
-    program[n] = '\0';
+    char worker_text[16], thread_text[16];
     snprintf(worker_text, sizeof worker_text, "%u", workers == PRIVATE_SERVER_ALONE ? 0 : workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
-    char *argv[14] = {program,    "serve",
-                      "--listen", "127.0.0.1:0",
-                      "--data",   (char *)s->data_dir,
-                      "--quiet",  "--exit-with-parent"};
+    char *argv[14] = {"serve",       "--listen", "127.0.0.1:0",       "--data", (char *)s->data_dir,
+                      "--ephemeral", "--quiet",  "--exit-with-parent"};
     int n_args = 8;
     if (workers > 0) {
         argv[n_args++] = "--workers";
@@ -48,11 +49,14 @@ static void become_server(const struct private_server *s, unsigned workers, unsi
         argv[n_args++] = "--worker-threads";
         argv[n_args++] = thread_text;
     }
-    dup2(out, STDOUT_FILENO);
+    dup2(ends[1], STDOUT_FILENO);
+    close(ends[0]);
+    close(ends[1]);
     /* Ctrl-C goes to the command, which then stops its server in order. */
     setpgid(0, 0);
-    execv(program, argv);
-    _exit(127);
+    signal(SIGINT, SIG_DFL);
+    signal(SIGTERM, SIG_DFL);
+    exit(cli_serve(n_args, argv));
 }
 
 /* Reads "listening on URL" from the child. */
@@ -85,8 +89,9 @@ int private_server_start(struct private_server *s, unsigned workers, unsigned wo
         error = fault_set(fault, ERR_IO, "", "pipe: %s", strerror(errno));
         goto fail;
     }
+    fflush(NULL); /* what waits to be written is not the child's, too */
     s->pid = fork();
-    if (s->pid == 0) become_server(s, workers, worker_threads, ends[1]);
+    if (s->pid == 0) become_server(s, workers, worker_threads, ends);
     close(ends[1]);
     if (s->pid < 0) {
         s->pid = 0;
@@ -101,24 +106,40 @@ fail:
     return error;
 }
 
+static double clock_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+}
+
 static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *where)
 {
     (void)info, (void)kind, (void)where;
     return remove(path);
 }
 
+/* Waits until the child has ended, or for `patience_ms`. False: it still runs. */
+static bool await_end(pid_t pid, int patience_ms, struct rusage *used)
+{
+    struct pollfd end = {.fd = pidfd_open(pid, 0), .events = POLLIN};
+    if (end.fd < 0) return wait4(pid, NULL, 0, used) == pid; /* there is no descriptor left */
+    const double deadline_ms = clock_ms() + patience_ms;
+    double left_ms = patience_ms;
+    while (left_ms > 0.0 && poll(&end, 1, (int)ceil(left_ms)) < 0 && errno == EINTR)
+        left_ms = deadline_ms - clock_ms();
+    close(end.fd);
+    return wait4(pid, NULL, WNOHANG, used) == pid;
+}
+
 void private_server_stop(struct private_server *s, struct rusage *usage)
 {
     struct rusage used = {0};
-    int status;
     if (s->pid > 0) {
         kill(s->pid, SIGTERM);
-        int tries = 0;
-        while (wait4(s->pid, &status, WNOHANG, &used) == 0 && tries++ < STOP_TRIES)
-            nanosleep(&(struct timespec){.tv_nsec = 25000000}, NULL);
-        if (tries >= STOP_TRIES) {
+        if (!await_end(s->pid, PATIENCE_MS, &used)) {
             kill(s->pid, SIGKILL);
-            wait4(s->pid, &status, 0, &used);
+            wait4(s->pid, NULL, 0, &used);
         }
         s->pid = 0;
     }

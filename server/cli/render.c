@@ -205,6 +205,7 @@ int cli_render(int argc, char **argv)
     if (!error) client_stop_on(client, &interrupted);
     if (!error) error = render(client, argv[1], document, &o, &progress, &job, &fault);
     double wall_s = now_s() - start_s;
+    client_destroy(&client); /* a server that nobody is connected to ends at once */
     private_server_stop(&server, &usage);
     if (!error && o.stats) error = save_statistics(job, o.stats, wall_s, &usage, &fault);
     if (error) {
@@ -217,7 +218,6 @@ int cli_render(int argc, char **argv)
         say_done(&progress, &o, wall_s);
         status = 0;
     }
-    client_destroy(&client);
     json_decref(document);
     json_decref(job);
     return status;

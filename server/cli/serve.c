@@ -79,7 +79,7 @@ static int serve(const struct coordinator_options *options)
 
 struct serve_choices {
     const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format;
-    bool with_parent, quiet;
+    bool with_parent, ephemeral, quiet;
     long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s, stream_share;
 };
 
@@ -129,6 +129,10 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"log-format", 0, OPTION_TEXT, "FORMAT",
          "of the log on stderr: text, or json (an object a line); default text", 0, 0, &o->format},
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &o->quiet},
+        {"ephemeral", 0, OPTION_FLAG, NULL,
+         "the data folder goes when this ends: nothing waits for the disk, no tile is kept for a "
+         "restart",
+         0, 0, &o->ephemeral},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
          0, &o->with_parent},
     };
@@ -195,7 +199,8 @@ int cli_serve(int argc, char **argv)
                                                 .worker_key = o.worker_key,
                                                 .workers = (unsigned)o.workers,
                                                 .worker_threads = (unsigned)o.threads,
-                                                .team_threads = (unsigned)cores};
+                                                .team_threads = (unsigned)cores,
+                                                .ephemeral = o.ephemeral};
     status = serve(&options);
     places_leave(&places);
     log_end(&server_log);

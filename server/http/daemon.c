@@ -312,6 +312,11 @@ unsigned http_in_work(const struct http *http)
     return count;
 }
 
+unsigned http_connections(const struct http *http)
+{
+    return http->connections;
+}
+
 void http_drain(struct http *http)
 {
     http->draining = true;

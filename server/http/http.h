@@ -44,4 +44,6 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 void http_drain(struct http *http);
 /* Requests whose answers have not gone out. */
 unsigned http_in_work(const struct http *http);
+/* Connections that are open. */
+unsigned http_connections(const struct http *http);
 void http_destroy(struct http **http);

@@ -87,16 +87,18 @@ struct job_database {
     char *path;  /* owned */
     sqlite3 *db; /* NULL: it could not be opened again */
     sqlite3_stmt *statements[QUERY_COUNT];
+    bool ephemeral;
     bool suspect; /* a file of it failed: this connection may never write again */
 };
 
-int job_database_open(const char *path, struct job_database **out)
+int job_database_open(const char *path, bool ephemeral, struct job_database **out)
 {
     *out = NULL;
     struct job_database *db = calloc(1, sizeof *db);
     if (!db) return ERR_MEMORY;
     db->path = strdup(path);
-    int error = db->path ? job_schema_open(path, &db->db) : ERR_MEMORY;
+    db->ephemeral = ephemeral;
+    int error = db->path ? job_schema_open(path, ephemeral, &db->db) : ERR_MEMORY;
     if (error)
         job_database_close(&db);
     else
@@ -130,7 +132,7 @@ int job_database_refresh(struct job_database *db, bool to_write)
     int error = job_schema_probe(db->path);
     if (error) return error;
     close_connection(db);
-    error = job_schema_open(db->path, &db->db);
+    error = job_schema_open(db->path, db->ephemeral, &db->db);
     db->suspect = error != 0;
     return error;
 }

@@ -6,7 +6,8 @@
 
 struct job_database;
 
-int job_database_open(const char *path, struct job_database **out);
+/* ephemeral: nothing waits for the disk. */
+int job_database_open(const char *path, bool ephemeral, struct job_database **out);
 void job_database_close(struct job_database **db);
 
 /* Between batches, before anything else: opens it anew after a file of it failed. SQLite goes on

@@ -113,7 +113,7 @@ static int migrate(sqlite3 *db)
     return error;
 }
 
-int job_schema_open(const char *path, sqlite3 **out)
+int job_schema_open(const char *path, bool ephemeral, sqlite3 **out)
 {
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     sqlite3 *db = NULL;
@@ -123,8 +123,11 @@ int job_schema_open(const char *path, sqlite3 **out)
     if (!error && sqlite3_db_readonly(db, "main") != 0) error = ERR_IO;
     if (!error) {
         sqlite3_busy_timeout(db, BUSY_MS);
-        error = run(db, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
-                        "PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF");
+        error = run(db, ephemeral ? "PRAGMA synchronous = OFF" : "PRAGMA synchronous = FULL");
+    }
+    if (!error) {
+        error = run(db, "PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;"
+                        "PRAGMA trusted_schema = OFF");
     }
     if (!error) error = migrate(db);
     if (error) {

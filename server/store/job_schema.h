@@ -1,11 +1,12 @@
 #pragma once
 /* The database of jobs: how it is opened, and how an older one becomes today's. */
 #include <sqlite3.h>
+#include <stdbool.h>
 
-/* Opens or creates `path`: WAL, synchronous=FULL, foreign keys, the newest schema. The connection
- * is without a mutex of its own: one thread at a time. ERR_IO, ERR_VERSION for a schema from a
- * newer program, ERR_CORRUPT for a file that is no database. */
-int job_schema_open(const char *path, sqlite3 **out);
+/* Opens or creates `path`: WAL, synchronous=FULL (ephemeral: OFF), foreign keys, the newest schema.
+ * The connection is without a mutex of its own: one thread at a time. ERR_IO, ERR_VERSION for a
+ * schema from a newer program, ERR_CORRUPT for a file that is no database. */
+int job_schema_open(const char *path, bool ephemeral, sqlite3 **out);
 
 /* Can a file beside the database be made, written and synced now? 0, ERR_NO_SPACE, ERR_IO. */
 int job_schema_probe(const char *path);

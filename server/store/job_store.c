@@ -315,7 +315,7 @@ static void close_files(struct job_store *store)
     if (store->lock_fd >= 0) close(store->lock_fd);
 }
 
-int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out)
+int job_store_open(uv_loop_t *loop, const char *dir, bool ephemeral, struct job_store **out)
 {
     *out = NULL;
     struct job_store *store = calloc(1, sizeof *store);
@@ -324,7 +324,7 @@ int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out)
     char path[4352];
     int error = lock_dir(dir, &store->lock_fd);
     snprintf(path, sizeof path, "%s/jobs.sqlite", dir);
-    if (!error) error = job_database_open(path, &store->db);
+    if (!error) error = job_database_open(path, ephemeral, &store->db);
     if (!error) error = job_batches_open(&store->batches, loop, store->db, on_performed, store);
     if (error) {
         close_files(store);

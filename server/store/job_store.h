@@ -41,8 +41,8 @@ struct frame_row {
 
 /* Opens or creates DIR/jobs.sqlite and holds DIR/jobs.lock. ERR_IO, ERR_VERSION for a newer schema,
  * ERR_CORRUPT for a file that is no database, ERR_STATE when another process has the folder open.
- */
-int job_store_open(uv_loop_t *loop, const char *dir, struct job_store **out);
+ * ephemeral: nothing waits for the disk, for a folder that goes with its process. */
+int job_store_open(uv_loop_t *loop, const char *dir, bool ephemeral, struct job_store **out);
 
 struct job_store_totals {
     struct duration_histogram

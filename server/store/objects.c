@@ -20,13 +20,23 @@ struct object_writer {
     char path[OBJECTS_PATH_BYTES];
 };
 
-static int sync_dir(const char *path)
+static int sync_folder(const char *path)
 {
     int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return error_of_errno(errno);
     int error = fsync(fd) ? error_of_errno(errno) : 0;
     close(fd);
     return error;
+}
+
+static int sync_file(const struct objects *o, int fd)
+{
+    return !o->ephemeral && fsync(fd) ? error_of_errno(errno) : 0;
+}
+
+static int sync_dir(const struct objects *o, const char *path)
+{
+    return o->ephemeral ? 0 : sync_folder(path);
 }
 
 int objects_sync_parent(const char *path)
@@ -37,7 +47,7 @@ int objects_sync_parent(const char *path)
     if (n == 0 || n >= sizeof parent) return ERR_LIMIT;
     memcpy(parent, path, n);
     parent[n] = '\0';
-    return sync_dir(parent);
+    return sync_folder(parent);
 }
 
 /* Makes a folder and its missing parents. */
@@ -87,6 +97,7 @@ int objects_open(struct objects *o, const char *dir)
 {
     if (snprintf(o->dir, sizeof o->dir, "%s", dir) >= (int)sizeof o->dir) return ERR_LIMIT;
     o->holds = &o->own_holds;
+    o->ephemeral = false;
     object_holds_init(o->holds);
     char path[OBJECTS_PATH_BYTES];
     snprintf(path, sizeof path, "%s/objects", o->dir);
@@ -96,7 +107,7 @@ int objects_open(struct objects *o, const char *dir)
     if (!error) error = make_dirs(path);
     if (error) return error;
     sweep(path);
-    return sync_dir(o->dir);
+    return sync_dir(o, o->dir);
 }
 
 void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES])
@@ -125,7 +136,7 @@ static int make_place(const struct objects *o, const struct digest *d, char out[
     if (!mkdir(out, 0777)) {
         char parent[OBJECTS_PATH_BYTES];
         snprintf(parent, sizeof parent, "%s/objects", o->dir);
-        return sync_dir(parent);
+        return sync_dir(o, parent);
     }
     return errno == EEXIST ? 0 : error_of_errno(errno);
 }
@@ -154,7 +165,7 @@ static int place_locked(const struct objects *o, const char *from, const struct 
     else if (rename(from, path))
         return error_of_errno(errno);
     /* Also when it was there: its writer may not have come to this line yet. */
-    return sync_dir(dir);
+    return sync_dir(o, dir);
 }
 
 /* Held before somebody else may remove it. */
@@ -213,12 +224,12 @@ static int hash_file(int fd, struct digest *out)
 }
 
 /* Hashes and syncs a file that somebody else has written. */
-static int seal_file(const char *path, struct digest *out)
+static int seal_file(const struct objects *o, const char *path, struct digest *out)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (fd < 0) return errno == ENOENT ? ERR_NOT_FOUND : error_of_errno(errno);
     int error = hash_file(fd, out);
-    if (!error && fsync(fd)) error = error_of_errno(errno);
+    if (!error) error = sync_file(o, fd);
     close(fd);
     return error;
 }
@@ -226,7 +237,7 @@ static int seal_file(const char *path, struct digest *out)
 int objects_adopt(const struct objects *o, const char *path, struct digest *out)
 {
     bool existed;
-    int error = seal_file(path, out);
+    int error = seal_file(o, path, out);
     return error ? error : place(o, path, out, &existed);
 }
 
@@ -299,9 +310,9 @@ const char *object_writer_path(const struct object_writer *w)
 static int writer_seal(struct object_writer *w, struct digest *out)
 {
     if (w->error) return w->error;
-    if (w->size_bytes == 0) return seal_file(w->path, out);
+    if (w->size_bytes == 0) return seal_file(w->objects, w->path, out);
     digest_finish(&w->hash, out);
-    return fsync(w->fd) ? error_of_errno(errno) : 0;
+    return sync_file(w->objects, w->fd);
 }
 
 int object_writer_finish(struct object_writer **writer, const struct digest *expected,
@@ -336,7 +347,7 @@ int objects_probe(const struct objects *o)
     int error = object_writer_begin(o, &w);
     if (error) return error;
     error = object_writer_append(w, nothing, sizeof nothing);
-    if (!error && fsync(w->fd)) error = error_of_errno(errno);
+    if (!error) error = sync_file(w->objects, w->fd);
     object_writer_abort(&w);
     return error;
 }

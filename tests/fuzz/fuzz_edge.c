@@ -114,7 +114,7 @@ static void show_job(void)
 static void open_rooms(void)
 {
     must(objects_open(&edge.objects, edge.dir) == 0);
-    must(job_store_open(&edge.loop, edge.dir, &edge.store) == 0);
+    must(job_store_open(&edge.loop, edge.dir, false, &edge.store) == 0);
     job_store_set_assets(edge.store, &edge.objects, NULL);
     must(spools_create(&edge.loop, edge.dir, &edge.spools) == 0);
     must(team_create(&edge.loop, "team", 1, &edge.team) == 0);

@@ -23,7 +23,7 @@ struct fixture {
 
 static inline int open_store(struct fixture *f)
 {
-    return job_store_open(&f->loop, f->dir, &f->store);
+    return job_store_open(&f->loop, f->dir, false, &f->store);
 }
 
 static inline void close_store(struct fixture *f)

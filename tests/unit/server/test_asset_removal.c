@@ -28,7 +28,7 @@ static int setup(void **state)
     if (!mkdtemp(f->dir) || uv_loop_init(&f->loop) || objects_open(&f->objects, f->dir)) return -1;
     *state = f;
     if (uv_timer_init(&f->loop, &f->pause)) return -1;
-    if (job_store_open(&f->loop, f->dir, &f->store)) return -1;
+    if (job_store_open(&f->loop, f->dir, false, &f->store)) return -1;
     job_store_set_assets(f->store, &f->objects, NULL);
     return 0;
 }

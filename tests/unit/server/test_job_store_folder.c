@@ -33,7 +33,7 @@ static void one_folder_has_one_owner(void **state)
 {
     struct fixture *f = *state;
     struct job_store *second;
-    assert_int_equal(job_store_open(&f->loop, f->dir, &second), ERR_STATE);
+    assert_int_equal(job_store_open(&f->loop, f->dir, false, &second), ERR_STATE);
     assert_null(second);
 }
 

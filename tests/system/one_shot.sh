@@ -1,0 +1,80 @@
+#!/usr/bin/env bash
+# What `shearwater render` waits for, besides its picture: the server of its own asks nothing of the disk, which
+# its data does not outlive, and ends as soon as nobody is connected to it; whoever is gets an answer first.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/one_shot.sh BUILD_DIR}
+. tests/tap.bash
+scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
+http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
+is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
+most() { [ "$1" -le "$2" ] || { echo "$1, more than $2"; return 1; }; }
+now_ms() { echo $(($(date +%s%N) / 1000000)); }
+cat >"$tmp/job.json" <<J
+{"scene": {"file": "$scene"}, "image": {"width": 64, "height": 48}, "sampling": {"spp": 4, "seed": 1}}
+J
+mkdir "$tmp/data_dirs"
+render() { TMPDIR=$tmp/data_dirs "$build/shearwater" render "$tmp/job.json" --quiet --workers 1 -o "$tmp/out.exr" "$@"; }
+
+# The disk: tests/fake/preload_faults.c counts what waits for it.
+if is_sanitized; then
+    skip "what waits for the disk" "a sanitizer's allocator cannot be preloaded before"
+else
+    preload=$(realpath -e "$build/tests/fake/preload_faults.so")
+    counted() { # counted COMMAND...: $syncs, of processes named shearwater
+        head -c 232 /dev/zero >"$tmp/control"
+        LD_PRELOAD=$preload FAULTS_FOR=shearwater FAULTS_CONTROL=$tmp/control "$@" &&
+            syncs=$(od -An -t d8 -j 32 -N 8 "$tmp/control" | tr -d ' ')
+    }
+    check "a picture is rendered" counted render
+    check "once its folder is made nothing of it waits for the disk" most "$syncs" 1
+    check "a server that keeps its data" counted serve_start "$tmp/kept" --workers 0
+    job=$(jq -c '.scene.asset = $asset | del(.scene.file)' --arg asset "$(sha256sum <"$scene" | cut -c1-64)" "$tmp/job.json")
+    http -T "$scene" -o "$tmp/body" "$url/v1/assets/$(jq -r .scene.asset <<<"$job")"
+    check "... takes a job" is "$(http -o "$tmp/body" -w '%{http_code}' -H 'Content-Type: application/json' "$url/v1/jobs" -d "$job")" 202
+    syncs=$(od -An -t d8 -j 32 -N 8 "$tmp/control" | tr -d ' ')
+    check "... and waits for the disk" most 5 "$syncs"
+    serve_stop
+fi
+
+# The end. A machine that is busy may be late: the quickest of some counts.
+late_ms=90
+quickest() { # quickest COMMAND: the least of what it prints, in some turns
+    local least=1000000 one
+    for _ in 1 2 3 4 5; do one=$("$@") && [ "$one" -lt $least ] && least=$one; done
+    echo $least
+}
+after_picture_ms() {
+    local begin end
+    begin=$(now_ms)
+    render --stats "$tmp/stats.json" || return 1
+    end=$(now_ms)
+    echo $((end - begin - $(jq '.wall_s * 1000 | floor' "$tmp/stats.json")))
+}
+check "the command ends with its picture" most "$(quickest after_picture_ms)" $((late_ms * slower))
+check "it leaves no folder" is "$(ls "$tmp/data_dirs")" ""
+ending_ms() {
+    serve_start "$tmp/idle" --workers 0 >&2 || return 1
+    local begin
+    begin=$(now_ms)
+    kill -TERM $server_pid
+    wait $server_pid >&2 || return 1
+    echo $(($(now_ms) - begin))
+}
+check "a server that nobody is connected to ends at once" most "$(quickest ending_ms)" $((late_ms * slower))
+
+connected() { # a request that comes when the end has begun, by a connection from before
+    serve_start "$tmp/idle" --workers 0 || return 1
+    exec 3<>"/dev/tcp/127.0.0.1/${url##*:}"
+    printf 'GET /livez HTTP/1.1\r\nHost: %s\r\n\r\n' "${url#http://}" >&3
+    sed -u '/^\r*$/q' <&3 >"$tmp/before"
+    kill -TERM $server_pid
+    sleep 0.02
+    printf 'GET /v1/jobs HTTP/1.1\r\nHost: %s\r\nConnection: close\r\n\r\n' "${url#http://}" >&3
+    timeout 10 cat <&3 >"$tmp/after"
+    exec 3>&-
+    wait $server_pid && grep -q 'HTTP/1.1 503 ' "$tmp/after"
+}
+answered() { for _ in 1 2 3 4 5; do connected && return 0; done; return 1; }
+check "who is connected is answered first" answered
+tap_done
