@@ -129,6 +129,23 @@ check "kernels beside their roofs are kept and shown" node --input-type=module -
     const html = roofSection(lines).html;
     assert.ok(html.indexOf("far") < html.indexOf("near"), "the farthest first");
     assert.equal(roofSection([]), null);'
+# What fails at last leaves lines of what did not: the part is not whole.
+half_measured() {
+    local folder=$tmp/half printed
+    mkdir -p "$folder/tests/bench"
+    says() { printf '#!/bin/sh\necho '"'%s'"'\nexit %s\n' "$2" "$3" >"$folder/tests/bench/$1"; }
+    says bench_brute '{"profile": "uniform", "rmse_ratio": 1, "time_ratio": 60}' 1
+    says bench_lens_brute '{"scene": "floor", "rmse_ratio": 9, "time_ratio": 60}' 0
+    says bench_v_plane '{"scene": "room", "time_ratio": 60}' 0
+    chmod +x "$folder"/tests/bench/*
+    tests/bench/run "$folder" brute >/dev/null 2>&1
+    [ $? -eq 2 ] || return 1
+    printed=$(tests/bench/run "$folder" lens_brute 2>/dev/null)
+    [ $? -eq 1 ] && grep -q '"value":9,"bound":"<= 1.05"' <<<"$printed" || return 1
+    printed=$(tests/bench/run "$folder" v_plane 2>/dev/null)
+    [ $? -eq 2 ] && ! grep -q null <<<"$printed"
+}
+check "a figure that fails is told from one that misses its bound" half_measured
 check "an unknown part is refused" bash -c "! node tests/bench/bench.mjs '$build' part=none 2>/dev/null"
 check "an unknown word is refused" bash -c "! node tests/bench/bench.mjs '$build' smoke sides=3 2>/dev/null"
 tap_done
