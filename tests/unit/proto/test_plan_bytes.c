@@ -1,0 +1,100 @@
+/* The bytes of plans: what is encoded comes back, and nothing that is cut or grown does. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/unit/proto/golden.h"
+#include "tests/unit/proto/plan_wire.h"
+
+static void plans_round_trip(void **state)
+{
+    static struct plan sent, got;
+    (void)state;
+    for (uint32_t lights = 0; lights <= 4; lights++) {
+        struct bytes_writer w, again;
+        struct fault fault = {0};
+        plan_case(&sent);
+        sent.light_count = lights;
+        if (lights == 2) {
+            sent.indirect_filter = INDIRECT_FILTER_RATE;
+            sent.rate = (struct plan_rate){.mu = 2.5f, .rays_most = 4711};
+            sent.planes &=
+                ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
+        }
+        encode(&sent, &w);
+        memset(&got, 0xee, sizeof got);
+        if (decode(w.data, w.size_bytes, &got, &fault))
+            fail_msg("%s: %s", fault.pointer, fault.detail);
+        encode(&got, &again);
+        assert_int_equal(w.size_bytes, again.size_bytes);
+        assert_memory_equal(w.data, again.data, w.size_bytes);
+        assert_memory_equal(&sent.camera, &got.camera, sizeof sent.camera);
+        assert_memory_equal(&sent.environment, &got.environment, sizeof sent.environment);
+        assert_memory_equal(&sent.paths, &got.paths, sizeof sent.paths);
+        assert_int_equal(sent.shadow_filter, got.shadow_filter);
+        assert_true(sent.mu == got.mu);
+        assert_true(sent.rate.mu == got.rate.mu && sent.rate.rays_most == got.rate.rays_most);
+        assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
+        assert_int_equal(sent.pattern.seed, got.pattern.seed);
+        bytes_writer_fini(&w);
+        bytes_writer_fini(&again);
+    }
+}
+
+static void bytes_are_golden(void **state)
+{
+    static struct plan plan;
+    struct bytes_writer w;
+    (void)state;
+    plan_case(&plan);
+    encode(&plan, &w);
+    golden_check("tests/golden/wire/plan.bin", w.data, w.size_bytes);
+    bytes_writer_fini(&w);
+}
+
+static void cut_and_grown_plans_fail(void **state)
+{
+    static struct plan plan, got;
+    struct bytes_writer w;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    encode(&plan, &w);
+    for (size_t size_bytes = 0; size_bytes < w.size_bytes; size_bytes++)
+        assert_int_equal(decode(w.data, size_bytes, &got, &fault), ERR_TRUNCATED);
+    bytes_write_u8(&w, 0);
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_TRAILING);
+    bytes_writer_fini(&w);
+}
+
+static void light_count_is_checked(void **state)
+{
+    static struct plan plan, got;
+    struct bytes_writer w;
+    struct fault fault = {0};
+    (void)state;
+    plan_case(&plan);
+    plan.light_count = 0;
+    encode(&plan, &w);
+    memset(w.data + w.size_bytes - 4, 0xff, 4); /* the count is last but the lights */
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_LIMIT);
+    assert_string_equal(fault.pointer, "light_count");
+    w.data[w.size_bytes - 4] = LIMIT_LIGHTS;
+    memset(w.data + w.size_bytes - 3, 0, 3);
+    assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_TRUNCATED);
+    bytes_writer_fini(&w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(plans_round_trip),
+        cmocka_unit_test(bytes_are_golden),
+        cmocka_unit_test(cut_and_grown_plans_fail),
+        cmocka_unit_test(light_count_is_checked),
+    };
+    return cmocka_run_group_tests_name("plan_bytes", tests, NULL, NULL);
+}

@@ -1,0 +1,136 @@
+/* The filters of a plan: of shadows, indirect light and glossy lobes. They need their planes. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "tests/unit/proto/plan_wire.h"
+
+/* Filters of glossy lobes need their planes; paths leave out what planes bring. */
+static void glossy_filters_are_checked(void **state)
+{
+    const uint64_t lobe = PLANE_BIT(GLOSSY_LOBE), near = PLANE_BIT(GLOSSY_NEARNESS);
+    const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
+                           PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
+    (void)state;
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, plan.planes &= ~near), ERR_RANGE,
+           "planes");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, plan.planes &= ~PLANE_BIT(ID)), ERR_RANGE,
+           "planes");
+    EXPECT(plan.paths.without_glossy_indirect = 1, ERR_LIMIT, "paths.without_glossy_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1), ERR_OK,
+           "");
+    EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1,
+            plan.planes &= ~lobe),
+           ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
+            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
+           ERR_OK, "");
+    EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
+            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION), plan.indirect_strata_per_axis = 0),
+           ERR_RANGE, "indirect_strata_per_axis");
+}
+
+/* Filters of indirect light need their planes, and planes their rays. */
+static void indirect_filters_are_checked(void **state)
+{
+    const uint64_t reflector = PLANE_BIT(REFLECTOR), strata = PLANE_BIT(INDIRECT_STRATA);
+    const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | strata;
+    (void)state;
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
+    EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~reflector), ERR_RANGE,
+           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
+           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_RANGE,
+           "planes");
+    EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
+    EXPECT((plan.bounces = 0, plan.planes &= ~(light | PLANES_GLOSSY)), ERR_OK,
+           ""); /* occlusion alone */
+    EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_RANGE, "planes");
+}
+
+/* A rate belongs to one filter, which has means and distances and no target. */
+static void rates_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(RATE, ERR_OK, "");
+    EXPECT((RATE, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = 0), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = -1), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU), ERR_OK, "");
+    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU + 1), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.mu = NAN), ERR_NOT_FINITE, "rate.mu");
+    EXPECT((RATE, plan.rate.rays_most = 0), ERR_RANGE, "rate.mu");
+    EXPECT((RATE, plan.rate.rays_most = 8), ERR_RANGE, "rate.rays_most"); /* the first are nine */
+    EXPECT((RATE, plan.rate.rays_most = 9), ERR_OK, "");
+    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP), ERR_OK, "");
+    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "rate.rays_most");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR_FAR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
+            plan.target_error = 0.1f, plan.spp_most = 200),
+           ERR_RANGE, "indirect_filter");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
+            plan.paths.without_glossy_indirect = 0),
+           ERR_RANGE, "planes");
+    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
+}
+
+/* A filtered plan: of light fields alone. */
+static void filtered_case(struct plan *plan)
+{
+    plan->paths = (struct plan_paths){0};
+    plan->planes &= ~PLANES_PATH;
+    plan->shadow_filter = SHADOW_FILTER_SHEARED;
+}
+
+static void filters_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(filtered_case(&plan), ERR_OK, "");
+    EXPECT((filtered_case(&plan), plan.shadow_filter = SHADOW_FILTER_AXIS_ALIGNED), ERR_OK, "");
+    EXPECT((filtered_case(&plan), plan.shadow_filter = 3), ERR_RANGE, "shadow_filter");
+    EXPECT(plan.shadow_filter = SHADOW_FILTER_SHEARED, ERR_RANGE, "shadow_filter");
+    EXPECT((filtered_case(&plan), plan.planes &= ~PLANE_BIT(NORMAL)), ERR_RANGE, "planes");
+    EXPECT((filtered_case(&plan), plan.planes &= ~(PLANE_BIT(SUB_DEPTH) | PLANE_BIT(DEPTH))),
+           ERR_RANGE, "planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_SLOPES)), ERR_RANGE,
+           "light_planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_VISIBILITY)), ERR_RANGE,
+           "light_planes");
+    EXPECT((filtered_case(&plan), plan.light_planes &= ~(1u << LIGHT_PLANE_IRRADIANCE)), ERR_OK,
+           "");
+    EXPECT((filtered_case(&plan), plan.lights[3].strata_per_axis = 17), ERR_LIMIT,
+           "lights[3].strata_per_axis");
+    EXPECT(plan.mu = 0, ERR_RANGE, "mu");
+    EXPECT(plan.mu = -1, ERR_RANGE, "mu");
+    EXPECT(plan.mu = 100, ERR_OK, "");
+    EXPECT(plan.mu = 100.5f, ERR_RANGE, "mu");
+    EXPECT(plan.mu = NAN, ERR_NOT_FINITE, "mu");
+    EXPECT(plan.mu = INFINITY, ERR_NOT_FINITE, "mu");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(indirect_filters_are_checked),
+        cmocka_unit_test(rates_are_checked),
+        cmocka_unit_test(glossy_filters_are_checked),
+        cmocka_unit_test(filters_are_checked),
+    };
+    return cmocka_run_group_tests_name("plan_filters", tests, NULL, NULL);
+}

@@ -1,0 +1,164 @@
+/* The lens of a plan: its shape, its samples with their light, mirrors and second sets. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "tests/unit/proto/plan_wire.h"
+
+static void lenses_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.camera.aperture_radius = -1, ERR_RANGE, "camera.aperture_radius");
+    EXPECT(plan.camera.aperture_radius = NAN, ERR_NOT_FINITE, "camera.aperture_radius");
+    EXPECT(plan.camera.aperture_radius = 2e15f, ERR_RANGE, "camera.aperture_radius");
+    EXPECT(plan.camera.focus_distance = 0, ERR_RANGE, "camera.focus_distance");
+    EXPECT(plan.camera.focus_distance = -4, ERR_RANGE, "camera.focus_distance");
+    EXPECT(plan.camera.focus_distance = INFINITY, ERR_NOT_FINITE, "camera.focus_distance");
+    EXPECT((plan.camera.focus_distance = 0, without_lens(&plan)), ERR_OK, "");
+    EXPECT(plan.camera.blade_count = 0, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = 2, ERR_RANGE, "camera.blade_count");
+    EXPECT(plan.camera.blade_count = 3, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = LIMIT_LENS_BLADES, ERR_OK, "");
+    EXPECT(plan.camera.blade_count = LIMIT_LENS_BLADES + 1, ERR_LIMIT, "camera.blade_count");
+    EXPECT(plan.camera.blade_rotation_rad = NAN, ERR_NOT_FINITE, "camera.blade_rotation_rad");
+    EXPECT(plan.camera.type = CAMERA_ORTHOGRAPHIC, ERR_RANGE, "camera.aperture_radius");
+}
+
+/* Samples of the lens belong to a lens and have a radiance; filters of them read slopes. */
+static void lens_samples_are_checked(void **state)
+{
+    const uint64_t radiance = PLANE_BIT(LENS_RADIANCE), slope = PLANE_BIT(LENS_SLOPE);
+    (void)state;
+    EXPECT(plan.lens_strata_per_axis = 1, ERR_OK, "");
+    EXPECT(plan.lens_strata_per_axis = LIMIT_PLANE_STRATA_PER_AXIS, ERR_OK, "");
+    EXPECT(plan.lens_strata_per_axis = 0, ERR_RANGE, "lens_strata_per_axis");
+    EXPECT(plan.lens_strata_per_axis = LIMIT_PLANE_STRATA_PER_AXIS + 1, ERR_LIMIT,
+           "lens_strata_per_axis");
+    EXPECT(plan.planes &= ~radiance, ERR_LIMIT, "lens_strata_per_axis");
+    EXPECT((plan.planes &= ~radiance, plan.lens_strata_per_axis = 0), ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~slope, ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_light = 0), ERR_OK, "");
+    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = plan.lens_light = 0), ERR_OK,
+           "");
+    EXPECT(plan.camera.aperture_radius = 0, ERR_RANGE, "planes");
+    EXPECT(plan.lens_filter = LENS_FILTER_AXIS_ALIGNED, ERR_OK, "");
+    EXPECT(plan.lens_filter = LENS_FILTER_SHEARED, ERR_OK, "");
+    EXPECT(plan.lens_filter = LENS_FILTER_SHEARED + 1, ERR_RANGE, "lens_filter");
+    EXPECT((plan.lens_filter = LENS_FILTER_SHEARED, plan.planes &= ~slope), ERR_RANGE, "planes");
+    EXPECT((plan.target_error = 1, plan.spp_most = 256,
+            plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))),
+           ERR_RANGE, "target_error");
+}
+
+#define LOBES                                                                                      \
+    plan.planes |= PLANE_BIT(LENS_LOBE), plan.lens_light = LENS_LIGHT_INDIRECT,                    \
+                                         plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT
+
+/* Light fields that light lens samples are there, and all that these tell of their surfaces. */
+static void light_of_lens_samples_is_checked(void **state)
+{
+    const uint64_t surface = PLANES_LENS_SURFACE;
+    (void)state;
+    EXPECT(plan.lens_light = LENS_LIGHT_SKY + 1, ERR_RANGE, "lens_light");
+    EXPECT((plan.lens_light = LENS_LIGHT_SKY, plan.environment.kind = ENVIRONMENT_CONSTANT), ERR_OK,
+           "");
+    EXPECT((plan.lens_light = LENS_LIGHT_SKY,
+            plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE}),
+           ERR_RANGE, "lens_light");
+    EXPECT(plan.lens_light = LENS_LIGHT_INDIRECT, ERR_OK, "");
+    EXPECT(plan.lens_light = LENS_LIGHT_OWN, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~PLANE_BIT(LENS_LIGHT), ERR_RANGE, "planes");
+    EXPECT((plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
+    EXPECT((LOBES), ERR_OK, "");
+    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_DIFFUSE), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.glossy_filter = GLOSSY_FILTER_NONE), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
+            plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,
+            plan.occlusion_distance = 0, plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
+           ERR_RANGE, "planes");
+}
+
+/* Mirrors are looked through where fields light what they show; each is a scattering. */
+static void mirrors_are_checked(void **state)
+{
+    (void)state;
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1), ERR_OK, "");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 2), ERR_LIMIT,
+           "lens_mirrors");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 4), ERR_OK,
+           "");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 5),
+           ERR_LIMIT, "lens_mirrors");
+    EXPECT(plan.lens_mirrors = 1, ERR_LIMIT, "lens_mirrors");
+    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1,
+            plan.indirect_filter = INDIRECT_FILTER_SHEARED),
+           ERR_LIMIT, "lens_mirrors");
+    EXPECT((LOBES, plan.lens_rest = 1), ERR_OK, "");
+    EXPECT((LOBES, plan.lens_rest = 2), ERR_LIMIT, "lens_rest");
+    EXPECT(plan.lens_rest = 1, ERR_LIMIT, "lens_rest");
+}
+
+#define EXTRA                                                                                      \
+    (plan.lens_extra = 9, plan.lens_filter = LENS_FILTER_SHEARED,                                  \
+     plan.planes |= PLANE_BIT(LENS_MORE))
+
+/* Second sets through the lens belong to its sheared filter, and have their plane. */
+static void lens_extra_is_checked(void **state)
+{
+    (void)state;
+    EXPECT(EXTRA, ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 36), ERR_OK, "");
+    EXPECT((EXTRA, plan.lens_extra = 37), ERR_LIMIT, "lens_extra");
+    EXPECT((EXTRA, plan.lens_extra = 0), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_MORE)), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.lens_filter = LENS_FILTER_AXIS_ALIGNED), ERR_RANGE, "lens_extra");
+    EXPECT((EXTRA, RATE), ERR_RANGE, "lens_extra");
+}
+
+static void second_sets_through_the_lens_are_checked(void **state)
+{
+    static struct plan plan;
+    static const uint8_t sides[] = {0, 6, 0, 6};
+    (void)state;
+    plan_case(&plan);
+    EXTRA;
+    const uint32_t last = plan_pass_count(&plan);
+    struct plan_pass pass = {.number = last, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_true(plan_has_rounds(&plan));
+    assert_int_equal(plan_side_maps(&plan), 1); /* though it asks how far lobes see */
+    assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
+    assert_int_equal(plan_pass_check(&plan, &pass), 0);
+    assert_int_equal(plan_sides_check(&pass, 4), 0);
+    pass.lobes = sides;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass.lobes = NULL;
+    pass.strata = 5;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass.strata = 7;
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last + 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+    pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_SIDE};
+    assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lenses_are_checked),
+        cmocka_unit_test(lens_samples_are_checked),
+        cmocka_unit_test(light_of_lens_samples_is_checked),
+        cmocka_unit_test(mirrors_are_checked),
+        cmocka_unit_test(lens_extra_is_checked),
+        cmocka_unit_test(second_sets_through_the_lens_are_checked),
+    };
+    return cmocka_run_group_tests_name("plan_lens", tests, NULL, NULL);
+}

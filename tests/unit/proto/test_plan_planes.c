@@ -1,0 +1,145 @@
+/* The planes of a plan, and how many samples they hold: what paths and lone sub-samples need of
+ * them, and which ones lights have. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "tests/unit/proto/plan_wire.h"
+
+static void paths_are_checked(void **state)
+{
+    const uint64_t spread = PLANE_BIT(PATH_SPREAD), radiance = PLANE_BIT(PATH_RADIANCE),
+                   open = PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN);
+    (void)state;
+    EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
+    EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
+    EXPECT(plan.occlusion_distance = -1, ERR_RANGE, "occlusion_distance");
+    EXPECT(plan.occlusion_distance = NAN, ERR_NOT_FINITE, "occlusion_distance");
+    EXPECT(plan.paths.pixel_filter = PIXEL_FILTER_TENT + 1, ERR_LIMIT, "paths.pixel_filter");
+    EXPECT(plan.paths.emitter_power = -1, ERR_RANGE, "paths.emitter_power");
+    EXPECT(plan.paths.emitter_power = INFINITY, ERR_NOT_FINITE, "paths.emitter_power");
+    EXPECT(plan.paths.emitter_power = 0, ERR_OK, "");
+    EXPECT(plan.paths.spp = 0, ERR_RANGE, "planes");
+    EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH), ERR_OK, "");
+    EXPECT((plan.occlusion_distance = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
+    EXPECT(plan.paths.without_diffuse_indirect = 1, ERR_OK, "");
+    EXPECT(plan.paths.without_diffuse_indirect = 2, ERR_LIMIT, "paths.without_diffuse_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = 1, plan.planes = PLANES_PATH), ERR_RANGE,
+           "planes");
+    EXPECT(plan.occlusion_distance = 0, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~open, ERR_RANGE, "planes");
+    EXPECT((plan.planes &= ~open, plan.occlusion_distance = 0), ERR_OK, "");
+    EXPECT(plan.planes &= ~radiance, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~(radiance | spread), ERR_OK, "");
+    EXPECT(plan.planes &= ~spread, ERR_OK, "");
+}
+
+/* Paths need nothing of the light field. */
+static void paths_stand_alone(void **state)
+{
+    (void)state;
+    EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
+            plan.bounces = LIMIT_INDIRECT_BOUNCES),
+           ERR_OK, "");
+    EXPECT((plan.planes = PLANES_PATH,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
+            plan.bounces = 0),
+           ERR_OK, "");
+    EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 1u << LIGHT_PLANE_SLOPES,
+            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = plan.lens_light = 0),
+           ERR_LIMIT, "indirect_strata_per_axis");
+}
+
+static void planes_and_counts_are_checked(void **state)
+{
+    (void)state;
+    EXPECT(plan.planes |= PLANE_BIT(ID_COUNT), ERR_RANGE, "planes");
+    EXPECT(plan.light_planes |= 1u << LIGHT_PLANE_COUNT, ERR_RANGE, "light_planes");
+    EXPECT(plan.capabilities = 1u << 31, ERR_RANGE, "capabilities");
+    EXPECT(plan.sub_samples = 4, ERR_LIMIT, "sub_samples");
+    EXPECT(plan.sub_samples = 0, ERR_RANGE, "planes");
+    EXPECT(plan.planes &= ~PLANE_BIT(DEPTH), ERR_RANGE, "planes");
+    EXPECT((plan.bounces = 0, plan.indirect_strata_per_axis = 0), ERR_RANGE, "planes");
+    EXPECT(plan.bounces = LIMIT_INDIRECT_BOUNCES + 1, ERR_LIMIT, "bounces");
+    EXPECT(plan.indirect_strata_per_axis = 0, ERR_RANGE, "indirect_strata_per_axis");
+    EXPECT(plan.indirect_strata_per_axis = 17, ERR_LIMIT, "indirect_strata_per_axis");
+    EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~PLANE_BIT(INDIRECT_STRATA)),
+           ERR_OK, "");
+    EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
+            plan.occlusion_distance = 0, plan.lens_strata_per_axis = plan.lens_light = 0),
+           ERR_LIMIT, "indirect_strata_per_axis");
+    EXPECT((plan.planes = 0, plan.occlusion_distance = 0, plan.light_planes = 0,
+            plan.sub_samples = 0, plan.indirect_strata_per_axis = 0,
+            plan.lens_strata_per_axis = plan.lens_light = 0, plan.paths = (struct plan_paths){0}),
+           ERR_OK, "");
+    EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.radiance_scale = -1, ERR_RANGE, "radiance_scale");
+    EXPECT(plan.length_unit = 3, ERR_RANGE, "length_unit");
+    EXPECT(plan.length_unit = NAN, ERR_NOT_FINITE, "length_unit");
+}
+
+/* Lone sub-samples are for pinholes. */
+static void lone_case(struct plan *plan)
+{
+    plan->paths = (struct plan_paths){0};
+    plan->camera.aperture_radius = 0.0f;
+    plan->lens_strata_per_axis = plan->lens_light = 0;
+    plan->planes = (plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL)) | PLANE_BIT(LONE);
+    plan->occlusion_distance = 1.0f;
+}
+
+static void lone_sub_samples_are_checked(void **state)
+{
+    static const int compared[] = {PLANE_DEPTH,      PLANE_NORMAL,     PLANE_ID,    PLANE_SUB_DEPTH,
+                                   PLANE_SUB_NORMAL, PLANE_SUB_ALBEDO, PLANE_SUB_ID};
+    (void)state;
+    EXPECT(lone_case(&plan), ERR_OK, "");
+    for (size_t i = 0; i < sizeof compared / sizeof compared[0]; i++)
+        EXPECT((lone_case(&plan), plan.planes &= ~(UINT64_C(1) << compared[i])), ERR_RANGE,
+               "planes");
+    EXPECT((lone_case(&plan), plan.camera.aperture_radius = 0.1f), ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.tile_px = 36), ERR_RANGE, "tile_px");
+    EXPECT((lone_case(&plan), plan.tile_px = 40), ERR_OK, "");
+    EXPECT((lone_case(&plan), plan.planes |= UINT64_C(1) << 62), ERR_RANGE, "planes");
+    /* Nothing would light them. */
+    EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY),
+            plan.light_planes = 0),
+           ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)), ERR_OK, "");
+}
+
+static void light_planes_follow_the_type(void **state)
+{
+    static struct plan plan;
+    (void)state;
+    plan_case(&plan);
+    for (uint32_t filter = 0; filter <= SHADOW_FILTER_SHEARED; filter++) {
+        plan.shadow_filter = filter;
+        for (uint32_t k = 0; k < 3; k++)
+            assert_int_equal(plan_light_planes(&plan, k), 1u << LIGHT_PLANE_IRRADIANCE);
+        assert_int_equal(plan_light_planes(&plan, 3),
+                         filter ? 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES
+                                : PLAN_CASE_LIGHT_PLANES);
+    }
+    plan.light_planes = 1u << LIGHT_PLANE_SLOPES;
+    assert_int_equal(plan_light_planes(&plan, 0), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(paths_are_checked),
+        cmocka_unit_test(paths_stand_alone),
+        cmocka_unit_test(planes_and_counts_are_checked),
+        cmocka_unit_test(lone_sub_samples_are_checked),
+        cmocka_unit_test(light_planes_follow_the_type),
+    };
+    return cmocka_run_group_tests_name("plan_planes", tests, NULL, NULL);
+}
