@@ -38,6 +38,7 @@ unit_src   := $(wildcard tests/unit/*/test_*.c)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 shim_src   := $(wildcard tests/fake/preload_*.c)
 fake_src   := $(filter-out $(shim_src),$(wildcard tests/fake/*.c))
+fake_worker_src := $(wildcard tests/fake/worker/*.c)
 load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
@@ -47,7 +48,7 @@ analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
@@ -278,6 +279,9 @@ $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
 $(B)/tests/fake/%.so: tests/fake/%.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(STD) $(WARN) $(OPT) -fPIC -shared $< -o $@ -ldl
+$(B)/tests/fake/fake_worker: $(call obj,tests/fake/fake_worker.c $(fake_worker_src)) $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
