@@ -219,7 +219,7 @@ $(B)/obj/proto/build.o: $(B)/build_id.h
 # Copies of known size go 32 bytes at a time, as vectors are read: by halves, what is read waits for both.
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256) $(clocked)
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clocked)
-$(B)/obj/proto/samples%.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/proto/v_plane.o $(B)/obj/server/film/%.o $(B)/obj/server/image/exr_zip.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
+$(B)/obj/proto/samples%.o $(B)/obj/proto/plane_filter.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/proto/v_plane.o $(B)/obj/server/film/%.o $(B)/obj/server/image/exr_zip.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
 $(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o $(B)/obj/server/film/%.o: TUNE := $(stores)
 $(B)/obj/server/reconstruct/%.o: TUNE := $(stores) $(scalars)
 $(B)/obj/%.o: %.c

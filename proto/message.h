@@ -11,7 +11,7 @@
 #include "proto/tile.h"
 #include "proto/trace.h"
 
-#define PROTOCOL_VERSION 9u
+#define PROTOCOL_VERSION 10u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),

@@ -5,9 +5,9 @@
  *
  * A plane is w*h elements of one component, row by row. Components of a plane follow each other
  * (planar). Planes are grouped by element size, 4-byte ones first, then 2, then 1, and each group
- * is byte-shuffled and compressed as one (blosc, LZ4: a quarter of the CPU time of zstd level 1 for
- * 16 % more bytes). A plane whose samples are all the default (zero bits) need not be sent: its bit
- * in the tile's masks is then clear.
+ * is shuffled and compressed as one (packing.h), its components filtered before that where they
+ * cross a network (plane_filter.h). A plane whose samples are all the default (zero bits) need not
+ * be sent: its bit in the tile's masks is then clear.
  *
  * Bytes a pixel before compression:
  *   depth 4 + normal 4 + albedo 6 + id 4
@@ -22,6 +22,7 @@
  * open shares and the farthest reflector: 18 + 36 + 14 + 10 = 78; with indirect strata instead of
  * half-sums 138. */
 #include "proto/lone.h"
+#include "proto/packing.h"
 #include "proto/plan.h"
 
 enum plane_id {
@@ -226,16 +227,18 @@ float *samples_light_irradiance(const struct samples *s, uint32_t light);
 uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte);
 uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which);
 
-/* Packs s into w: drops planes that are all zero (counted in *dropped, which may be NULL),
- * shuffles, compresses. ERR_MEMORY leaves w as it was or failed.
+/* Packs s into w: drops planes that are all zero (counted in *dropped, which may be NULL), filters
+ * the others where small is asked for, compresses. ERR_MEMORY leaves w as it was or failed.
  *
  *   u16 width, u16 height, u64 plane mask, u8 light plane mask per light,
- *   then per group (4-, 2-, 1-byte elements): u32 packed bytes, the bytes
+ *   then per group (4-, 2-, 1-byte elements): u8 filter of each component (plane_filter.h), u32
+ *   packed bytes, the bytes
  *   then, if PLANE_LONE is in the mask: u32 count, u32 packed bytes, the bytes of its words
  *
  * A group, or list, whose packed size equals its size is stored as it is; otherwise it is a blosc
  * buffer. */
-int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped);
+int samples_pack(struct samples *s, enum packing packing, struct bytes_writer *w,
+                 uint64_t *dropped);
 
 /* Unpacks and validates against the plan and the pass: sizes and masks fit it, every number is
  * finite and within its range. Absent planes read as zero: the result has all planes of the pass.

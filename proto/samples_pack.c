@@ -1,12 +1,10 @@
 /* Sample buffers as bytes: planes that hold nothing are left out, the rest is compressed. */
-#include <blosc.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/packing.h"
+#include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
-
-#define COMPRESSOR        "lz4"
-#define COMPRESSION_LEVEL 1
 
 static bool is_zero(const uint8_t *data, size_t size_bytes)
 {
@@ -80,21 +78,6 @@ static void copy_planes(struct samples *to, const struct samples *from)
                        light_plane_bytes(a, k, p));
 }
 
-/* Compresses into room for size_bytes: the packed size, or size_bytes when stored as it is. */
-static size_t pack_group(const uint8_t *data, size_t size_bytes, enum samples_group group,
-                         uint8_t *room)
-{
-    const size_t element = samples_element_bytes(group);
-    const int shuffle = element > 1 ? BLOSC_SHUFFLE : BLOSC_NOSHUFFLE;
-    const int packed = size_bytes > BLOSC_MIN_HEADER_LENGTH
-                           ? blosc_compress_ctx(COMPRESSION_LEVEL, shuffle, element, size_bytes,
-                                                data, room, size_bytes - 1, COMPRESSOR, 0, 1)
-                           : 0;
-    if (packed > 0) return (size_t)packed;
-    if (size_bytes > 0) memcpy(room, data, size_bytes);
-    return size_bytes;
-}
-
 static void write_head(struct bytes_writer *w, const struct samples_layout *layout)
 {
     bytes_write_u16(w, (uint16_t)layout->width_px);
@@ -103,13 +86,12 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
     bytes_write_raw(w, layout->light_planes, layout->light_count);
 }
 
-static int write_lone(struct bytes_writer *w, const struct lone_list *list)
+static int write_lone(struct bytes_writer *w, const struct lone_list *list, enum packing packing)
 {
     const size_t size_bytes = lone_bytes(list);
     uint8_t *room = malloc(size_bytes + 1);
     if (!room) return ERR_MEMORY;
-    const size_t packed =
-        pack_group((const uint8_t *)list->words, size_bytes, SAMPLES_GROUP_4, room);
+    const size_t packed = packing_pack(packing, list->words, size_bytes, sizeof(uint32_t), room);
     bytes_write_u32(w, list->count);
     bytes_write_u32(w, (uint32_t)packed);
     bytes_write_raw(w, room, packed);
@@ -117,22 +99,58 @@ static int write_lone(struct bytes_writer *w, const struct lone_list *list)
     return w->failed ? ERR_MEMORY : 0;
 }
 
-static int write_groups(struct bytes_writer *w, const struct samples *s)
+static uint32_t group_components(const struct samples_layout *layout, enum samples_group group)
 {
-    uint8_t *room = malloc((size_t)s->layout.total_bytes + 1);
-    if (!room) return ERR_MEMORY;
+    return (uint32_t)(layout->group_bytes[group] / component_bytes(layout, group));
+}
+
+/* Filters a group's components, and says by what each. */
+static void filter_group(const struct samples_layout *layout, enum samples_group group,
+                         const uint8_t *data, uint8_t *filtered, struct bytes_writer *w)
+{
+    const uint32_t element = samples_element_bytes(group);
+    const size_t each = component_bytes(layout, group);
+    for (uint32_t c = 0; c < group_components(layout, group); c++) {
+        const uint8_t *numbers = data + c * each;
+        const enum plane_filter filter =
+            plane_filter_choose(numbers, element, layout->width_px, layout->height_px);
+        plane_filter_apply(filter, numbers, element, layout->width_px, layout->height_px,
+                           filtered + c * each);
+        bytes_write_u8(w, (uint8_t)filter);
+    }
+}
+
+static void leave_group(const struct samples_layout *layout, enum samples_group group,
+                        struct bytes_writer *w)
+{
+    for (uint32_t c = 0; c < group_components(layout, group); c++)
+        bytes_write_u8(w, PLANE_FILTER_NONE);
+}
+
+static int write_groups(struct bytes_writer *w, const struct samples *s, enum packing packing)
+{
+    const size_t size = ((size_t)s->layout.total_bytes + 16) / 16 * 16; /* aligned for any number */
+    const bool small = packing == PACKING_SMALL;
+    uint8_t *room = malloc(small ? 2 * size : size), *filtered = room + size;
     const uint8_t *at = s->data;
+    if (!room) return ERR_MEMORY;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
-        const size_t packed = pack_group(at, s->layout.group_bytes[group], group, room);
+        const size_t bytes = s->layout.group_bytes[group];
+        if (small)
+            filter_group(&s->layout, group, at, filtered, w);
+        else
+            leave_group(&s->layout, group, w);
+        const size_t packed =
+            packing_pack(packing, small ? filtered : at, bytes, samples_element_bytes(group), room);
         bytes_write_u32(w, (uint32_t)packed);
         bytes_write_raw(w, room, packed);
-        at += s->layout.group_bytes[group];
+        at += bytes;
     }
     free(room);
     return w->failed ? ERR_MEMORY : 0;
 }
 
-int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
+int samples_pack(struct samples *s, enum packing packing, struct bytes_writer *w, uint64_t *dropped)
 {
     struct samples_layout filled;
     struct samples *compact = NULL;
@@ -146,8 +164,8 @@ int samples_pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
         copy_planes(compact, s);
     }
     write_head(w, &filled);
-    int error = write_groups(w, compact ? compact : s);
-    if (!error && s->lone) error = write_lone(w, s->lone);
+    int error = write_groups(w, compact ? compact : s, packing);
+    if (!error && s->lone) error = write_lone(w, s->lone, packing);
     samples_destroy(&compact);
     return error;
 }
@@ -174,23 +192,6 @@ static int read_head(struct bytes_reader *r, const struct plan *plan, uint32_t p
     return 0;
 }
 
-/* A blosc buffer is believed about its size only after that agrees with the layout. */
-static bool unpack_group(const uint8_t *packed, size_t packed_bytes, uint8_t *out,
-                         size_t size_bytes)
-{
-    size_t declared_bytes = 0;
-    if (packed_bytes == size_bytes) {
-        if (size_bytes > 0) memcpy(out, packed, size_bytes);
-        return true;
-    }
-    if (packed_bytes < BLOSC_MIN_HEADER_LENGTH || packed_bytes > size_bytes) return false;
-    if (blosc_cbuffer_validate(packed, packed_bytes, &declared_bytes) < 0) return false;
-    if (declared_bytes != size_bytes) return false;
-    const char *library = blosc_cbuffer_complib(packed);
-    if (!library || strcmp(library, "LZ4") != 0) return false;
-    return blosc_decompress_ctx(packed, out, size_bytes, 1) == (int)size_bytes;
-}
-
 /* The count is believed when it is one that a tile can have. */
 static int read_lone(struct bytes_reader *r, struct samples *s, struct fault *fault)
 {
@@ -204,27 +205,52 @@ static int read_lone(struct bytes_reader *r, struct samples *s, struct fault *fa
         return fault_set(fault, ERR_LIMIT, "lone", "%u entries, not 1 to %u", count, most);
     if (lone_create(s->layout.lone_parts, count, &s->lone) != 0)
         return fault_set(fault, ERR_MEMORY, "lone", "no memory for %u entries", count);
-    if (!unpack_group(packed, packed_bytes, (uint8_t *)s->lone->words, lone_bytes(s->lone)))
+    if (!packing_unpack(packed, packed_bytes, s->lone->words, lone_bytes(s->lone)))
         return fault_set(fault, ERR_CORRUPT, "lone", "%u packed bytes do not unpack to %zu",
                          packed_bytes, lone_bytes(s->lone));
     return 0;
 }
 
+static const char *const group_names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
+
+/* Takes the filters of a group's components off. */
+static int undo_filters(const struct samples *s, enum samples_group group, const uint8_t *filters,
+                        uint8_t *data, struct fault *fault)
+{
+    const size_t each = component_bytes(&s->layout, group);
+    for (uint32_t c = 0; c < group_components(&s->layout, group); c++) {
+        if (filters[c] >= PLANE_FILTER_COUNT)
+            return fault_set(fault, ERR_CORRUPT, group_names[group],
+                             "component %u: there is no filter %u", c, filters[c]);
+        plane_filter_undo(filters[c], data + c * each, samples_element_bytes(group),
+                          s->layout.width_px, s->layout.height_px);
+    }
+    return 0;
+}
+
+static int read_group(struct bytes_reader *r, const struct samples *s, enum samples_group group,
+                      uint8_t *data, struct fault *fault)
+{
+    const size_t size_bytes = s->layout.group_bytes[group];
+    const uint8_t *filters = bytes_borrow(r, group_components(&s->layout, group));
+    const uint32_t packed_bytes = bytes_read_u32(r);
+    const uint8_t *packed = bytes_borrow(r, packed_bytes);
+    if (r->failed)
+        return fault_set(fault, ERR_TRUNCATED, group_names[group], "its %u bytes are not all there",
+                         packed_bytes);
+    if (!packing_unpack(packed, packed_bytes, data, size_bytes))
+        return fault_set(fault, ERR_CORRUPT, group_names[group],
+                         "%u packed bytes do not unpack to %zu", packed_bytes, size_bytes);
+    return undo_filters(s, group, filters, data, fault);
+}
+
 static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *fault)
 {
-    static const char *const names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
     uint8_t *at = s->data;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
-        const size_t size_bytes = s->layout.group_bytes[group];
-        const uint32_t packed_bytes = bytes_read_u32(r);
-        const uint8_t *packed = bytes_borrow(r, packed_bytes);
-        if (r->failed)
-            return fault_set(fault, ERR_TRUNCATED, names[group], "its %u bytes are not all there",
-                             packed_bytes);
-        if (!unpack_group(packed, packed_bytes, at, size_bytes))
-            return fault_set(fault, ERR_CORRUPT, names[group],
-                             "%u packed bytes do not unpack to %zu", packed_bytes, size_bytes);
-        at += size_bytes;
+        const int error = read_group(r, s, group, at, fault);
+        if (error) return error;
+        at += s->layout.group_bytes[group];
     }
     if (s->layout.planes & PLANE_BIT(LONE)) {
         const int error = read_lone(r, s, fault);

@@ -42,6 +42,7 @@ struct hand {
     struct crew *crew;
     struct shelf *shelf;
     const struct tracing *tracing;
+    enum packing packing;
     struct hand_client client;
     struct hand_frame *frames;
     struct hand_tile *first, *last; /* in the order of their leases */
@@ -124,7 +125,7 @@ static void run_tile(struct crew_task *task, void *tracer)
     struct hand *hand = t->hand;
     t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, t->environment,
                                     &t->frame->plan, &t->lease.pass, t->lease.rect, &hand->rows,
-                                    &t->stop, &t->packed, &t->counters);
+                                    &t->stop, hand->packing, &t->packed, &t->counters);
 }
 
 static void send_result(struct hand *hand, const struct hand_tile *t)
@@ -227,13 +228,14 @@ void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
 /* ---- the coordinator's messages ---- */
 
 int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
-                const struct hand_client *client, struct hand **out)
+                enum packing packing, const struct hand_client *client, struct hand **out)
 {
     struct hand *hand = calloc(1, sizeof *hand);
     if (!hand) return ERR_MEMORY;
     hand->crew = crew;
     hand->shelf = shelf;
     hand->tracing = tracing;
+    hand->packing = packing;
     hand->client = *client;
     *out = hand;
     return 0;

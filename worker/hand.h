@@ -32,7 +32,7 @@ struct hand_client {
 };
 
 int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
-                const struct hand_client *client, struct hand **out);
+                enum packing packing, const struct hand_client *client, struct hand **out);
 
 /* After the crew was closed. Nulls the pointer. */
 void hand_destroy(struct hand **hand);

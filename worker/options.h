@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "proto/error.h"
+#include "proto/packing.h"
 
 struct options {
     const char *connect;      /* "unix:PATH" or "HOST:PORT"; required */
@@ -16,6 +17,8 @@ struct options {
     uint32_t threads;         /* 1..LIMIT_THREADS; default: the CPUs this process may use */
     uint32_t tiles_in_hand;   /* 1..LIMIT_TILES_IN_HAND; default 2 a thread */
     uint32_t nice;            /* 1..19, as in nice(1); 0: as it was started */
+    const char *pack;         /* "quick" or "small"; NULL: as the link needs it */
+    enum packing packing;     /* the same; by options_read */
     const char *log_format;   /* "text" or "json"; default text */
     bool quiet;               /* errors only */
     bool exit_with_parent;    /* end when the parent or the link is gone */

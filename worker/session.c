@@ -227,7 +227,7 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     e = crew_create(loop, s->tracing, o->threads, &s->crew);
     if (e == 0) s->open++;
     if (e == 0) e = shelf_create(s->crew, s->tracing, &shelf, &shelf_client, &s->shelf);
-    if (e == 0) e = hand_create(s->crew, s->shelf, s->tracing, &hand_client, &s->hand);
+    if (e == 0) e = hand_create(s->crew, s->shelf, s->tracing, o->packing, &hand_client, &s->hand);
     return e ? fault_set(fault, e, "worker", "%s", error_text(e)) : 0;
 }
 

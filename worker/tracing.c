@@ -146,8 +146,8 @@ static void tracer_destroy(void *ctx, void **tracer)
 
 static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
                  const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                 _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
-                 struct counters *counters)
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
+                 struct bytes_writer *packed, struct counters *counters)
 {
     (void)ctx;
     const struct loaded *s = scene, *around = environment;
@@ -158,7 +158,7 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
                             pass, rect, progress, stop, &samples, counters);
     if (e) return e;
     uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
-    e = samples_pack(samples, packed, &dropped);
+    e = samples_pack(samples, packing, packed, &dropped);
     samples_destroy(&samples);
     counters->value[COUNTER_PACK_CPU_US] += cpu_us(CLOCK_THREAD_CPUTIME_ID) - before_us;
     counters->value[COUNTER_SKIPPED_EMPTY_PLANE] += dropped;

@@ -6,6 +6,7 @@
 
 #include "proto/bytes.h"
 #include "proto/counter.h"
+#include "proto/packing.h"
 #include "proto/plan.h"
 
 /* What a blob turned out to be, by its first bytes. */
@@ -28,13 +29,14 @@ struct tracing {
     int (*tracer_create)(void *ctx, void **tracer);
     void (*tracer_destroy)(void *ctx, void **tracer);
 
-    /* Traces a pass of a tile and packs its samples into *packed. `scene` was loaded as one;
-     * `environment` is the plan's map, NULL when it has none. *progress grows by the tile's rows;
-     * *stop ends it with ERR_STATE. ERR_MAGIC for what was loaded as the other kind. */
+    /* Traces a pass of a tile and packs its samples, as `packing` has it, into *packed. `scene` was
+     * loaded as one; `environment` is the plan's map, NULL when it has none. *progress grows by the
+     * tile's rows; *stop ends it with ERR_STATE. ERR_MAGIC for what was loaded as the other kind.
+     */
     int (*trace)(void *ctx, void *tracer, const void *scene, const void *environment,
                  const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                 _Atomic uint64_t *progress, const _Atomic bool *stop, struct bytes_writer *packed,
-                 struct counters *counters);
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
+                 struct bytes_writer *packed, struct counters *counters);
 };
 
 /* The real one: Embree. */

@@ -65,7 +65,7 @@ static uint64_t packed_bytes(struct samples *samples)
 {
     struct bytes_writer w;
     bytes_writer_init(&w);
-    if (samples_pack(samples, &w, NULL)) fail("no memory");
+    if (samples_pack(samples, PACKING_QUICK, &w, NULL)) fail("no memory");
     const uint64_t bytes = w.size_bytes;
     bytes_writer_fini(&w);
     return bytes;

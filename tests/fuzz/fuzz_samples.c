@@ -32,7 +32,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     struct samples *s = unpack(data + 2, size_bytes - 2, &plan, pass, width, height);
     if (!s) return 0;
     bytes_writer_init(&w);
-    if (samples_pack(s, &w, NULL)) abort();
+    const enum packing packing = data[1] >> 7 ? PACKING_SMALL : PACKING_QUICK;
+    if (samples_pack(s, packing, &w, NULL)) abort();
     struct samples *again = unpack(w.data, w.size_bytes, &plan, pass, width, height);
     if (!again || again->layout.total_bytes != s->layout.total_bytes) abort();
     if (memcmp(again->data, s->data, s->layout.total_bytes) != 0) abort();

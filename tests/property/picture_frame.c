@@ -95,7 +95,7 @@ static void trace(struct session *s, const struct fleet_tile *tile)
                             &samples, &result.counters);
     if (error) die("a tile cannot be traced", error);
     bytes_writer_init(&w);
-    error = samples_pack(samples, &w, NULL);
+    error = samples_pack(samples, PACKING_SMALL, &w, NULL);
     if (error) die("samples cannot be packed", error);
     samples_destroy(&samples);
     free(sides);

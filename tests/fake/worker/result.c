@@ -49,7 +49,7 @@ void result_pack(struct fake *f, const struct message_tile *tile, int32_t width,
         return;
     if (lie == LIE_NAN) put_nan(s);
     if (lie == LIE_LONE) put_lone(s, f->answers);
-    samples_pack(s, out, &dropped);
+    samples_pack(s, PACKING_QUICK, out, &dropped);
     samples_destroy(&s);
 }
 

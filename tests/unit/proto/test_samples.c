@@ -7,10 +7,12 @@
 #include <cmocka.h>
 #include <math.h>
 
+#include "proto/plane_filter.h"
 #include "tests/unit/proto/golden.h"
 #include "tests/unit/proto/samples_case.h"
 
 static struct plan plan;
+static enum packing packing = PACKING_QUICK; /* all is tried with each */
 static const int32_t sizes[][2] = {{1, 1}, {7, 3}, {64, 64}, {33, 1}, {1, 19}};
 #define SIZES (sizeof sizes / sizeof sizes[0])
 
@@ -124,7 +126,7 @@ static struct samples *create(int32_t width, int32_t height)
 static void pack(struct samples *s, struct bytes_writer *w, uint64_t *dropped)
 {
     bytes_writer_init(w);
-    assert_int_equal(samples_pack(s, w, dropped), 0);
+    assert_int_equal(samples_pack(s, packing, w, dropped), 0);
     assert_false(w->failed);
 }
 
@@ -342,6 +344,32 @@ static void foreign_sizes_and_planes_fail(void **state)
     samples_destroy(&s);
 }
 
+/* Of a tile with depth alone: where its filter is said, and where its blosc buffer begins. */
+enum { FILTER = 12, BUFFER = FILTER + 1 + 4 };
+
+static void filters_that_there_are_not_fail(void **state)
+{
+    struct bytes_writer w;
+    struct samples *back;
+    struct fault fault;
+    (void)state;
+    plan_case(&plan);
+    plan.light_count = 0;
+    plan.planes = BIT(DEPTH);
+    struct samples *s = create(64, 64);
+    for (size_t i = 0; i < 64 * 64; i++) samples_f32(s, PLANE_DEPTH, 0)[i] = 1.0f + (float)(i / 64);
+    pack(s, &w, NULL);
+    assert_int_equal(w.data[FILTER] != PLANE_FILTER_NONE, packing == PACKING_SMALL);
+    for (unsigned filter = PLANE_FILTER_COUNT; filter <= 255; filter++) {
+        w.data[FILTER] = (uint8_t)filter;
+        assert_int_equal(unpack(w.data, w.size_bytes, 64, 64, &back, &fault), ERR_CORRUPT);
+        assert_string_equal(fault.pointer, "group 4");
+        assert_non_null(strstr(fault.detail, "component 0"));
+    }
+    bytes_writer_fini(&w);
+    samples_destroy(&s);
+}
+
 /* A group that declares sizes of its own: none may decide what is allocated or written. */
 static void declared_sizes_are_not_believed(void **state)
 {
@@ -357,7 +385,7 @@ static void declared_sizes_are_not_believed(void **state)
     for (size_t i = 0; i < 64 * 64; i++) samples_f32(s, PLANE_DEPTH, 0)[i] = (float)(i / 64);
     pack(s, &w, NULL);
     assert_true(w.size_bytes < 64 * 64 * 4);
-    for (size_t field = 16 + 4; field <= 16 + 12; field += 4)
+    for (size_t field = BUFFER + 4; field <= BUFFER + 12; field += 4)
         for (size_t i = 0; i < sizeof declared / sizeof declared[0]; i++) {
             uint8_t kept[4];
             memcpy(kept, w.data + field, 4); /* blosc: size, block size, packed size */
@@ -366,7 +394,7 @@ static void declared_sizes_are_not_believed(void **state)
             assert_string_equal(fault.pointer, "group 4");
             memcpy(w.data + field, kept, 4);
         }
-    memset(w.data + 12, 0xff, 4); /* the group's own size */
+    memset(w.data + BUFFER - 4, 0xff, 4); /* the group's own size */
     assert_int_equal(unpack(w.data, w.size_bytes, 64, 64, &back, &fault), ERR_TRUNCATED);
     bytes_writer_fini(&w);
     samples_destroy(&s);
@@ -482,7 +510,9 @@ static void bytes_are_golden(void **state)
     s = create(7, 3);
     samples_case_fill(s, 0x1fef | BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE), 13, 42);
     pack(s, &w, NULL);
-    golden_check("tests/golden/wire/samples.bin", w.data, w.size_bytes);
+    golden_check(packing == PACKING_SMALL ? "tests/golden/wire/samples_small.bin"
+                                          : "tests/golden/wire/samples.bin",
+                 w.data, w.size_bytes);
     memcpy(packed, w.data, w.size_bytes);
     assert_int_equal(unpack(packed, w.size_bytes, 7, 3, &back, &fault), 0);
     assert_memory_equal(back->data, s->data, s->layout.total_bytes);
@@ -507,10 +537,14 @@ int main(void)
         cmocka_unit_test(surplus_bits_are_cleared),
         cmocka_unit_test(cut_samples_fail),
         cmocka_unit_test(foreign_sizes_and_planes_fail),
+        cmocka_unit_test(filters_that_there_are_not_fail),
         cmocka_unit_test(declared_sizes_are_not_believed),
         cmocka_unit_test(damage_does_no_harm),
         cmocka_unit_test(numbers_are_checked),
         cmocka_unit_test(bytes_are_golden),
     };
-    return cmocka_run_group_tests_name("samples", tests, NULL, NULL);
+    int failed = cmocka_run_group_tests_name("samples, quick", tests, NULL, NULL);
+    packing = PACKING_SMALL;
+    failed += cmocka_run_group_tests_name("samples, small", tests, NULL, NULL);
+    return failed;
 }

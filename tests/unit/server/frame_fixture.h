@@ -212,7 +212,7 @@ static inline uint32_t send_tile(struct bench *b, uint64_t worker, const struct 
                                           : synthetic_tile(&b->plan, tile->index);
     uint64_t dropped = 0;
     bytes_writer_init(&w);
-    assert_int_equal(samples_pack(samples, &w, &dropped), 0);
+    assert_int_equal(samples_pack(samples, PACKING_QUICK, &w, &dropped), 0);
     samples_destroy(&samples);
     if (damage > 0) memset(w.data + w.size_bytes / 2, 0x5a, damage);
     struct message_result result = {.frame_id = tile->frame_id,

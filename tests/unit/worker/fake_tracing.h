@@ -85,10 +85,11 @@ static inline void tracer_destroy(void *ctx, void **tracer)
 
 static inline int trace(void *ctx, void *tracer, const void *scene, const void *environment,
                         const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                        _Atomic uint64_t *progress, const _Atomic bool *stop,
+                        _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
                         struct bytes_writer *packed, struct counters *counters)
 {
     (void)ctx;
+    (void)packing;
     assert_true(tracer && scene && plan->width_px == 720);
     assert_int_equal(*(const enum tracing_kind *)scene, TRACING_SCENE);
     assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);

@@ -326,7 +326,7 @@ static void expect_finite(float radius, float focus)
     add_room(f, &p);
     struct traced t = trace_all(f, &p);
     bytes_writer_init(&w);
-    assert_int_equal(samples_pack(t.samples, &w, NULL), 0);
+    assert_int_equal(samples_pack(t.samples, PACKING_SMALL, &w, NULL), 0);
     const int error = samples_unpack(w.data, w.size_bytes, &p, 0, 8, 8, &back, &fault);
     if (error) fail_msg("radius %g, focus %g: %s: %s", radius, focus, fault.pointer, fault.detail);
     samples_destroy(&back);

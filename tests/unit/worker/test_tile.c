@@ -94,7 +94,7 @@ static void test_samples_pass_validation(void **state)
     struct samples *back = NULL;
     struct fault fault = {0};
     bytes_writer_init(&w);
-    assert_int_equal(samples_pack(t.samples, &w, NULL), 0);
+    assert_int_equal(samples_pack(t.samples, PACKING_SMALL, &w, NULL), 0);
     assert_int_equal(samples_unpack(w.data, w.size_bytes, &p, 0, 40, 24, &back, &fault), 0);
     assert_memory_equal(back->data, t.samples->data, back->layout.total_bytes);
     samples_destroy(&back);

@@ -96,7 +96,7 @@ static int trace(const void *scene, const void *environment, const struct plan *
     void *tracer = NULL;
     assert_int_equal(t->tracer_create(t->ctx, &tracer), 0);
     const int error = t->trace(t->ctx, tracer, scene, environment, plan, &pass, all, &progress,
-                               &stop, packed, &counters);
+                               &stop, PACKING_SMALL, packed, &counters);
     t->tracer_destroy(t->ctx, &tracer);
     assert_null(tracer);
     return error;

@@ -1,0 +1,30 @@
+#pragma once
+/* What a component of a tile's samples is packed as: not its numbers, but what they are beside
+ * their neighbours, which is little where surfaces are smooth. On whole numbers of its size, modulo
+ * 2^bits, so that whatever bits it has come back.
+ *
+ * Differences are folded, small ones of either sign to small numbers: 0, -1, 1, -2 to 0, 1, 2, 3.
+ */
+#include <stddef.h>
+#include <stdint.h>
+
+enum plane_filter {
+    PLANE_FILTER_NONE,
+    PLANE_FILTER_LEFT,     /* less the number before, row by row; the first: less 0 */
+    PLANE_FILTER_GRADIENT, /* less left + above - above left; what lies outside is 0 */
+    PLANE_FILTER_XOR,      /* the bits that differ from the number before; the first: from 0 */
+    PLANE_FILTER_COUNT
+};
+
+/* Which leaves the fewest bits of width_px * height_px numbers of element_bytes (1, 2, 4), by some
+ * of their rows. A pure function of the numbers. */
+enum plane_filter plane_filter_choose(const void *numbers, uint32_t element_bytes, int32_t width_px,
+                                      int32_t height_px);
+
+/* Writes them into out, which overlaps nothing. */
+void plane_filter_apply(enum plane_filter filter, const void *numbers, uint32_t element_bytes,
+                        int32_t width_px, int32_t height_px, void *out);
+
+/* In place: the numbers again. */
+void plane_filter_undo(enum plane_filter filter, void *numbers, uint32_t element_bytes,
+                       int32_t width_px, int32_t height_px);

@@ -1,0 +1,127 @@
+/* Filters of planes: whatever they are given comes back, and smooth numbers become small ones. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+/* cmocka wants those first */
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/limits.h"
+#include "proto/plane_filter.h"
+#include "tests/random.h"
+
+enum { SIDE_MOST = 40 };
+
+static const int32_t sides[][2] = {{1, 1}, {1, 17}, {17, 1}, {2, 2}, {7, 3}, {40, 40}, {16, 33}};
+#define SIDES (sizeof sides / sizeof sides[0])
+
+static void put(uint8_t *to, uint32_t element_bytes, uint32_t number)
+{
+    memcpy(to, &number, element_bytes); /* little-endian */
+}
+
+/* Numbers of one kind: extremes and zeros, noise, or a slope across and down. */
+static void fill(int kind, uint32_t element_bytes, int32_t width, int32_t height,
+                 struct random *random, uint8_t *out)
+{
+    static const uint32_t extremes[] = {0,      1,      0x7f,       0x80,       0xff,
+                                        0x7fff, 0x8000, 0x7fffffff, 0x80000000, 0xffffffff};
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++) {
+            const uint32_t any = (uint32_t)random_bits(random);
+            const uint32_t number = kind == 0   ? extremes[any % 10]
+                                    : kind == 1 ? any
+                                                : (uint32_t)(900 + 3 * x + 5 * y);
+            put(out + (size_t)(y * width + x) * element_bytes, element_bytes, number);
+        }
+}
+
+static void everything_comes_back(void **state)
+{
+    uint8_t numbers[4 * SIDE_MOST * SIDE_MOST], filtered[sizeof numbers];
+    struct random random = {5};
+    (void)state;
+    for (uint32_t bytes = 1; bytes <= 4; bytes *= 2)
+        for (size_t s = 0; s < SIDES; s++)
+            for (int kind = 0; kind < 3; kind++)
+                for (int filter = 0; filter < PLANE_FILTER_COUNT; filter++) {
+                    const int32_t w = sides[s][0], h = sides[s][1];
+                    const size_t size = (size_t)(w * h) * bytes;
+                    fill(kind, bytes, w, h, &random, numbers);
+                    memset(filtered, 0xaa, sizeof filtered);
+                    plane_filter_apply((enum plane_filter)filter, numbers, bytes, w, h, filtered);
+                    if (size < sizeof filtered) assert_int_equal(filtered[size], 0xaa);
+                    plane_filter_undo((enum plane_filter)filter, filtered, bytes, w, h);
+                    assert_memory_equal(filtered, numbers, size);
+                }
+}
+
+/* By the definitions, one number at a time. */
+static void they_do_what_is_said(void **state)
+{
+    const uint16_t numbers[6] = {5, 3, 65535, 4, 4, 4};
+    const uint16_t left[6] = {10, 3, 7, 10, 0, 0};    /* 5 -2 -4 5 0 0, folded */
+    const uint16_t gradient[6] = {10, 3, 7, 1, 2, 8}; /* 5 -2 -4 | -1 (1 - -1) ... */
+    const uint16_t bits[6] = {5, 6, 65532, 65531, 0, 0};
+    uint16_t out[6];
+    (void)state;
+    plane_filter_apply(PLANE_FILTER_LEFT, numbers, 2, 3, 2, out);
+    assert_memory_equal(out, left, sizeof out);
+    plane_filter_apply(PLANE_FILTER_XOR, numbers, 2, 3, 2, out);
+    assert_memory_equal(out, bits, sizeof out);
+    plane_filter_apply(PLANE_FILTER_GRADIENT, numbers, 2, 3, 2, out);
+    assert_memory_equal(out, gradient, 4 * sizeof *out);
+    assert_int_equal(out[4], 4); /* (4 - 3) - (4 - 5) = 2 */
+    assert_int_equal(out[5], 8); /* (4 - 65535) - (4 - 3) = 5 - 1 = 4 */
+}
+
+static enum plane_filter chosen(const uint16_t *numbers, int32_t width, int32_t height)
+{
+    return plane_filter_choose(numbers, 2, width, height);
+}
+
+static void each_is_chosen_where_it_pays(void **state)
+{
+    static uint16_t numbers[SIDE_MOST * SIDE_MOST];
+    struct random random = {9};
+    (void)state;
+    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++) numbers[i] = (uint16_t)random_bits(&random);
+    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_NONE);
+    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++)
+        numbers[i] = (uint16_t)(20000 + 37 * (i % SIDE_MOST) + 211 * (i / SIDE_MOST));
+    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_GRADIENT);
+    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++)
+        numbers[i] =
+            (uint16_t)(30000 + (int)(random_bits(&random) % 4) + 5000 * (i / SIDE_MOST % 2));
+    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_XOR);
+    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++) {
+        const int steep = i / SIDE_MOST % 2 ? 1 : 3;
+        numbers[i] = (uint16_t)(20000 + i % SIDE_MOST * 17 * steep);
+    }
+    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_LEFT);
+    memset(numbers, 0, sizeof numbers);
+    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_NONE);
+}
+
+/* A row has no row above. */
+static void few_rows_are_left_alone(void **state)
+{
+    uint32_t numbers[LIMIT_TILE_SIDE_PX];
+    (void)state;
+    for (int i = 0; i < LIMIT_TILE_SIDE_PX; i++) numbers[i] = 70000u + (uint32_t)i;
+    assert_int_equal(plane_filter_choose(numbers, 4, LIMIT_TILE_SIDE_PX, 1), PLANE_FILTER_NONE);
+    assert_int_not_equal(plane_filter_choose(numbers, 4, 1, 2), PLANE_FILTER_NONE);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(everything_comes_back),
+        cmocka_unit_test(they_do_what_is_said),
+        cmocka_unit_test(each_is_chosen_where_it_pays),
+        cmocka_unit_test(few_rows_are_left_alone),
+    };
+    return cmocka_run_group_tests_name("plane filters", tests, NULL, NULL);
+}
