@@ -291,6 +291,9 @@ $(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/
 $(B)/tests/bench/exr_%: $(B)/obj/tests/bench/exr_%.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
+$(B)/tests/bench/bench_wire: $(B)/obj/tests/bench/bench_wire.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
 $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)

@@ -5,14 +5,16 @@
 
 #define LEVEL 1 /* of either codec */
 
-size_t packing_pack(enum packing packing, const void *data, size_t size_bytes,
-                    uint32_t element_bytes, uint8_t *room)
+size_t packing_pack(enum packing packing, enum packing_shuffle shuffle, const void *data,
+                    size_t size_bytes, uint32_t element_bytes, uint8_t *room)
 {
     const char *codec = packing == PACKING_SMALL ? "zstd" : "lz4";
-    const int shuffle = element_bytes > 1 ? BLOSC_SHUFFLE : BLOSC_NOSHUFFLE;
+    const int kind = shuffle == PACKING_BITS ? BLOSC_BITSHUFFLE
+                     : element_bytes > 1     ? BLOSC_SHUFFLE
+                                             : BLOSC_NOSHUFFLE;
     const int packed = size_bytes > BLOSC_MIN_HEADER_LENGTH
-                           ? blosc_compress_ctx(LEVEL, shuffle, element_bytes, size_bytes, data,
-                                                room, size_bytes - 1, codec, 0, 1)
+                           ? blosc_compress_ctx(LEVEL, kind, element_bytes, size_bytes, data, room,
+                                                size_bytes - 1, codec, 0, 1)
                            : 0;
     if (packed > 0) return (size_t)packed;
     if (size_bytes > 0) memcpy(room, data, size_bytes);

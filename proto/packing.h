@@ -1,6 +1,6 @@
 #pragma once
-/* Numbers of one size as a blosc buffer: shuffled by bytes, then compressed. What does not get
- * smaller stays as it is. */
+/* Numbers of one size as a blosc buffer: shuffled, then compressed. What does not get smaller stays
+ * as it is. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -11,10 +11,15 @@ enum packing {
                       six times that for two thirds of the bytes */
 };
 
+enum packing_shuffle {
+    PACKING_BYTES, /* first bytes of all numbers, then second ones; of single bytes: as they are */
+    PACKING_BITS,  /* the same with bits */
+};
+
 /* Packs size_bytes of numbers of element_bytes (1, 2, 4) into room for as much. Returns the packed
  * size; size_bytes where they were copied. */
-size_t packing_pack(enum packing packing, const void *data, size_t size_bytes,
-                    uint32_t element_bytes, uint8_t *room);
+size_t packing_pack(enum packing packing, enum packing_shuffle shuffle, const void *data,
+                    size_t size_bytes, uint32_t element_bytes, uint8_t *room);
 
 /* False: packed_bytes do not become size_bytes. What a buffer declares of itself is believed when
  * that is its size. */

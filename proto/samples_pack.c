@@ -6,6 +6,9 @@
 #include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
 
+#define TRIAL_PART        16         /* of a tile's rows: what a shuffle is chosen by */
+#define TRIAL_LEAST_BYTES (3u << 16) /* of a group for which that is worth its time */
+
 static bool is_zero(const uint8_t *data, size_t size_bytes)
 {
     if (size_bytes == 0) return true;
@@ -91,7 +94,8 @@ static int write_lone(struct bytes_writer *w, const struct lone_list *list, enum
     const size_t size_bytes = lone_bytes(list);
     uint8_t *room = malloc(size_bytes + 1);
     if (!room) return ERR_MEMORY;
-    const size_t packed = packing_pack(packing, list->words, size_bytes, sizeof(uint32_t), room);
+    const size_t packed =
+        packing_pack(packing, PACKING_BYTES, list->words, size_bytes, sizeof(uint32_t), room);
     bytes_write_u32(w, list->count);
     bytes_write_u32(w, (uint32_t)packed);
     bytes_write_raw(w, room, packed);
@@ -120,31 +124,63 @@ static void filter_group(const struct samples_layout *layout, enum samples_group
     }
 }
 
-static void leave_group(const struct samples_layout *layout, enum samples_group group,
-                        struct bytes_writer *w)
+/* What a group packs better by: some rows of each of its components tell. room: of the group's
+ * size.
+ */
+static enum packing_shuffle choose_shuffle(const struct samples_layout *layout,
+                                           enum samples_group group, const uint8_t *data,
+                                           uint8_t *room)
 {
-    for (uint32_t c = 0; c < group_components(layout, group); c++)
+    const uint32_t element = samples_element_bytes(group);
+    const uint32_t count = group_components(layout, group);
+    const size_t each = component_bytes(layout, group), row = each / (size_t)layout->height_px;
+    const size_t rows = (size_t)layout->height_px / TRIAL_PART, size = count * rows * row;
+    const uint8_t *from = data + (size_t)layout->height_px / 2 * row;
+    uint8_t *out = room + size;
+    if (layout->group_bytes[group] < TRIAL_LEAST_BYTES) return PACKING_BYTES;
+    for (uint32_t c = 0; c < count; c++) memcpy(room + c * rows * row, from + c * each, rows * row);
+    const size_t bits = packing_pack(PACKING_SMALL, PACKING_BITS, room, size, element, out);
+    const size_t bytes = packing_pack(PACKING_SMALL, PACKING_BYTES, room, size, element, out);
+    return bits < bytes ? PACKING_BITS : PACKING_BYTES;
+}
+
+/* filtered, room: of total_bytes each. */
+static void write_small(struct bytes_writer *w, const struct samples *s, enum samples_group group,
+                        const uint8_t *data, uint8_t *filtered, uint8_t *room)
+{
+    const uint32_t element = samples_element_bytes(group);
+    filter_group(&s->layout, group, data, filtered, w);
+    const enum packing_shuffle shuffle = choose_shuffle(&s->layout, group, filtered, room);
+    const size_t packed =
+        packing_pack(PACKING_SMALL, shuffle, filtered, s->layout.group_bytes[group], element, room);
+    bytes_write_u32(w, (uint32_t)packed);
+    bytes_write_raw(w, room, packed);
+}
+
+static void write_quick(struct bytes_writer *w, const struct samples *s, enum samples_group group,
+                        const uint8_t *data, uint8_t *room)
+{
+    for (uint32_t c = 0; c < group_components(&s->layout, group); c++)
         bytes_write_u8(w, PLANE_FILTER_NONE);
+    const size_t packed =
+        packing_pack(PACKING_QUICK, PACKING_BYTES, data, s->layout.group_bytes[group],
+                     samples_element_bytes(group), room);
+    bytes_write_u32(w, (uint32_t)packed);
+    bytes_write_raw(w, room, packed);
 }
 
 static int write_groups(struct bytes_writer *w, const struct samples *s, enum packing packing)
 {
-    const size_t size = ((size_t)s->layout.total_bytes + 16) / 16 * 16; /* aligned for any number */
-    const bool small = packing == PACKING_SMALL;
-    uint8_t *room = malloc(small ? 2 * size : size), *filtered = room + size;
+    const size_t size = ((size_t)s->layout.total_bytes + 16) / 16 * 16; /* aligned for numbers */
+    uint8_t *room = malloc(packing == PACKING_SMALL ? 2 * size : size);
     const uint8_t *at = s->data;
     if (!room) return ERR_MEMORY;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
-        const size_t bytes = s->layout.group_bytes[group];
-        if (small)
-            filter_group(&s->layout, group, at, filtered, w);
+        if (packing == PACKING_SMALL)
+            write_small(w, s, group, at, room + size, room);
         else
-            leave_group(&s->layout, group, w);
-        const size_t packed =
-            packing_pack(packing, small ? filtered : at, bytes, samples_element_bytes(group), room);
-        bytes_write_u32(w, (uint32_t)packed);
-        bytes_write_raw(w, room, packed);
-        at += bytes;
+            write_quick(w, s, group, at, room);
+        at += s->layout.group_bytes[group];
     }
     free(room);
     return w->failed ? ERR_MEMORY : 0;

@@ -12,12 +12,13 @@ new_key >"$tmp/key"
 new_key >"$tmp/other"
 jq -n --arg scene "$scene" '{scene: {file: $scene}, image: {width: 128, height: 96}, sampling: {spp: 4, tile_px: 16}}' >"$tmp/job.json"
 render() { # render OUT [EXTRA-SED]: the job on the running server
-    local id
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) && await_state "$id" finished 60 &&
         curl -sS --noproxy '*' -o "$1" "$url/v1/jobs/$id/frames/1/image.exr"
 }
 serve_start "$tmp/plain" --workers 1 --worker-threads 1
 check "a picture in the clear, over a Unix socket" render "$tmp/plain.exr"
+received() { curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq .statistics.bytes_received; } # by the last job
+quick=$(received)
 serve_stop
 
 serve_start "$tmp/keyed" --workers 0 --worker-listen 127.0.0.1:0 --worker-key "$tmp/key" || { echo "Bail out! no server"; exit 1; }
@@ -42,11 +43,21 @@ worker right "$(cat "$tmp/tap.port")" --key "$tmp/key"; right=$worker
 check "a worker with the key gets in" roster_is right
 check "it renders" render "$tmp/keyed.exr"
 check "... the same bytes" cmp "$tmp/plain.exr" "$tmp/keyed.exr"
+check "... as quickly packed as there: nothing leaves the machine" [ "$(received)" -eq "$quick" ]
 build_id=$("$build/shearwater" --version | cut -d' ' -f2)
 sees_nothing() { [ "$(stat -c %s "$tmp/seen")" -gt 100000 ] && ! grep -qaF -e "$build_id" -e right "$tmp/seen"; }
 check "somebody on the line sees neither its name nor its build" sees_nothing
 kill $right
 check "it leaves" roster_is ''
+worker small "$port" --key "$tmp/key" --pack small; small=$worker
+check "one that packs as over a network gets in" roster_is small
+check "... it renders" render "$tmp/small.exr"
+check "... the same bytes" cmp "$tmp/plain.exr" "$tmp/small.exr"
+check "... of fewer" [ "$(received)" -lt $((quick * 85 / 100)) ]
+kill $small
+check "... and leaves" roster_is ''
+worker unpacked "$port" --pack tight
+check "there is no other way to pack" says unpacked '"tight" is none: quick and small are'
 
 # Changed on the way: the link breaks, is dialled again, and the picture is what it is.
 for at in 40 300 20000; do

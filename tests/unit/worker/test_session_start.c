@@ -21,17 +21,45 @@ static void options_are_checked(void **state)
     assert_int_equal(o.threads, 3);
     assert_int_equal(o.tiles_in_hand, 6);
     assert_int_equal(o.cache_bytes, 2ull << 30);
-    static char *const wrong[][2] = {{"--threads", "0"},      {"--threads", "1025"},
-                                     {"--threads", "2x"},     {"--threads", "-1"},
-                                     {"--cache-bytes", "1T"}, {"--tiles-in-hand", "257"},
-                                     {"--name", NULL},        {"--nonsense", "1"},
-                                     {"--log-format", "xml"}, {"--cache-bytes", "99999999999G"}};
+    static char *const wrong[][2] = {{"--threads", "0"},
+                                     {"--threads", "1025"},
+                                     {"--threads", "2x"},
+                                     {"--threads", "-1"},
+                                     {"--cache-bytes", "1T"},
+                                     {"--tiles-in-hand", "257"},
+                                     {"--name", NULL},
+                                     {"--nonsense", "1"},
+                                     {"--log-format", "xml"},
+                                     {"--pack", "tight"},
+                                     {"--cache-bytes", "99999999999G"}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         char *argv[] = {"worker", "--connect", "unix:/x", wrong[i][0], wrong[i][1]};
         assert_true(options_read(wrong[i][1] ? 5 : 4, argv, &o, &fault) < 0);
         assert_string_equal(fault.pointer, wrong[i][0]);
     }
     assert_int_equal(options_read(1, good, &o, &fault), ERR_MISSING);
+}
+
+static void samples_are_packed_for_their_way(void **state)
+{
+    static const struct {
+        const char *address, *pack;
+        enum packing packing;
+    } ways[] = {
+        {"unix:/x", NULL, PACKING_QUICK},          {"127.0.0.1:7", NULL, PACKING_QUICK},
+        {"localhost:7", NULL, PACKING_QUICK},      {"[::1]:7", NULL, PACKING_QUICK},
+        {"10.0.0.5:7", NULL, PACKING_SMALL},       {"farm.example:7", NULL, PACKING_SMALL},
+        {"localhost.farm:7", NULL, PACKING_SMALL}, {"[fe80::1]:7", NULL, PACKING_SMALL},
+        {"unix:/x", "small", PACKING_SMALL},       {"farm.example:7", "quick", PACKING_QUICK}};
+    struct options o;
+    struct fault fault = {0};
+    (void)state;
+    for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
+        char *argv[] = {"worker", "--connect", (char *)(uintptr_t)ways[i].address, "--pack",
+                        (char *)(uintptr_t)ways[i].pack};
+        assert_int_equal(options_read(ways[i].pack ? 5 : 3, argv, &o, &fault), 0);
+        assert_int_equal(o.packing, ways[i].packing);
+    }
 }
 
 static void addresses_are_checked(void **state)
@@ -87,6 +115,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(samples_are_packed_for_their_way),
         cmocka_unit_test(addresses_are_checked),
         cmocka_unit_test(waits_double_up_to_five_seconds),
         cmocka_unit_test(without_embree_there_is_no_worker),
