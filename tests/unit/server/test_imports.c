@@ -52,7 +52,8 @@ static int set_up(void **state)
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-imports-XXXXXX");
     if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
-        team_create(&b->loop, "test", 2, &b->team) || job_store_open(&b->loop, b->dir, false, &b->store))
+        team_create(&b->loop, "test", 2, &b->team) ||
+        job_store_open(&b->loop, b->dir, false, &b->store))
         return -1;
     snprintf(b->program, sizeof b->program, "%s/importer", b->dir);
     snprintf(b->runs, sizeof b->runs, "%s/runs", b->dir);
