@@ -6,9 +6,9 @@
 #include <stdint.h>
 
 enum packing {
-    PACKING_QUICK, /* for what stays on the machine: LZ4, 12 ns a pixel of nine samples */
-    PACKING_SMALL, /* for what crosses a network: Zstandard, and filters (plane_filter.h): five to
-                      six times that for two thirds of the bytes */
+    PACKING_QUICK, /* for what stays on the machine: LZ4 */
+    PACKING_SMALL, /* for what crosses a network: filters (plane_filter.h) and Zstandard; three to
+                      four times the time for two thirds of the bytes */
 };
 
 enum packing_shuffle {
