@@ -7,8 +7,8 @@
 
 enum packing {
     PACKING_QUICK, /* for what stays on the machine: LZ4 */
-    PACKING_SMALL, /* for what crosses a network: filters (plane_filter.h) and Zstandard; three to
-                      four times the time for two thirds of the bytes */
+    PACKING_SMALL, /* for what crosses a network: filters (plane_filter.h) and Zstandard; two to
+                      four times the time for two thirds to three quarters of the bytes */
 };
 
 enum packing_shuffle {

@@ -8,15 +8,19 @@
 #define ROWS_APART 8  /* that are looked at to choose by */
 #define WORTH_PART 32 /* of the bits: what a filter must save to be worth its while */
 
+/* They are parts of planes of other types. */
+typedef uint16_t __attribute__((may_alias)) plane_16;
+typedef uint32_t __attribute__((may_alias)) plane_32;
+
 #define NUMBER      uint8_t
 #define NAMED(name) name##_8
 #include "proto/plane_filter_body.h"
 
-#define NUMBER      uint16_t
+#define NUMBER      plane_16
 #define NAMED(name) name##_16
 #include "proto/plane_filter_body.h"
 
-#define NUMBER      uint32_t
+#define NUMBER      plane_32
 #define NAMED(name) name##_32
 #include "proto/plane_filter_body.h"
 

@@ -48,7 +48,7 @@ static inline void NAMED(gradient_row)(const NUMBER *in, size_t width, NUMBER *r
     NAMED(gradient)(in + 1, above + 1, width - 1, out + 1);
 }
 
-/* Bits from the highest one that is set on, all together; of numbers below 2^31, others by half. */
+/* Bits from the highest one that is set on, all together; numbers of 32 bits count by half. */
 static inline uint64_t NAMED(count)(const NUMBER *restrict in, size_t end)
 {
     int32_t sum = 0;

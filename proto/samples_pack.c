@@ -124,9 +124,7 @@ static void filter_group(const struct samples_layout *layout, enum samples_group
     }
 }
 
-/* What a group packs better by: some rows of each of its components tell. room: of the group's
- * size.
- */
+/* What a group packs better by: some rows of its components tell. room: of the group's size. */
 static enum packing_shuffle choose_shuffle(const struct samples_layout *layout,
                                            enum samples_group group, const uint8_t *data,
                                            uint8_t *room)

@@ -29,7 +29,7 @@ static const char help[] =
     "  --cache-bytes N      bound of that folder; k, M, G allowed (default: 16G)\n"
     "  --blobs DIR          the object folder of a coordinator on this machine: scenes are\n"
     "                       mapped from it without copying\n"
-    "  --pack HOW           quick, or small: a third fewer bytes for more of both machines' time\n"
+    "  --pack HOW           quick, or small: a quarter to a third fewer bytes for more CPU time\n"
     "                       (default: small where they cross a network)\n"
     "  --nice N             leave CPUs to others, 1 to 19 (see nice(1); default: as started)\n"
     "  --name NAME          name in the list of workers (default: host:pid)\n"

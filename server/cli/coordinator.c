@@ -52,10 +52,10 @@ static void close_rooms(struct coordinator *c)
 static void on_farewell(uv_timer_t *timer)
 {
     struct coordinator *c = timer->data;
+    if (c->closed) return;
     const uint64_t spent_ms = uv_now(&c->loop) - c->ending_ms;
     const bool is_late = spent_ms >= FAREWELL_MOST_MS;
     const bool is_answered = spent_ms >= FAREWELL_MS && http_in_work(c->http) == 0;
-    if (c->closed) return;
     if (is_late || is_answered || http_connections(c->http) == 0) close_rooms(c);
 }
 

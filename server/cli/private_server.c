@@ -3,20 +3,22 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
-#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/pidfd.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "server/cli/cli.h"
 
+#define LOOK_MS     25
 #define PATIENCE_MS 10000 /* the server's own deadline for its workers is 5 s */
 
 static int make_data_dir(struct private_server *s, struct fault *fault)
@@ -50,13 +52,33 @@ _Noreturn static void become_server(const struct private_server *s, unsigned wor
         argv[n_args++] = thread_text;
     }
     dup2(ends[1], STDOUT_FILENO);
-    close(ends[0]);
-    close(ends[1]);
-    /* Ctrl-C goes to the command, which then stops its server in order. */
-    setpgid(0, 0);
-    signal(SIGINT, SIG_DFL);
-    signal(SIGTERM, SIG_DFL);
+    /* either is standard output itself where that was closed */
+    for (int i = 0; i < 2; i++)
+        if (ends[i] != STDOUT_FILENO) close(ends[i]);
     exit(cli_serve(n_args, argv));
+}
+
+/* Forks. The child has its own way with signals, whenever they come, and goes with its parent. */
+static pid_t fork_child(void)
+{
+    const pid_t parent = getpid();
+    sigset_t ends, before;
+    sigemptyset(&ends);
+    sigaddset(&ends, SIGINT);
+    sigaddset(&ends, SIGTERM);
+    fflush(NULL); /* what waits to be written is not the child's, too */
+    sigprocmask(SIG_BLOCK, &ends, &before);
+    const pid_t pid = fork();
+    if (pid == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+        if (getppid() != parent) _exit(1);
+        /* Ctrl-C goes to the command, which then stops its server in order. */
+        setpgid(0, 0);
+        signal(SIGINT, SIG_DFL);
+        signal(SIGTERM, SIG_DFL);
+    }
+    sigprocmask(SIG_SETMASK, &before, NULL);
+    return pid;
 }
 
 /* Reads "listening on URL" from the child. */
@@ -89,8 +111,7 @@ int private_server_start(struct private_server *s, unsigned workers, unsigned wo
         error = fault_set(fault, ERR_IO, "", "pipe: %s", strerror(errno));
         goto fail;
     }
-    fflush(NULL); /* what waits to be written is not the child's, too */
-    s->pid = fork();
+    s->pid = fork_child();
     if (s->pid == 0) become_server(s, workers, worker_threads, ends);
     close(ends[1]);
     if (s->pid < 0) {
@@ -106,11 +127,11 @@ fail:
     return error;
 }
 
-static double clock_ms(void)
+static int64_t clock_ms(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 
 static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *where)
@@ -122,14 +143,16 @@ static int remove_entry(const char *path, const struct stat *info, int kind, str
 /* Waits until the child has ended, or for `patience_ms`. False: it still runs. */
 static bool await_end(pid_t pid, int patience_ms, struct rusage *used)
 {
+    const int64_t deadline_ms = clock_ms() + patience_ms;
     struct pollfd end = {.fd = pidfd_open(pid, 0), .events = POLLIN};
-    if (end.fd < 0) return wait4(pid, NULL, 0, used) == pid; /* there is no descriptor left */
-    const double deadline_ms = clock_ms() + patience_ms;
-    double left_ms = patience_ms;
-    while (left_ms > 0.0 && poll(&end, 1, (int)ceil(left_ms)) < 0 && errno == EINTR)
-        left_ms = deadline_ms - clock_ms();
-    close(end.fd);
-    return wait4(pid, NULL, WNOHANG, used) == pid;
+    bool ended = false;
+    for (int64_t left_ms = patience_ms; !ended && left_ms > 0; left_ms = deadline_ms - clock_ms()) {
+        /* without a descriptor it is looked for now and then */
+        poll(&end, end.fd < 0 ? 0 : 1, (int)(end.fd < 0 && left_ms > LOOK_MS ? LOOK_MS : left_ms));
+        ended = wait4(pid, NULL, WNOHANG, used) == pid;
+    }
+    if (end.fd >= 0) close(end.fd);
+    return ended;
 }
 
 void private_server_stop(struct private_server *s, struct rusage *usage)

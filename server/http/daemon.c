@@ -314,7 +314,7 @@ unsigned http_in_work(const struct http *http)
 
 unsigned http_connections(const struct http *http)
 {
-    return http->connections;
+    return http->connections + http->lingering.count;
 }
 
 void http_drain(struct http *http)

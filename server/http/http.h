@@ -44,6 +44,6 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 void http_drain(struct http *http);
 /* Requests whose answers have not gone out. */
 unsigned http_in_work(const struct http *http);
-/* Connections that are open. */
+/* Connections that are open, or were closed and wait for their clients to read (lingering.h). */
 unsigned http_connections(const struct http *http);
 void http_destroy(struct http **http);

@@ -1,19 +1,23 @@
 #include "server/http/lingering.h"
 
+#include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #define DRAIN_MOST_BYTES (1u << 18)
 
-static void drain(int fd)
+/* False: the client has sent all that it will, or is gone. */
+static bool drain(int fd)
 {
     char waste[16384];
     for (size_t at = 0; at < DRAIN_MOST_BYTES;) {
         ssize_t got = recv(fd, waste, sizeof waste, MSG_DONTWAIT);
-        if (got <= 0) return;
+        if (got <= 0) return got < 0 && (errno == EAGAIN || errno == EINTR);
         at += (size_t)got;
     }
+    return true;
 }
 
 static void close_at(struct lingering *l, unsigned i)
@@ -34,9 +38,9 @@ static void close_oldest(struct lingering *l)
 
 void lingering_add(struct lingering *l, int fd)
 {
+    if (!drain(fd)) return;
     if (l->count > 0 && l->count >= l->most) close_oldest(l);
     const int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
-    drain(fd);
     if (own < 0) return;
     (void)shutdown(own, SHUT_WR);
     l->fd[l->count] = own;
@@ -46,8 +50,7 @@ void lingering_add(struct lingering *l, int fd)
 void lingering_tick(struct lingering *l)
 {
     for (unsigned i = 0; i < l->count;) {
-        drain(l->fd[i]);
-        if (++l->ticks[i] < LINGERING_TICKS)
+        if (drain(l->fd[i]) && ++l->ticks[i] < LINGERING_TICKS)
             i++;
         else
             close_at(l, i);

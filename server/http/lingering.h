@@ -1,7 +1,7 @@
 #pragma once
 /* Closing a connection whose client still sends: if unread bytes lie in the socket when it is
  * closed, the kernel resets the connection, and the answer may be lost on its way. So the socket is
- * kept a second longer, emptied now and then, and closed. */
+ * kept a second longer, emptied now and then, and closed; sooner where the client has ended. */
 #define LINGERING_MOST  256
 #define LINGERING_TICKS 4
 

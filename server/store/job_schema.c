@@ -125,10 +125,9 @@ int job_schema_open(const char *path, bool ephemeral, sqlite3 **out)
         sqlite3_busy_timeout(db, BUSY_MS);
         error = run(db, ephemeral ? "PRAGMA synchronous = OFF" : "PRAGMA synchronous = FULL");
     }
-    if (!error) {
+    if (!error)
         error = run(db, "PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;"
                         "PRAGMA trusted_schema = OFF");
-    }
     if (!error) error = migrate(db);
     if (error) {
         sqlite3_close(db); /* NULL is fine */

@@ -19,8 +19,8 @@
 
 struct objects {
     char dir[4096];
-    bool ephemeral; /* may be set once it is open: the folder goes with this process, and nothing
-                       waits for the disk */
+    bool ephemeral; /* may be set once it is open: the folder goes with this process, and no
+                       file waits for the disk */
     struct object_holds *holds; /* points to the one below: it changes where the rest is const */
     struct object_holds own_holds;
 };

@@ -143,7 +143,13 @@ half_measured() {
     printed=$(tests/bench/run "$folder" lens_brute 2>/dev/null)
     [ $? -eq 1 ] && grep -q '"value":9,"bound":"<= 1.05"' <<<"$printed" || return 1
     printed=$(tests/bench/run "$folder" v_plane 2>/dev/null)
-    [ $? -eq 2 ] && ! grep -q null <<<"$printed"
+    [ $? -eq 2 ] && ! grep -q null <<<"$printed" || return 1
+    tests/bench/run "$folder" rays >/dev/null 2>&1 # nothing imports
+    [ $? -eq 2 ] || return 1
+    printf '#!/bin/sh\nexit 1\n' >"$folder/shearwater"
+    chmod +x "$folder/shearwater"
+    tests/bench/run "$folder" share >/dev/null 2>&1
+    [ $? -eq 2 ]
 }
 check "a figure that fails is told from one that misses its bound" half_measured
 check "an unknown part is refused" bash -c "! node tests/bench/bench.mjs '$build' part=none 2>/dev/null"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What `shearwater render` waits for, besides its picture: the server of its own asks nothing of the disk, which
-# its data does not outlive, and ends as soon as nobody is connected to it; whoever is gets an answer first.
+# What `shearwater render` waits for, besides its picture: no file of the server of its own, whose folder goes with
+# it, waits for the disk, and it ends as soon as nobody is connected to it; whoever is gets an answer first.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/one_shot.sh BUILD_DIR}
@@ -21,12 +21,16 @@ if is_sanitized; then
     skip "what waits for the disk" "a sanitizer's allocator cannot be preloaded before"
 else
     preload=$(realpath -e "$build/tests/fake/preload_faults.so")
-    counted() { # counted COMMAND...: $syncs, of processes named shearwater
+    counted() { # counted COMMAND...: $syncs, of processes named $name
         head -c 232 /dev/zero >"$tmp/control"
-        LD_PRELOAD=$preload FAULTS_FOR=shearwater FAULTS_CONTROL=$tmp/control "$@" &&
+        LD_PRELOAD=$preload FAULTS_FOR=$name FAULTS_CONTROL=$tmp/control "$@" &&
             syncs=$(od -An -t d8 -j 32 -N 8 "$tmp/control" | tr -d ' ')
     }
+    name=shearwater-import
     check "a picture is rendered" counted render
+    check "its import does not wait for the disk" most "$syncs" 0
+    name=shearwater
+    check "it is again" counted render
     check "once its folder is made nothing of it waits for the disk" most "$syncs" 1
     check "a server that keeps its data" counted serve_start "$tmp/kept" --workers 0
     job=$(jq -c '.scene.asset = $asset | del(.scene.file)' --arg asset "$(sha256sum <"$scene" | cut -c1-64)" "$tmp/job.json")
@@ -52,6 +56,8 @@ after_picture_ms() {
     echo $((end - begin - $(jq '.wall_s * 1000 | floor' "$tmp/stats.json")))
 }
 check "the command ends with its picture" most "$(quickest after_picture_ms)" $((late_ms * slower))
+closed() { render "$@" >&-; }
+check "it renders where standard output is closed" closed
 check "it leaves no folder" is "$(ls "$tmp/data_dirs")" ""
 ending_ms() {
     serve_start "$tmp/idle" --workers 0 >&2 || return 1

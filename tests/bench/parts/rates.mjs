@@ -14,5 +14,5 @@ export function rate(o, name) {
     else o.put(name, `${i}`, line);
   });
   // 1 is said of bounds that were missed.
-  if (result.status > 1) throw new Error(`${name} was not measured as a whole`);
+  if (result.status > 1 || !result.stdout.includes("{")) throw new Error(`${name} was not measured as a whole`);
 }
