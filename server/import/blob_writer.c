@@ -86,7 +86,10 @@ static int create_file(const char *path, struct fault *fault)
 static int close_file(int fd, const char *path, bool ok, struct fault *fault)
 {
     int why = errno;
-    if (close(fd) != 0) ok = false;
+    if (close(fd) != 0 && ok) {
+        ok = false;
+        why = errno;
+    }
     if (ok) return 0;
     unlink(path);
     return fault_set(fault, error_of_errno(why), path, "cannot be written: %s", strerror(why));

@@ -6,7 +6,7 @@
 
 struct job_database;
 
-/* ephemeral: nothing waits for the disk. */
+/* ephemeral: no change waits for the disk. */
 int job_database_open(const char *path, bool ephemeral, struct job_database **out);
 void job_database_close(struct job_database **db);
 

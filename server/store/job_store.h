@@ -41,7 +41,7 @@ struct frame_row {
 
 /* Opens or creates DIR/jobs.sqlite and holds DIR/jobs.lock. ERR_IO, ERR_VERSION for a newer schema,
  * ERR_CORRUPT for a file that is no database, ERR_STATE when another process has the folder open.
- * ephemeral: nothing waits for the disk, for a folder that goes with its process. */
+ * ephemeral: no change waits for the disk, for a folder that goes with its process. */
 int job_store_open(uv_loop_t *loop, const char *dir, bool ephemeral, struct job_store **out);
 
 struct job_store_totals {
