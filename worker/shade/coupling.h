@@ -16,8 +16,9 @@
 
 #define COUPLING_NODES 16
 
-/* W^(1/5) by row sqrt(alpha), column sqrt(cosine), both in equal steps from 0 to 1. */
-extern const float coupling_roots[COUPLING_NODES][COUPLING_NODES];
+/* W^(1/5) by row sqrt(alpha), column sqrt(cosine), both in equal steps from 0 to 1; a row after the
+ * other. */
+extern const float coupling_roots[COUPLING_NODES * COUPLING_NODES];
 /* The cosine-weighted mean of W by row. */
 extern const float coupling_averages[COUPLING_NODES];
 
@@ -36,8 +37,10 @@ static inline float coupling_grazing(float cosine, float alpha)
     float f, g;
     const int column = coupling_node(sqrtf(cosine), &f);
     const int row = coupling_node(sqrtf(alpha), &g);
-    const float *a = &coupling_roots[row][column], *b = &coupling_roots[row + 1][column];
-    const float low = a[0] + (a[1] - a[0]) * f, high = b[0] + (b[1] - b[0]) * f;
+    const int at = row * COUPLING_NODES + column, next = at + COUPLING_NODES;
+    const float a = coupling_roots[at], b = coupling_roots[next];
+    const float low = a + (coupling_roots[at + 1] - a) * f;
+    const float high = b + (coupling_roots[next + 1] - b) * f;
     const float root = low + (high - low) * g, square = root * root;
     return square * square * root;
 }

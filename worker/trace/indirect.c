@@ -27,6 +27,7 @@ struct bounce {
     uint32_t most;        /* of these */
     bool sheared;         /* strata of the v-plane, not of the disc */
     bool light;           /* rays go on as paths; else they only look how far they come */
+    struct layers layers; /* of the block, where it has surfaces with a bsdf */
 };
 
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
@@ -111,20 +112,34 @@ static float diffuse_weight(const struct path_vertex *v, int i, const float d[3]
     return ELEMENTARY_PI * value.diffuse;
 }
 
+/* That of each lane; 1 for Lambert surfaces. */
+static void weigh(const struct bounce *b, const struct lanes3 *direction,
+                  const struct lanes_mask *valid, float weight[LANES])
+{
+    const struct path_vertex *v = b->from;
+    for (int i = 0; i < LANES; i++) weight[i] = 1.0f;
+    if (!v->any_general) return;
+    b->context->queries->kernels->layers_diffuse(v, &b->layers, direction, weight);
+    for (int i = 0; b->layers.others && i < LANES; i++) {
+        const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
+        if (valid->on[i] && !v->lambert.on[i] && !b->layers.on.on[i])
+            weight[i] = diffuse_weight(v, i, d);
+    }
+}
+
 /* Lane i of the block becomes one of the packet. */
 static void begin_path(const struct bounce *b, uint32_t sample, uint32_t slot, int i,
-                       const struct lanes3 *direction, struct path_packet *p, uint32_t lane)
+                       const struct lanes3 *direction, float weight, struct path_packet *p,
+                       uint32_t lane)
 {
     const struct path_vertex *v = b->from;
     struct RTCRay16 *r = &p->rays.ray;
-    const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
-    const float weight = v->any_general && !v->lambert.on[i] ? diffuse_weight(v, i, d) : 1.0f;
     r->org_x[lane] = v->surface.origin.x[i];
     r->org_y[lane] = v->surface.origin.y[i];
     r->org_z[lane] = v->surface.origin.z[i];
-    r->dir_x[lane] = d[0];
-    r->dir_y[lane] = d[1];
-    r->dir_z[lane] = d[2];
+    r->dir_x[lane] = direction->x[i];
+    r->dir_y[lane] = direction->y[i];
+    r->dir_z[lane] = direction->z[i];
     r->tnear[lane] = 0.0f;
     r->tfar[lane] = b->reach;
     p->throughput.x[lane] = p->throughput.y[lane] = p->throughput.z[lane] = weight;
@@ -164,6 +179,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
 {
     struct lanes_mask asked = b->counted, valid;
     struct lanes3 local, direction;
+    _Alignas(LANES_ALIGN) float weight[LANES];
     for (int i = 0; i < LANES; i++) asked.on[i] &= -(sample < b->rays[i]);
     valid = asked;
     sample_directions(b, s, sample, &local);
@@ -177,11 +193,12 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
         pool->count += LANES;
         return;
     }
+    weigh(b, &direction, &valid, weight);
     for (int i = 0; i < LANES; i++) {
         uint32_t lane;
         if (!valid.on[i]) continue;
         struct path_packet *p = path_pool_add(pool, &lane);
-        begin_path(b, sample, slot, i, &direction, p, lane);
+        begin_path(b, sample, slot, i, &direction, weight[i], p, lane);
     }
 }
 
@@ -344,6 +361,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
         b->key[i] =
             path_field_key(path_key(pattern.seed, pattern.frame, block->x_px[i], block->y_px[i]));
     }
+    if (from->any_general) layers_see(c->queries->kernels, from, &b->layers);
     b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);

@@ -108,6 +108,17 @@ struct lane_kernels {
                             struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
     void (*lambert_light)(const struct path_light *light, const struct surface *s,
                           const float *probability, struct lanes3 *out);
+    /* layers.h. What `back` sees of the layers that are on; */
+    void (*layers_see)(const struct lanes3 *back, struct layers *layers);
+    /* what they send on of light samples that are traced, were these seen: into their lanes; */
+    void (*layers_light)(const struct path_light *light, const struct path_vertex *v,
+                         const float *probability, struct lanes3 *diffuse, struct lanes3 *all);
+    /* where they scatter paths (`choice` picks the lobe); */
+    void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
+                           const float *w, struct path_scattering *s);
+    /* and pi times their diffuse lobes over white albedo, in directions of the world. */
+    void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
+                           const struct lanes3 *direction, float *weight);
     void (*meet_rectangle)(const struct light *light, const struct path_packet *p,
                            const float *reach, float *factor);
 };

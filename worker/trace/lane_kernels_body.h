@@ -13,6 +13,7 @@
 /* After what it is made of: */
 #include "worker/trace/geometry_lanes.h"
 #include "worker/trace/hit_lanes.h"
+#include "worker/trace/layer_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,
@@ -43,5 +44,9 @@ const struct lane_kernels LANE_KERNELS = {
     .tangents = kernel_tangents,
     .lambert_scatter = kernel_lambert_scatter,
     .lambert_light = kernel_lambert_light,
+    .layers_see = kernel_layers_see,
+    .layers_light = kernel_layers_light,
+    .layers_scatter = kernel_layers_scatter,
+    .layers_diffuse = kernel_layers_diffuse,
     .meet_rectangle = kernel_meet_rectangle,
 };

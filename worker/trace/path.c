@@ -328,6 +328,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
+    if (v->any_general) layers_see(c->queries->kernels, v, &v->layers);
     if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);

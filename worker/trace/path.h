@@ -17,6 +17,7 @@
 #include "worker/scene/light_table.h"
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit.h"
+#include "worker/trace/layers.h"
 #include "worker/trace/light.h"
 #include "worker/trace/mirrors.h"
 #include "worker/trace/path_pool.h"
@@ -76,7 +77,20 @@ struct path_vertex {
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
-    struct lanes3 back; /* to where the path came from, in the shading frame; the same */
+    struct lanes3 back;   /* to where the path came from, in the shading frame; the same */
+    struct layers layers; /* of these lanes, where a path is about to go on; else nobody's */
+};
+
+/* The next segment of sixteen paths. */
+struct path_scattering {
+    struct lanes_mask on;
+    struct lanes3 direction;
+    struct lanes3 weight;
+    struct lanes_mask through; /* to the other side of the surface */
+    _Alignas(LANES_ALIGN) float pdf[LANES];
+    /* Of lanes with a bsdf, what their weight is made of: struct bsdf_sample's. */
+    _Alignas(LANES_ALIGN) float diffuse[LANES];
+    struct lanes3 specular;
 };
 
 /* A light sample of sixteen vertices. */

@@ -294,6 +294,11 @@ static void reflect_general(const struct path_vertex *v, const struct choice *ch
     out->all.z[i] = all[2];
 }
 
+static bool is_alone(const struct path_vertex *v, int i)
+{
+    return !v->lambert.on[i] && !v->layers.on.on[i];
+}
+
 static void reflect(const struct path_context *c, const struct path_vertex *v,
                     const struct choice *choice, const struct path_light *l, struct reflected *out)
 {
@@ -307,8 +312,11 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
             out->all.z[i] = out->diffuse.z[i] * s->albedo.z[i];
         }
     }
-    for (int i = 0; v->any_general && i < LANES; i++)
-        if (l->packet.traced.on[i] && !v->lambert.on[i]) reflect_general(v, choice, l, i, out);
+    if (!v->any_general) return;
+    if (v->layers.any)
+        c->queries->kernels->layers_light(l, v, choice->probability, &out->diffuse, &out->all);
+    for (int i = 0; v->layers.others && i < LANES; i++)
+        if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, choice, l, i, out);
 }
 
 /* Of what the camera path's first surface sends on of the sky: where fields light it, without the

@@ -14,22 +14,12 @@
 /* Even a path through white surfaces ends at last. */
 #define ROULETTE_MOST 0.98f
 
-/* The next segment of sixteen paths. */
-struct scattering {
-    struct lanes_mask on;
-    struct lanes3 direction;
-    struct lanes3 weight;
-    struct lanes_mask through; /* to the other side of the surface */
-    _Alignas(LANES_ALIGN) float pdf[LANES];
-};
-
 static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
-                            const float u[LANES], const float w[LANES], struct scattering *s)
+                            const float u[LANES], const float w[LANES], struct path_scattering *s)
 {
     s->on = v->active;
     c->queries->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
     s->weight = v->surface.albedo;
-    for (int i = 0; i < LANES; i++) s->through.on[i] = 0;
 }
 
 static bool leaves(const struct surface *s, int i, const float d[3], bool through)
@@ -38,33 +28,41 @@ static bool leaves(const struct surface *s, int i, const float d[3], bool throug
     return through ? facet < 0.0f : facet > 0.0f;
 }
 
-/* The share of the weight that is the diffuse lobe's, over its albedo: what turns all that comes
- * along the new direction into demodulated light. */
-static void keep_share(const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
-                       struct path_harvest *h)
+/* The shares of weights that are diffuse lobes', over their albedo: what turns all that comes along
+ * the new directions into demodulated light. */
+static void keep_shares(const struct path_packet *p, const struct path_vertex *v,
+                        const struct path_scattering *s, struct path_harvest *h)
 {
-    h->share.r[slot] = weight[0] > 0.0f ? sample->diffuse / weight[0] : 0.0f;
-    h->share.g[slot] = weight[1] > 0.0f ? sample->diffuse / weight[1] : 0.0f;
-    h->share.b[slot] = weight[2] > 0.0f ? sample->diffuse / weight[2] : 0.0f;
+    const struct lanes3 *w = &s->weight;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!(v->active.on[i] & s->on.on[i]) || v->lambert.on[i]) continue;
+        h->share.r[slot] = w->x[i] > 0.0f ? s->diffuse[i] / w->x[i] : 0.0f;
+        h->share.g[slot] = w->y[i] > 0.0f ? s->diffuse[i] / w->y[i] : 0.0f;
+        h->share.b[slot] = w->z[i] > 0.0f ? s->diffuse[i] / w->z[i] : 0.0f;
+    }
 }
 
-/* The part of the weight that light fields do not bring: not the diffuse lobe's, nor that of the
+/* The parts of weights that light fields do not bring: not the diffuse lobe's, nor that of the
  * glossy lobe, beside which such a surface has no other. Pure Lambert surfaces keep nothing. */
-static void keep_rest(const struct path_context *c, const struct bsdf *b,
-                      const struct bsdf_sample *sample, const float weight[3], uint32_t slot,
+static void keep_rest(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, const struct path_scattering *s,
                       struct path_harvest *h)
 {
-    const float lobe = h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot];
-    if (c->leaves_glossy && glossy_has(b)) return; /* nothing, as slots begin */
-    if (lobe > 0.0f) return;
-    h->kept.r[slot] = weight[0] > 0.0f ? sample->specular[0] / weight[0] : 0.0f;
-    h->kept.g[slot] = weight[1] > 0.0f ? sample->specular[1] / weight[1] : 0.0f;
-    h->kept.b[slot] = weight[2] > 0.0f ? sample->specular[2] / weight[2] : 0.0f;
+    const struct lanes3 *w = &s->weight, *rest = &s->specular;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!(v->active.on[i] & s->on.on[i]) || v->lambert.on[i]) continue;
+        if (c->leaves_glossy && glossy_has(&v->bsdf[i])) continue; /* nothing, as slots begin */
+        if (h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f) continue;
+        h->kept.r[slot] = w->x[i] > 0.0f ? rest->x[i] / w->x[i] : 0.0f;
+        h->kept.g[slot] = w->y[i] > 0.0f ? rest->y[i] / w->y[i] : 0.0f;
+        h->kept.b[slot] = w->z[i] > 0.0f ? rest->z[i] / w->z[i] : 0.0f;
+    }
 }
 
-static void scatter_general(const struct path_context *c, const struct path_packet *p,
-                            const struct path_vertex *v, int i, float choice, const float u[2],
-                            struct scattering *out, struct path_harvest *h)
+static void scatter_general(const struct path_vertex *v, int i, float choice, const float u[2],
+                            struct path_scattering *out)
 {
     const struct surface *s = &v->surface;
     const struct bsdf *b = &v->bsdf[i];
@@ -89,8 +87,10 @@ static void scatter_general(const struct path_context *c, const struct path_pack
     out->through.on[i] = sample.transmitted ? -1 : 0;
     /* Light samples look at the near side only. */
     out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
-    if (c->demodulate && v->depth == 0) keep_share(&sample, weight, p->slot[i], h);
-    if (c->leaves_diffuse && v->depth == 0) keep_rest(c, b, &sample, weight, p->slot[i], h);
+    out->diffuse[i] = sample.diffuse;
+    out->specular.x[i] = sample.specular[0];
+    out->specular.y[i] = sample.specular[1];
+    out->specular.z[i] = sample.specular[2];
 }
 
 /* After a pure Lambert surface all that comes is diffuse. */
@@ -141,7 +141,7 @@ static bool survives(struct path_packet *next, uint32_t lane, float chance)
 }
 
 static void start_segment(const struct path_packet *p, const struct path_vertex *v,
-                          const struct scattering *s, uint32_t i, struct path_packet *next,
+                          const struct path_scattering *s, uint32_t i, struct path_packet *next,
                           uint32_t lane)
 {
     const struct surface *from = &v->surface;
@@ -171,7 +171,7 @@ static bool is_left_out(const struct path_context *c, const struct path_vertex *
 }
 
 static void append(const struct path_context *c, const struct path_packet *p,
-                   const struct path_vertex *v, const struct scattering *s,
+                   const struct path_vertex *v, const struct path_scattering *s,
                    const struct path_harvest *h, struct path_pool *pool)
 {
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
@@ -206,7 +206,7 @@ static void append(const struct path_context *c, const struct path_packet *p,
 
 /* The only path's next segment, for its record. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
-                                    const struct path_vertex *v, const struct scattering *s,
+                                    const struct path_vertex *v, const struct path_scattering *s,
                                     const struct path_harvest *h, const struct path_pool *next)
 {
     struct path_record_scatter to = {
@@ -225,22 +225,37 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     path_record_scatter(c, p, v, &to);
 }
 
+/* Lanes with a bsdf. */
+static void scatter_generals(const struct path_context *c, const struct path_packet *p,
+                             const struct path_vertex *v, const float u[LANES],
+                             const float w[LANES], struct path_scattering *s)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_CHOICE;
+    _Alignas(LANES_ALIGN) float lobe[LANES], light[LANES];
+    kernels->path_pairs(p, dimension, lobe, light);
+    if (v->layers.any) kernels->layers_scatter(v, lobe, u, w, s);
+    for (int i = 0; v->layers.others && i < LANES; i++) {
+        const float at[2] = {u[i], w[i]};
+        if (v->active.on[i] && !v->lambert.on[i] && !v->layers.on.on[i])
+            scatter_general(v, i, lobe[i], at, s);
+    }
+}
+
 void path_scatter(const struct path_context *c, const struct path_packet *p,
                   const struct path_vertex *v, struct path_harvest *h, struct path_pool *next)
 {
-    const struct lane_kernels *kernels = c->queries->kernels;
-    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
-    _Alignas(LANES_ALIGN) float u[LANES], w[LANES], lobe[LANES], light[LANES];
-    struct scattering s;
-    memset(&s.on, 0, sizeof s.on);
-    kernels->path_pairs(p, base + PATH_DIRECTION, u, w);
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_DIRECTION;
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
+    const bool first = v->depth == 0;
+    struct path_scattering s;
+    memset(&s, 0, sizeof s);
+    c->queries->kernels->path_pairs(p, dimension, u, w);
     if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
-    if (v->any_lambert && c->demodulate && v->depth == 0) keep_lambert_shares(p, v, h);
-    if (v->any_general) kernels->path_pairs(p, base + PATH_CHOICE, lobe, light);
-    for (int i = 0; v->any_general && i < LANES; i++) {
-        const float at[2] = {u[i], w[i]};
-        if (v->active.on[i] && !v->lambert.on[i]) scatter_general(c, p, v, i, lobe[i], at, &s, h);
-    }
+    if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
+    if (v->any_general) scatter_generals(c, p, v, u, w, &s);
+    if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
+    if (v->any_general && c->leaves_diffuse && first) keep_rest(c, p, v, &s, h);
     if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
     append(c, p, v, &s, h, next);
     if (c->record) record(c, p, v, &s, h, next);
