@@ -173,14 +173,14 @@ static uint32_t row_near(const struct environment *e, struct environment_spot sp
     return spot.v < (float)last ? (uint32_t)spot.v : last;
 }
 
-/* u in [0, width], v in [0, height]; 0 for what is no direction. The angle from a pole is taken by
- * its sine, too: the cosine alone knows little of it there. */
-struct environment_spot environment_find(const struct environment *e, const float d[3])
+void environment_size(const struct environment *e, float *width, float *height)
 {
-    const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
-    const float down = ELEMENTARY_INV_PI * elementary_atan2(sqrtf(d[0] * d[0] + d[2] * d[2]), d[1]);
-    const struct environment_spot spot = {around > 0.0f ? around * (float)e->width : 0.0f,
-                                          down > 0.0f ? down * (float)e->height : 0.0f};
+    *width = (float)e->width;
+    *height = (float)e->height;
+}
+
+void environment_ask(const struct environment *e, struct environment_spot spot)
+{
     const struct corners c = corners_of(e, spot);
     for (int y = 0; y < 2; y++)
         for (int x = 0; x < 2; x++) {
@@ -188,7 +188,6 @@ struct environment_spot environment_find(const struct environment *e, const floa
             __builtin_prefetch(c.at[y][x] + 2);
         }
     __builtin_prefetch(e->weights + (size_t)row_near(e, spot) * e->width + column_of(e, spot));
-    return spot;
 }
 
 void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3])
@@ -202,9 +201,14 @@ void environment_read(const struct environment *e, struct environment_spot spot,
     }
 }
 
+static struct environment_spot find(const struct environment *e, const float direction[3])
+{
+    return environment_find(direction, (float)e->width, (float)e->height);
+}
+
 void environment_lookup(const struct environment *e, const float direction[3], float radiance[3])
 {
-    environment_read(e, environment_find(e, direction), radiance);
+    environment_read(e, find(e, direction), radiance);
 }
 
 /* The row as sampling means it: by where 1 - cos lies between the edges. */
@@ -230,7 +234,7 @@ float environment_density(const struct environment *e, const float direction[3],
 
 float environment_pdf(const struct environment *e, const float direction[3])
 {
-    return environment_density(e, direction, environment_find(e, direction));
+    return environment_density(e, direction, find(e, direction));
 }
 
 /* ---- sampling ---- */
@@ -250,31 +254,24 @@ uint32_t environment_choose(const struct environment *e, float choice, const flo
     return i;
 }
 
-void environment_place(const struct environment *e, uint32_t texel, const float u[2],
-                       float direction[3], float *pdf)
+struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel)
 {
-    direction[0] = direction[2] = 0.0f;
-    direction[1] = 1.0f;
-    *pdf = 0.0f;
-    if (!(e->density > 0.0f)) return;
+    if (!(e->density > 0.0f)) return (struct environment_texel){0};
     const uint32_t y = texel / e->width, x = texel - y * e->width;
-    /* Rows below the equator are the upper ones' mirror image: 1 - cos is exact near both poles. */
     const bool below = 2 * y >= e->height;
     const uint32_t row = below ? e->height - 1 - y : y;
-    const double near = e->edges[row], far = e->edges[row + 1];
-    const double from_pole = near + (below ? 1.0 - (double)u[1] : (double)u[1]) * (far - near);
-    const float sine = sqrtf((float)(from_pole * (2.0 - from_pole)));
-    float around_sine, around_cosine;
-    elementary_sincos_turn((float)(((double)x + (double)u[0]) / (double)e->width), &around_sine,
-                           &around_cosine);
-    direction[0] = -sine * around_cosine;
-    direction[1] = (float)(below ? from_pole - 1.0 : 1.0 - from_pole);
-    direction[2] = -sine * around_sine;
-    *pdf = e->density * e->weights[texel];
+    return (struct environment_texel){.near = e->edges[row],
+                                      .far = e->edges[row + 1],
+                                      .column = (float)x,
+                                      .below = below,
+                                      .density = e->density * e->weights[texel]};
 }
 
 void environment_sample(const struct environment *e, float choice, const float u[2],
                         float direction[3], float *pdf)
 {
-    environment_place(e, environment_choose(e, choice, u), u, direction, pdf);
+    const uint32_t texel = environment_choose(e, choice, u);
+    const struct environment_texel t = environment_texel_of(e, texel);
+    *pdf = t.density;
+    environment_place(t, (float)e->width, u, direction);
 }

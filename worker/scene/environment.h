@@ -8,7 +8,11 @@
  * sphere. It is positive wherever a lookup is, so that no rim of a sun is lost.
  *
  * Nothing here calls the C library's trigonometry: bytes must not depend on the CPU. */
+#include <math.h>
+#include <stdbool.h>
+
 #include "proto/environment.h"
+#include "worker/shade/elementary.h"
 
 struct environment;
 
@@ -42,14 +46,51 @@ struct environment_spot {
     float u, v;
 };
 
-/* environment_lookup and environment_pdf: where a unit direction is; then what is there. */
-struct environment_spot environment_find(const struct environment *e, const float direction[3]);
+/* environment_lookup and environment_pdf begin with where a unit direction is on a map of width x
+ * height texels (loops over lanes become vector code): u in [0, width], v in [0, height]; 0 for
+ * what is no direction. The angle from a pole is taken by its sine, too: the cosine alone knows
+ * little of it there. */
+static inline struct environment_spot environment_find(const float d[3], float width, float height)
+{
+    const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
+    const float down = ELEMENTARY_INV_PI * elementary_atan2(sqrtf(d[0] * d[0] + d[2] * d[2]), d[1]);
+    return (struct environment_spot){around > 0.0f ? around * width : 0.0f,
+                                     down > 0.0f ? down * height : 0.0f};
+}
+
+/* Asks for what is there; reads it. */
+void environment_ask(const struct environment *e, struct environment_spot spot);
 void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3]);
 float environment_density(const struct environment *e, const float direction[3],
                           struct environment_spot spot);
 
-/* environment_sample: asks for the table alone; chooses a texel; places a direction within it. */
+/* A texel that was chosen. Rows below the equator are the upper ones' mirror image: 1 - cos is
+ * exact near both poles. */
+struct environment_texel {
+    double near, far; /* 1 - cos of its edges, from the nearer pole */
+    float column;
+    bool below;
+    float density; /* per solid angle; 0: a black map, there is no direction */
+};
+
+/* environment_sample: asks for the table alone; chooses a texel; looks where it is. */
 void environment_expect(const struct environment *e, float choice, const float u[2]);
 uint32_t environment_choose(const struct environment *e, float choice, const float u[2]);
-void environment_place(const struct environment *e, uint32_t texel, const float u[2],
-                       float direction[3], float *pdf);
+struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel);
+/* And places a direction within it (loops over lanes become vector code). */
+static inline void environment_place(struct environment_texel t, float width, const float u[2],
+                                     float direction[3])
+{
+    const double along = t.below ? 1.0 - (double)u[1] : (double)u[1];
+    const double from_pole = t.near + along * (t.far - t.near);
+    const float sine = sqrtf((float)(from_pole * (2.0 - from_pole)));
+    const double around = ((double)t.column + (double)u[0]) / (double)width;
+    float around_sine, around_cosine;
+    elementary_sincos_turn((float)around, &around_sine, &around_cosine);
+    direction[0] = -sine * around_cosine;
+    direction[1] = (float)(t.below ? from_pole - 1.0 : 1.0 - from_pole);
+    direction[2] = -sine * around_sine;
+}
+
+/* Texels along u and v. */
+void environment_size(const struct environment *e, float *width, float *height);

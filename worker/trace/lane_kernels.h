@@ -119,6 +119,11 @@ struct lane_kernels {
     /* and pi times their diffuse lobes over white albedo, in directions of the world. */
     void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
                            const struct lanes3 *direction, float *weight);
+    /* Where directions of the world are on the sky's map; directions within texels of it. */
+    void (*find_sky)(const struct sky *sky, const float *x, const float *y, const float *z,
+                     struct sky_view *out);
+    void (*place_sky)(const struct sky *sky, const struct sky_texels *texels, const float *u,
+                      const float *v, struct lanes3 *direction);
     void (*meet_rectangle)(const struct light *light, const struct path_packet *p,
                            const float *reach, float *factor);
 };

@@ -8,6 +8,7 @@
 #include "worker/trace/path_lanes.h"
 #include "worker/trace/ray_lanes.h"
 #include "worker/trace/shadow_lanes.h"
+#include "worker/trace/sky_lanes.h"
 #include "worker/trace/surface_lanes.h"
 #include "worker/trace/texel_lanes.h"
 /* After what it is made of: */
@@ -44,6 +45,8 @@ const struct lane_kernels LANE_KERNELS = {
     .tangents = kernel_tangents,
     .lambert_scatter = kernel_lambert_scatter,
     .lambert_light = kernel_lambert_light,
+    .find_sky = kernel_find_sky,
+    .place_sky = kernel_place_sky,
     .layers_see = kernel_layers_see,
     .layers_light = kernel_layers_light,
     .layers_scatter = kernel_layers_scatter,

@@ -5,20 +5,11 @@
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_choice.h"
 #include "worker/trace/path_record.h"
 
 /* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
 #define EMITTER_END 0.9999f
-
-/* What one lane is to try. */
-struct choice {
-    uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
-    _Alignas(LANES_ALIGN) float probability[LANES];
-    _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
-    _Alignas(LANES_ALIGN) float soft[LANES]; /* share that is the soft sky's */
-    uint64_t plan_lights;                    /* bits: chosen by some lane */
-    bool others;                             /* emitters or environment are */
-};
 
 static float probability_of(const struct light_table *t, uint32_t chosen)
 {
@@ -34,7 +25,7 @@ static bool is_one_light(const struct light_table *t)
 }
 
 static void choose(const struct path_context *c, const struct path_packet *p,
-                   const struct path_vertex *v, struct choice *out)
+                   const struct path_vertex *v, struct path_choice *out)
 {
     const struct lane_kernels *kernels = c->queries->kernels;
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
@@ -61,7 +52,7 @@ static void choose(const struct path_context *c, const struct path_packet *p,
 
 /* Lanes that chose lights of the plan. One light for all needs no copying. */
 static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
-                               const struct choice *choice, struct path_light *out)
+                               const struct path_choice *choice, struct path_light *out)
 {
     const struct lane_kernels *kernels = c->queries->kernels;
     const struct light *lights = c->lights->lights;
@@ -79,22 +70,8 @@ static void sample_plan_lights(const struct path_context *c, const struct path_v
     }
 }
 
-/* The direction of the ray to a sample at `way` from lane i's surface, with the cosines that decide
- * whether it is needed. */
-static bool aim(const struct path_vertex *v, int i, const float way[3], float along,
-                struct light_packet *p)
-{
-    const struct surface *s = &v->surface;
-    float shading = way[0] * s->normal.x[i] + way[1] * s->normal.y[i] + way[2] * s->normal.z[i];
-    float facet = way[0] * s->facet.x[i] + way[1] * s->facet.y[i] + way[2] * s->facet.z[i];
-    bool above = shading > 0.0f && facet > 0.0f;
-    p->skip[i] = above ? LIGHT_TRACED : LIGHT_BELOW_HORIZON;
-    p->irradiance[i] = shading / along; /* the cosine; the caller divides by the density */
-    return above;
-}
-
 static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
-                           const struct choice *choice, int i, struct path_light *out)
+                           const struct path_choice *choice, int i, struct path_light *out)
 {
     const struct surface *s = &v->surface;
     struct light_packet *p = &out->packet;
@@ -107,7 +84,7 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
     float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     float front = -(way[0] * e.normal[0] + way[1] * e.normal[1] + way[2] * e.normal[2]);
     float side = front < 0.0f ? -1.0f : 1.0f;
-    if (!aim(v, i, way, sqrtf(squared), p)) return;
+    if (!path_aim(v, i, way, sqrtf(squared), p)) return;
     if (front == 0.0f || (front < 0.0f && !e.double_sided)) {
         p->skip[i] = LIGHT_FACING_AWAY;
         return;
@@ -125,70 +102,11 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
     out->color.z[i] = e.radiance[2];
 }
 
-/* Lane i's direction and cosine; false where no light comes from there. */
-static bool sample_sky(const struct path_context *c, const struct path_vertex *v,
-                       const struct choice *choice, int i, uint32_t chosen, float direction[3],
-                       struct path_light *out)
-{
-    struct light_packet *p = &out->packet;
-    struct RTCRay16 *r = &p->rays.ray;
-    const float u[2] = {choice->u[i], choice->v[i]};
-    sky_place(c->sky, chosen, u, direction, &p->density[i]);
-    if (!(p->density[i] > 0.0f)) {
-        p->skip[i] = LIGHT_FACING_AWAY;
-        return false;
-    }
-    if (!aim(v, i, direction, 1.0f, p)) return false;
-    p->irradiance[i] /= p->density[i];
-    r->dir_x[i] = direction[0];
-    r->dir_y[i] = direction[1];
-    r->dir_z[i] = direction[2];
-    r->tfar[i] = INFINITY;
-    return true;
-}
-
-static void look_at_sky(const struct path_context *c, struct choice *choice, int i,
-                        const struct sky_view *view, struct path_light *out)
-{
-    float radiance[3];
-    choice->soft[i] = sky_radiance(c->sky, view, radiance);
-    out->color.x[i] = radiance[0];
-    out->color.y[i] = radiance[1];
-    out->color.z[i] = radiance[2];
-}
-
-/* Lanes that chose the environment, step by step for all of them: what a step reads of a map is
- * mostly in no cache. */
-static void sample_skies(const struct path_context *c, const struct path_vertex *v,
-                         struct choice *choice, struct path_light *out)
-{
-    int lane[LANES], count = 0, seen = 0;
-    uint32_t chosen[LANES];
-    struct sky_view view[LANES];
-    for (int i = 0; i < LANES; i++)
-        if (choice->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) lane[count++] = i;
-    for (int k = 0; k < count; k++) {
-        const float u[2] = {choice->u[lane[k]], choice->v[lane[k]]};
-        sky_expect(c->sky, choice->pick[lane[k]], u);
-    }
-    for (int k = 0; k < count; k++) {
-        const float u[2] = {choice->u[lane[k]], choice->v[lane[k]]};
-        chosen[k] = sky_choose(c->sky, choice->pick[lane[k]], u);
-    }
-    for (int k = 0; k < count; k++) {
-        float direction[3];
-        if (!sample_sky(c, v, choice, lane[k], chosen[k], direction, out)) continue;
-        view[seen] = sky_find(c->sky, direction);
-        lane[seen++] = lane[k];
-    }
-    for (int k = 0; k < seen; k++) look_at_sky(c, choice, lane[k], &view[k], out);
-}
-
 static void sample_others(const struct path_context *c, const struct path_vertex *v,
-                          struct choice *choice, struct path_light *out)
+                          struct path_choice *choice, struct path_light *out)
 {
     struct light_packet *p = &out->packet;
-    sample_skies(c, v, choice, out);
+    path_sample_sky(c, v, choice, out);
     for (int i = 0; i < LANES; i++) {
         if (choice->chosen[i] == UINT32_MAX || choice->chosen[i] < LIMIT_LIGHTS) continue;
         if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, choice, i, out);
@@ -199,7 +117,7 @@ static void sample_others(const struct path_context *c, const struct path_vertex
 }
 
 /* Colors over the probability of their choice. */
-static void finish_colors(const struct path_context *c, const struct choice *choice,
+static void finish_colors(const struct path_context *c, const struct path_choice *choice,
                           struct path_light *out)
 {
     for (int i = 0; i < LANES; i++) {
@@ -223,7 +141,7 @@ static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
 
 /* The only light of a plan: nothing to choose. */
 static void sample_only_light(const struct path_context *c, const struct path_packet *p,
-                              const struct path_vertex *v, struct choice *choice,
+                              const struct path_vertex *v, struct path_choice *choice,
                               struct path_light *out)
 {
     const struct light *light = &c->lights->lights[0];
@@ -242,7 +160,7 @@ static void sample_only_light(const struct path_context *c, const struct path_pa
 }
 
 static void sample_lights(const struct path_context *c, const struct path_packet *p,
-                          const struct path_vertex *v, struct choice *choice,
+                          const struct path_vertex *v, struct path_choice *choice,
                           struct path_light *out)
 {
     if (is_one_light(c->lights)) {
@@ -263,7 +181,7 @@ struct reflected {
     struct lanes3 all;
 };
 
-static void reflect_general(const struct path_vertex *v, const struct choice *choice,
+static void reflect_general(const struct path_vertex *v, const struct path_choice *choice,
                             const struct path_light *l, int i, struct reflected *out)
 {
     const struct RTCRay16 *r = &l->packet.rays.ray;
@@ -300,7 +218,8 @@ static bool is_alone(const struct path_vertex *v, int i)
 }
 
 static void reflect(const struct path_context *c, const struct path_vertex *v,
-                    const struct choice *choice, const struct path_light *l, struct reflected *out)
+                    const struct path_choice *choice, const struct path_light *l,
+                    struct reflected *out)
 {
     const struct surface *s = &v->surface;
     if (!v->any_lambert) memset(out, 0, sizeof *out);
@@ -323,7 +242,7 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
  * soft share of the diffuse lobe's, and of the glossy one's where they light that; else that share
  * alone is the diffuse part. */
 static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
-                       const struct choice *choice, const struct path_harvest *h,
+                       const struct path_choice *choice, const struct path_harvest *h,
                        struct reflected *f)
 {
     const struct lanes3 *a = &v->surface.albedo;
@@ -345,7 +264,7 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
 
 /* The only path's sample, for its record. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
-                                    const struct choice *choice, const struct light_packet *l,
+                                    const struct path_choice *choice, const struct light_packet *l,
                                     const struct reflected *f)
 {
     const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
@@ -386,7 +305,7 @@ static void gather(const struct path_context *c, const struct path_packet *p,
 void path_light(const struct path_context *c, const struct path_packet *p,
                 const struct path_vertex *v, struct path_light *light, struct path_harvest *h)
 {
-    struct choice choice;
+    struct path_choice choice;
     struct reflected reflected;
     struct light_packet *packet = &light->packet;
     sample_lights(c, p, v, &choice, light);

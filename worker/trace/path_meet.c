@@ -48,10 +48,11 @@ static void leave_soft(const struct path_packet *p, uint32_t i, float soft, floa
     radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
 }
 
-/* Rays that met nothing, and where they look at the sky: all of them before any does. */
+/* Rays that met nothing, and where they look at the sky. */
 struct missed {
-    uint32_t count, ray[LANES];
-    struct sky_view view[LANES];
+    uint32_t count;
+    int ray[LANES];
+    struct sky_view view;
 };
 
 static void find_missed(const struct path_context *c, const struct path_packet *p,
@@ -59,12 +60,11 @@ static void find_missed(const struct path_context *c, const struct path_packet *
 {
     const struct RTCRay16 *r = &p->rays.ray;
     out->count = 0;
-    for (uint32_t i = 0; i < p->count; i++) {
-        if (v->surface.hit.on[i]) continue;
-        const float direction[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
-        out->view[out->count] = sky_find(c->sky, direction);
-        out->ray[out->count++] = i;
-    }
+    for (int i = 0; i < (int)p->count; i++)
+        if (!v->surface.hit.on[i]) out->ray[out->count++] = i;
+    if (out->count == 0 || c->sky->kind != ENVIRONMENT_MAP) return;
+    c->queries->kernels->find_sky(c->sky, r->dir_x, r->dir_y, r->dir_z, &out->view);
+    for (uint32_t k = 0; k < out->count; k++) sky_ask(c->sky, &out->view, out->ray[k]);
 }
 
 static void meet_sky(const struct path_context *c, const struct path_packet *p,
@@ -73,12 +73,13 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
     struct missed missed;
     find_missed(c, p, v, &missed);
     for (uint32_t k = 0; k < missed.count; k++) {
-        const uint32_t i = missed.ray[k];
-        const struct sky_view *view = &missed.view[k];
+        const int lane = missed.ray[k];
+        const uint32_t i = (uint32_t)lane;
         float radiance[3], weight = 1.0f;
-        const float soft = sky_radiance(c->sky, view, radiance);
+        const float soft = sky_radiance(c->sky, &missed.view, lane, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
-            weight = weigh(p->pdf[i], c->lights->environment_probability * sky_pdf(c->sky, view));
+            weight = weigh(p->pdf[i], c->lights->environment_probability *
+                                          sky_pdf(c->sky, &missed.view, lane));
         if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
@@ -164,9 +165,10 @@ static void meet_soft_sky(const struct path_context *c, const struct path_packet
     struct missed missed;
     find_missed(c, p, v, &missed);
     for (uint32_t k = 0; k < missed.count; k++) {
-        const uint32_t i = missed.ray[k], slot = p->slot[i];
+        const int i = missed.ray[k];
+        const uint32_t slot = p->slot[i];
         float radiance[3];
-        const float soft = sky_radiance(c->sky, &missed.view[k], radiance);
+        const float soft = sky_radiance(c->sky, &missed.view, i, radiance);
         h->indirect.r[slot] += soft * radiance[0] * t->x[i];
         h->indirect.g[slot] += soft * radiance[1] * t->y[i];
         h->indirect.b[slot] += soft * radiance[2] * t->z[i];

@@ -20,6 +20,7 @@ static void scatter_lambert(const struct path_context *c, const struct path_vert
     s->on = v->active;
     c->queries->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
     s->weight = v->surface.albedo;
+    memset(&s->through, 0, sizeof s->through);
 }
 
 static bool leaves(const struct surface *s, int i, const float d[3], bool through)
@@ -249,7 +250,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
     const bool first = v->depth == 0;
     struct path_scattering s;
-    memset(&s, 0, sizeof s);
+    if (!v->any_lambert) memset(&s, 0, sizeof s);
     c->queries->kernels->path_pairs(p, dimension, u, w);
     if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
     if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);

@@ -12,40 +12,36 @@ void sky_init(struct sky *sky, const struct plan_environment *plan, const struct
     if (plan->kind != ENVIRONMENT_MAP) return;
     sky->cosine = elementary_cos(plan->rotation_rad);
     sky->sine = elementary_sin(plan->rotation_rad);
+    environment_size(map, &sky->width, &sky->height);
     sky->soft_most = SKY_SOFT_TIMES * environment_mean(map);
     sky->hard = environment_most(map) > sky->soft_most;
 }
 
-/* From the world to the map. */
-static void turn_back(const struct sky *sky, const float in[3], float out[3])
+static struct environment_spot spot_of(const struct sky_view *view, int lane)
 {
-    out[0] = sky->cosine * in[0] + sky->sine * in[2];
-    out[1] = in[1];
-    out[2] = sky->cosine * in[2] - sky->sine * in[0];
+    return (struct environment_spot){view->u[lane], view->v[lane]};
 }
 
-struct sky_view sky_find(const struct sky *sky, const float direction[3])
+void sky_ask(const struct sky *sky, const struct sky_view *view, int lane)
 {
-    struct sky_view view = {.spot = {0.0f, 0.0f}};
-    if (sky->kind != ENVIRONMENT_MAP) return view;
-    turn_back(sky, direction, view.direction);
-    view.spot = environment_find(sky->map, view.direction);
-    return view;
+    if (sky->kind == ENVIRONMENT_MAP) environment_ask(sky->map, spot_of(view, lane));
 }
 
-float sky_radiance(const struct sky *sky, const struct sky_view *view, float radiance[3])
+float sky_radiance(const struct sky *sky, const struct sky_view *view, int lane, float radiance[3])
 {
     memcpy(radiance, sky->radiance, 3 * sizeof radiance[0]);
     if (sky->kind != ENVIRONMENT_MAP) return 1.0f;
-    environment_read(sky->map, view->spot, radiance);
+    environment_read(sky->map, spot_of(view, lane), radiance);
     const float bright = 0.2126f * radiance[0] + 0.7152f * radiance[1] + 0.0722f * radiance[2];
     for (int c = 0; c < 3; c++) radiance[c] *= sky->radiance[c];
     return bright > sky->soft_most ? sky->soft_most / bright : 1.0f;
 }
 
-float sky_pdf(const struct sky *sky, const struct sky_view *view)
+float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane)
 {
-    return environment_density(sky->map, view->direction, view->spot);
+    const struct lanes3 *d = &view->direction;
+    const float direction[3] = {d->x[lane], d->y[lane], d->z[lane]};
+    return environment_density(sky->map, direction, spot_of(view, lane));
 }
 
 void sky_expect(const struct sky *sky, float choice, const float u[2])
@@ -58,12 +54,12 @@ uint32_t sky_choose(const struct sky *sky, float choice, const float u[2])
     return environment_choose(sky->map, choice, u);
 }
 
-void sky_place(const struct sky *sky, uint32_t chosen, const float u[2], float direction[3],
-               float *pdf)
+void sky_look(const struct sky *sky, uint32_t chosen, int lane, struct sky_texels *out)
 {
-    float turned[3];
-    environment_place(sky->map, chosen, u, turned, pdf);
-    direction[0] = sky->cosine * turned[0] - sky->sine * turned[2];
-    direction[1] = turned[1];
-    direction[2] = sky->sine * turned[0] + sky->cosine * turned[2];
+    const struct environment_texel t = environment_texel_of(sky->map, chosen);
+    out->near[lane] = t.near;
+    out->far[lane] = t.far;
+    out->column[lane] = t.column;
+    out->density[lane] = t.density;
+    out->below.on[lane] = t.below ? -1 : 0;
 }
