@@ -32,6 +32,7 @@ struct gloss {
     uint32_t key[LANES], first[LANES]; /* of later numbers; of the pixel's directions */
     struct lanes_mask on;
     struct lanes_mask later; /* lanes whose half is the second */
+    struct layers layers;
 };
 
 void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
@@ -103,6 +104,7 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     g->from = from;
     g->most = 0;
     g->frame_key = path_frame_key(p->seed, p->frame);
+    layers_see(c->queries->kernels, from, &g->layers);
     for (int i = 0; i < LANES; i++) {
         const int32_t x = block->x_px[i], y = block->y_px[i];
         g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
@@ -120,28 +122,6 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     }
 }
 
-/* The ray of lane i, whose weights over the reflectance are `weight`; false below the facet. */
-static bool aim(const struct gloss *g, int i, const float wi[3], struct RTCRay16 *r, uint32_t lane)
-{
-    const struct path_vertex *v = g->from;
-    const struct surface *s = &v->surface;
-    const float d[3] = {
-        wi[0] * v->tangent.x[i] + wi[1] * v->bitangent.x[i] + wi[2] * s->normal.x[i],
-        wi[0] * v->tangent.y[i] + wi[1] * v->bitangent.y[i] + wi[2] * s->normal.y[i],
-        wi[0] * v->tangent.z[i] + wi[1] * v->bitangent.z[i] + wi[2] * s->normal.z[i]};
-    const float above = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
-    if (!(above > 0.0f)) return false;
-    r->org_x[lane] = s->origin.x[i];
-    r->org_y[lane] = s->origin.y[i];
-    r->org_z[lane] = s->origin.z[i];
-    r->dir_x[lane] = d[0];
-    r->dir_y[lane] = d[1];
-    r->dir_z[lane] = d[2];
-    r->tnear[lane] = 0.0f;
-    r->tfar[lane] = INFINITY;
-    return true;
-}
-
 /* Is sample `sample` of lane i's half? Halves are runs of the sequence, which are as evenly spread
  * as all of it; its even numbers lie on one side of the lobe. */
 static bool is_half(const struct gloss *g, uint32_t sample, int i)
@@ -149,31 +129,21 @@ static bool is_half(const struct gloss *g, uint32_t sample, int i)
     return (sample >= g->first_half[i]) == (g->later.on[i] != 0);
 }
 
-/* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
-static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, int i,
-                       struct glossy_sums *sums, struct path_pool *pool)
+static void put_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
+                     uint32_t slot, int i, const float weight[3], struct path_pool *pool)
 {
-    const struct path_vertex *v = g->from;
-    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
-    float u[2], wi[3], weight[3];
-    path_pair(g->frame_key, g->first[i] + sample, PATH_DIRECTION, &u[0], &u[1]);
-    if (g->context->record) field_record_draw(g->context->record, u);
-    if (!glossy_sample(&v->bsdf[i], wo, u, wi, weight)) return;
-    /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
-    const float whole = (weight[0] + weight[1] + weight[2]) * g->whole[i];
-    sums->weight[i] += whole;
-    sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
-    weight[0] *= g->inverse.x[i];
-    weight[1] *= g->inverse.y[i];
-    weight[2] *= g->inverse.z[i];
-    if (g->context->record) field_record_lobe(g->context->record, v, wi, weight, whole);
     uint32_t lane;
     struct path_packet *p = path_pool_add(pool, &lane);
-    if (!aim(g, i, wi, &p->rays.ray, lane)) {
-        g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
-        path_pool_drop(pool);
-        return;
-    }
+    struct RTCRay16 *r = &p->rays.ray;
+    const struct lanes3 *origin = &g->from->surface.origin, *d = &lobe->direction;
+    r->org_x[lane] = origin->x[i];
+    r->org_y[lane] = origin->y[i];
+    r->org_z[lane] = origin->z[i];
+    r->dir_x[lane] = d->x[i];
+    r->dir_y[lane] = d->y[i];
+    r->dir_z[lane] = d->z[i];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = INFINITY;
     p->throughput.x[lane] = weight[0];
     p->throughput.y[lane] = weight[1];
     p->throughput.z[lane] = weight[2];
@@ -181,6 +151,44 @@ static void begin_path(const struct gloss *g, uint32_t sample, uint32_t slot, in
     p->key[lane] = g->key[i];
     p->sample[lane] = sample;
     p->slot[lane] = slot + (uint32_t)i;
+}
+
+/* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
+static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
+                       uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
+{
+    const struct lanes3 *w = &lobe->weight, *d = &lobe->local;
+    /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
+    const float whole = (w->x[i] + w->y[i] + w->z[i]) * g->whole[i];
+    const float weight[3] = {w->x[i] * g->inverse.x[i], w->y[i] * g->inverse.y[i],
+                             w->z[i] * g->inverse.z[i]};
+    sums->weight[i] += whole;
+    sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
+    if (g->context->record)
+        field_record_lobe(g->context->record, g->from, (float[]){d->x[i], d->y[i], d->z[i]}, weight,
+                          whole);
+    if (lobe->above.on[i])
+        put_path(g, lobe, sample, slot, i, weight, pool);
+    else
+        g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
+}
+
+/* Sample `sample` of all lanes. */
+static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
+                         struct glossy_sums *sums, struct path_pool *pool)
+{
+    const struct lane_kernels *kernels = g->context->queries->kernels;
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
+    uint32_t index[LANES];
+    struct layer_gloss lobe;
+    for (int i = 0; i < LANES; i++) index[i] = g->first[i] + sample;
+    kernels->frame_pairs(g->frame_key, index, PATH_DIRECTION, u, w);
+    kernels->layers_gloss(g->from, &g->layers, u, w, &lobe);
+    for (int i = 0; i < LANES; i++) {
+        if (!g->on.on[i] || sample >= g->rays[i]) continue;
+        if (g->context->record) field_record_draw(g->context->record, (float[]){u[i], w[i]});
+        if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
+    }
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
@@ -215,10 +223,7 @@ static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
     pool->count = 0;
     path_harvest_clear_field(&paths->harvest, count);
     if (g->context->mirrors) path_harvest_mirrors(&paths->harvest, count, g->from);
-    for (uint32_t k = 0; k < count; k++)
-        for (int i = 0; i < LANES; i++)
-            if (g->on.on[i] && first + k < g->rays[i])
-                begin_path(g, first + k, k * LANES, i, sums, pool);
+    for (uint32_t k = 0; k < count; k++) begin_sample(g, first + k, k * LANES, sums, pool);
     path_trace_field(g->context, paths);
     for (uint32_t k = 0; k < count; k++)
         add_sample(g, &paths->harvest, (size_t)k * LANES, first + k, sums);

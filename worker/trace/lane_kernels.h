@@ -99,6 +99,8 @@ struct lane_kernels {
 
     /* The path tracer's; path_lanes.h says more. Pairs of pattern_path.h: */
     void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
+    void (*frame_pairs)(uint32_t key, const uint32_t *sample, uint32_t dimension, float *u,
+                        float *v);
     void (*ray_keys)(const struct path_packet *p, uint32_t depth, enum path_ray ray,
                      struct RTCRay16 *rays);
     void (*lens_rays)(const struct plan_camera *camera, const float *s, const float *t,
@@ -116,9 +118,12 @@ struct lane_kernels {
     /* where they scatter paths (`choice` picks the lobe); */
     void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
                            const float *w, struct path_scattering *s);
-    /* and pi times their diffuse lobes over white albedo, in directions of the world. */
+    /* pi times their diffuse lobes over white albedo, in directions of the world; and samples
+     * (u, w) of the glossy lobes of those that are isotropic. */
     void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
                            const struct lanes3 *direction, float *weight);
+    void (*layers_gloss)(const struct path_vertex *v, const struct layers *layers, const float *u,
+                         const float *w, struct layer_gloss *out);
     /* Where directions of the world are on the sky's map; directions within texels of it. */
     void (*find_sky)(const struct sky *sky, const float *x, const float *y, const float *z,
                      struct sky_view *out);

@@ -40,6 +40,7 @@ const struct lane_kernels LANE_KERNELS = {
     .store_visibility = kernel_store_visibility,
     .add_slopes = kernel_add_slopes,
     .path_pairs = kernel_path_pairs,
+    .frame_pairs = kernel_frame_pairs,
     .ray_keys = kernel_ray_keys,
     .lens_rays = kernel_lens_rays,
     .tangents = kernel_tangents,
@@ -50,6 +51,7 @@ const struct lane_kernels LANE_KERNELS = {
     .layers_see = kernel_layers_see,
     .layers_light = kernel_layers_light,
     .layers_scatter = kernel_layers_scatter,
+    .layers_gloss = kernel_layers_gloss,
     .layers_diffuse = kernel_layers_diffuse,
     .meet_rectangle = kernel_meet_rectangle,
 };

@@ -125,6 +125,15 @@ LANE_INLINE struct vector to_frame(const struct path_vertex *v, int i, struct ve
                            dot(d, lane_get(&v->surface.normal, i))};
 }
 
+/* And back. */
+LANE_INLINE struct vector from_frame(const struct path_vertex *v, int i, struct vector w)
+{
+    const struct vector t = lane_get(&v->tangent, i), b = lane_get(&v->bitangent, i);
+    const struct vector n = lane_get(&v->surface.normal, i);
+    return (struct vector){w.x * t.x + w.y * b.x + w.z * n.x, w.x * t.y + w.y * b.y + w.z * n.y,
+                           w.x * t.z + w.y * b.z + w.z * n.z};
+}
+
 LANE_INLINE void keep_lane(int on, int i, struct vector v, struct lanes3 *out)
 {
     out->x[i] = on ? v.x : out->x[i];
@@ -192,16 +201,12 @@ static void kernel_layers_scatter(const struct path_vertex *restrict v,
     choose_directions(v, choice, u, w, &up, &local);
     for (int i = 0; i < LANES; i++) {
         const struct vector wi = lane_get(&local, i), wo = lane_get(&v->back, i);
-        const struct vector t = lane_get(&v->tangent, i), b = lane_get(&v->bitangent, i);
-        const struct vector n = lane_get(&v->surface.normal, i), a = lane_get(&l->albedo, i);
+        const struct vector a = lane_get(&l->albedo, i), d = from_frame(v, i, wi);
         const struct layer_value f = layer_evaluate(l, i, wo, wi);
         const int dense = f.pdf > LAYER_PDF_LEAST;
         const float scale = wi.z / (dense ? f.pdf : 1.0f), diffuse = f.diffuse * scale;
         const struct vector rest = {f.specular.x * scale, f.specular.y * scale,
                                     f.specular.z * scale};
-        const struct vector d = {wi.x * t.x + wi.y * b.x + wi.z * n.x,
-                                 wi.x * t.y + wi.y * b.y + wi.z * n.y,
-                                 wi.x * t.z + wi.y * b.z + wi.z * n.z};
         const float lit = f.diffuse > 0.0f ? vector_most(a) : 0.0f, most = vector_most(rest);
         const int bright = (most > lit ? most : lit) > 0.0f;
         const int leaves = dot(d, lane_get(&v->surface.facet, i)) > 0.0f;
@@ -230,5 +235,31 @@ static void kernel_layers_diffuse(const struct path_vertex *restrict v,
         const float diffuse = layer_diffuse(l, i, wi);
         const float seen_of = seen & (l->kept[i] > 0.0f) ? diffuse : 0.0f;
         weight[i] = l->on.on[i] ? ELEMENTARY_PI * seen_of : weight[i];
+    }
+}
+
+/* glossy_sample of the facets alone, of lanes of isotropic layers, and where rays then go. */
+static void kernel_layers_gloss(const struct path_vertex *restrict v,
+                                const struct layers *restrict l, const float *restrict u,
+                                const float *restrict w, struct layer_gloss *restrict out)
+{
+    for (int i = 0; i < LANES; i++) {
+        const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]}, at[2] = {u[i], w[i]};
+        const float alpha[2] = {l->alpha_u[i], l->alpha_v[i]};
+        float h[3], m[3];
+        ggx_sample(wo, alpha, at, h);
+        const float cosine = direction_dot(wo, h);
+        direction_reflect(wo, h, cosine, m);
+        const struct vector wi = {m[0], m[1], m[2]};
+        const float seen = ggx_visibility(wo[2], l->span[i], wi.z, layer_span(l, i, wi));
+        const float open = 4.0f * seen * wi.z / ggx_seen(wo[2], l->span[i]);
+        const struct vector color = layer_reflects(l, i, fresnel_grazing(cosine));
+        const struct vector d = from_frame(v, i, wi);
+        const int up = (wo[2] >= DIRECTION_GRAZING) & (wi.z >= DIRECTION_GRAZING);
+        out->on.on[i] = l->on.on[i] & -up;
+        out->above.on[i] = -(dot(d, lane_get(&v->surface.facet, i)) > 0.0f);
+        lane_put((struct vector){color.x * open, color.y * open, color.z * open}, i, &out->weight);
+        lane_put(wi, i, &out->local);
+        lane_put(d, i, &out->direction);
     }
 }

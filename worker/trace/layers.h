@@ -23,6 +23,14 @@ struct layers {
     _Alignas(LANES_ALIGN) float p_diffuse[LANES], p_facet[LANES]; /* of choosing the lobe */
 };
 
+/* Samples of their facets' lobes, as glossy_sample's (worker/shade/glossy.h). */
+struct layer_gloss {
+    struct lanes_mask on;           /* lanes that have one */
+    struct lanes_mask above;        /* whose direction lies above the facet */
+    struct lanes3 weight;           /* of the lobe */
+    struct lanes3 local, direction; /* in the shading frame; in the world */
+};
+
 /* Finds those among the active lanes of v, which path_resolve has set. */
 void layers_see(const struct lane_kernels *kernels, const struct path_vertex *v,
                 struct layers *out);

@@ -76,9 +76,9 @@ struct path_vertex {
     bool any_lambert, any_general;
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
-    struct layers layers; /* of these, where a path is about to go on; else nobody's */
+    struct layers layers;             /* of these, where a path is about to go on; else nobody's */
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
-    struct lanes3 back;   /* to where the path came from, in the shading frame; the same */
+    struct lanes3 back; /* to where the path came from, in the shading frame; the same */
 };
 
 /* The next segment of sixteen paths. */

@@ -14,6 +14,12 @@ static void kernel_path_pairs(const struct path_packet *restrict p, uint32_t dim
     for (int i = 0; i < LANES; i++) path_pair(p->key[i], p->sample[i], dimension, &u[i], &v[i]);
 }
 
+static void kernel_frame_pairs(uint32_t key, const uint32_t *restrict sample, uint32_t dimension,
+                               float *restrict u, float *restrict v)
+{
+    for (int i = 0; i < LANES; i++) path_pair(key, sample[i], dimension, &u[i], &v[i]);
+}
+
 static void kernel_ray_keys(const struct path_packet *restrict p, uint32_t depth, enum path_ray ray,
                             struct RTCRay16 *restrict r)
 {

@@ -4,6 +4,7 @@
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "worker/shade/direction.h"
+#include "worker/shade/glossy.h"
 #include "worker/trace/lane_kernels.h"
 
 static const float shares[] = {0.0f, 1e-7f, 0.3f, 0.8f, 0.9999999f, 1.0f};
@@ -266,12 +267,51 @@ static void test_diffuse(void **state)
     }
 }
 
+/* Of the isotropic ones; pairs of numbers are those of path_pair. */
+static void test_gloss(void **state)
+{
+    (void)state;
+    static struct path_vertex v;
+    struct random seed = {6};
+    for (int round = 0; round < 1500; round++) {
+        _Alignas(64) float u[LANES], w[LANES];
+        uint32_t sample[LANES];
+        const uint32_t key = (uint32_t)random_bits(&seed);
+        random_vertex(&seed, &v);
+        for (int i = 0; i < LANES; i++) sample[i] = (uint32_t)random_bits(&seed);
+        for (int k = 0; k < isa_count(); k++) {
+            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            struct layer_gloss lobe;
+            layers_see(kernels, &v, &v.layers);
+            if (!v.layers.any) continue;
+            kernels->frame_pairs(key, sample, 5, u, w);
+            kernels->layers_gloss(&v, &v.layers, u, w, &lobe);
+            for (int i = 0; i < LANES; i++) {
+                float at[2], wo[3], wi[3], weight[3], way[3], back[3], facet[3];
+                path_pair(key, sample[i], 5, &at[0], &at[1]);
+                assert_true(u[i] == at[0] && w[i] == at[1]);
+                if (!v.layers.on.on[i]) assert_int_equal(lobe.on.on[i], 0);
+                if (!v.layers.on.on[i] || !glossy_has(&v.bsdf[i])) continue;
+                get(&v.back, i, wo), get(&v.surface.facet, i, facet);
+                const bool on = glossy_sample(&v.bsdf[i], wo, at, wi, weight);
+                assert_int_equal(lobe.on.on[i], on ? -1 : 0);
+                if (!on) continue;
+                same(&lobe.local, i, wi), same(&lobe.weight, i, weight);
+                get(&lobe.direction, i, way), to_frame(&v, i, way, back);
+                for (int c = 0; c < 3; c++) assert_true(fabsf(back[c] - wi[c]) < 1e-5f);
+                assert_int_equal(lobe.above.on[i], direction_dot(way, facet) > 0.0f ? -1 : 0);
+            }
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scatter),
         cmocka_unit_test(test_light),
         cmocka_unit_test(test_diffuse),
+        cmocka_unit_test(test_gloss),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
