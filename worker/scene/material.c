@@ -95,44 +95,6 @@ static void init_kind(struct material *m, const struct scene_material *s)
     }
 }
 
-static void material_init(struct material *m, const struct scene *blob,
-                          const struct scene_material *s, const struct texture_decoding *decoding)
-{
-    memset(m, 0, sizeof *m);
-    for (int i = 0; i < 4; i++) m->base_color[i] = unit_interval(s->base_color[i]);
-    memcpy(m->emission, s->emission, sizeof m->emission);
-    m->normal_scale = s->normal_scale;
-    m->double_sided = s->flags & MATERIAL_DOUBLE_SIDED;
-    m->unlit = s->flags & MATERIAL_UNLIT;
-    m->emissive =
-        m->unlit || s->emission[0] > 0.0f || s->emission[1] > 0.0f || s->emission[2] > 0.0f;
-    m->model = s->model;
-    init_textures(m, blob, s, decoding);
-    init_alpha(m, s);
-    init_gltf(m, s);
-    init_others(m, s);
-    init_kind(m, s);
-}
-
-int material_table_create(const struct scene *blob, struct material_table **out)
-{
-    size_t count = (size_t)blob->count[SCENE_MATERIALS];
-    struct material_table *table = malloc(sizeof *table + count * sizeof table->materials[0]);
-    if (!table) return ERR_MEMORY;
-    texture_decoding_init(&table->decoding);
-    table->count = (uint32_t)count;
-    for (size_t i = 0; i < count; i++)
-        material_init(&table->materials[i], blob, &blob->materials[i], &table->decoding);
-    *out = table;
-    return 0;
-}
-
-void material_table_destroy(struct material_table **table)
-{
-    free(*table);
-    *table = NULL;
-}
-
 /* Ones where there is no texture. */
 static void sample_at(const struct texture *t, const struct material_uv *uv, float out[4])
 {
@@ -149,57 +111,6 @@ void material_base_color(const struct material *m, const struct material_uv *uv,
     float texel[4];
     sample_at(&m->base_color_texture, uv, texel);
     for (int i = 0; i < 4; i++) out[i] *= texel[i];
-}
-
-float material_opacity(const struct material *m, const struct material_uv *uv)
-{
-    if (m->alpha_cutoff == 0.0f) return 1.0f;
-    float color[4];
-    material_base_color(m, uv, color);
-    if (m->blend) return color[3];
-    return color[3] >= m->alpha_cutoff ? 1.0f : 0.0f;
-}
-
-void material_emission(const struct material *m, const struct material_uv *uv, float out[3])
-{
-    float texel[4];
-    if (m->unlit) {
-        material_base_color(m, uv, texel);
-        memcpy(out, texel, 3 * sizeof out[0]);
-        return;
-    }
-    sample_at(&m->emission_texture, uv, texel);
-    for (int i = 0; i < 3; i++) out[i] = m->emission[i] * texel[i];
-}
-
-void material_mean_emission(const struct material *m, float out[3])
-{
-    const struct texture *t = m->unlit ? &m->base_color_texture : &m->emission_texture;
-    float mean[3] = {1.0f, 1.0f, 1.0f};
-    if (t->texels) texture_mean(t, mean);
-    for (int i = 0; i < 3; i++) out[i] = (m->unlit ? m->base_color[i] : m->emission[i]) * mean[i];
-}
-
-void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
-{
-    float texel[4];
-    out[0] = out[1] = 0.0f;
-    out[2] = 1.0f;
-    if (!m->normal_texture.texels) return;
-    sample_at(&m->normal_texture, uv, texel);
-    material_bend(m, texel, out);
-}
-
-void material_bend(const struct material *m, const float texel[4], float out[3])
-{
-    out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
-    out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
-    out[2] = 2.0f * texel[2] - 1.0f;
-}
-
-bool material_is_metallic_only(const struct material *m)
-{
-    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive;
 }
 
 /* glTF's roughness is the root of the facets' alpha; anisotropy widens it along the tangent. */
@@ -268,8 +179,8 @@ static void set_model(const struct material *m, struct bsdf *out)
     memcpy(out->k, m->k, sizeof out->k);
 }
 
-void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
-                   struct bsdf *out)
+static void find_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
+                      struct bsdf *out)
 {
     float color[4];
     memset(out, 0, sizeof *out);
@@ -284,6 +195,106 @@ void material_bsdf(const struct material *m, const struct material_uv *uv, bool 
         set_gltf(m, uv, inside, out);
     else
         set_model(m, out);
+}
+
+static void material_init(struct material *m, const struct scene *blob,
+                          const struct scene_material *s, const struct texture_decoding *decoding)
+{
+    memset(m, 0, sizeof *m);
+    for (int i = 0; i < 4; i++) m->base_color[i] = unit_interval(s->base_color[i]);
+    memcpy(m->emission, s->emission, sizeof m->emission);
+    m->normal_scale = s->normal_scale;
+    m->double_sided = s->flags & MATERIAL_DOUBLE_SIDED;
+    m->unlit = s->flags & MATERIAL_UNLIT;
+    m->emissive =
+        m->unlit || s->emission[0] > 0.0f || s->emission[1] > 0.0f || s->emission[2] > 0.0f;
+    m->model = s->model;
+    init_textures(m, blob, s, decoding);
+    init_alpha(m, s);
+    init_gltf(m, s);
+    init_others(m, s);
+    init_kind(m, s);
+    if (m->textured) return;
+    for (int inside = 0; inside < 2; inside++) find_bsdf(m, NULL, inside, &m->plain[inside]);
+}
+
+int material_table_create(const struct scene *blob, struct material_table **out)
+{
+    size_t count = (size_t)blob->count[SCENE_MATERIALS];
+    struct material_table *table = malloc(sizeof *table + count * sizeof table->materials[0]);
+    if (!table) return ERR_MEMORY;
+    texture_decoding_init(&table->decoding);
+    table->count = (uint32_t)count;
+    for (size_t i = 0; i < count; i++)
+        material_init(&table->materials[i], blob, &blob->materials[i], &table->decoding);
+    *out = table;
+    return 0;
+}
+
+void material_table_destroy(struct material_table **table)
+{
+    free(*table);
+    *table = NULL;
+}
+
+float material_opacity(const struct material *m, const struct material_uv *uv)
+{
+    if (m->alpha_cutoff == 0.0f) return 1.0f;
+    float color[4];
+    material_base_color(m, uv, color);
+    if (m->blend) return color[3];
+    return color[3] >= m->alpha_cutoff ? 1.0f : 0.0f;
+}
+
+void material_emission(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    float texel[4];
+    if (m->unlit) {
+        material_base_color(m, uv, texel);
+        memcpy(out, texel, 3 * sizeof out[0]);
+        return;
+    }
+    sample_at(&m->emission_texture, uv, texel);
+    for (int i = 0; i < 3; i++) out[i] = m->emission[i] * texel[i];
+}
+
+void material_mean_emission(const struct material *m, float out[3])
+{
+    const struct texture *t = m->unlit ? &m->base_color_texture : &m->emission_texture;
+    float mean[3] = {1.0f, 1.0f, 1.0f};
+    if (t->texels) texture_mean(t, mean);
+    for (int i = 0; i < 3; i++) out[i] = (m->unlit ? m->base_color[i] : m->emission[i]) * mean[i];
+}
+
+void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    float texel[4];
+    out[0] = out[1] = 0.0f;
+    out[2] = 1.0f;
+    if (!m->normal_texture.texels) return;
+    sample_at(&m->normal_texture, uv, texel);
+    material_bend(m, texel, out);
+}
+
+void material_bend(const struct material *m, const float texel[4], float out[3])
+{
+    out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
+    out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
+    out[2] = 2.0f * texel[2] - 1.0f;
+}
+
+bool material_is_metallic_only(const struct material *m)
+{
+    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive;
+}
+
+void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
+                   struct bsdf *out)
+{
+    if (m->textured)
+        find_bsdf(m, uv, inside, out);
+    else
+        *out = m->plain[inside];
 }
 
 void material_tangent_angle(const struct material *m, const struct material_uv *uv,

@@ -108,6 +108,11 @@ struct lane_kernels {
     void (*tangents)(const struct lanes3 *normal, struct lanes3 *tangent, struct lanes3 *bitangent);
     void (*lambert_scatter)(const struct surface *s, const float *u, const float *v,
                             struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
+    /* Throughputs of the next segments. Where it is a matter of chance (else NULL), they make up
+     * for paths that end: lanes of *stays go on. */
+    void (*weigh_segments)(const struct path_packet *p, const struct path_scattering *s,
+                           const float *chance, struct lanes3 *throughput,
+                           struct lanes_mask *stays);
     void (*lambert_light)(const struct path_light *light, const struct surface *s,
                           const float *probability, struct lanes3 *out);
     /* layers.h. What `back` sees of the layers that are on; */

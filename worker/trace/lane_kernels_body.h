@@ -45,6 +45,7 @@ const struct lane_kernels LANE_KERNELS = {
     .lens_rays = kernel_lens_rays,
     .tangents = kernel_tangents,
     .lambert_scatter = kernel_lambert_scatter,
+    .weigh_segments = kernel_weigh_segments,
     .lambert_light = kernel_lambert_light,
     .find_sky = kernel_find_sky,
     .place_sky = kernel_place_sky,

@@ -40,20 +40,19 @@ static void attenuate(struct path_packet *p, const struct path_vertex *v)
 static void prepare(const struct path_context *c, const struct path_packet *p,
                     struct path_vertex *v)
 {
-    uint64_t black = 0;
     const struct surface *s = &v->surface;
+    struct lanes_mask lights;
     for (int i = 0; i < LANES; i++) v->active.on[i] = s->hit.on[i] & -(i < (int)p->count);
     path_resolve(c, &p->rays, v);
-    v->any_lambert = false;
-    for (int i = 0; i < LANES; i++) {
-        bool lights = v->lambert.on[i] ? s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f
-                                       : v->active.on[i] && v->bsdf[i].model != BSDF_BLACK;
-        black += v->active.on[i] && !lights;
-        v->active.on[i] &= lights ? -1 : 0;
-        v->lambert.on[i] &= v->active.on[i];
-        v->any_lambert |= v->lambert.on[i] != 0;
-    }
-    c->counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black;
+    for (int i = 0; i < LANES; i++)
+        lights.on[i] = -(s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f);
+    for (int i = 0; v->any_general && i < LANES; i++)
+        if (!v->lambert.on[i]) lights.on[i] = v->bsdf[i].model != BSDF_BLACK ? -1 : 0;
+    const uint32_t met = lanes_count(&v->active);
+    for (int i = 0; i < LANES; i++) v->active.on[i] &= lights.on[i];
+    for (int i = 0; i < LANES; i++) v->lambert.on[i] &= lights.on[i];
+    v->any_lambert = lanes_count(&v->lambert) > 0;
+    c->counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += met - lanes_count(&v->active);
 }
 
 static void note_camera_surface(const struct path_packet *p, const struct path_vertex *v,

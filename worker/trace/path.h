@@ -143,6 +143,9 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v);
 
+/* Even a path through white surfaces ends at last. */
+#define PATH_ROULETTE_MOST 0.98f
+
 /* Between batches of a block's samples, which may be many seconds' work: tells of progress. False:
  * stop. */
 static inline bool path_goes_on(const struct path_context *c)
@@ -186,3 +189,8 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
  * which no scattering precedes, bring their own diffuse part: their share is still zero. */
 void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
                       uint32_t slot, const float value[3]);
+
+/* The same of the packet's lanes in *on. */
+void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
+                            uint32_t scatterings, const struct path_packet *p,
+                            const struct lanes_mask *on, const struct lanes3 *value);

@@ -89,6 +89,32 @@ static void kernel_lambert_scatter(const struct surface *restrict s, const float
     }
 }
 
+LANE_INLINE void play_roulette(float chance, int i, struct lanes3 *t, struct lanes_mask *stays)
+{
+    float most = t->x[i] > t->y[i] ? t->x[i] : t->y[i];
+    most = most > t->z[i] ? most : t->z[i];
+    const float stay = most < PATH_ROULETTE_MOST ? most : PATH_ROULETTE_MOST;
+    const float over = stay > 0.0f ? stay : 1.0f; /* else none stays */
+    stays->on[i] = -!(chance >= stay);
+    t->x[i] /= over;
+    t->y[i] /= over;
+    t->z[i] /= over;
+}
+
+static void kernel_weigh_segments(const struct path_packet *restrict p,
+                                  const struct path_scattering *restrict s,
+                                  const float *restrict chance, struct lanes3 *restrict throughput,
+                                  struct lanes_mask *restrict stays)
+{
+    for (int i = 0; i < LANES; i++) {
+        throughput->x[i] = p->throughput.x[i] * s->weight.x[i];
+        throughput->y[i] = p->throughput.y[i] * s->weight.y[i];
+        throughput->z[i] = p->throughput.z[i] * s->weight.z[i];
+    }
+    for (int i = 0; !chance && i < LANES; i++) stays->on[i] = -1;
+    for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], i, throughput, stays);
+}
+
 /* The power heuristic for a sample of density `own` that another way finds with density `other`. */
 static inline float power_weight(float own, float other)
 {

@@ -290,12 +290,18 @@ static void gather(const struct path_context *c, const struct path_packet *p,
                    const struct reflected *f, struct path_harvest *h)
 {
     const struct lanes3 *t = &p->throughput;
-    for (uint32_t i = 0; i < p->count; i++) {
-        if (!l->traced.on[i] || l->rays.ray.tfar[i] < 0.0f) continue; /* occluded */
-        uint32_t slot = p->slot[i];
-        float value[3] = {f->all.x[i] * t->x[i], f->all.y[i] * t->y[i], f->all.z[i] * t->z[i]};
-        path_harvest_add(c, h, v->depth + 1, slot, value);
-        if (!c->demodulate || v->depth > 0) continue;
+    struct lanes_mask lit;
+    struct lanes3 value;
+    for (int i = 0; i < LANES; i++) {
+        lit.on[i] = l->traced.on[i] & ~-(l->rays.ray.tfar[i] < 0.0f); /* not occluded */
+        value.x[i] = f->all.x[i] * t->x[i];
+        value.y[i] = f->all.y[i] * t->y[i];
+        value.z[i] = f->all.z[i] * t->z[i];
+    }
+    path_harvest_add_lanes(c, h, v->depth + 1, p, &lit, &value);
+    for (uint32_t i = 0; c->demodulate && v->depth == 0 && i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!lit.on[i]) continue;
         h->diffuse_direct.r[slot] += f->diffuse.x[i];
         h->diffuse_direct.g[slot] += f->diffuse.y[i];
         h->diffuse_direct.b[slot] += f->diffuse.z[i];

@@ -11,9 +11,6 @@
  * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
  * 5: 48. */
 #define ROULETTE_DEPTH 1
-/* Even a path through white surfaces ends at last. */
-#define ROULETTE_MOST 0.98f
-
 static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
                             const float u[LANES], const float w[LANES], struct path_scattering *s)
 {
@@ -127,20 +124,6 @@ static void untint_shares(const struct path_packet *p, const struct path_vertex 
     }
 }
 
-/* Whether the path goes on; its throughput makes up for those that do not. */
-static bool survives(struct path_packet *next, uint32_t lane, float chance)
-{
-    struct lanes3 *t = &next->throughput;
-    float most = t->x[lane] > t->y[lane] ? t->x[lane] : t->y[lane];
-    most = most > t->z[lane] ? most : t->z[lane];
-    float stay = most < ROULETTE_MOST ? most : ROULETTE_MOST;
-    if (chance >= stay) return false;
-    t->x[lane] /= stay;
-    t->y[lane] /= stay;
-    t->z[lane] /= stay;
-    return true;
-}
-
 static void start_segment(const struct path_packet *p, const struct path_vertex *v,
                           const struct path_scattering *s, uint32_t i, struct path_packet *next,
                           uint32_t lane)
@@ -171,36 +154,58 @@ static bool is_left_out(const struct path_context *c, const struct path_vertex *
     return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
 }
 
+/* Lanes of *on that light fields stand for end. */
+static void leave_out(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, const struct path_harvest *h,
+                      struct lanes_mask *on)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!on->on[i] || !is_left_out(c, v, p->slot[i], h)) continue;
+        on->on[i] = 0;
+        c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD]++;
+    }
+}
+
+/* Lanes whose segments are traced, and their throughputs. */
+static void find_segments(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, const struct path_scattering *s,
+                          const struct path_harvest *h, struct lanes_mask *on,
+                          struct lanes3 *throughput)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE;
+    const bool roulette = v->depth >= ROULETTE_DEPTH;
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    struct lanes_mask stays;
+    uint64_t *counters = c->counters->value;
+    for (int i = 0; i < LANES; i++) on->on[i] = v->active.on[i] & s->on.on[i];
+    counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&v->active) - lanes_count(on);
+    if (c->leaves_diffuse && v->depth == 0) leave_out(c, p, v, h, on);
+    if (roulette) kernels->path_pairs(p, dimension, chance, unused);
+    kernels->weigh_segments(p, s, roulette ? chance : NULL, throughput, &stays);
+    const uint32_t chosen = lanes_count(on);
+    for (int i = 0; i < LANES; i++) on->on[i] &= stays.on[i];
+    counters[COUNTER_SKIPPED_ROULETTE] += chosen - lanes_count(on);
+}
+
 static void append(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct path_scattering *s,
                    const struct path_harvest *h, struct path_pool *pool)
 {
-    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
-    bool roulette = v->depth >= ROULETTE_DEPTH;
-    uint64_t *counters = c->counters->value;
-    if (roulette)
-        c->queries->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE,
-                                        chance, unused);
-    for (uint32_t i = 0; i < p->count; i++) {
-        if (!v->active.on[i]) continue;
-        if (!s->on.on[i]) {
-            counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
-            continue;
-        }
-        if (is_left_out(c, v, p->slot[i], h)) {
-            counters[COUNTER_SKIPPED_LIGHT_FIELD]++;
-            continue;
-        }
-        uint32_t lane;
+    struct lanes_mask on;
+    struct lanes3 throughput;
+    uint32_t lanes[LANES + 1], count = 0;
+    find_segments(c, p, v, s, h, &on, &throughput);
+    for (uint32_t i = 0; i < LANES; i++) { /* which go on is chance: no branch */
+        lanes[count] = i;
+        count += on.on[i] != 0;
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        uint32_t lane, i = lanes[k];
         struct path_packet *next = path_pool_add(pool, &lane);
-        next->throughput.x[lane] = p->throughput.x[i] * s->weight.x[i];
-        next->throughput.y[lane] = p->throughput.y[i] * s->weight.y[i];
-        next->throughput.z[lane] = p->throughput.z[i] * s->weight.z[i];
-        if (roulette && !survives(next, lane, chance[i])) {
-            counters[COUNTER_SKIPPED_ROULETTE]++;
-            path_pool_drop(pool);
-            continue;
-        }
+        next->throughput.x[lane] = throughput.x[i];
+        next->throughput.y[lane] = throughput.y[i];
+        next->throughput.z[lane] = throughput.z[i];
         start_segment(p, v, s, i, next, lane);
     }
 }
@@ -222,7 +227,7 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     const float most =
         fmaxf(t->x[0] * to.weight[0], fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
     to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
-    to.survival = most < ROULETTE_MOST ? most : ROULETTE_MOST;
+    to.survival = most < PATH_ROULETTE_MOST ? most : PATH_ROULETTE_MOST;
     path_record_scatter(c, p, v, &to);
 }
 

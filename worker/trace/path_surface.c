@@ -48,11 +48,12 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
     const struct mesh_view *mesh = s->mesh[i];
     const struct RTCHit16 *hit = &rays->hit;
     const struct RTCRay16 *r = &rays->ray;
+    const struct material *m = mesh->material;
     struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
     struct material_uv uv;
-    mesh_uv(&at, &uv);
-    material_bsdf(mesh->material, &uv, s->behind.on[i], &v->bsdf[i]);
-    if (mesh->material->anisotropic) align_tangents(c, i, &uv, &at, v);
+    if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
+    material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
+    if (m->anisotropic) align_tangents(c, i, &uv, &at, v);
     float d[3] = {-r->dir_x[i], -r->dir_y[i], -r->dir_z[i]};
     v->back.x[i] = d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i];
     v->back.y[i] = d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i];
