@@ -214,6 +214,8 @@ static void material_init(struct material *m, const struct scene *blob,
     init_gltf(m, s);
     init_others(m, s);
     init_kind(m, s);
+    for (int i = 0; i < 3; i++)
+        m->shown[i] = m->unlit ? 0.0f : m->lambert ? m->base_color[i] : 1.0f;
     if (m->textured) return;
     for (int inside = 0; inside < 2; inside++) find_bsdf(m, NULL, inside, &m->plain[inside]);
 }

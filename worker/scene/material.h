@@ -33,7 +33,10 @@ struct material {
     float eta[3], k[3];
     float absorption[3];        /* -log of the transmittance over attenuation_distance */
     float attenuation_distance; /* scene units; 0: clear */
-    struct bsdf plain[2];       /* of materials that are not textured: from outside, from inside */
+    /* Of materials that are not textured: struct surface's albedo; the BSDF from outside, inside.
+     */
+    float shown[3];
+    struct bsdf plain[2];
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
         specular_color_texture, anisotropy_texture;

@@ -75,6 +75,15 @@ static int device_status(const struct render_scene *s, const char *place, struct
     return fault_set(fault, code, place, "Embree reports error %d", (int)error);
 }
 
+static uint32_t traits_of(const struct mesh_view *v)
+{
+    const struct material *m = v->material;
+    uint32_t traits = m->emissive ? MESH_SHINES : 0;
+    if (!m->lambert && !m->unlit) traits |= MESH_REFLECTS;
+    if (v->normals || v->tangents) traits |= MESH_BENT;
+    return m->textured ? traits | MESH_TEXTURED : traits;
+}
+
 static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, uint32_t index)
 {
     const struct scene *blob = s->blob;
@@ -92,6 +101,7 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
             mesh->first_uv[set] == SCENE_NONE ? NULL : blob->uvs + (size_t)2 * mesh->first_uv[set];
     v->triangle_count = mesh->triangle_count;
     v->flags = mesh->flags;
+    v->traits = traits_of(v);
 }
 
 static RTCScene scene_new(const struct render_scene *s)

@@ -11,6 +11,14 @@
 #include "proto/scene.h"
 #include "worker/scene/material.h"
 
+/* What shading sixteen surfaces asks about all of them first. */
+enum mesh_trait {
+    MESH_SHINES = 1,   /* its material is emissive */
+    MESH_REFLECTS = 2, /* otherwise than by Lambert's law */
+    MESH_BENT = 4,     /* it has normals other than its facets' */
+    MESH_TEXTURED = 8
+};
+
 /* Where one mesh lies in the blob: all that a hit or an alpha test needs. */
 struct mesh_view {
     const float *positions;    /* float[3] a vertex */
@@ -20,7 +28,8 @@ struct mesh_view {
     const float *uvs[2];       /* float[2] a vertex; NULL: no such set */
     const struct material *material;
     uint32_t triangle_count;
-    uint32_t flags; /* MESH_ of proto/scene.h */
+    uint32_t flags;  /* MESH_ of proto/scene.h */
+    uint32_t traits; /* enum mesh_trait */
 };
 
 struct emitters;

@@ -10,10 +10,9 @@ struct hit_lanes {
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
     const struct scene_instance *instance[LANES];
     const struct mesh_view **mesh; /* the surface's */
-    bool any_hit, any_placed, any_emissive;
-    bool any_bent;                /* normals other than the facets' */
+    bool any_hit, any_placed;
+    uint32_t traits;              /* enum mesh_trait: of any surface */
     bool one;                     /* all sixteen met the same instance */
-    int meshes;                   /* looked up */
     const struct mesh_view *only; /* all lanes' that met anything; NULL: there are several */
 };
 
@@ -23,8 +22,6 @@ static inline void put_color(const float v[3], int i, struct lanes3 *to)
     to->y[i] = v[1];
     to->z[i] = v[2];
 }
-
-static const float white[3] = {1.0f, 1.0f, 1.0f};
 
 static void spread(const float v[3], struct lanes3 *out)
 {
@@ -40,10 +37,25 @@ static void spread(const float v[3], struct lanes3 *out)
 static void shade_alike(const struct material *m, struct surface *out)
 {
     float radiance[3];
-    if (!m->unlit) spread(m->lambert ? m->base_color : white, &out->albedo);
+    spread(m->shown, &out->albedo);
     if (!m->emissive) return;
     material_emission(m, NULL, radiance);
     spread(radiance, &out->emission);
+}
+
+/* Of materials with textures nothing that stays. */
+static void show_plain(const struct hit_lanes *lanes, struct lanes3 *albedo)
+{
+    static const struct material nothing = {.shown = {0.0f, 0.0f, 0.0f}};
+    for (int i = 0; i < LANES; i++)
+        put_color(lanes->mesh[i] ? lanes->mesh[i]->material->shown : nothing.shown, i, albedo);
+}
+
+static void shine(const struct material *m, int i, struct lanes3 *emission)
+{
+    float radiance[3];
+    material_emission(m, NULL, radiance);
+    put_color(radiance, i, emission);
 }
 
 /* In the mesh's space: normal maps bend there. */
@@ -58,19 +70,13 @@ static void shade(const struct queries *q, const struct hit_lanes *lanes,
         textured_shade(q->kernels, lanes->only, &out->hit, hit, out);
         return;
     }
-    for (int i = 0; i < LANES; i++) {
+    show_plain(lanes, &out->albedo);
+    for (int i = 0; lanes->traits & (MESH_TEXTURED | MESH_SHINES) && i < LANES; i++) {
         const struct mesh_view *mesh = lanes->mesh[i];
-        if (!mesh) continue;
-        const struct material *m = mesh->material;
-        if (m->textured) {
+        if (mesh && mesh->material->textured)
             hit_shade_textured(mesh, hit, i, out);
-            continue;
-        }
-        float radiance[3];
-        if (!m->unlit) put_color(m->lambert ? m->base_color : white, i, &out->albedo);
-        if (!m->emissive) continue;
-        material_emission(m, NULL, radiance);
-        put_color(radiance, i, &out->emission);
+        else if (mesh && mesh->material->emissive)
+            shine(mesh->material, i, &out->emission);
     }
 }
 
@@ -95,26 +101,6 @@ static void find_sides(const struct RTCRay16 *r, struct surface *s)
     }
 }
 
-static void find_lane(const struct render_scene *scene, const struct RTCHit16 *hit, int i,
-                      struct hit_lanes *lanes, struct surface *out)
-{
-    bool placed = hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID;
-    uint32_t index = placed ? hit->instID[0][i] : hit->geomID[i];
-    const struct scene_instance *instance = &scene->blob->instances[index];
-    const struct mesh_view *mesh = &scene->meshes[instance->mesh];
-    lanes->only = lanes->meshes == 0 || lanes->only == mesh ? mesh : NULL;
-    lanes->meshes++;
-    lanes->mesh[i] = mesh;
-    lanes->instance[i] = instance;
-    lanes->placed.on[i] = placed ? -1 : 0;
-    lanes->any_placed |= placed;
-    lanes->any_emissive |= mesh->material->emissive;
-    out->any_bsdf |= !mesh->material->lambert && !mesh->material->unlit;
-    lanes->any_bent |= mesh->normals || mesh->tangents;
-    out->id[i] = index + 1;
-    out->light.on[i] = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
-}
-
 /* Whether all lanes met one instance, as those of a block mostly do. */
 static bool is_one(const struct lanes_mask *valid, const struct RTCRayHit16 *rays)
 {
@@ -137,65 +123,87 @@ static bool is_one_triangle(const struct RTCHit16 *hit)
     return differs == 0;
 }
 
+static uint32_t index_of(const struct RTCHit16 *hit, int i)
+{
+    return hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0][i] : hit->geomID[i];
+}
+
 /* The first lane's instance is everyone's. */
 static void find_one(const struct render_scene *scene, const struct RTCRayHit16 *rays,
                      struct hit_lanes *lanes, struct surface *out)
 {
+    const uint32_t index = index_of(&rays->hit, 0);
+    const struct scene_instance *instance = &scene->blob->instances[index];
+    const struct mesh_view *mesh = &scene->meshes[instance->mesh];
+    const int32_t light = mesh->flags & MESH_IS_LIGHT ? -1 : 0;
     lanes->any_hit = true;
-    find_lane(scene, &rays->hit, 0, lanes, out);
-    const struct mesh_view *mesh = lanes->mesh[0];
-    const struct scene_instance *instance = lanes->instance[0];
-    const uint32_t id = out->id[0];
-    const int32_t placed = lanes->placed.on[0], light = out->light.on[0];
+    lanes->any_placed = rays->hit.instID[0][0] != RTC_INVALID_GEOMETRY_ID;
+    lanes->traits = mesh->traits;
+    lanes->only = mesh;
     for (int i = 0; i < LANES; i++) {
         lanes->mesh[i] = mesh;
         lanes->instance[i] = instance;
-        lanes->placed.on[i] = placed;
-        out->id[i] = id;
+        lanes->placed.on[i] = lanes->any_placed ? -1 : 0;
+        out->id[i] = index + 1;
         out->light.on[i] = light;
         out->distance[i] = rays->ray.tfar[i];
         out->hit.on[i] = -1;
     }
 }
 
-/* Looks up what was hit; neighbouring lanes mostly hit the same. */
+/* Which lanes met something. Of triangles too large for floats the products that give the distance
+ * overflowed. */
+static void find_hits(const struct lanes_mask *restrict valid,
+                      const struct RTCRayHit16 *restrict rays, struct surface *restrict out)
+{
+    for (int i = 0; i < LANES; i++) {
+        const float distance = rays->ray.tfar[i];
+        const int on =
+            (rays->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) & (distance < INFINITY) & valid->on[i];
+        out->hit.on[i] = -on;
+        out->distance[i] = on ? distance : 0.0f;
+    }
+}
+
+/* Looks up what was hit: lanes that met nothing look, too, at the first instance, since a branch
+ * that scattered rays decide costs more. */
 static void find(const struct render_scene *scene, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct hit_lanes *lanes, struct surface *out)
 {
     const struct RTCHit16 *hit = &rays->hit;
-    int last = -1;
-    for (int i = 0; i < LANES; i++) {
-        lanes->mesh[i] = NULL;
-        if (!valid->on[i] || hit->geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-        /* Triangles too large for floats: the products that give the distance overflowed. */
-        if (!(rays->ray.tfar[i] < INFINITY)) continue;
-        lanes->any_hit = true;
-        out->hit.on[i] = -1;
-        out->distance[i] = rays->ray.tfar[i];
-        if (last >= 0 && hit->geomID[i] == hit->geomID[last] &&
-            hit->instID[0][i] == hit->instID[0][last]) {
-            lanes->mesh[i] = lanes->mesh[last];
-            lanes->instance[i] = lanes->instance[last];
-            lanes->placed.on[i] = lanes->placed.on[last];
-            out->id[i] = out->id[last];
-            out->light.on[i] = out->light.on[last];
-        } else {
-            find_lane(scene, hit, i, lanes, out);
-        }
-        last = i;
+    const struct mesh_view *first = NULL;
+    uint32_t traits = 0, placed = 0, several = 0;
+    find_hits(valid, rays, out);
+    lanes->any_hit = lanes_count(&out->hit) > 0;
+    for (int i = 0; lanes->any_hit && i < LANES; i++) {
+        const uint32_t on = (uint32_t)out->hit.on[i], index = index_of(hit, i) & on;
+        const struct scene_instance *instance = &scene->blob->instances[index];
+        const struct mesh_view *mesh = &scene->meshes[instance->mesh];
+        const uint32_t other = on & -(uint32_t)(hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID);
+        first = first || !on ? first : mesh;
+        several |= on & (uint32_t)(mesh != first);
+        traits |= on & mesh->traits;
+        placed |= other;
+        lanes->mesh[i] = on ? mesh : NULL;
+        lanes->instance[i] = instance;
+        lanes->placed.on[i] = (int32_t)other;
+        out->id[i] = (index + 1) & on;
+        out->light.on[i] = (int32_t)(on & -(uint32_t)((mesh->flags & MESH_IS_LIGHT) != 0));
     }
+    lanes->traits = traits;
+    lanes->any_placed = placed != 0;
+    lanes->only = several ? NULL : first;
 }
 
-/* What lanes without a hit must read as nothing; the rest is written where anything was hit. */
-static void clear(struct surface *s)
+/* What is left so where nothing was hit, or shines. */
+static void clear(const struct hit_lanes *lanes, struct surface *s)
 {
-    for (int i = 0; i < LANES; i++) {
-        s->albedo.x[i] = s->albedo.y[i] = s->albedo.z[i] = 0.0f;
-        s->emission.x[i] = s->emission.y[i] = s->emission.z[i] = 0.0f;
-        s->distance[i] = 0.0f;
-        s->id[i] = 0;
-        s->hit.on[i] = s->light.on[i] = 0;
-    }
+    memset(&s->emission, 0, sizeof s->emission);
+    if (lanes->any_hit) return;
+    memset(&s->albedo, 0, sizeof s->albedo);
+    memset(s->id, 0, sizeof s->id);
+    memset(&s->light, 0, sizeof s->light);
+    memset(s->mesh, 0, sizeof s->mesh);
 }
 
 /* The facet and its unit vector are all lanes' own. */
@@ -250,29 +258,28 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
     _Alignas(LANES_ALIGN) float magnitude[LANES];
     struct hit_lanes lanes;
     lanes.mesh = out->mesh;
-    out->any_bsdf = false;
-    lanes.meshes = 0;
-    lanes.any_hit = lanes.any_placed = lanes.any_emissive = lanes.any_bent = false;
     lanes.one = is_one(valid, rays);
-    clear(out);
     if (lanes.one)
         find_one(q->scene, rays, &lanes, out);
     else
         find(q->scene, valid, rays, &lanes, out);
+    clear(&lanes, out);
+    out->any_bsdf = (lanes.traits & MESH_REFLECTS) != 0;
     if (!lanes.any_hit) return;
+    const bool bent = lanes.traits & MESH_BENT;
     const bool one_triangle = lanes.one && is_one_triangle(&rays->hit);
     if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed &&
         place_one(lanes.mesh[0], rays, out)) {
         shade(q, &lanes, &rays->hit, out);
-        if (lanes.any_emissive) hide_emission(out);
+        if (lanes.traits & MESH_SHINES) hide_emission(out);
         return;
     }
-    gather_surface(lanes.mesh, one_triangle, &rays->hit, magnitude, out);
+    gather_surface(lanes.mesh, one_triangle, bent, &rays->hit, magnitude, out);
     shade(q, &lanes, &rays->hit, out);
     for (int i = 0; lanes.any_placed && i < LANES; i++)
         if (lanes.mesh[i] && lanes.placed.on[i])
             hit_to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
     find_sides(&rays->ray, out);
-    if (lanes.any_emissive) hide_emission(out);
-    kernel_finish_surface(&rays->ray, magnitude, !lanes.any_bent, out);
+    if (lanes.traits & MESH_SHINES) hide_emission(out);
+    kernel_finish_surface(&rays->ray, magnitude, !bent, out);
 }

@@ -120,43 +120,52 @@ static void interpolate_normals(const struct corner_lanes *restrict c,
     }
 }
 
-static void spread_triangle(const struct mesh_view *mesh, uint32_t index,
-                            struct corner_lanes *vertices, struct corner_lanes *normals,
-                            struct lanes_mask *smooth)
+static void place_spread(const struct mesh_view *mesh, bool bent, const struct RTCHit16 *hit,
+                         float *magnitude, struct surface *s)
 {
-    const uint32_t *triangle = mesh->triangles + (size_t)3 * index;
-    spread_corners(triangle, mesh->positions, vertices);
-    spread_corners(triangle, mesh->normals ? mesh->normals : mesh->positions, normals);
-    for (int i = 0; i < LANES; i++) smooth->on[i] = mesh->normals ? -1 : 0;
+    const uint32_t *triangle = mesh->triangles + (size_t)3 * hit->primID[0];
+    struct corner_lanes corners;
+    struct lanes_mask smooth;
+    spread_corners(triangle, mesh->positions, &corners);
+    place_on_triangles(&corners, hit, magnitude, s);
+    if (!bent) return;
+    for (int i = 0; i < LANES; i++) smooth.on[i] = mesh->normals ? -1 : 0;
+    spread_corners(triangle, mesh->normals ? mesh->normals : mesh->positions, &corners);
+    interpolate_normals(&corners, &smooth, hit, s);
 }
 
-static void gather_triangles(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
-                             struct corner_lanes *vertices, struct corner_lanes *normals,
-                             struct lanes_mask *smooth)
+static void place_each(const struct mesh_view *const *mesh, bool bent, const struct RTCHit16 *hit,
+                       float *magnitude, struct surface *s)
 {
     static const float origin[3] = {0};
     static const uint32_t corner[3] = {0};
     static const struct mesh_view nothing = {.positions = origin, .triangles = corner};
+    const struct mesh_view *on[LANES];
+    const uint32_t *triangle[LANES];
+    struct corner_lanes corners;
+    struct lanes_mask smooth;
     for (int i = 0; i < LANES; i++) {
-        const struct mesh_view *m = mesh[i] ? mesh[i] : &nothing;
-        const uint32_t *triangle = m->triangles + (size_t)3 * (mesh[i] ? hit->primID[i] : 0);
-        put_corners(triangle, m->positions, i, vertices);
-        smooth->on[i] = m->normals ? -1 : 0;
-        put_corners(triangle, m->normals ? m->normals : m->positions, i, normals);
+        on[i] = mesh[i] ? mesh[i] : &nothing;
+        triangle[i] = on[i]->triangles + (size_t)3 * (mesh[i] ? hit->primID[i] : 0);
+        put_corners(triangle[i], on[i]->positions, i, &corners);
     }
+    place_on_triangles(&corners, hit, magnitude, s);
+    if (!bent) return;
+    for (int i = 0; i < LANES; i++) {
+        smooth.on[i] = on[i]->normals ? -1 : 0;
+        put_corners(triangle[i], on[i]->normals ? on[i]->normals : on[i]->positions, i, &corners);
+    }
+    interpolate_normals(&corners, &smooth, hit, s);
 }
 
-static void gather_surface(const struct mesh_view *const *mesh, bool one_triangle,
+/* From triangles; `bent`: some normals are not their facets', else there are none yet. */
+static void gather_surface(const struct mesh_view *const *mesh, bool one_triangle, bool bent,
                            const struct RTCHit16 *hit, float *magnitude, struct surface *s)
 {
-    struct corner_lanes vertices, normals;
-    struct lanes_mask smooth;
     if (one_triangle)
-        spread_triangle(mesh[0], hit->primID[0], &vertices, &normals, &smooth);
+        place_spread(mesh[0], bent, hit, magnitude, s);
     else
-        gather_triangles(mesh, hit, &vertices, &normals, &smooth);
-    place_on_triangles(&vertices, hit, magnitude, s);
-    interpolate_normals(&normals, &smooth, hit, s);
+        place_each(mesh, bent, hit, magnitude, s);
 }
 
 /* Whether a vector's squares, scaled by its largest component, are within range. */
