@@ -80,6 +80,7 @@ static uint32_t traits_of(const struct mesh_view *v)
     const struct material *m = v->material;
     uint32_t traits = m->emissive ? MESH_SHINES : 0;
     if (!m->lambert && !m->unlit) traits |= MESH_REFLECTS;
+    if (m->lambert) traits |= MESH_LAMBERT;
     if (v->normals || v->tangents) traits |= MESH_BENT;
     return m->textured ? traits | MESH_TEXTURED : traits;
 }

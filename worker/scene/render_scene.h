@@ -16,7 +16,8 @@ enum mesh_trait {
     MESH_SHINES = 1,   /* its material is emissive */
     MESH_REFLECTS = 2, /* otherwise than by Lambert's law */
     MESH_BENT = 4,     /* it has normals other than its facets' */
-    MESH_TEXTURED = 8
+    MESH_TEXTURED = 8,
+    MESH_LAMBERT = 16
 };
 
 /* Where one mesh lies in the blob: all that a hit or an alpha test needs. */

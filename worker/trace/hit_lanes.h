@@ -265,6 +265,7 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
         find(q->scene, valid, rays, &lanes, out);
     clear(&lanes, out);
     out->any_bsdf = (lanes.traits & MESH_REFLECTS) != 0;
+    out->any_emission = (lanes.traits & MESH_SHINES) != 0;
     if (!lanes.any_hit) return;
     const bool bent = lanes.traits & MESH_BENT;
     const bool one_triangle = lanes.one && is_one_triangle(&rays->hit);

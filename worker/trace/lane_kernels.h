@@ -106,6 +106,7 @@ struct lane_kernels {
     void (*lens_rays)(const struct plan_camera *camera, const float *s, const float *t,
                       struct RTCRay16 *rays);
     void (*tangents)(const struct lanes3 *normal, struct lanes3 *tangent, struct lanes3 *bitangent);
+    void (*look_back)(const struct RTCRay16 *rays, struct path_vertex *v); /* v->back */
     void (*lambert_scatter)(const struct surface *s, const float *u, const float *v,
                             struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
     /* Throughputs of the next segments. Where it is a matter of chance (else NULL), they make up

@@ -44,6 +44,7 @@ const struct lane_kernels LANE_KERNELS = {
     .ray_keys = kernel_ray_keys,
     .lens_rays = kernel_lens_rays,
     .tangents = kernel_tangents,
+    .look_back = kernel_look_back,
     .lambert_scatter = kernel_lambert_scatter,
     .weigh_segments = kernel_weigh_segments,
     .lambert_light = kernel_lambert_light,

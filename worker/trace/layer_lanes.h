@@ -141,6 +141,14 @@ LANE_INLINE void keep_lane(int on, int i, struct vector v, struct lanes3 *out)
     out->z[i] = on ? v.z : out->z[i];
 }
 
+static void kernel_look_back(const struct RTCRay16 *restrict rays, struct path_vertex *restrict v)
+{
+    for (int i = 0; i < LANES; i++) {
+        const struct vector d = lane_direction(rays, i), back = {-d.x, -d.y, -d.z};
+        lane_put(to_frame(v, i, back), i, &v->back);
+    }
+}
+
 static void kernel_layers_light(const struct path_light *restrict light,
                                 const struct path_vertex *restrict v,
                                 const float *restrict probability, struct lanes3 *restrict diffuse,

@@ -100,10 +100,11 @@ static void find_reach(const struct path_context *c, const struct path_packet *p
     float clearance = 0.0f;
     for (uint32_t k = 0; k < c->lights->count; k++)
         clearance = fmaxf(clearance, c->lights->lights[k].clearance);
+    const struct surface *s = &v->surface;
+    const struct RTCRay16 *r = &p->rays.ray;
+    for (int i = 0; i < LANES; i++) reach[i] = s->hit.on[i] ? s->distance[i] : INFINITY;
+    if (lanes_count_both(&s->hit, &s->light) == 0) return;
     for (int i = 0; i < LANES; i++) {
-        const struct surface *s = &v->surface;
-        const struct RTCRay16 *r = &p->rays.ray;
-        reach[i] = s->hit.on[i] ? s->distance[i] : INFINITY;
         if (!(s->hit.on[i] & s->light.on[i])) continue;
         float cosine = -(s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] +
                          s->facet.z[i] * r->dir_z[i]);
@@ -146,6 +147,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
+    if (!s->any_emission) return;
     for (uint32_t i = 0; i < p->count; i++) {
         float radiance[3] = {s->emission.x[i], s->emission.y[i], s->emission.z[i]}, weight = 1.0f;
         if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;

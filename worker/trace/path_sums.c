@@ -18,24 +18,25 @@ static void clear(struct path_rgb *c, size_t slot)
     c->r[slot] = c->g[slot] = c->b[slot] = 0.0f;
 }
 
-static bool is_finite(const struct path_rgb *c, size_t slot)
+/* Marks lanes whose numbers are not finite. Comparisons are false for NaN. */
+static void mark_odd(const struct path_rgb *c, size_t first, uint32_t odd[LANES])
 {
-    return c->r[slot] < INFINITY && c->g[slot] < INFINITY && c->b[slot] < INFINITY;
+    const float *r = c->r + first, *g = c->g + first, *b = c->b + first;
+    for (int i = 0; i < LANES; i++)
+        odd[i] |= (uint32_t)!((r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY));
 }
 
-/* Comparisons are false for NaN. Nothing is negative: lights, albedos and weights are not. */
+/* Nothing is negative: lights, albedos and weights are not. */
 static void reject(struct path_harvest *h, size_t first, struct counters *counters)
 {
-    for (size_t slot = first; slot < first + LANES; slot++) {
-        if (is_finite(&h->emission, slot) && is_finite(&h->direct, slot) &&
-            is_finite(&h->indirect, slot) && is_finite(&h->diffuse_direct, slot) &&
-            is_finite(&h->diffuse_indirect, slot))
-            continue;
-        clear(&h->emission, slot);
-        clear(&h->direct, slot);
-        clear(&h->indirect, slot);
-        clear(&h->diffuse_direct, slot);
-        clear(&h->diffuse_indirect, slot);
+    struct path_rgb *const all[] = {&h->emission, &h->direct, &h->indirect, &h->diffuse_direct,
+                                    &h->diffuse_indirect};
+    uint32_t odd[LANES] = {0}, any = 0;
+    for (int k = 0; k < 5; k++) mark_odd(all[k], first, odd);
+    for (int i = 0; i < LANES; i++) any |= odd[i];
+    for (size_t i = 0; any && i < LANES; i++) {
+        if (odd[i] == 0) continue;
+        for (int k = 0; k < 5; k++) clear(all[k], first + i);
         counters->value[COUNTER_REJECTED_NOT_FINITE]++;
     }
 }

@@ -47,17 +47,12 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
     struct surface *s = &v->surface;
     const struct mesh_view *mesh = s->mesh[i];
     const struct RTCHit16 *hit = &rays->hit;
-    const struct RTCRay16 *r = &rays->ray;
     const struct material *m = mesh->material;
     struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
     struct material_uv uv;
     if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
     material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
     if (m->anisotropic) align_tangents(c, i, &uv, &at, v);
-    float d[3] = {-r->dir_x[i], -r->dir_y[i], -r->dir_z[i]};
-    v->back.x[i] = d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i];
-    v->back.y[i] = d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i];
-    v->back.z[i] = d[0] * s->normal.x[i] + d[1] * s->normal.y[i] + d[2] * s->normal.z[i];
     s->albedo.x[i] = v->bsdf[i].albedo[0];
     s->albedo.y[i] = v->bsdf[i].albedo[1];
     s->albedo.z[i] = v->bsdf[i].albedo[2];
@@ -66,15 +61,17 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v)
 {
-    v->any_lambert = v->any_general = false;
+    static const struct mesh_view nothing = {.traits = 0};
     for (int i = 0; i < LANES; i++) {
-        bool active = v->active.on[i], lambert = active && v->surface.mesh[i]->material->lambert;
-        v->lambert.on[i] = lambert ? -1 : 0;
-        v->any_lambert |= lambert;
-        v->any_general |= active != lambert;
+        const struct mesh_view *mesh = v->active.on[i] ? v->surface.mesh[i] : &nothing;
+        v->lambert.on[i] = mesh->traits & MESH_LAMBERT ? -1 : 0;
     }
+    const uint32_t lambert = lanes_count(&v->lambert);
+    v->any_lambert = lambert > 0;
+    v->any_general = lanes_count(&v->active) > lambert;
     if (!v->any_general) return;
     c->queries->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
     for (int i = 0; i < LANES; i++)
         if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
+    c->queries->kernels->look_back(&rays->ray, v);
 }
