@@ -201,16 +201,6 @@ void environment_read(const struct environment *e, struct environment_spot spot,
     }
 }
 
-static struct environment_spot find(const struct environment *e, const float direction[3])
-{
-    return environment_find(direction, (float)e->width, (float)e->height);
-}
-
-void environment_lookup(const struct environment *e, const float direction[3], float radiance[3])
-{
-    environment_read(e, find(e, direction), radiance);
-}
-
 /* The row as sampling means it: by where 1 - cos lies between the edges. */
 static uint32_t row_of(const struct environment *e, const float d[3], struct environment_spot spot)
 {
@@ -230,11 +220,6 @@ float environment_density(const struct environment *e, const float direction[3],
 {
     const size_t row = row_of(e, direction, spot);
     return e->density * e->weights[row * e->width + column_of(e, spot)];
-}
-
-float environment_pdf(const struct environment *e, const float direction[3])
-{
-    return environment_density(e, direction, find(e, direction));
 }
 
 /* ---- sampling ---- */
@@ -265,13 +250,4 @@ struct environment_texel environment_texel_of(const struct environment *e, uint3
                                       .column = (float)x,
                                       .below = below,
                                       .density = e->density * e->weights[texel]};
-}
-
-void environment_sample(const struct environment *e, float choice, const float u[2],
-                        float direction[3], float *pdf)
-{
-    const uint32_t texel = environment_choose(e, choice, u);
-    const struct environment_texel t = environment_texel_of(e, texel);
-    *pdf = t.density;
-    environment_place(t, (float)e->width, u, direction);
 }

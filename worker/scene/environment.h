@@ -26,30 +26,21 @@ uint64_t environment_bytes(const struct environment *e); /* held beside the blob
 float environment_mean(const struct environment *e);
 float environment_most(const struct environment *e);
 
-/* Radiance from a unit direction. */
-void environment_lookup(const struct environment *e, const float direction[3], float radiance[3]);
+/* Texels along u and v. */
+void environment_size(const struct environment *e, float *width, float *height);
 
-/* A unit direction by three uniform numbers in [0, 1), and its density per solid angle (0 for a
- * black map: no sample). `choice` picks the texel, u the place in it; the last of the 24 digits of
- * u lend the choice more digits than a float has, since maps may have 2^25 texels. */
-void environment_sample(const struct environment *e, float choice, const float u[2],
-                        float direction[3], float *pdf);
-
-/* The density with which environment_sample chooses a unit direction. */
-float environment_pdf(const struct environment *e, const float direction[3]);
-
-/* -- the same in steps. Maps are larger than caches: each step asks memory for what the next one
- * reads, and who takes it for several samples before the next waits for all of them at once -- */
+/* Lookups and samples go in steps. Maps are larger than caches: each step asks memory for what the
+ * next one reads, and who takes it for several directions before the next waits for all of them at
+ * once. Steps without memory are here, so that loops over lanes become vector code. */
 
 /* Position in texels. */
 struct environment_spot {
     float u, v;
 };
 
-/* environment_lookup and environment_pdf begin with where a unit direction is on a map of width x
- * height texels (loops over lanes become vector code): u in [0, width], v in [0, height]; 0 for
- * what is no direction. The angle from a pole is taken by its sine, too: the cosine alone knows
- * little of it there. */
+/* A lookup begins with where a unit direction is on a map of width x height texels: u in [0,
+ * width], v in [0, height]; 0 for what is no direction. The angle from a pole is taken by its sine,
+ * too: the cosine alone knows little of it there. */
 static inline struct environment_spot environment_find(const float d[3], float width, float height)
 {
     const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
@@ -58,7 +49,8 @@ static inline struct environment_spot environment_find(const float d[3], float w
                                      down > 0.0f ? down * height : 0.0f};
 }
 
-/* Asks for what is there; reads it. */
+/* Asks for what is there; reads radiance, or the density per solid angle with which that direction
+ * is sampled. */
 void environment_ask(const struct environment *e, struct environment_spot spot);
 void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3]);
 float environment_density(const struct environment *e, const float direction[3],
@@ -73,11 +65,14 @@ struct environment_texel {
     float density; /* per solid angle; 0: a black map, there is no direction */
 };
 
-/* environment_sample: asks for the table alone; chooses a texel; looks where it is. */
+/* A sample is of three uniform numbers in [0, 1): `choice` picks the texel, u the place in it; the
+ * last of the 24 digits of u lend the choice more digits than a float has, since maps may have 2^25
+ * texels. Asks for the table alone; chooses a texel; looks where it is. */
 void environment_expect(const struct environment *e, float choice, const float u[2]);
 uint32_t environment_choose(const struct environment *e, float choice, const float u[2]);
 struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel);
-/* And places a direction within it (loops over lanes become vector code). */
+
+/* And places a unit direction within it. */
 static inline void environment_place(struct environment_texel t, float width, const float u[2],
                                      float direction[3])
 {
@@ -91,6 +86,3 @@ static inline void environment_place(struct environment_texel t, float width, co
     direction[1] = (float)(t.below ? from_pole - 1.0 : 1.0 - from_pole);
     direction[2] = -sine * around_sine;
 }
-
-/* Texels along u and v. */
-void environment_size(const struct environment *e, float *width, float *height);

@@ -34,3 +34,35 @@ static inline void environment_fixture_close(struct environment_fixture *f)
     assert_null(f->map);
     free((void *)(uintptr_t)f->blob.blob);
 }
+
+/* -- the steps of worker/scene/environment.h, one direction at a time -- */
+
+static inline struct environment_spot environment_spot_of(const struct environment *e,
+                                                          const float direction[3])
+{
+    float width, height;
+    environment_size(e, &width, &height);
+    return environment_find(direction, width, height);
+}
+
+static inline void environment_lookup(const struct environment *e, const float direction[3],
+                                      float radiance[3])
+{
+    environment_read(e, environment_spot_of(e, direction), radiance);
+}
+
+static inline float environment_pdf(const struct environment *e, const float direction[3])
+{
+    return environment_density(e, direction, environment_spot_of(e, direction));
+}
+
+/* 0: a black map, no sample. */
+static inline void environment_sample(const struct environment *e, float choice, const float u[2],
+                                      float direction[3], float *pdf)
+{
+    float width, height;
+    const struct environment_texel t = environment_texel_of(e, environment_choose(e, choice, u));
+    environment_size(e, &width, &height);
+    environment_place(t, width, u, direction);
+    *pdf = t.density;
+}
