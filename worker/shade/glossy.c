@@ -3,7 +3,6 @@
 #include "proto/plan.h"
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"
-#include "worker/shade/ggx.h"
 
 /* The share of light that white facets reflect once and no other facet hides, by row sqrt(alpha),
  * column sqrt(cosine), both in equal steps from 0 to 1: a mean over visible facets (512 x 512
@@ -75,23 +74,4 @@ void glossy_reflectance(const struct bsdf *b, float cosine, float out[3])
     const float share = white_albedo(z, b->alpha_u);
     reflect(b, coupling_grazing(z, b->alpha_u), out);
     for (int k = 0; k < 3; k++) out[k] *= share;
-}
-
-bool glossy_sample(const struct bsdf *b, const float wo[3], const float u[2], float wi[3],
-                   float weight[3])
-{
-    const float alpha[2] = {b->alpha_u, b->alpha_v};
-    float h[3];
-    if (wo[2] < DIRECTION_GRAZING) return false;
-    ggx_sample(wo, alpha, u, h);
-    const float cosine = direction_dot(wo, h);
-    direction_reflect(wo, h, cosine, wi);
-    if (wi[2] < DIRECTION_GRAZING) return false;
-    /* G2 / G1: of the facets that wo sees, those from which wi sees the open, too */
-    const float span = ggx_span(wo, alpha);
-    const float open = 4.0f * ggx_visibility(wo[2], span, wi[2], ggx_span(wi, alpha)) * wi[2] /
-                       ggx_seen(wo[2], span);
-    reflect(b, fresnel_grazing(cosine), weight);
-    for (int k = 0; k < 3; k++) weight[k] *= open;
-    return true;
 }

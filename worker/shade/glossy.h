@@ -15,8 +15,3 @@ bool glossy_has(const struct bsdf *b);
  * A (f0 + (1 - f0) W). Within 1.2 % of an integral and 0.1 % in the mean; where W is least exact,
  * along sharp surfaces, within 3.5 %. glossy_has holds. */
 void glossy_reflectance(const struct bsdf *b, float cosine, float out[3]);
-
-/* A direction by a facet that wo sees, with its weight f |cos| / pdf. False: below the surface, the
- * weight is 0. glossy_has holds; wo.z > 0. */
-bool glossy_sample(const struct bsdf *b, const float wo[3], const float u[2], float wi[3],
-                   float weight[3]);

@@ -246,7 +246,9 @@ static void kernel_layers_diffuse(const struct path_vertex *restrict v,
     }
 }
 
-/* glossy_sample of the facets alone, of lanes of isotropic layers, and where rays then go. */
+/* A direction by a facet that wo sees, with its weight f |cos| / pdf in the facets' lobe alone: G2
+ * / G1, of the facets that wo sees those from which wi sees the open, too, times what they reflect.
+ */
 static void kernel_layers_gloss(const struct path_vertex *restrict v,
                                 const struct layers *restrict l, const float *restrict u,
                                 const float *restrict w, struct layer_gloss *restrict out)

@@ -23,11 +23,11 @@ struct layers {
     _Alignas(LANES_ALIGN) float p_diffuse[LANES], p_facet[LANES]; /* of choosing the lobe */
 };
 
-/* Samples of their facets' lobes, as glossy_sample's (worker/shade/glossy.h). */
+/* Samples of their facets' lobes, where these are isotropic. */
 struct layer_gloss {
     struct lanes_mask on;           /* lanes that have one */
     struct lanes_mask above;        /* whose direction lies above the facet */
-    struct lanes3 weight;           /* of the lobe */
+    struct lanes3 weight;           /* f |cos| / pdf of the lobe */
     struct lanes3 local, direction; /* in the shading frame; in the world */
 };
 

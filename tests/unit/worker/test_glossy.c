@@ -8,7 +8,7 @@
 #include <math.h>
 
 #include "proto/plan.h"
-#include "worker/shade/glossy.h"
+#include "tests/unit/worker/glossy_fixture.h"
 
 static struct bsdf surface(float alpha, float metallic)
 {

@@ -1,10 +1,10 @@
 /* Layers in lanes bring the bits of the models one by one, on every instruction set. */
 #include "tests/random.h"
+#include "tests/unit/worker/glossy_fixture.h"
 #include "tests/unit/worker/isa_fixture.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "worker/shade/direction.h"
-#include "worker/shade/glossy.h"
 #include "worker/trace/lane_kernels.h"
 
 static const float shares[] = {0.0f, 1e-7f, 0.3f, 0.8f, 0.9999999f, 1.0f};
