@@ -23,7 +23,7 @@ static void mark_odd(const struct path_rgb *c, size_t first, uint32_t odd[LANES]
 {
     const float *r = c->r + first, *g = c->g + first, *b = c->b + first;
     for (int i = 0; i < LANES; i++)
-        odd[i] |= (uint32_t)!((r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY));
+        odd[i] |= (uint32_t) !((r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY));
 }
 
 /* Nothing is negative: lights, albedos and weights are not. */
