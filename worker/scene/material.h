@@ -33,10 +33,8 @@ struct material {
     float eta[3], k[3];
     float absorption[3];        /* -log of the transmittance over attenuation_distance */
     float attenuation_distance; /* scene units; 0: clear */
-    /* Of materials that are not textured: struct surface's albedo; the BSDF from outside, inside.
-     */
-    float shown[3];
-    struct bsdf plain[2];
+    float shown[3];       /* struct surface's albedo, but for Lambert surfaces with textures */
+    struct bsdf plain[2]; /* from outside, from inside; of materials that are not textured */
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
         specular_color_texture, anisotropy_texture;

@@ -8,9 +8,6 @@
 #include "worker/shade/phong.h"
 #include "worker/shade/roughness.h"
 
-/* Densities below this would make weights overflow. */
-#define PDF_LEAST 1e-30f
-
 static void lambert_value(const float wi[3], struct bsdf_value *out)
 {
     out->diffuse = LAMBERT_INV_PI;
@@ -104,7 +101,7 @@ static bool sample_reflection(const struct bsdf *b, const float wo[3], float cho
 /* Weights by the same formulas as everyone's who evaluates the pair. False: all are 0. */
 static bool weigh(const struct bsdf *b, const struct bsdf_value *v, struct bsdf_sample *out)
 {
-    if (!(v->pdf > PDF_LEAST)) return false;
+    if (!(v->pdf > BSDF_PDF_LEAST)) return false;
     const float scale = fabsf(out->wi[2]) / v->pdf;
     bool any = false;
     for (int k = 0; k < 3; k++) {

@@ -48,6 +48,9 @@ struct bsdf {
 
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
 
+/* Directions of a smaller density are not sampled: weights would overflow. */
+#define BSDF_PDF_LEAST 1e-30f
+
 struct bsdf_value {
     float
         diffuse; /* the diffuse lobe over its albedo; 0 where albedo is black beside other lobes */

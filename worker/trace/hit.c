@@ -6,8 +6,6 @@
 #include "worker/trace/lane_kernels.h"
 #include "worker/trace/textured.h"
 
-static const float white[3] = {1.0f, 1.0f, 1.0f};
-
 static void cross(const float a[3], const float b[3], float out[3])
 {
     out[0] = a[1] * b[2] - a[2] * b[1];
@@ -96,8 +94,6 @@ void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit
     if (m->lambert) {
         material_base_color(m, &uv, v);
         put(&out->albedo, i, v);
-    } else if (!m->unlit) {
-        put(&out->albedo, i, white);
     }
     if (!m->emissive) return;
     material_emission(m, &uv, v);

@@ -43,12 +43,12 @@ static void shade_alike(const struct material *m, struct surface *out)
     spread(radiance, &out->emission);
 }
 
-/* Of materials with textures nothing that stays. */
+/* Albedos as far as textures have no say in them; 0 of lanes that met nothing. */
 static void show_plain(const struct hit_lanes *lanes, struct lanes3 *albedo)
 {
-    static const struct material nothing = {.shown = {0.0f, 0.0f, 0.0f}};
+    static const float nothing[3] = {0.0f, 0.0f, 0.0f};
     for (int i = 0; i < LANES; i++)
-        put_color(lanes->mesh[i] ? lanes->mesh[i]->material->shown : nothing.shown, i, albedo);
+        put_color(lanes->mesh[i] ? lanes->mesh[i]->material->shown : nothing, i, albedo);
 }
 
 static void shine(const struct material *m, int i, struct lanes3 *emission)
@@ -66,11 +66,11 @@ static void shade(const struct queries *q, const struct hit_lanes *lanes,
         shade_alike(lanes->mesh[0]->material, out);
         return;
     }
+    show_plain(lanes, &out->albedo);
     if (lanes->only && lanes->only->material->textured) {
         textured_shade(q->kernels, lanes->only, &out->hit, hit, out);
         return;
     }
-    show_plain(lanes, &out->albedo);
     for (int i = 0; lanes->traits & (MESH_TEXTURED | MESH_SHINES) && i < LANES; i++) {
         const struct mesh_view *mesh = lanes->mesh[i];
         if (mesh && mesh->material->textured)
@@ -195,7 +195,8 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     lanes->only = several ? NULL : first;
 }
 
-/* What is left so where nothing was hit, or shines. */
+/* Nothing shines until something is found that does; where no lane met anything, no more is found.
+ */
 static void clear(const struct hit_lanes *lanes, struct surface *s)
 {
     memset(&s->emission, 0, sizeof s->emission);

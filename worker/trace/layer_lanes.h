@@ -8,9 +8,6 @@
 #include "worker/shade/lobe.h"
 #include "worker/trace/path.h"
 
-/* Densities below this would make weights overflow (worker/shade/bsdf.c). */
-#define LAYER_PDF_LEAST 1e-30f
-
 /* Both lobes' values for a pair of directions. */
 struct layer_value {
     float diffuse, pdf;
@@ -19,7 +16,8 @@ struct layer_value {
 
 LANE_INLINE float vector_mean(struct vector c)
 {
-    return (c.x + c.y + c.z) * (1.0f / 3.0f);
+    const float color[3] = {c.x, c.y, c.z};
+    return lobe_mean(color);
 }
 
 LANE_INLINE float vector_most(struct vector c)
@@ -211,7 +209,7 @@ static void kernel_layers_scatter(const struct path_vertex *restrict v,
         const struct vector wi = lane_get(&local, i), wo = lane_get(&v->back, i);
         const struct vector a = lane_get(&l->albedo, i), d = from_frame(v, i, wi);
         const struct layer_value f = layer_evaluate(l, i, wo, wi);
-        const int dense = f.pdf > LAYER_PDF_LEAST;
+        const int dense = f.pdf > BSDF_PDF_LEAST;
         const float scale = wi.z / (dense ? f.pdf : 1.0f), diffuse = f.diffuse * scale;
         const struct vector rest = {f.specular.x * scale, f.specular.y * scale,
                                     f.specular.z * scale};
@@ -241,8 +239,7 @@ static void kernel_layers_diffuse(const struct path_vertex *restrict v,
         const struct vector wi = to_frame(v, i, lane_get(direction, i));
         const int seen = (v->back.z[i] >= DIRECTION_GRAZING) & (wi.z >= DIRECTION_GRAZING);
         const float diffuse = layer_diffuse(l, i, wi);
-        const float seen_of = seen & (l->kept[i] > 0.0f) ? diffuse : 0.0f;
-        weight[i] = l->on.on[i] ? ELEMENTARY_PI * seen_of : weight[i];
+        weight[i] = l->on.on[i] ? ELEMENTARY_PI * (seen ? diffuse : 0.0f) : weight[i];
     }
 }
 

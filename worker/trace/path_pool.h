@@ -69,13 +69,6 @@ static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t
     return packet;
 }
 
-/* Takes the last path out again. */
-static inline void path_pool_drop(struct path_pool *pool)
-{
-    pool->count--;
-    pool->packets[pool->count / LANES].count = pool->count % LANES;
-}
-
 static inline uint32_t path_pool_packets(const struct path_pool *pool)
 {
     return (pool->count + LANES - 1) / LANES;

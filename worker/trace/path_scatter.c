@@ -11,6 +11,7 @@
  * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
  * 5: 48. */
 #define ROULETTE_DEPTH 1
+
 static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
                             const float u[LANES], const float w[LANES], struct path_scattering *s)
 {
@@ -194,7 +195,7 @@ static void append(const struct path_context *c, const struct path_packet *p,
 {
     struct lanes_mask on;
     struct lanes3 throughput;
-    uint32_t lanes[LANES + 1], count = 0;
+    uint32_t lanes[LANES], count = 0;
     find_segments(c, p, v, s, h, &on, &throughput);
     for (uint32_t i = 0; i < LANES; i++) { /* which go on is chance: no branch */
         lanes[count] = i;

@@ -27,8 +27,10 @@ static void kernel_place_sky(const struct sky *restrict sky, const struct sky_te
 {
     const float cosine = sky->cosine, sine = sky->sine, width = sky->width;
     for (int i = 0; i < LANES; i++) {
-        const struct environment_texel texel = {t->near[i], t->far[i], t->column[i],
-                                                t->below.on[i] != 0, t->density[i]};
+        const struct environment_texel texel = {.near = t->near[i],
+                                                .far = t->far[i],
+                                                .column = t->column[i],
+                                                .below = t->below.on[i] != 0};
         const float at[2] = {u[i], v[i]};
         float d[3];
         environment_place(texel, width, at, d);

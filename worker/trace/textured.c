@@ -86,12 +86,6 @@ static void color_lanes(const struct lane_kernels *kernels, const struct texture
     }
 }
 
-static void whiten(const struct lanes_mask *on, struct lanes3 *out)
-{
-    for (int i = 0; i < LANES; i++)
-        if (on->on[i]) out->x[i] = out->y[i] = out->z[i] = 1.0f;
-}
-
 void textured_shade(const struct lane_kernels *kernels, const struct mesh_view *mesh,
                     const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out)
 {
@@ -107,8 +101,6 @@ void textured_shade(const struct lane_kernels *kernels, const struct mesh_view *
     if (mesh->tangents) map_normals(kernels, mesh, on, hit, uvs, out);
     if (m->lambert)
         color_lanes(kernels, &m->base_color_texture, m->base_color, on, uvs, &out->albedo);
-    else if (!m->unlit)
-        whiten(on, &out->albedo);
     if (m->emissive)
         color_lanes(kernels, shine, m->unlit ? m->base_color : m->emission, on, uvs,
                     &out->emission);

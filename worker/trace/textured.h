@@ -5,7 +5,8 @@
 
 struct lane_kernels;
 
-/* Normal map, albedo and emission of the lanes in *on, as hit_shade_textured. */
+/* Normal map, albedo of Lambert surfaces and emission of the lanes in *on, as hit_shade_textured.
+ */
 void textured_shade(const struct lane_kernels *kernels, const struct mesh_view *mesh,
                     const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out);
 

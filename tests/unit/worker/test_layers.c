@@ -63,6 +63,7 @@ static void random_vertex(struct random *r, struct path_vertex *v)
         for (int k = 0; k < 3; k++) facet[k] = n[k] + 0.2f * (random_unit(r) - 0.5f);
         random_direction(r, random_bits(r) % 4 ? 2.0f : 1e-3f, back);
         if (random_bits(r) % 16 == 0) back[2] = 1e-7f;
+        if (random_bits(r) % 16 == 0) direction_set(0.0f, 0.0f, 1.0f, back);
         put(n, i, &v->surface.normal), put(facet, i, &v->surface.facet);
         put(s, i, &v->tangent), put(t, i, &v->bitangent);
         put(back, i, &v->back);
@@ -203,6 +204,7 @@ static void random_samples(struct random *r, struct path_light *l, float probabi
         l->packet.irradiance[i] = random_unit(r);
         l->packet.traced.on[i] = random_bits(r) % 4 ? -1 : 0;
         l->color.x[i] = random_unit(r), l->color.y[i] = 100.0f * random_unit(r);
+        l->color.z[i] = random_unit(r);
         probability[i] = random_unit(r);
     }
 }

@@ -4,6 +4,7 @@
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_sums.h"
 
 static void random_lanes(struct random *r, struct lanes3 *out)
 {
@@ -31,7 +32,7 @@ static void segments_make_up_for_those_that_end(void **state)
         _Alignas(64) float chance[LANES];
         random_lanes(&seed, &p.throughput), random_lanes(&seed, &s.weight);
         for (int i = 0; i < LANES; i++) chance[i] = random_unit(&seed);
-        chance[3] = p.throughput.x[3] = p.throughput.y[3] = p.throughput.z[3] = 0.0f;
+        chance[3] = 0.0f, p.throughput.x[3] = p.throughput.y[3] = p.throughput.z[3] = 0.0f;
         p.throughput.x[5] = s.weight.x[5] = 1.0f, chance[5] = round & 1 ? 0.98f : 0.97f;
         for (int k = 0; k < isa_count(); k++) {
             const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
@@ -117,10 +118,43 @@ static void back_is_in_the_shading_frame(void **state)
     }
 }
 
+/* One number that is not finite, wherever it is, takes its sample's light with it, and no other. */
+static void odd_samples_count_as_black(void **state)
+{
+    (void)state;
+    static struct path_harvest h;
+    static struct path_sums sums;
+    struct path_rgb *const planes[] = {&h.emission, &h.direct, &h.indirect, &h.diffuse_direct,
+                                       &h.diffuse_indirect};
+    static const float odd[] = {NAN, INFINITY};
+    for (int k = 0; k < 30; k++) {
+        const struct plan_pass pass = {.first = 0};
+        struct counters counters = {.value = {0}};
+        memset(&h, 0, sizeof h);
+        for (int plane = 0; plane < 5; plane++)
+            for (int i = 0; i < 2 * LANES; i++)
+                planes[plane]->r[i] = planes[plane]->g[i] = planes[plane]->b[i] = 1.0f;
+        struct path_rgb *at = planes[k % 5];
+        float *const channels[] = {at->r, at->g, at->b};
+        channels[k / 5 % 3][LANES + 7] = odd[k / 15];
+        path_sums_init(&sums, &pass, false);
+        path_sums_add(&sums, &h, 2, true, &counters);
+        assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], 1);
+        for (int i = 0; i < LANES; i++) {
+            const float samples = i == 7 ? 1.0f : 2.0f;
+            assert_true(sums.radiance.x[i] == 3.0f * samples);
+            assert_true(sums.radiance.z[i] == 3.0f * samples && sums.emission.y[i] == samples);
+            assert_true(sums.diffuse_direct.z[i] == samples);
+            assert_true(sums.diffuse_indirect.x[i] == samples);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(segments_make_up_for_those_that_end),
                                        cmocka_unit_test(harvest_takes_what_is_on),
-                                       cmocka_unit_test(back_is_in_the_shading_frame)};
+                                       cmocka_unit_test(back_is_in_the_shading_frame),
+                                       cmocka_unit_test(odd_samples_count_as_black)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,10 +6,11 @@
 
 #include "tests/unit/worker/environment_fixture.h"
 #include "worker/trace/lane_kernels.h"
+#include "worker/trace/path_choice.h"
 
 enum { WIDTH = 12, HEIGHT = 7 };
 
-static struct environment_fixture f;
+static struct environment_fixture f, night;
 static struct sky sky;
 
 static int open_sky(void **state)
@@ -19,6 +20,8 @@ static int open_sky(void **state)
     (void)state;
     for (size_t i = 0; i < 3 * WIDTH * HEIGHT; i++) texels[i] = random_unit(&r);
     environment_fixture_open(&f, WIDTH, HEIGHT, texels);
+    static const float dark[3 * WIDTH * HEIGHT];
+    environment_fixture_open(&night, WIDTH, HEIGHT, dark);
     const struct plan_environment plan = {
         .kind = ENVIRONMENT_MAP, .rotation_rad = 0.7f, .radiance = {1, 1, 1}};
     sky_init(&sky, &plan, f.map);
@@ -29,6 +32,7 @@ static int close_sky(void **state)
 {
     (void)state;
     environment_fixture_close(&f);
+    environment_fixture_close(&night);
     return 0;
 }
 
@@ -105,8 +109,56 @@ static void test_place(void **state)
     }
 }
 
+/* A path's samples of the sky: lanes that chose it have the ray, cosine over density and radiance
+ * of their direction, but where that lies below the surface or the map is black. */
+static void test_path_samples(void **state)
+{
+    (void)state;
+    static struct path_vertex v;
+    struct random r = {4};
+    struct queries q;
+    queries_init(&q);
+    for (int round = 0; round < 200 * isa_count(); round++) {
+        const bool black = round % 8 == 0;
+        struct sky dark = sky;
+        struct path_choice choice = {.others = true};
+        struct path_light light;
+        const struct path_context c = {.queries = &q, .sky = black ? &dark : &sky};
+        if (black) dark.map = night.map;
+        q.kernels = lane_kernels_for(all_isas[round % isa_count()]);
+        memset(&light, 0, sizeof light);
+        for (int i = 0; i < LANES; i++) {
+            choice.chosen[i] = i % 5 == 0 ? LIGHT_CHOICE_EMITTERS : LIGHT_CHOICE_ENVIRONMENT;
+            choice.pick[i] = random_unit(&r), choice.u[i] = random_unit(&r);
+            choice.v[i] = random_unit(&r);
+            light.packet.skip[i] = 99;
+            v.surface.normal.y[i] = v.surface.facet.y[i] = 1.0f;
+        }
+        path_sample_sky(&c, &v, &choice, &light);
+        const struct RTCRay16 *ray = &light.packet.rays.ray;
+        for (int i = 0; i < LANES; i++) {
+            struct sky_view view;
+            float radiance[3];
+            if (i % 5 == 0) {
+                assert_int_equal(light.packet.skip[i], 99);
+                continue;
+            }
+            if (black) assert_int_equal(light.packet.skip[i], LIGHT_FACING_AWAY);
+            if (light.packet.skip[i] != LIGHT_TRACED) continue;
+            q.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
+            const float density = sky_pdf(&sky, &view, i);
+            (void)sky_radiance(&sky, &view, i, radiance);
+            assert_true(fabsf(light.packet.density[i] - density) <= 1e-5f * density);
+            assert_true(ray->dir_y[i] > 0.0f && ray->tfar[i] == INFINITY);
+            assert_true(light.packet.irradiance[i] == ray->dir_y[i] / light.packet.density[i]);
+            assert_true(light.color.x[i] == radiance[0] && light.color.z[i] == radiance[2]);
+        }
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_find), cmocka_unit_test(test_place)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_find), cmocka_unit_test(test_place),
+                                       cmocka_unit_test(test_path_samples)};
     return cmocka_run_group_tests(tests, open_sky, close_sky);
 }
