@@ -24,16 +24,17 @@ static void find_lanes(const struct path_choice *choice, struct skies *s)
 /* Directions and their densities. */
 static void place(const struct path_context *c, const struct path_choice *choice, struct skies *s)
 {
+    const int count = s->count;
     uint32_t chosen[LANES];
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
         sky_expect(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
     }
-    for (int k = 0; k < s->count; k++) {
+    for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
         chosen[k] = sky_choose(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
     }
-    for (int k = 0; k < s->count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
+    for (int k = 0; k < count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
     c->queries->kernels->place_sky(c->sky, &s->texels, choice->u, choice->v, &s->direction);
 }
 
