@@ -275,9 +275,46 @@ static void passes_and_maps_are_checked(void **state)
     free(f);
 }
 
+/* In a closed room every path ends somewhere, and a counter says how: on black, by chance, or below
+ * the surface that sends it on. */
+static void every_path_ends_once(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = fixture_plan(SIDE_PX, SIDE_PX, (float[]){0, 0, 0}, 0.8f);
+    const uint32_t grey = fixture_material(f, 0.6f, 0.5f, 0.4f);
+    const uint32_t black = fixture_material(f, 0, 0, 0), glossy = fixture_material(f, 1, 1, 1);
+    f->materials[glossy].specular = 1.0f;
+    f->materials[glossy].roughness = 0.5f;
+    f->materials[glossy].metallic = 0.5f;
+    const uint32_t walls[6] = {grey, black, glossy, grey, glossy, grey};
+    for (int k = 0; k < 6; k++) {
+        float c[3] = {0}, u[3] = {0}, v[3] = {0};
+        c[k / 2] = k & 1 ? 2.0f : -2.0f;
+        u[(k / 2 + 1) % 3] = v[(k / 2 + 2) % 3] = 2.0f;
+        fixture_panel(f, walls[k], c, u, v);
+    }
+    fixture_ceiling_light(&p, 0, 1, 0, 0.5f, 1);
+    p.light_planes = 0;
+    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.bounces = 200; /* none comes so far */
+    p.paths.spp = 16;
+    struct traced t = trace_all(f, &p);
+    const uint64_t paths = count(&t, COUNTER_RAYS_PRIMARY);
+    const uint64_t black_ends = count(&t, COUNTER_SKIPPED_BLACK_ALBEDO);
+    const uint64_t chance = count(&t, COUNTER_SKIPPED_ROULETTE);
+    const uint64_t below = count(&t, COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON);
+    assert_int_equal(paths, SIDE_PX * SIDE_PX * 16);
+    assert_true(black_ends > paths / 10 && chance > paths / 10 && below > 0);
+    assert_int_equal(black_ends + chance + below, paths);
+    traced_fini(&t);
+    free(f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_path_ends_once),
         cmocka_unit_test(tiles_do_not_matter),
         cmocka_unit_test(passes_continue_each_other),
         cmocka_unit_test(parts_add_up),
