@@ -143,10 +143,8 @@ void field_record_lobe(struct path_record *record, const struct path_vertex *v, 
 {
     struct path_record_field *f = &record->field;
     const uint32_t i = f->lane;
-    const struct lanes3 *n = &v->surface.normal, *t = &v->tangent, *b = &v->bitangent;
-    const float d[3] = {wi[0] * t->x[i] + wi[1] * b->x[i] + wi[2] * n->x[i],
-                        wi[0] * t->y[i] + wi[1] * b->y[i] + wi[2] * n->y[i],
-                        wi[0] * t->z[i] + wi[1] * b->z[i] + wi[2] * n->z[i]};
+    float d[3];
+    path_from_frame(v, (int)i, wi, d);
     const struct lanes3 *facet = &v->surface.facet;
     f->aimed = true;
     f->below = !(d[0] * facet->x[i] + d[1] * facet->y[i] + d[2] * facet->z[i] > 0.0f);

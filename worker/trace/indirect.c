@@ -102,11 +102,8 @@ static float diffuse_weight(const struct path_vertex *v, int i, const float d[3]
     struct bsdf_value value;
     if (white.model == BSDF_BLACK || white.model == BSDF_MIRROR) return 1.0f;
     const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
-    const float wi[3] = {d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i],
-                         d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] +
-                             d[2] * v->bitangent.z[i],
-                         d[0] * v->surface.normal.x[i] + d[1] * v->surface.normal.y[i] +
-                             d[2] * v->surface.normal.z[i]};
+    float wi[3];
+    path_to_frame(v, i, d, wi);
     white.albedo[0] = white.albedo[1] = white.albedo[2] = 1.0f;
     bsdf_evaluate(&white, wo, wi, &value);
     return ELEMENTARY_PI * value.diffuse;

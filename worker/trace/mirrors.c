@@ -121,11 +121,8 @@ static bool reflect(const struct path_vertex *v, int i, struct path_record_scatt
     struct bsdf_sample sample;
     if (!bsdf_sample(&v->bsdf[i], wo, 0.5f, middle, &sample)) return false;
     if (!sample.dirac || sample.transmitted) return false;
-    const float *wi = sample.wi;
-    const float d[3] = {
-        wi[0] * v->tangent.x[i] + wi[1] * v->bitangent.x[i] + wi[2] * s->normal.x[i],
-        wi[0] * v->tangent.y[i] + wi[1] * v->bitangent.y[i] + wi[2] * s->normal.y[i],
-        wi[0] * v->tangent.z[i] + wi[1] * v->bitangent.z[i] + wi[2] * s->normal.z[i]};
+    float d[3];
+    path_from_frame(v, i, sample.wi, d);
     const float above = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
     *out = (struct path_record_scatter){.on = true, .dirac = true, .goes_on = true};
     memcpy(out->direction, d, sizeof d);

@@ -81,6 +81,24 @@ struct path_vertex {
     struct lanes3 back; /* to where the path came from, in the shading frame; the same */
 };
 
+/* A vector of the world in the shading frame of lane i, which has a bsdf; and back. */
+static inline void path_to_frame(const struct path_vertex *v, int i, const float d[3], float out[3])
+{
+    const struct lanes3 *t = &v->tangent, *b = &v->bitangent, *n = &v->surface.normal;
+    out[0] = d[0] * t->x[i] + d[1] * t->y[i] + d[2] * t->z[i];
+    out[1] = d[0] * b->x[i] + d[1] * b->y[i] + d[2] * b->z[i];
+    out[2] = d[0] * n->x[i] + d[1] * n->y[i] + d[2] * n->z[i];
+}
+
+static inline void path_from_frame(const struct path_vertex *v, int i, const float w[3],
+                                   float out[3])
+{
+    const struct lanes3 *t = &v->tangent, *b = &v->bitangent, *n = &v->surface.normal;
+    out[0] = w[0] * t->x[i] + w[1] * b->x[i] + w[2] * n->x[i];
+    out[1] = w[0] * t->y[i] + w[1] * b->y[i] + w[2] * n->y[i];
+    out[2] = w[0] * t->z[i] + w[1] * b->z[i] + w[2] * n->z[i];
+}
+
 /* The next segment of sixteen paths. */
 struct path_scattering {
     struct lanes_mask on;

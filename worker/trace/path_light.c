@@ -185,15 +185,13 @@ static void reflect_general(const struct path_vertex *v, const struct path_choic
                             const struct path_light *l, int i, struct reflected *out)
 {
     const struct RTCRay16 *r = &l->packet.rays.ray;
-    const struct surface *s = &v->surface;
     const struct bsdf *b = &v->bsdf[i];
     float d[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
     float squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     float scale = 1.0f / sqrtf(squared > 0.0f ? squared : 1.0f);
-    float wi[3] = {
-        scale * (d[0] * v->tangent.x[i] + d[1] * v->tangent.y[i] + d[2] * v->tangent.z[i]),
-        scale * (d[0] * v->bitangent.x[i] + d[1] * v->bitangent.y[i] + d[2] * v->bitangent.z[i]),
-        scale * (d[0] * s->normal.x[i] + d[1] * s->normal.y[i] + d[2] * s->normal.z[i])};
+    float wi[3];
+    path_to_frame(v, i, d, wi);
+    for (int k = 0; k < 3; k++) wi[k] *= scale;
     float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
     struct bsdf_value value;
     bsdf_evaluate(b, wo, wi, &value);

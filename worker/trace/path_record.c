@@ -99,13 +99,12 @@ void path_record_leave(const struct path_context *c, const struct path_packet *p
 /* The density with which scattering would choose the direction. */
 static float scattered_density(const struct path_vertex *v, const float d[3])
 {
-    const struct surface *s = &v->surface;
-    const float z = d[0] * s->normal.x[0] + d[1] * s->normal.y[0] + d[2] * s->normal.z[0];
+    const struct lanes3 *n = &v->surface.normal;
+    const float z = d[0] * n->x[0] + d[1] * n->y[0] + d[2] * n->z[0];
     struct bsdf_value value;
+    float wi[3];
     if (v->lambert.on[0]) return z > 0.0f ? z * INVERSE_PI : 0.0f;
-    const float wi[3] = {
-        d[0] * v->tangent.x[0] + d[1] * v->tangent.y[0] + d[2] * v->tangent.z[0],
-        d[0] * v->bitangent.x[0] + d[1] * v->bitangent.y[0] + d[2] * v->bitangent.z[0], z};
+    path_to_frame(v, 0, d, wi);
     const float wo[3] = {v->back.x[0], v->back.y[0], v->back.z[0]};
     bsdf_evaluate(&v->bsdf[0], wo, wi, &value);
     return value.pdf;

@@ -69,10 +69,8 @@ static void scatter_general(const struct path_vertex *v, int i, float choice, co
     struct bsdf_sample sample;
     out->on.on[i] = 0;
     if (!bsdf_sample(b, wo, choice, u, &sample)) return;
-    const float *wi = sample.wi;
-    float d[3] = {wi[0] * v->tangent.x[i] + wi[1] * v->bitangent.x[i] + wi[2] * s->normal.x[i],
-                  wi[0] * v->tangent.y[i] + wi[1] * v->bitangent.y[i] + wi[2] * s->normal.y[i],
-                  wi[0] * v->tangent.z[i] + wi[1] * v->bitangent.z[i] + wi[2] * s->normal.z[i]};
+    float d[3];
+    path_from_frame(v, i, sample.wi, d);
     if (!leaves(s, i, d, sample.transmitted)) return;
     float weight[3];
     for (int k = 0; k < 3; k++) weight[k] = b->albedo[k] * sample.diffuse + sample.specular[k];
