@@ -23,7 +23,7 @@ struct surface {
     struct lanes_mask behind; /* the ray came from the side that the winding turns away */
     const struct mesh_view *mesh[LANES]; /* NULL: nothing was hit */
     bool any_bsdf;                       /* beside Lambert surfaces and such as only shine */
-    bool any_emission;                   /* perhaps */
+    bool any_emission;                   /* one of them may shine */
 };
 
 /* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */

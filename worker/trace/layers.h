@@ -10,7 +10,7 @@ struct lane_kernels;
 struct path_vertex;
 
 struct layers {
-    struct lanes_mask on;            /* lanes that are such; all else is of no use elsewhere */
+    struct lanes_mask on;            /* lanes that are such; nothing else here holds of others */
     bool any, others;                /* some lane is; some lane with a bsdf is not */
     struct lanes3 albedo, color, f0; /* struct bsdf's albedo, base_color, specular_f0 */
     _Alignas(LANES_ALIGN) float alpha_u[LANES], alpha_v[LANES], metallic[LANES], specular[LANES];

@@ -117,6 +117,7 @@ static void test_path_samples(void **state)
     static struct path_vertex v;
     struct random r = {4};
     struct queries q;
+    int traced = 0;
     queries_init(&q);
     for (int round = 0; round < 200 * isa_count(); round++) {
         const bool black = round % 8 == 0;
@@ -145,6 +146,7 @@ static void test_path_samples(void **state)
             }
             if (black) assert_int_equal(light.packet.skip[i], LIGHT_FACING_AWAY);
             if (light.packet.skip[i] != LIGHT_TRACED) continue;
+            traced++;
             q.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
             const float density = sky_pdf(&sky, &view, i);
             (void)sky_radiance(&sky, &view, i, radiance);
@@ -154,6 +156,7 @@ static void test_path_samples(void **state)
             assert_true(light.color.x[i] == radiance[0] && light.color.z[i] == radiance[2]);
         }
     }
+    assert_true(traced > 500);
 }
 
 int main(void)
