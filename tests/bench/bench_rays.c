@@ -7,9 +7,10 @@
  * Records the camera and shadow rays of a 720 x 720 frame at 9 samples a pixel without bounces,
  * replays them through nothing but Embree calls, and traces the same frame with tile_trace.
  * Replayed rays lie ready in cache, copying them there is not timed; of packets as the worker
- * asked, full packets and streams the best counts. Prints one JSON line with both and one with
- * every effect on. Times are CPU times of the tracing threads, medians over interleaved
- * repetitions. */
+ * asked, full packets and streams the best counts. Each repetition replays one of these layouts
+ * behind each tile: a second one would find the tree in cache where the first had just walked.
+ * Prints one JSON line with both and one with every effect on. Times are CPU times of the tracing
+ * threads, medians over interleaved repetitions. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -32,27 +33,26 @@ struct share {
     struct chunk *chunk;
     struct recorder recorder;
     struct counters counters;
-    double worker_s, bare_s[2][LAYOUT_COUNT]; /* camera, shadow */
-    struct progress progress[2][LAYOUT_COUNT];
-    bool replaying;
+    double worker_s, bare_s[2]; /* camera, shadow */
+    struct progress progress[2];
+    enum layout replayed; /* LAYOUT_COUNT: none */
 };
 
 static const enum query_kind bare_kinds[2] = {QUERY_CAMERA, QUERY_SHADOW};
 
-/* Keeps every layout of both kinds as far along as the tiles are: what disturbs the machine then
+/* Keeps the layout of both kinds as far along as the tiles are: what disturbs the machine then
  * disturbs both alike. */
 static void replay_upto(struct share *s, double part)
 {
-    for (int k = 0; k < 2; k++)
-        for (enum layout l = 0; l < LAYOUT_COUNT; l++) {
-            const struct recording *r = &s->recorder.kinds[bare_kinds[k]];
-            struct progress *p = &s->progress[k][l];
-            size_t before = p->lane + 1;
-            while (p->lane < (size_t)(part * (double)r->lanes) && p->lane != before) {
-                before = p->lane;
-                replay_chunk(s->scene, s->chunk, r, k == 0, true, l, p);
-            }
+    for (int k = 0; k < 2; k++) {
+        const struct recording *r = &s->recorder.kinds[bare_kinds[k]];
+        struct progress *p = &s->progress[k];
+        size_t before = p->lane + 1;
+        while (p->lane < (size_t)(part * (double)r->lanes) && p->lane != before) {
+            before = p->lane;
+            replay_chunk(s->scene, s->chunk, r, k == 0, true, s->replayed, p);
         }
+    }
 }
 
 static void trace_one(struct share *s, struct rect rect)
@@ -74,23 +74,22 @@ static void *share_run(void *context)
     memset(s->progress, 0, sizeof s->progress);
     for (uint32_t i = s->first; i < tile_grid_count(&grid); i += s->step) {
         trace_one(s, tile_grid_rect(&grid, i));
-        if (s->replaying) replay_upto(s, (double)i / tile_grid_count(&grid));
+        if (s->replayed < LAYOUT_COUNT) replay_upto(s, (double)i / tile_grid_count(&grid));
     }
-    if (s->replaying) replay_upto(s, 1.0);
-    for (int k = 0; k < 2; k++)
-        for (int l = 0; l < LAYOUT_COUNT; l++) {
-            const struct progress *p = &s->progress[k][l];
-            double all = (double)s->recorder.kinds[bare_kinds[k]].count;
-            s->bare_s[k][l] = p->rays ? p->cpu_s * all / (double)p->rays : 0.0;
-        }
+    if (s->replayed < LAYOUT_COUNT) replay_upto(s, 1.0);
+    for (int k = 0; k < 2; k++) {
+        const struct progress *p = &s->progress[k];
+        double all = (double)s->recorder.kinds[bare_kinds[k]].count;
+        s->bare_s[k] = p->rays ? p->cpu_s * all / (double)p->rays : 0.0;
+    }
     return NULL;
 }
 
-static void run_all(struct share *shares, uint32_t threads, bool replaying)
+static void run_all(struct share *shares, uint32_t threads, enum layout replayed)
 {
     pthread_t ids[THREADS_MAX];
     for (uint32_t i = 0; i < threads; i++) {
-        shares[i].replaying = replaying;
+        shares[i].replayed = replayed;
         if (pthread_create(&ids[i], NULL, share_run, &shares[i])) fail("no thread");
     }
     for (uint32_t i = 0; i < threads; i++) pthread_join(ids[i], NULL);
@@ -118,24 +117,24 @@ static size_t recorded(const struct share *shares, uint32_t threads, enum query_
 
 static void bench_against_bare(const char *name, struct share *shares, uint32_t threads)
 {
-    double worker[REPETITIONS], bare[2][LAYOUT_COUNT][REPETITIONS];
+    double worker[REPETITIONS * LAYOUT_COUNT], bare[2][LAYOUT_COUNT][REPETITIONS];
     for (uint32_t i = 0; i < threads; i++) {
         shares[i].recorder.base.record = record;
         tile_tracer_queries(shares[i].tracer)->recorder = &shares[i].recorder.base;
     }
-    run_all(shares, threads, false);
+    run_all(shares, threads, LAYOUT_COUNT);
     for (uint32_t i = 0; i < threads; i++) tile_tracer_queries(shares[i].tracer)->recorder = NULL;
-    run_all(shares, threads, false); /* warm */
-    for (int r = 0; r < REPETITIONS; r++) {
-        run_all(shares, threads, true);
-        worker[r] = 0.0;
-        for (uint32_t i = 0; i < threads; i++) worker[r] += shares[i].worker_s;
-        for (int k = 0; k < 2; k++)
-            for (int l = 0; l < LAYOUT_COUNT; l++) {
-                bare[k][l][r] = 0.0;
-                for (uint32_t i = 0; i < threads; i++) bare[k][l][r] += shares[i].bare_s[k][l];
+    run_all(shares, threads, LAYOUT_COUNT); /* warm */
+    for (int r = 0; r < REPETITIONS; r++)
+        for (enum layout l = 0; l < LAYOUT_COUNT; l++) {
+            run_all(shares, threads, l);
+            worker[r * LAYOUT_COUNT + (int)l] = 0.0;
+            for (int k = 0; k < 2; k++) bare[k][l][r] = 0.0;
+            for (uint32_t i = 0; i < threads; i++) {
+                worker[r * LAYOUT_COUNT + (int)l] += shares[i].worker_s;
+                for (int k = 0; k < 2; k++) bare[k][l][r] += shares[i].bare_s[k];
             }
-    }
+        }
     double best[2] = {INFINITY, INFINITY};
     int layout[2] = {0, 0};
     for (int k = 0; k < 2; k++)
@@ -145,7 +144,7 @@ static void bench_against_bare(const char *name, struct share *shares, uint32_t 
         }
     double camera = (double)recorded(shares, threads, QUERY_CAMERA);
     double shadow = (double)recorded(shares, threads, QUERY_SHADOW);
-    double scale = 1e-6 * threads, worker_s = median(worker, REPETITIONS);
+    double scale = 1e-6 * threads, worker_s = median(worker, REPETITIONS * LAYOUT_COUNT);
     double bare_rate = (camera + shadow) / (best[0] + best[1]) * scale;
     double worker_rate = (camera + shadow) / worker_s * scale;
     printf("{\"scene\": \"%s\", \"threads\": %u, \"bare_mrays_s\": %.2f, \"worker_mrays_s\": %.2f, "
@@ -164,7 +163,7 @@ static void bench_all_effects(const char *name, struct share *shares, uint32_t t
         memset(&sum, 0, sizeof sum);
         for (uint32_t i = 0; i < threads; i++)
             memset(&shares[i].counters, 0, sizeof shares[i].counters);
-        run_all(shares, threads, false);
+        run_all(shares, threads, LAYOUT_COUNT);
         for (uint32_t i = 0; i < threads; i++) {
             seconds[r] += shares[i].worker_s;
             counters_add(&sum, &shares[i].counters);
@@ -203,7 +202,7 @@ int main(int argc, char **argv)
     }
     const char *slash = strrchr(argv[1], '/');
     const char *name = slash ? slash + 1 : argv[1];
-    for (long i = 0; i < turns; i++) run_all(shares, (uint32_t)threads, false);
+    for (long i = 0; i < turns; i++) run_all(shares, (uint32_t)threads, LAYOUT_COUNT);
     if (turns == 0) {
         bench_against_bare(name, shares, (uint32_t)threads);
         plan_add_all(&plan);
