@@ -197,7 +197,7 @@ install-units:
 	for u in $(units); do sed 's|@prefix@|$(PREFIX)|g' deploy/systemd/$$u > $(unit_dir)/$$u && chmod 644 $(unit_dir)/$$u || exit 1; done
 install: all install-units
 	install -Dm755 -t $(DESTDIR)$(PREFIX)/bin $(programs)
-	cd web && find . -type f -not -name '.*' -exec install -Dm644 {} $(share)/web/{} \;
+	cd web && find . -type f -not -name '.*' -not -name package.json -exec install -Dm644 {} $(share)/web/{} \;
 	install -Dm644 -t $(share) proto/openapi.yaml
 	install -Dm644 -t $(DESTDIR)$(PREFIX)/share/doc/shearwater README.md LICENSE CHANGELOG.md proto/PROTOCOL.md
 uninstall:

@@ -58,9 +58,11 @@ async function readFeed(url, enough, seconds = 20) {
   const blocks = [], parser = new BlockParser();
   let revision = 0n;
   try {
-    const answer = await fetch(url, { signal: control.signal });
-    for await (const chunk of answer.body) {
-      for (const block of parser.feed(new Uint8Array(chunk))) {
+    const reader = (await fetch(url, { signal: control.signal })).body.getReader();
+    // Node.js 18 has a body's readers wait on when its fetch is aborted.
+    control.signal.addEventListener("abort", () => reader.cancel().catch(() => {}));
+    for (let got = await reader.read(); !got.done; got = await reader.read()) {
+      for (const block of parser.feed(got.value)) {
         revision = block.revision;
         if (block.w) blocks.push(block);
       }

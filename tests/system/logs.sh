@@ -12,7 +12,7 @@ header() { sed -n "s/^$1: //Ip" "$tmp/head" | tr -d '\r'; }
 lines() { jq -c "$@" "$log"; }
 has() { # has FILTER: some line of the log, soon
     local end=$((SECONDS + 5 * slower))
-    until lines "select($1)" | grep -q .; do
+    until [ -n "$(lines "select($1)")" ]; do
         [ $SECONDS -lt $end ] || { echo "no line with $1"; tail -n 5 "$log"; return 1; }
         sleep 0.1
     done
@@ -135,7 +135,7 @@ answers() { # answers COUNT: so many requests, each with a line
 }
 lost() { curl -sS --noproxy '*' --max-time 20 "$url/metrics" | sed -n 's/^shearwater_log_lines_dropped_total //p'; }
 all_or_told() { # of N requests each has a line, or is among those that are said to be lost
-    local told; told=$(lines 'select(.message == "lines of the log were lost").lines' | paste -sd+ | bc)
+    local told; told=$(lines 'select(.message == "lines of the log were lost").lines' | awk '{ sum += $1 } END { printf "%.0f\n", sum }')
     is "$(($(lines 'select(.message == "request")' | wc -l) + ${told:-0}))" "$1"
 }
 in_order() { is "$(lines -r 'select(.message == "request").time' | sort -c 2>&1)" ""; }

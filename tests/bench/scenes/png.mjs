@@ -1,4 +1,4 @@
-// A checkerboard as a PNG: across x down squares, one texel each, of two linear colours in turn.
+// PNG files, and a checkerboard as one: across x down squares, one texel each, of two linear colours in turn.
 import { deflateSync } from "node:zlib";
 
 const toSrgb = (x) => Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
@@ -12,7 +12,7 @@ function crc32(bytes) {
   return ~c >>> 0;
 }
 
-function chunk(type, data) {
+export function chunk(type, data) {
   const body = Buffer.concat([Buffer.from(type), data]), out = Buffer.alloc(body.length + 8);
   out.writeUInt32BE(data.length, 0);
   body.copy(out, 4);
