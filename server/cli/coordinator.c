@@ -102,8 +102,7 @@ static int open_store(struct coordinator *c, const struct coordinator_options *o
                       struct fault *fault)
 {
     const char *data = options->places->data;
-    int error = objects_open(&c->objects, data);
-    c->objects.ephemeral = options->ephemeral;
+    int error = objects_open(&c->objects, data, options->ephemeral);
     const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
     if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
     if (!error) error = job_store_open(&c->loop, data, options->ephemeral, &c->store);

@@ -93,11 +93,11 @@ static void tmp_path(const struct objects *o, char out[OBJECTS_PATH_BYTES], cons
     snprintf(out, OBJECTS_PATH_BYTES, "%s/tmp/%s", o->dir, name);
 }
 
-int objects_open(struct objects *o, const char *dir)
+int objects_open(struct objects *o, const char *dir, bool ephemeral)
 {
     if (snprintf(o->dir, sizeof o->dir, "%s", dir) >= (int)sizeof o->dir) return ERR_LIMIT;
     o->holds = &o->own_holds;
-    o->ephemeral = false;
+    o->ephemeral = ephemeral;
     object_holds_init(o->holds);
     char path[OBJECTS_PATH_BYTES];
     snprintf(path, sizeof path, "%s/objects", o->dir);
@@ -190,7 +190,7 @@ static int remove_locked(const struct objects *o, const struct digest *d, object
     if (object_holds_any(o->holds, d)) return ERR_STATE;
     if (!is_free(ctx, d)) return ERR_EXISTS;
     objects_path(o, d, path);
-    if (unlink(path) == 0) return objects_sync_parent(path);
+    if (unlink(path) == 0) return o->ephemeral ? 0 : objects_sync_parent(path);
     return errno == ENOENT ? 0 : error_of_errno(errno);
 }
 

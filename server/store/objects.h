@@ -19,14 +19,13 @@
 
 struct objects {
     char dir[4096];
-    bool ephemeral; /* may be set once it is open: the folder goes with this process, and no
-                       file waits for the disk */
+    bool ephemeral;             /* the folder goes with this process: no file waits for the disk */
     struct object_holds *holds; /* points to the one below: it changes where the rest is const */
     struct object_holds own_holds;
 };
 
 /* Makes the folders, sweeps tmp. The struct stays where it is from then on. */
-int objects_open(struct objects *o, const char *dir);
+int objects_open(struct objects *o, const char *dir, bool ephemeral);
 bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
 void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES]);
 

@@ -113,7 +113,7 @@ static void show_job(void)
 
 static void open_rooms(void)
 {
-    must(objects_open(&edge.objects, edge.dir) == 0);
+    must(objects_open(&edge.objects, edge.dir, false) == 0);
     must(job_store_open(&edge.loop, edge.dir, false, &edge.store) == 0);
     job_store_set_assets(edge.store, &edge.objects, NULL);
     must(spools_create(&edge.loop, edge.dir, &edge.spools) == 0);

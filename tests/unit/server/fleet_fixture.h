@@ -15,7 +15,7 @@
 
 #include "server/fleet/fleet.h"
 
-#define SOCKET_DIR  "/tmp/shearwater-test-fleet"
+#define SOCKET_DIR  "/tmp/shearwater-test-fleet-%ld" /* of this process; goes with its world */
 #define PATIENCE_MS 5000
 #define LONG_MS     60000 /* none of it takes so long, however busy the machine */
 
@@ -126,7 +126,7 @@ static inline struct world *world_open_with(const struct fleet_options *options)
     struct fleet_client client = client_of_world;
     struct fault fault = {0};
     snprintf(w->socket_path, sizeof w->socket_path, "%s", options->socket_path);
-    snprintf(w->blob_path, sizeof w->blob_path, SOCKET_DIR "/%ld.blob", (long)getpid());
+    snprintf(w->blob_path, sizeof w->blob_path, SOCKET_DIR "/blob", (long)getpid());
     uv_loop_init(&w->loop);
     client.ctx = w;
     w->generation = 1;
@@ -135,12 +135,19 @@ static inline struct world *world_open_with(const struct fleet_options *options)
     return w;
 }
 
+static inline void make_socket_dir(void)
+{
+    char path[100];
+    snprintf(path, sizeof path, SOCKET_DIR, (long)getpid());
+    mkdir(path, 0700);
+}
+
 static inline struct world *world_open(uint32_t silence_ms, uint32_t stall_ms)
 {
     char path[100];
-    mkdir(SOCKET_DIR, 0700);
     static int worlds; /* a test that failed leaves its socket open */
-    snprintf(path, sizeof path, SOCKET_DIR "/%ld.%d.sock", (long)getpid(), ++worlds);
+    make_socket_dir();
+    snprintf(path, sizeof path, SOCKET_DIR "/%d.sock", (long)getpid(), ++worlds);
     const struct fleet_options options = {.socket_path = path,
                                           .listen = "127.0.0.1:0",
                                           .beat_ms = 50,
@@ -157,6 +164,8 @@ static inline void world_close(struct world *w)
     assert_int_equal(uv_loop_close(&w->loop), 0);
     for (uint32_t i = 0; i < 256; i++) free(w->bytes[i]);
     unlink(w->blob_path);
+    *strrchr(w->blob_path, '/') = '\0';
+    rmdir(w->blob_path);
     free(w);
 }
 

@@ -105,7 +105,7 @@ static inline int set_up(void **state)
     struct bench *b = calloc(1, sizeof *b);
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-frame-XXXXXX");
-    return !mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
+    return !mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
            team_create(&b->loop, "test", 3, &b->team);
 }
 

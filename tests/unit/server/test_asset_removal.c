@@ -25,7 +25,8 @@ static int setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);
     strcpy(f->dir, "/tmp/shearwater-removal-XXXXXX");
-    if (!mkdtemp(f->dir) || uv_loop_init(&f->loop) || objects_open(&f->objects, f->dir)) return -1;
+    if (!mkdtemp(f->dir) || uv_loop_init(&f->loop) || objects_open(&f->objects, f->dir, false))
+        return -1;
     *state = f;
     if (uv_timer_init(&f->loop, &f->pause)) return -1;
     if (job_store_open(&f->loop, f->dir, false, &f->store)) return -1;

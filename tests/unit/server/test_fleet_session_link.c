@@ -166,6 +166,7 @@ static void the_socket_is_private_and_replaces_a_dead_one(void **state)
     world_close(w);
     assert_int_not_equal(stat(path, &st), 0);
     /* A socket that its owner left behind. */
+    make_socket_dir();
     struct sockaddr_un a = {.sun_family = AF_UNIX};
     memcpy(a.sun_path, path, strlen(path) + 1);
     int fd = socket(AF_UNIX, SOCK_STREAM, 0);

@@ -33,7 +33,7 @@ static int set_up(void **state)
     struct bench *b = calloc(1, sizeof *b);
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-import-XXXXXX");
-    if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
+    if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
         team_create(&b->loop, "test", 2, &b->team))
         return -1;
     import_case_put(&b->objects, "{\"asset\": 1}", &b->scene.scene);

@@ -51,7 +51,7 @@ static int set_up(void **state)
     struct bench *b = calloc(1, sizeof *b);
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-imports-XXXXXX");
-    if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir) || uv_loop_init(&b->loop) ||
+    if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
         team_create(&b->loop, "test", 2, &b->team) ||
         job_store_open(&b->loop, b->dir, false, &b->store))
         return -1;

@@ -36,7 +36,7 @@ static void open_objects(struct objects *o)
 {
     char dir[128];
     snprintf(dir, sizeof dir, "%s/deep/data", root);
-    assert_int_equal(objects_open(o, dir), 0);
+    assert_int_equal(objects_open(o, dir, false), 0);
 }
 
 static int write_object(const struct objects *o, const char *text, const struct digest *expected,
@@ -279,10 +279,10 @@ static void an_impossible_folder_is_an_error(void **state)
     snprintf(path, sizeof path, "%s/file", root);
     fclose(fopen(path, "wb"));
     snprintf(path, sizeof path, "%s/file/data", root);
-    assert_int_equal(objects_open(&o, path), ERR_IO);
+    assert_int_equal(objects_open(&o, path, false), ERR_IO);
     memset(longer, 'a', sizeof longer - 1);
     longer[sizeof longer - 1] = 0;
-    assert_int_equal(objects_open(&o, longer), ERR_LIMIT);
+    assert_int_equal(objects_open(&o, longer, false), ERR_LIMIT);
 }
 
 #define TEST(f) cmocka_unit_test_setup_teardown(f, make_root, remove_root)
