@@ -129,30 +129,6 @@ static bool is_half(const struct gloss *g, uint32_t sample, int i)
     return (sample >= g->first_half[i]) == (g->later.on[i] != 0);
 }
 
-static void put_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
-                     uint32_t slot, int i, const float weight[3], struct path_pool *pool)
-{
-    uint32_t lane;
-    struct path_packet *p = path_pool_add(pool, &lane);
-    struct RTCRay16 *r = &p->rays.ray;
-    const struct lanes3 *origin = &g->from->surface.origin, *d = &lobe->direction;
-    r->org_x[lane] = origin->x[i];
-    r->org_y[lane] = origin->y[i];
-    r->org_z[lane] = origin->z[i];
-    r->dir_x[lane] = d->x[i];
-    r->dir_y[lane] = d->y[i];
-    r->dir_z[lane] = d->z[i];
-    r->tnear[lane] = 0.0f;
-    r->tfar[lane] = INFINITY;
-    p->throughput.x[lane] = weight[0];
-    p->throughput.y[lane] = weight[1];
-    p->throughput.z[lane] = weight[2];
-    p->pdf[lane] = 0.0f; /* no light sample could have found it: there was none */
-    p->key[lane] = g->key[i];
-    p->sample[lane] = sample;
-    p->slot[lane] = slot + (uint32_t)i;
-}
-
 /* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
 static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
                        uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
@@ -168,7 +144,15 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
         field_record_lobe(g->context->record, g->from, (float[]){d->x[i], d->y[i], d->z[i]}, weight,
                           whole);
     if (lobe->above.on[i])
-        put_path(g, lobe, sample, slot, i, weight, pool);
+        path_pool_begin(pool,
+                        &(struct path_start){.origin = &g->from->surface.origin,
+                                             .direction = &lobe->direction,
+                                             .weight = {weight[0], weight[1], weight[2]},
+                                             .reach = INFINITY,
+                                             .key = g->key[i],
+                                             .sample = sample,
+                                             .slot = slot + (uint32_t)i},
+                        i);
     else
         g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
 }

@@ -124,29 +124,7 @@ static void weigh(const struct bounce *b, const struct lanes3 *direction,
     }
 }
 
-/* Lane i of the block becomes one of the packet. */
-static void begin_path(const struct bounce *b, uint32_t sample, uint32_t slot, int i,
-                       const struct lanes3 *direction, float weight, struct path_packet *p,
-                       uint32_t lane)
-{
-    const struct path_vertex *v = b->from;
-    struct RTCRay16 *r = &p->rays.ray;
-    r->org_x[lane] = v->surface.origin.x[i];
-    r->org_y[lane] = v->surface.origin.y[i];
-    r->org_z[lane] = v->surface.origin.z[i];
-    r->dir_x[lane] = direction->x[i];
-    r->dir_y[lane] = direction->y[i];
-    r->dir_z[lane] = direction->z[i];
-    r->tnear[lane] = 0.0f;
-    r->tfar[lane] = b->reach;
-    p->throughput.x[lane] = p->throughput.y[lane] = p->throughput.z[lane] = weight;
-    p->pdf[lane] = 0.0f; /* no light sample could have found it: there was none */
-    p->key[lane] = b->key[i];
-    p->sample[lane] = sample;
-    p->slot[lane] = slot + (uint32_t)i;
-}
-
-/* All lanes of the block become a packet, all of Lambert surfaces: as begin_path. */
+/* All lanes of the block become a packet, all of Lambert surfaces: as path_pool_begin. */
 static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
                         const struct lanes3 *direction, struct path_packet *p)
 {
@@ -192,10 +170,16 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
     }
     weigh(b, &direction, &valid, weight);
     for (int i = 0; i < LANES; i++) {
-        uint32_t lane;
         if (!valid.on[i]) continue;
-        struct path_packet *p = path_pool_add(pool, &lane);
-        begin_path(b, sample, slot, i, &direction, weight[i], p, lane);
+        path_pool_begin(pool,
+                        &(struct path_start){.origin = &b->from->surface.origin,
+                                             .direction = &direction,
+                                             .weight = {weight[i], weight[i], weight[i]},
+                                             .reach = b->reach,
+                                             .key = b->key[i],
+                                             .sample = sample,
+                                             .slot = slot + (uint32_t)i},
+                        i);
     }
 }
 

@@ -69,6 +69,38 @@ static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t
     return packet;
 }
 
+/* A path from a surface of sixteen, into which no light sample's could have been: there was none.
+ */
+struct path_start {
+    const struct lanes3 *origin, *direction;
+    float weight[3]; /* of what it brings */
+    float reach;
+    uint32_t key, sample, slot;
+};
+
+/* Lane i's. */
+static inline void path_pool_begin(struct path_pool *pool, const struct path_start *s, int i)
+{
+    uint32_t lane;
+    struct path_packet *p = path_pool_add(pool, &lane);
+    struct RTCRay16 *r = &p->rays.ray;
+    r->org_x[lane] = s->origin->x[i];
+    r->org_y[lane] = s->origin->y[i];
+    r->org_z[lane] = s->origin->z[i];
+    r->dir_x[lane] = s->direction->x[i];
+    r->dir_y[lane] = s->direction->y[i];
+    r->dir_z[lane] = s->direction->z[i];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = s->reach;
+    p->throughput.x[lane] = s->weight[0];
+    p->throughput.y[lane] = s->weight[1];
+    p->throughput.z[lane] = s->weight[2];
+    p->pdf[lane] = 0.0f;
+    p->key[lane] = s->key;
+    p->sample[lane] = s->sample;
+    p->slot[lane] = s->slot;
+}
+
 static inline uint32_t path_pool_packets(const struct path_pool *pool)
 {
     return (pool->count + LANES - 1) / LANES;
