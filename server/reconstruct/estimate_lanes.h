@@ -86,7 +86,7 @@ struct estimate_chunk {
 /* One stratum of vector i, (u, v) in [-1, 1]^2 of the light. I G but for factors that all strata
  * share; in units of the light's size and bounded, so that squares of squares stay finite. */
 LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussian, int i,
-                               lanes_vector u, lanes_vector v, lanes_mask seen,
+                               lanes_vector u, lanes_vector v, lanes_chosen seen,
                                struct estimate_chunk *c)
 {
     const float hu = light->half[0], hv = light->half[1], size2 = hu * hu + hv * hv;
@@ -106,8 +106,8 @@ LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussi
     const lanes_vector weight =
         lanes_where((up > 0.0f) & (squared > 0.0f), facing * (bounded * bounded));
     c->all.v[i] += weight;
-    c->seen.v[i] += lanes_where(seen, weight);
-    c->count.v[i] += lanes_where(seen, one);
+    c->seen.v[i] = lanes_add_to(c->seen.v[i], seen, weight);
+    c->count.v[i] = lanes_add_to(c->count.v[i], seen, one);
 }
 
 /* Where strata k of l of an axis lie, in [-1, 1]. */
@@ -141,7 +141,8 @@ LANES_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussi
             const int32_t own = (int32_t)(1u << k % 32);
             for (int i = 0; i < LANES_VECTORS; i++)
                 estimate_add(light, gaussian, i, u[a].v[i], v.v[i],
-                             (estimate_words(words + (size_t)i * LANES_PER_VECTOR) & own) != 0, c);
+                             lanes_with(estimate_words(words + (size_t)i * LANES_PER_VECTOR), own),
+                             c);
         }
     }
 }

@@ -139,6 +139,33 @@ static inline lanes_vector lanes_least(lanes_vector a, lanes_vector b)
 #endif
 }
 
+/* Which lanes: in a register of masks where there are such, which sums take as they are. */
+#ifdef __AVX512F__
+typedef __mmask16 lanes_chosen;
+#else
+typedef lanes_mask lanes_chosen;
+#endif
+
+/* Those that have one of the bits. */
+static inline lanes_chosen lanes_with(lanes_mask a, int32_t bits)
+{
+#ifdef __AVX512F__
+    return _mm512_test_epi32_mask((__m512i)a, _mm512_set1_epi32(bits));
+#else
+    return (a & bits) != 0;
+#endif
+}
+
+/* sum + a where chosen, which is no -0, else sum. */
+static inline lanes_vector lanes_add_to(lanes_vector sum, lanes_chosen chosen, lanes_vector a)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_mask_add_ps((__m512)sum, chosen, (__m512)sum, (__m512)a);
+#else
+    return sum + lanes_where(chosen, a);
+#endif
+}
+
 static inline lanes_vector lanes_positive(lanes_vector a)
 {
     return (lanes_vector)((lanes_mask)a & INT32_MAX);
