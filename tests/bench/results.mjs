@@ -30,7 +30,7 @@ export function figuresOf(lines) {
       bytes_a_pixel: three(pixelBytes(l)), after_last_tile: three(l.wall.after_last_tile / l.wall.frame), server_mb: three(l.peak_rss_bytes.server / 1e6), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
     ...ofPart(lines, "triangles").map((l) => ({ is: "triangles", triangles: l.triangles, side_px: l.side_px, import_s: three(l.cpu_s.import), build_s: three(l.cpu_s.build), trace_s: three(l.cpu_s.trace), worker_mb: three(l.peak_rss_bytes.worker / 1e6) })),
     ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
-    ...ofPart(lines, "roofline").map((l) => l.machine_limits ? { is: "roof", ...l.machine_limits } : { is: "kernel", kernel: l.kernel, operations: three(l.operations), bytes: l.bytes, ns: three(l.ns), goperations_s: l.goperations_s, roof_ns: three(l.roof_ns), limit: l.limit, over_roof: l.over_roof, slots: l.slots }),
+    ...ofPart(lines, "roofline").map((l) => l.machine_limits ? { is: "roof", ...l.machine_limits } : { is: "kernel", kernel: l.kernel, operations: three(l.operations), bytes: l.bytes, ns: three(l.ns), goperations_s: l.goperations_s, roof_ns: three(l.roof_ns), limit: l.limit, over_roof: l.over_roof, over_beyond: l.over_beyond, slots: l.slots }),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
 }
 
@@ -78,11 +78,12 @@ function roofs(figures) {
   const [roof] = of(figures, "roof"), kernels = of(figures, "kernel");
   if (!roof || kernels.length === 0) return "";
   // Not in lines of before they were counted.
-  const said = roof.gslots_s !== undefined;
+  const said = roof.gslots_s !== undefined, first = roof.gloads_s !== undefined;
   const whole = said ? `${roof.gwhole_s} on whole numbers, ` : "", slots = said ? `, ${roof.gslots_s} vector instructions` : "";
-  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? " (slots: of the vector instructions that could begin meanwhile, how many it has)" : ""}:
+  const beyond = first ? `; beyond L1: over the longest limit but those of L1, within twice of which ${kernels.filter((k) => k.over_beyond <= 2).length} are` : "";
+  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${first ? `${roof.gloads_s} billion lines read from L1, ${roof.gstores_s} vectors written there; ` : ""}${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? ` (slots: of the vector instructions that could begin meanwhile, how many it has${beyond})` : ""}:
 
-${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
+${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(first ? ["beyond L1"] : []), ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(first ? [`${k.over_beyond}×`] : []), ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
 }
 
 function limits(figures) {

@@ -19,6 +19,7 @@ struct roof_machine {
     double mul_add, fused;           /* floating-point operations a nanosecond */
     double divisions, roots, whole;  /* numbers a nanosecond */
     double slots;                    /* vector instructions a nanosecond: the simplest */
+    double loads, stores;            /* lines of the first cache a nanosecond, vectors into it */
     double bandwidth[ROOF_LEVELS];   /* bytes a nanosecond: read, or read and written by a copy */
     size_t cache_bytes[ROOF_MEMORY]; /* of L2 and of L3; one thread's share */
 };
@@ -86,12 +87,15 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
         return (double)ROOF_LOOPS * ROOF_CHAINS * (lanes) / best;                                  \
     }
 
+#include "tests/bench/roofline_ports.h"
+
 #define ROOF_TIER(tier, isa, vector, lanes, load, fma_step, root)                                  \
     ROOF_RATE(roof_mul_add_##tier, isa, vector, lanes, load, (k & 1 ? (a[k] += b) : (a[k] *= b)))  \
     ROOF_RATE(roof_fused_##tier, isa, vector, lanes, load, a[k] = fma_step)                        \
     ROOF_RATE(roof_divide_##tier, isa, vector, lanes, load, a[k] = b / a[k])                       \
     ROOF_RATE(roof_root_##tier, isa, vector, lanes, load, a[k] = root(a[k]))                       \
     ROOF_WHOLE(tier, isa, lanes)                                                                   \
+    PORTS_TIER(tier, isa)                                                                          \
     static inline void roof_arithmetic_##tier(struct roof_machine *m)                              \
     {                                                                                              \
         m->mul_add = roof_best(m->mul_add, roof_mul_add_##tier());                                 \
@@ -100,6 +104,8 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
         m->roots = roof_best(m->roots, roof_root_##tier());                                        \
         m->whole = roof_best(m->whole, roof_whole_##tier());                                       \
         m->slots = m->whole / (lanes);                                                             \
+        m->loads = roof_best(m->loads, ports_load_##tier());                                       \
+        m->stores = roof_best(m->stores, ports_store_##tier());                                    \
     }
 
 /* SSE has no fused operation: two. */

@@ -9,7 +9,8 @@
  * multiplications, shifts and comparisons of whole numbers in vectors. Lanes that a mask throws
  * away count: they are computed. Conversions, logic, shuffles and loads are no arithmetic, but take
  * slots of the vector units as well: those are counted, too, one an instruction that does more than
- * move to or from memory. */
+ * move to or from memory. What they read and write in the first cache is counted by itself
+ * (roofline_access.h). */
 #include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,27 +18,23 @@
 #include <ucontext.h>
 #include <x86intrin.h>
 
+#include "tests/bench/roofline_access.h"
+
 #define PROBE_TRAP UINT64_C(0x100)
 
 struct probe_counts {
     double operations, fused, whole, divisions, roots, slots, instructions;
+    double loads, stores; /* in the first cache: lines that are read; vectors that are written */
 };
 
 static struct probe_counts probe_found;
 static volatile sig_atomic_t probe_on;
 
-struct probe_instruction {
-    int map, prefix; /* 1: 0F, 2: 0F 38; 0 none, 1: 66, 2: F3, 3: F2 */
-    int length;      /* of vectors: 0 .. 2 of 128, 256, 512 bits */
-    bool wide;       /* W */
-    uint8_t code;
-    bool memory; /* has an operand there */
-};
-
 /* Prefixes of the old encoding, then 0F and a map. */
 static inline void probe_read_old(const uint8_t *p, struct probe_instruction *out)
 {
     bool repeat = false;
+    uint8_t rex = 0;
     for (;; p++) {
         if (*p == 0xf3 || *p == 0xf2)
             out->prefix = *p == 0xf3 ? 2 : 3, repeat = true;
@@ -46,26 +43,47 @@ static inline void probe_read_old(const uint8_t *p, struct probe_instruction *ou
         else if (*p != 0x66 && *p != 0x2e && *p != 0x3e && *p != 0x64 && *p != 0x65)
             break;
     }
-    if ((*p & 0xf0) == 0x40) p++; /* REX */
+    if ((*p & 0xf0) == 0x40) rex = *p++;
     if (*p != 0x0f) return;
     out->map = p[1] == 0x38 ? 2 : p[1] == 0x3a ? 3 : 1;
     out->code = out->map == 1 ? p[1] : p[2];
-    out->memory = p[out->map == 1 ? 2 : 3] < 0xc0;
+    out->wide = rex >> 3 & 1;
+    out->modrm = p + (out->map == 1 ? 2 : 3);
+    out->base = rex << 3 & 8;
+    out->index = rex << 2 & 8;
+    out->memory = *out->modrm < 0xc0;
 }
 
+/* Bits that extend registers are kept upside down. */
 static inline struct probe_instruction probe_read(const uint8_t *p)
 {
     struct probe_instruction i = {0};
     if (p[0] == 0xc5)
-        i = (struct probe_instruction){1, p[1] & 3, p[1] >> 2 & 1, false, p[2], p[3] < 0xc0};
+        i = (struct probe_instruction){
+            .map = 1, .prefix = p[1] & 3, .length = p[1] >> 2 & 1, .code = p[2], .modrm = p + 3};
     else if (p[0] == 0xc4)
-        i = (struct probe_instruction){p[1] & 31, p[2] & 3, p[2] >> 2 & 1,
-                                       p[2] >> 7, p[3],     p[4] < 0xc0};
+        i = (struct probe_instruction){.map = p[1] & 31,
+                                       .prefix = p[2] & 3,
+                                       .length = p[2] >> 2 & 1,
+                                       .wide = p[2] >> 7,
+                                       .code = p[3],
+                                       .modrm = p + 4,
+                                       .base = ~p[1] >> 2 & 8,
+                                       .index = ~p[1] >> 3 & 8};
     else if (p[0] == 0x62)
-        i = (struct probe_instruction){p[1] & 7,  p[2] & 3, p[3] >> 5 & 3,
-                                       p[2] >> 7, p[4],     p[5] < 0xc0};
+        i = (struct probe_instruction){.map = p[1] & 7,
+                                       .prefix = p[2] & 3,
+                                       .length = p[3] >> 5 & 3,
+                                       .wide = p[2] >> 7,
+                                       .code = p[4],
+                                       .modrm = p + 5,
+                                       .base = ~p[1] >> 2 & 8,
+                                       .index = ~p[1] >> 3 & 8,
+                                       .scaled = true,
+                                       .repeats = p[3] >> 4 & 1};
     else
         probe_read_old(p, &i);
+    i.memory = i.modrm && *i.modrm < 0xc0;
     return i;
 }
 
@@ -148,7 +166,12 @@ static void probe_trapped(int signal, siginfo_t *info, void *context)
     }
     const struct probe_instruction next =
         probe_read((const uint8_t *)(uintptr_t)c->uc_mcontext.gregs[REG_RIP]);
+    const struct access access = access_of(&next, c);
     probe_count(&next);
+    if (access.writes)
+        probe_found.stores += access.count;
+    else
+        probe_found.loads += access_lines(&access);
     probe_found.instructions++;
 }
 
@@ -179,8 +202,51 @@ static inline bool probe_counts_are(double operations, double fused, double divi
            c.roots == roots && c.whole == whole && c.slots == slots;
 }
 
+/* Lines that are read and vectors that are written, where they are known, too; the stack's and
+ * those beside the code are none. */
+static inline bool probe_accesses_are(double loads, double stores)
+{
+    const struct probe_counts c = probe_found;
+    probe_found = (struct probe_counts){0};
+    return c.loads == loads && c.stores == stores;
+}
+
+static inline bool probe_finds_accesses(const char *isa)
+{
+    static _Alignas(64) char lines[512];
+    char *const at = lines;
+    const uintptr_t index = 4;
+    probe_begin();
+    __asm__ volatile("movups (%0), %%xmm0\n movups 56(%0), %%xmm1\n addps 64(%0,%1,8), %%xmm0\n"
+                     "movss 62(%0), %%xmm2\n movaps %%xmm0, 128(%0)\n movups -16(%%rsp), %%xmm3\n"
+                     "movl (%0), %%eax\n movlps %%xmm0, 60(%0)" ::"r"(at),
+                     "r"(index)
+                     : "xmm0", "xmm1", "xmm2", "xmm3", "rax", "memory");
+    probe_end();
+    if (!probe_accesses_are(1 + 2 + 1 + 2, 2)) return false;
+    if (!strcmp(isa, "sse4.2")) return true;
+    probe_begin();
+    __asm__ volatile("mov %0, %%r13\n vmovups (%%r13), %%ymm0\n vaddps 40(%0), %%ymm0, %%ymm0\n"
+                     "vbroadcastss 61(%0), %%ymm1\n vpmovzxbd 56(%0), %%ymm2\n"
+                     "vmovups %%ymm0, 48(%0)\n vextractf128 $1, %%ymm0, (%0)\n"
+                     "vpxor %%xmm3, %%xmm3, %%xmm3\n vpcmpeqd %%ymm4, %%ymm4, %%ymm4\n"
+                     "vgatherdps %%ymm4, (%0,%%ymm3,4), %%ymm5" ::"r"(at)
+                     : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "r13", "memory");
+    probe_end();
+    if (!probe_accesses_are(1 + 2 + 2 + 1 + 8, 2)) return false;
+    if (strcmp(isa, "avx512") != 0) return true;
+    probe_begin();
+    __asm__ volatile("vmovups 64(%0), %%zmm0\n vaddps 4(%0), %%zmm0, %%zmm16\n"
+                     "vmulps 60(%0)%{1to16%}, %%zmm0, %%zmm1\n vmovups %%zmm16, 68(%0)\n"
+                     "vpmovdb %%zmm0, 128(%0)\n vmovss 64(%0), %%xmm17" ::"r"(at)
+                     : "xmm0", "xmm1", "memory");
+    probe_end();
+    return probe_accesses_are(1 + 2 + 1 + 1, 2);
+}
+
 static inline bool probe_is_right(const char *isa)
 {
+    if (!probe_finds_accesses(isa)) return false;
     probe_found = (struct probe_counts){0};
     probe_begin();
     __asm__ volatile("addps %%xmm1, %%xmm0\n mulsd %%xmm9, %%xmm8\n minps %%xmm1, %%xmm2\n"
