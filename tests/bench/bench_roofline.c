@@ -228,13 +228,15 @@ static void say(const struct subject *s, const struct found *f, const struct roo
     /* what is fused is one instruction beside those on whole numbers */
     const double apart = probe_found.operations - probe_found.fused;
     enum { BEYOND = 5, LIMITS = 7 };
+    const double line_ns = probe_found.stores > 0 ? probe_found.stores / m->stores : 0.0;
+    const double store_ns = line_ns + probe_found.narrow / m->narrow;
     const double limits[LIMITS] = {probe_found.operations * each / fmax(m->mul_add, m->fused),
                                    (apart + probe_found.whole) * each / m->whole,
                                    probe_found.divisions * each / m->divisions,
                                    probe_found.roots * each / m->roots,
                                    bytes / m->bandwidth[level],
                                    probe_found.loads * each / m->loads,
-                                   probe_found.stores * each / m->stores};
+                                   store_ns * each};
     const char *const names[LIMITS] = {"arithmetic",   "whole numbers",         "divisions",
                                        "square roots", roof_level_names[level], "L1, loads",
                                        "L1, stores"};
@@ -250,7 +252,7 @@ static void say(const struct subject *s, const struct found *f, const struct roo
         "\"over_beyond\":%.3g,\"slots\":%.3g}\n",
         s->name, probe_found.operations * each, probe_found.fused * each, probe_found.whole * each,
         probe_found.divisions * each, probe_found.roots * each, probe_found.instructions * each,
-        probe_found.loads * each, probe_found.stores * each, bytes,
+        probe_found.loads * each, (probe_found.stores + probe_found.narrow) * each, bytes,
         probe_found.operations * each / bytes, ns, probe_found.operations * each / ns,
         limits[longest], names[longest], ns / limits[longest], ns / limits[beyond],
         probe_found.slots * each / (m->slots * ns));
@@ -266,10 +268,12 @@ static void say_machine(const struct roof_machine *m)
 {
     printf("{\"machine\":\"one core\",\"instructions\":\"%s\",\"goperations_s\":%.1f,"
            "\"fused_goperations_s\":%.1f,\"gwhole_s\":%.1f,\"gslots_s\":%.2f,\"gdivisions_s\":%.2f,"
-           "\"groots_s\":%.2f,\"gloads_s\":%.2f,\"gstores_s\":%.2f,\"l2_gb_s\":%.1f,"
+           "\"groots_s\":%.2f,\"gloads_s\":%.2f,\"gstores_s\":%.2f,\"gnarrow_s\":%.2f,\"l2_gb_s\":%"
+           ".1f,"
            "\"l3_gb_s\":%.1f,\"memory_gb_s\":%.1f}\n",
            build_isa(), m->mul_add, m->fused, m->whole, m->slots, m->divisions, m->roots, m->loads,
-           m->stores, m->bandwidth[ROOF_L2], m->bandwidth[ROOF_L3], m->bandwidth[ROOF_MEMORY]);
+           m->stores, m->narrow, m->bandwidth[ROOF_L2], m->bandwidth[ROOF_L3],
+           m->bandwidth[ROOF_MEMORY]);
 }
 
 static void measure_all(void)

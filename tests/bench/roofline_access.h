@@ -1,9 +1,9 @@
 #pragma once
 /* What an instruction of vectors reads from memory or writes there: how many bytes, where, and
- * whether they lie across two cache lines. Left out is what lies on the stack or beside the code:
- * numbers that compilers keep there for want of registers are no work. Numbers in general registers
- * are left out, too. After Intel's manual, volume 2, chapter 2: ModR/M, SIB, displacements, which
- * EVEX scales by what is accessed. */
+ * whether they lie across two cache lines. What lies beside the code is left out, and so are
+ * numbers in general registers; roofline_probe.h leaves out the stack. After Intel's manual, volume
+ * 2, chapter 2: ModR/M, SIB, displacements, which EVEX scales by what is accessed. Compressions,
+ * expansions, scatters and moves of single words, which no kernel has, are not told apart. */
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -28,14 +28,16 @@ struct access {
     uintptr_t at;
 };
 
-/* Of 0F: arithmetic, moves, comparisons; not cmov, jumps, moves of masks, bit operations. */
+/* Of 0F: arithmetic, moves, comparisons; not cmov, jumps, moves of masks, bit operations, emms and
+ * vzeroupper, which have no operand. */
 static inline bool access_is_vector(const struct probe_instruction *i)
 {
     const uint8_t c = i->code;
     if (!i->modrm || i->map == 0 || i->map > 3) return false;
     if (i->map > 1) return c < 0xf0;
-    return (c >= 0x10 && c <= 0x17) || (c >= 0x28 && c <= 0x2f) || (c >= 0x50 && c <= 0x7f) ||
-           c == 0xc2 || (c >= 0xc4 && c <= 0xc6) || c >= 0xd0;
+    return (c >= 0x10 && c <= 0x17) || (c >= 0x28 && c <= 0x2f) ||
+           (c >= 0x50 && c <= 0x7f && c != 0x77) || c == 0xc2 || (c >= 0xc4 && c <= 0xc6) ||
+           c >= 0xd0;
 }
 
 static inline int access_bytes_1(const struct probe_instruction *i, int all)
@@ -43,12 +45,16 @@ static inline int access_bytes_1(const struct probe_instruction *i, int all)
     const uint8_t c = i->code;
     const int number = i->wide ? 8 : 4;
     if (c == 0x13 || c == 0x17 || c == 0xd6) return 8;
+    if (c == 0x12 && i->prefix == 3) return i->length == 0 ? 8 : all; /* each other number, twice */
     if (c == 0x12 || c == 0x16) return i->prefix < 2 ? 8 : all;
     if (c == 0x2e || c == 0x2f) return i->prefix ? 8 : 4;
-    if (c == 0x2a || c == 0x6e) return number;
+    if (c == 0x2a || c == 0x6e || (c == 0x7b && i->prefix >= 2)) return number;
     if (c == 0x7e) return i->prefix == 2 ? 8 : number;
-    if (c == 0xe6 || c == 0x5a) return i->prefix == 0 || i->prefix == 2 ? all / 2 : all;
+    if (c == 0xe6) return i->prefix == 2 ? all / 2 : all;
+    if (c == 0x5a && i->prefix == 0) return all / 2;
+    if (c == 0x5b) return all;
     if (c < 0x60 || c == 0xc2) return i->prefix == 2 ? 4 : i->prefix == 3 ? 8 : all;
+    if (c >= 0xd0 && (c & 15) >= 1 && (c & 15) <= 3) return 16; /* shifts by a vector's first */
     return all;
 }
 
@@ -56,12 +62,13 @@ static inline int access_bytes_2(const struct probe_instruction *i, int all)
 {
     static const uint8_t parts[6] = {2, 4, 8, 2, 4, 2}; /* bytes to words, ... */
     const uint8_t c = i->code, low = c & 15, high = c >> 4;
+    if (i->prefix == 2 && high >= 1 && high <= 3 && low < 6) return all / parts[low];
     if (c == 0x18 || c == 0x58) return 4;
     if (c == 0x19 || c == 0x59) return 8;
     if (c == 0x1a || c == 0x5a) return 16;
     if (c == 0x1b || c == 0x5b) return 32;
     if (c == 0x78 || c == 0x79) return c - 0x77;
-    if (c == 0x13) return all / 2;
+    if (c == 0x13 && i->prefix == 1) return all / 2;
     if ((high == 2 || high == 3) && low < 6) return all / parts[low];
     if (high == 9 && low < 4) return c & 1 ? 8 : 4; /* gathers */
     if (high >= 9 && high <= 11 && low >= 9 && (low & 1)) return i->wide ? 8 : 4;
@@ -110,7 +117,7 @@ static inline uintptr_t access_register(const ucontext_t *c, int number)
     return (uintptr_t)c->uc_mcontext.gregs[order[number]];
 }
 
-/* The address; false: on the stack, beside the code, or nowhere. */
+/* The address; false: beside the code, or a number alone. */
 static inline bool access_find(const struct probe_instruction *i, const ucontext_t *c, int bytes,
                                uintptr_t *at)
 {
@@ -128,7 +135,6 @@ static inline bool access_find(const struct probe_instruction *i, const ucontext
         if (index != STACK && !vectors) more = access_register(c, index) << (m[1] >> 6);
         if ((m[1] & 7) == FRAME && mod == 0) return false; /* a number alone */
     }
-    if (base == STACK || base == FRAME) return false;
     const uint8_t *number = m + 1 + sib;
     int32_t far = 0;
     if (mod == 1) far = (int8_t)*number * (i->scaled ? bytes : 1);

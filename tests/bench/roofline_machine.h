@@ -16,10 +16,11 @@ enum roof_level { ROOF_L2, ROOF_L3, ROOF_MEMORY, ROOF_LEVELS };
 static const char *const roof_level_names[ROOF_LEVELS] = {"L2", "L3", "memory"};
 
 struct roof_machine {
-    double mul_add, fused;           /* floating-point operations a nanosecond */
-    double divisions, roots, whole;  /* numbers a nanosecond */
-    double slots;                    /* vector instructions a nanosecond: the simplest */
-    double loads, stores;            /* lines of the first cache a nanosecond, vectors into it */
+    double mul_add, fused;          /* floating-point operations a nanosecond */
+    double divisions, roots, whole; /* numbers a nanosecond */
+    double slots;                   /* vector instructions a nanosecond: the simplest */
+    double loads;                   /* lines of the first cache a nanosecond */
+    double stores, narrow; /* vectors of a line that go there, 0 where there are none; others */
     double bandwidth[ROOF_LEVELS];   /* bytes a nanosecond: read, or read and written by a copy */
     size_t cache_bytes[ROOF_MEMORY]; /* of L2 and of L3; one thread's share */
 };
@@ -95,7 +96,7 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
     ROOF_RATE(roof_divide_##tier, isa, vector, lanes, load, a[k] = b / a[k])                       \
     ROOF_RATE(roof_root_##tier, isa, vector, lanes, load, a[k] = root(a[k]))                       \
     ROOF_WHOLE(tier, isa, lanes)                                                                   \
-    PORTS_TIER(tier, isa)                                                                          \
+    PORTS_RATE(ports_load_##tier, isa, PORTS_LOAD_##tier)                                          \
     static inline void roof_arithmetic_##tier(struct roof_machine *m)                              \
     {                                                                                              \
         m->mul_add = roof_best(m->mul_add, roof_mul_add_##tier());                                 \
@@ -105,7 +106,6 @@ static volatile float roof_sink, roof_source = 1.0f; /* nothing is known before 
         m->whole = roof_best(m->whole, roof_whole_##tier());                                       \
         m->slots = m->whole / (lanes);                                                             \
         m->loads = roof_best(m->loads, ports_load_##tier());                                       \
-        m->stores = roof_best(m->stores, ports_store_##tier());                                    \
     }
 
 /* SSE has no fused operation: two. */
@@ -158,6 +158,8 @@ static inline void roof_measure(const char *isa, struct roof_machine *m)
         roof_arithmetic_avx2(m);
     else
         roof_arithmetic_sse(m);
+    if (!strcmp(isa, "avx512")) m->stores = roof_best(m->stores, ports_store_line());
+    m->narrow = roof_best(m->narrow, ports_store_narrow());
     /* Well inside a cache, of L3 little, which others share; and well beyond all. */
     const size_t l2 = m->cache_bytes[ROOF_L2], l3 = m->cache_bytes[ROOF_L3];
     m->bandwidth[ROOF_L2] = roof_best(m->bandwidth[ROOF_L2], roof_bandwidth(l2 / 2, 400));

@@ -1,8 +1,9 @@
 #pragma once
 /* How many lines one core reads from its first cache in a nanosecond, and how many vectors it
- * writes there: loops of nothing else over sixteen lines. Included by roofline_machine.h only. */
+ * writes there, of a whole line and narrower ones that follow each other: loops of nothing else.
+ * Included by roofline_machine.h only. */
 
-enum { PORTS_LINES = 16, PORTS_LOOPS = 4000 };
+enum { PORTS_LOOPS = 100000 };
 
 #define PORTS_EACH(access)                                                                         \
     access(0) access(1) access(2) access(3) access(4) access(5) access(6) access(7) access(8)      \
@@ -10,14 +11,13 @@ enum { PORTS_LINES = 16, PORTS_LOOPS = 4000 };
 #define PORTS_LOAD_sse(n)     "movups " #n "*64(%0), %%xmm0\n"
 #define PORTS_LOAD_avx2(n)    "vmovups " #n "*64(%0), %%ymm0\n"
 #define PORTS_LOAD_avx512(n)  "vmovups " #n "*64(%0), %%zmm0\n"
-#define PORTS_STORE_sse(n)    "movups %%xmm0, " #n "*64(%0)\n"
-#define PORTS_STORE_avx2(n)   "vmovups %%ymm0, " #n "*64(%0)\n"
-#define PORTS_STORE_avx512(n) "vmovups %%zmm0, " #n "*64(%0)\n"
+#define PORTS_STORE_narrow(n) "movups %%xmm0, " #n "*16(%0)\n"
+#define PORTS_STORE_line(n)   "vmovups %%zmm0, " #n "*64(%0)\n"
 
 #define PORTS_RATE(name, isa, access)                                                              \
     __attribute__((target(isa), noinline)) static double name(void)                                \
     {                                                                                              \
-        static _Alignas(64) char lines[PORTS_LINES * 64];                                          \
+        static _Alignas(64) char lines[16 * 64];                                                   \
         double best = 1e30;                                                                        \
         for (int turn = 0; turn < ROOF_TURNS; turn++) {                                            \
             const double start = roof_clock_ns();                                                  \
@@ -26,9 +26,8 @@ enum { PORTS_LINES = 16, PORTS_LOOPS = 4000 };
             const double took = roof_clock_ns() - start;                                           \
             best = took < best ? took : best;                                                      \
         }                                                                                          \
-        return (double)PORTS_LOOPS * PORTS_LINES / best;                                           \
+        return (double)PORTS_LOOPS * 16 / best;                                                    \
     }
 
-#define PORTS_TIER(tier, isa)                                                                      \
-    PORTS_RATE(ports_load_##tier, isa, PORTS_LOAD_##tier)                                          \
-    PORTS_RATE(ports_store_##tier, isa, PORTS_STORE_##tier)
+PORTS_RATE(ports_store_narrow, "sse4.2", PORTS_STORE_narrow)
+PORTS_RATE(ports_store_line, "avx512f", PORTS_STORE_line)

@@ -24,7 +24,7 @@ number() { get "$1" | jq "$2"; }
 exr() { http -f -o "$2" "$url/v1/jobs/$1/frames/1/image.exr"; }
 # What does not depend on who traced when: rays, what was skipped, what the filters met.
 counts() { get "$1" | jq -cS '.statistics | [.rays, .skipped, .pixels, .shadow, .indirect, .glossy, .lens, .target, .adaptive, .tiles.done]'; }
-metric_rays() { http "$url/metrics" | sed -n 's/^shearwater_rays_total{.*} //p' | awk '{ sum += $1 } END { printf "%.0f\n", sum }'; }
+metric_rays() { http "$url/metrics" | sed -n 's/^shearwater_rays_total{.*} //p' | awk '{ sum += $1 } END { if (NR) printf "%.0f\n", sum }'; }
 rays() { number "$1" '[.statistics.rays[]] | add'; }
 
 names=(paths filtered rates target lens)
