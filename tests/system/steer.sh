@@ -24,8 +24,8 @@ eventually() { # eventually SECONDS COMMAND...
 }
 shows() { get "$1" | jq -e "$2"; }
 exr() { http -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
-# 144 tiles in several passes, some seconds' worth.
-spp=$((slower == 1 ? 144 : 36))
+# 144 tiles in several passes, ten seconds' worth: events, ten a second, tell of the first 40 by themselves.
+spp=$((slower == 1 ? 324 : 36))
 long='"image": {"width": 384, "height": 384}, "sampling": {"spp": '$spp', "tile_px": 32}, "filter": {"method": "none"}'
 short='"image": {"width": 128, "height": 128}, "sampling": {"spp": 16, "tile_px": 32}'
 
@@ -155,7 +155,7 @@ listener=$!
 sleep 0.7
 steer "$region" --resume >/dev/null
 # Tile events are a sample of those that landed, each with the count of them behind it. The region's
-# 16 tiles, four passes each, come first: none from elsewhere lands among the first 40, as many as there would be if a
+# 16 tiles, several passes each, come first: none from elsewhere lands among the first 40, as many as there would be if a
 # worker slept on all that it was given.
 told() { awk '/^event: /{e = $2} /^data: / && (e == "tile" || e == "progress") {print substr($0, 7)}' "$tmp/events" | jq -se "$1"; }
 elsewhere='(.x < 192 or .y < 192 or .x >= 320 or .y >= 320)'
