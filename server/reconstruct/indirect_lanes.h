@@ -208,15 +208,13 @@ static inline void nearness_add(lanes_mask object, lanes_mask own, lanes_vector 
     const lanes_vector one = lanes_all(1.0f).v[0];
 #ifdef __AVX512F__
     const __mmask16 same = _mm512_cmpeq_epi32_mask((__m512i)object, (__m512i)own);
-    const __mmask16 met =
+    const lanes_chosen met =
         _mm512_mask_cmp_ps_mask(same, (__m512)near, _mm512_setzero_ps(), _CMP_GT_OQ);
-    *sum = (lanes_vector)_mm512_mask_add_ps((__m512)*sum, met, (__m512)*sum, (__m512)near);
-    *counts = (lanes_vector)_mm512_mask_add_ps((__m512)*counts, met, (__m512)*counts, (__m512)one);
 #else
-    const lanes_mask met = (object == own) & (near > 0.0f);
-    *sum += lanes_where(met, near);
-    *counts += lanes_where(met, one);
+    const lanes_chosen met = (object == own) & (near > 0.0f);
 #endif
+    *sum = lanes_add_to(*sum, met, near);
+    *counts = lanes_add_to(*counts, met, one);
 }
 
 /* Groups of sixteen pixels at once: as many as registers hold sums of. Each sum waits for its last

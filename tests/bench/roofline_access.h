@@ -40,6 +40,12 @@ static inline bool access_is_vector(const struct probe_instruction *i)
            c >= 0xd0;
 }
 
+/* Numbers from wherever lanes say. */
+static inline bool access_gathers(const struct probe_instruction *i)
+{
+    return i->map == 2 && i->code >= 0x90 && i->code < 0x94;
+}
+
 static inline int access_bytes_1(const struct probe_instruction *i, int all)
 {
     const uint8_t c = i->code;
@@ -54,7 +60,8 @@ static inline int access_bytes_1(const struct probe_instruction *i, int all)
     if (c == 0x5a && i->prefix == 0) return all / 2;
     if (c == 0x5b) return all;
     if (c < 0x60 || c == 0xc2) return i->prefix == 2 ? 4 : i->prefix == 3 ? 8 : all;
-    if (c >= 0xd0 && (c & 15) >= 1 && (c & 15) <= 3) return 16; /* shifts by a vector's first */
+    if (c >= 0xd0 && c != 0xe3 && (c & 15) >= 1 && (c & 15) <= 3)
+        return 16; /* shifts by a vector's first */
     return all;
 }
 
@@ -70,7 +77,7 @@ static inline int access_bytes_2(const struct probe_instruction *i, int all)
     if (c == 0x78 || c == 0x79) return c - 0x77;
     if (c == 0x13 && i->prefix == 1) return all / 2;
     if ((high == 2 || high == 3) && low < 6) return all / parts[low];
-    if (high == 9 && low < 4) return c & 1 ? 8 : 4; /* gathers */
+    if (access_gathers(i)) return c & 1 ? 8 : 4;
     if (high >= 9 && high <= 11 && low >= 9 && (low & 1)) return i->wide ? 8 : 4;
     return all;
 }
@@ -121,19 +128,19 @@ static inline uintptr_t access_register(const ucontext_t *c, int number)
 static inline bool access_find(const struct probe_instruction *i, const ucontext_t *c, int bytes,
                                uintptr_t *at)
 {
-    enum { STACK = 4, FRAME = 5 };
+    enum { NO_INDEX = 4, NO_BASE = 5 };
     const uint8_t *m = i->modrm;
     const int mod = *m >> 6;
-    const bool sib = (*m & 7) == 4,
-               vectors = i->map == 2 && i->code >> 4 == 9 && (i->code & 15) < 4;
+    const bool sib = (*m & 7) == 4;
     int base = (*m & 7) | i->base;
     uintptr_t more = 0;
-    if (mod == 3 || (mod == 0 && (*m & 7) == 5)) return false;
+    if (mod == 3 || (mod == 0 && (*m & 7) == NO_BASE)) return false;
     if (sib) {
         const int index = (m[1] >> 3 & 7) | i->index;
         base = (m[1] & 7) | i->base;
-        if (index != STACK && !vectors) more = access_register(c, index) << (m[1] >> 6);
-        if ((m[1] & 7) == FRAME && mod == 0) return false; /* a number alone */
+        if (index != NO_INDEX && !access_gathers(i))
+            more = access_register(c, index) << (m[1] >> 6);
+        if ((m[1] & 7) == NO_BASE && mod == 0) return false; /* a number alone */
     }
     const uint8_t *number = m + 1 + sib;
     int32_t far = 0;
@@ -149,7 +156,7 @@ static inline struct access access_of(const struct probe_instruction *i, const u
     if (!access_is_vector(i) || !i->memory) return out;
     const int bytes = access_bytes(i);
     if (!access_find(i, c, bytes, &out.at)) return out;
-    const bool gathers = i->map == 2 && i->code >> 4 == 9 && (i->code & 15) < 4;
+    const bool gathers = access_gathers(i);
     if (gathers) out.at = 0; /* wherever */
     out.bytes = bytes;
     out.count = gathers ? (16 << i->length) / (i->wide || (i->code & 1) ? 8 : 4) : 1;
