@@ -167,10 +167,10 @@ static void see_focus(struct lens_field *f, int32_t x, int32_t y, struct focus s
     if (!(through > 0.0f)) return;
     if (!(sum.all > 0.0f)) add_around(f, x, y, &sum);
     if (!(sum.met > 0.0f)) return;
-    for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - sum.met / sum.all;
-    const float by = through / sum.all;
-    for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] * by;
-    f->share[p] += sum.met * by;
+    const float met = sum.met / sum.all;
+    for (int g = 0; g < LENS_GROUPS; g++) f->through[g][p] *= 1.0f - met;
+    for (uint32_t k = 0; k < LENS_LIGHTS; k++) f->light[k][p] += sum.light[k] / sum.all * through;
+    f->share[p] += met * through;
 }
 
 static struct lens_focus focus_of(const struct lens_field *f, int32_t y)

@@ -39,7 +39,9 @@ static void find_shares(struct lens_shape *s, const struct lens_aperture *a)
         area[lens_shape_group(1.0f, height)] += (double)(fmaxf(right, 0.0f) - fmaxf(left, 0.0f));
     }
     for (int g = 0; g < LENS_GROUPS; g++) all += area[g];
-    for (int g = 0; g < LENS_GROUPS; g++) s->share[g] = (float)(area[g] / all);
+    float sum = 0.0f; /* in their order they add up to 1, without rounding */
+    for (int g = 0; g + 1 < LENS_GROUPS; g++) sum += s->share[g] = (float)(area[g] / all);
+    s->share[LENS_GROUPS - 1] = 1.0f - sum;
 }
 
 void lens_shape_init(struct lens_shape *out, const struct lens_aperture *aperture)

@@ -8,7 +8,7 @@ struct lens_shape {
     uint32_t edges; /* 0: round */
     float normal[2 * LIMIT_LENS_BLADES][2];
     float inradius;           /* distance of the edges from the centre; 1 when round */
-    float share[LENS_GROUPS]; /* of the area, by quarters */
+    float share[LENS_GROUPS]; /* of the area, by quarters; added in turn they are 1 */
 };
 
 void lens_shape_init(struct lens_shape *out, const struct lens_aperture *aperture);

@@ -35,7 +35,8 @@ static inline void lens_replace(lanes_mask mask, float *at, lanes_vector by)
     *(lanes_stored *)at = lanes_select(mask, by, lanes_load_vector(at));
 }
 
-/* Lanes that look through at nothing that is known. */
+/* Lanes that look through at nothing that is known. What no nearer layer hides comes to the plain
+ * average, to the last bit: 1 of the lens looks at means. */
 static inline lanes_mask lens_focus_vector(const struct lens_focus *f, size_t i)
 {
     lanes_vector through = {0};
@@ -45,13 +46,13 @@ static inline lanes_mask lens_focus_vector(const struct lens_focus *f, size_t i)
     if (!lanes_signs(looks)) return looks;
     const struct lens_focus_sums sum = lens_focus_sum(f, i);
     const lanes_mask seen = looks & (sum.met > 0.0f);
-    const lanes_vector left = 1.0f - sum.met / sum.all, by = through / sum.all;
+    const lanes_vector met = sum.met / sum.all, left = 1.0f - met;
     for (int g = 0; g < LENS_GROUPS; g++)
         lens_replace(seen, f->through[g] + i, lanes_load_vector(f->through[g] + i) * left);
     for (int k = 0; k < LENS_LIGHTS; k++)
         lens_replace(seen, f->lights[k] + i,
-                     lanes_load_vector(f->lights[k] + i) + sum.light[k] * by);
-    lens_replace(seen, f->shares + i, lanes_load_vector(f->shares + i) + sum.met * by);
+                     lanes_load_vector(f->lights[k] + i) + sum.light[k] / sum.all * through);
+    lens_replace(seen, f->shares + i, lanes_load_vector(f->shares + i) + met * through);
     return looks & ~(sum.all > 0.0f);
 }
 

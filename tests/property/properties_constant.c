@@ -8,8 +8,9 @@
 /* Samples travel as half floats and shared exponents. */
 #define TRAVEL 2e-3
 /* What is left of the noise of many samples, and of the middle of a pixel for all of it. */
-#define MANY_SAMPLES    1024
-#define UNOCCLUDED_MOST 0.01
+#define MANY_SAMPLES        1024
+#define UNOCCLUDED_MOST     0.01
+#define UNOCCLUDED_STEP_DEG 4.0 /* a pixel, at most */
 
 /* The case with one body and no light. */
 static struct property_case emptied(const struct property_case *c)
@@ -76,6 +77,7 @@ enum property_result property_unoccluded(const struct property_case *c,
     struct property_case e = emptied(c);
     e.bodies[0] = floor_of(SURFACE_LAMBERT);
     e.eye[1] = fmax(e.eye[1], 1);
+    e.yfov_deg = fmin(e.yfov_deg, UNOCCLUDED_STEP_DEG * e.height);
     e.aperture = e.focus = 0;
     e.bounces = 0;
     e.error = 0; /* paths alone know theirs */
