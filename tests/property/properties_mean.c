@@ -10,6 +10,9 @@ enum { AVERAGE = 3, PATHS = 4 }; /* of case_methods */
  * are biased by what they find, which is other under other noise. */
 #define ERRORS_MOST 6.0
 #define SHARE_MOST  0.05
+/* Beside lights of 1 and more: a light that small is hardly ever looked at where there are others.
+ */
+#define NOTHING 1e-6
 
 struct mean {
     double value, variance; /* of the mean */
@@ -54,7 +57,8 @@ static bool apart(const struct mean *whole, const struct mean *parts, int count,
     const double off = fabs(sum - whole->value), error = sqrt(variance) + 1e-6 * fabs(whole->value);
     snprintf(says, PROPERTY_SAYS_BYTES, "light of %.6g and %.6g: %.3g apart, %.3g standard errors",
              whole->value, sum, off, off / error);
-    return off > ERRORS_MOST * error && off > SHARE_MOST * fmax(fabs(whole->value), fabs(sum));
+    return off > NOTHING && off > ERRORS_MOST * error &&
+           off > SHARE_MOST * fmax(fabs(whole->value), fabs(sum));
 }
 
 static enum property_result means_agree(const struct property_case *c, const struct change *changes,
@@ -71,6 +75,20 @@ static enum property_result means_agree(const struct property_case *c, const str
         if (!apart(&whole, parts, count, says)) return PROPERTY_HOLDS;
     }
     return PROPERTY_FAILS;
+}
+
+/* The same of light fields: they know pixels by their centres, which miss some of what ends within
+ * pixels, and filters little of small pictures. Of finer pixels they miss less. */
+static enum property_result fields_agree(const struct property_case *c,
+                                         const struct change *changes, int count,
+                                         char says[PROPERTY_SAYS_BYTES])
+{
+    const enum property_result result = means_agree(c, changes, count, says);
+    if (result != PROPERTY_FAILS || c->method == PATHS) return result;
+    struct property_case finer = *c;
+    finer.width *= FINER;
+    finer.height *= FINER;
+    return means_agree(&finer, changes, count, says);
 }
 
 enum property_result property_mirrored(const struct property_case *c,
@@ -96,7 +114,7 @@ enum property_result property_filtered(const struct property_case *c,
         return PROPERTY_DOES_NOT_APPLY;
     }
     const struct change plain = {.unfiltered = true, .spp = c->spp < SOME ? SOME : c->spp};
-    return means_agree(c, &plain, 1, says);
+    return fields_agree(c, &plain, 1, says);
 }
 
 enum property_result property_lights_add(const struct property_case *c,
@@ -116,14 +134,7 @@ enum property_result property_lights_add(const struct property_case *c,
             .lights = all & ~(1u << i), .no_environment = true, .no_emitters = true};
     changes[c->light_count] = (struct change){.lights = all, .no_emitters = true};
     changes[c->light_count + 1] = (struct change){.lights = all, .no_environment = true};
-    const enum property_result result = means_agree(c, changes, c->light_count + 2, says);
-    if (result != PROPERTY_FAILS || c->method == PATHS) return result;
-    /* Fields know pixels by their centres, which miss some of a light's edges, too: fewer of finer
-     * ones. */
-    struct property_case finer = *c;
-    finer.width *= FINER;
-    finer.height *= FINER;
-    return means_agree(&finer, changes, c->light_count + 2, says);
+    return fields_agree(c, changes, c->light_count + 2, says);
 }
 
 /* What was dealt is within what the job allows. */

@@ -11,6 +11,9 @@
 #include "worker/trace/lanes.h"
 
 #define LAMBERT_INV_PI 0.318309886183790672f
+/* Square of the least height of a direction: what lies on the disk's rim rises, too, rather than
+ * along the surface, where nothing says what it meets. */
+#define LAMBERT_RISE2 0x1p-24f
 
 /* The BRDF at any pair of directions above the surface. */
 static inline float lambert_evaluate(float albedo)
@@ -24,7 +27,7 @@ static inline float lambert_pdf(float cos)
     return cos > 0.0f ? cos * LAMBERT_INV_PI : 0.0f;
 }
 
-/* The direction around +z for the point (u, v) of the unit square. */
+/* The direction around +z for the point (u, v) of the unit square; z is above 0. */
 static inline void lambert_direction(float u, float v, float *x, float *y, float *z)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
@@ -36,7 +39,7 @@ static inline void lambert_direction(float u, float v, float *x, float *y, float
     float height = 1.0f - radius * radius;
     *x = radius * (wide ? c : s);
     *y = radius * (wide ? s : c);
-    *z = sqrtf(height > 0.0f ? height : 0.0f);
+    *z = sqrtf(height > LAMBERT_RISE2 ? height : LAMBERT_RISE2);
 }
 
 /* The same for sixteen points. */

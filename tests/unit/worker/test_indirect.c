@@ -192,6 +192,22 @@ static void test_lambert_samples(void **state)
     assert_true(fabs(side / (L * L)) < 1e-5);
 }
 
+/* Those of the square's outline, too, rise above the surface, by less than anyone sees. */
+static void test_lambert_rim(void **state)
+{
+    (void)state;
+    static const float ends[] = {0.0f, 0.3f, 0.5f, 0x1.fffffep-1f};
+    _Alignas(64) float u[LANES], v[LANES];
+    struct lanes3 d;
+    for (int i = 0; i < LANES; i++) u[i] = ends[i % 4], v[i] = ends[i / 4];
+    lambert_sample(u, v, &d);
+    for (int i = 0; i < LANES; i++) {
+        const bool rim = i % 4 == 0 || i % 4 == 3 || i / 4 == 0 || i / 4 == 3;
+        assert_true(d.z[i] > 0.0f && (d.z[i] < 1e-3f) == rim);
+        assert_true(fabsf(d.x[i] * d.x[i] + d.y[i] * d.y[i] + d.z[i] * d.z[i] - 1.0f) < 1e-6f);
+    }
+}
+
 static void test_tangents_are_orthonormal(void **state)
 {
     (void)state;
@@ -215,9 +231,13 @@ static void test_tangents_are_orthonormal(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_furnace),         cmocka_unit_test(test_lights_do_not_count_twice),
-        cmocka_unit_test(test_lit_ceiling),     cmocka_unit_test(test_wall_lit_by_rectangle),
-        cmocka_unit_test(test_lambert_samples), cmocka_unit_test(test_tangents_are_orthonormal),
+        cmocka_unit_test(test_furnace),
+        cmocka_unit_test(test_lights_do_not_count_twice),
+        cmocka_unit_test(test_lit_ceiling),
+        cmocka_unit_test(test_wall_lit_by_rectangle),
+        cmocka_unit_test(test_lambert_samples),
+        cmocka_unit_test(test_lambert_rim),
+        cmocka_unit_test(test_tangents_are_orthonormal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
