@@ -7,13 +7,19 @@
 #define LEVEL_LEAST   (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
 #define CENTRE_WEIGHT 2.0f
 #define SQUARE_MOST   1e30f /* so that sums are finite */
+#define LEVEL_PX      1     /* around a pixel, whose errors count for who gets second sets */
+/* And for how much of them there is in the picture. Of few pixels bright ones would seem to err
+ * more, and be taken for less than they are. */
+#define MIX_PX 3
 
-/* Squared errors of a rectangle's pixels, as their own samples tell. */
+/* Squared errors of a rectangle's pixels, as their own samples tell: of the first set, and of the
+ * mean of the second, in doubles, since they come of differences. */
 struct errors {
     const struct plan *plan;
     const struct patch *patch;
     struct rect rect;
     float *square;
+    double *second;
 };
 
 /* Of one pixel, i of the patch. */
@@ -40,47 +46,64 @@ static float square_of(const struct plan *plan, const struct patch *patch, size_
     return n > 1 ? fminf(sum / (float)(n * (n - 1)), SQUARE_MOST) : 0.0f;
 }
 
+/* The squared error of a second set's mean. */
+static double second_square(const struct plan *plan, const struct patch *p, size_t i)
+{
+    const size_t area = (size_t)rect_area(p->rect);
+    const double scale = (double)plan->radiance_scale, root = (double)p->lens_more[3 * area + i];
+    const double paths = (double)p->lens_paths[i];
+    double variance = root * root;
+    if (!(paths > 1.0)) return 0.0;
+    for (size_t c = 0; c < 3; c++)
+        variance -= (double)p->lens_more[c * area + i] * (double)p->lens_more[c * area + i];
+    return variance > 0.0 ? scale * scale * variance / (paths - 1.0) : 0.0;
+}
+
+/* Of `inner` and so many pixels around; where the patch has second sets, of pixels that have one.
+ */
 static int errors_create(const struct plan *plan, const struct patch *patch, struct rect inner,
-                         struct errors *out)
+                         int32_t around_px, struct errors *out)
 {
     *out = (struct errors){.plan = plan, .patch = patch};
-    out->rect = rect_intersect(rect_grow(inner, 1), patch->rect);
-    out->square = scratch_take(patch->scratch, (size_t)rect_area(out->rect) * sizeof(float));
-    if (!out->square) return ERR_MEMORY;
-    float *to = out->square;
-    for (int32_t y = out->rect.y0; y < out->rect.y1; y++) {
+    out->rect = rect_intersect(rect_grow(inner, around_px), patch->rect);
+    const size_t area = (size_t)rect_area(out->rect);
+    const bool both = patch->lens_paths != NULL;
+    out->second = scratch_take(patch->scratch, area * (sizeof(float) + both * sizeof(double)));
+    if (!out->second) return ERR_MEMORY;
+    out->square = (float *)(void *)(out->second + both * area);
+    for (int32_t y = out->rect.y0, k = 0; y < out->rect.y1; y++) {
         const size_t first = patch_pixel(patch, out->rect.x0, y);
-        for (size_t x = 0; x < (size_t)rect_width(out->rect); x++)
-            *to++ = !patch->lens_paths || patch->lens_paths[first + x] > 0.0f
-                        ? square_of(plan, patch, first + x)
-                        : 0.0f;
+        for (size_t i = first; i < first + (size_t)rect_width(out->rect); i++, k++) {
+            const bool counts = !both || patch->lens_paths[i] > 0.0f;
+            out->square[k] = counts ? square_of(plan, patch, i) : 0.0f;
+            if (both) out->second[k] = second_square(plan, patch, i);
+        }
     }
     return 0;
 }
 
 static void errors_fini(struct errors *e)
 {
-    scratch_give(e->patch->scratch, e->square);
+    scratch_give(e->patch->scratch, e->second);
 }
 
-static float square_at(const struct errors *e, int32_t x, int32_t y)
+static size_t errors_at(const struct errors *e, int32_t x, int32_t y)
 {
-    return e
-        ->square[(size_t)(y - e->rect.y0) * (size_t)rect_width(e->rect) + (size_t)(x - e->rect.x0)];
+    return (size_t)(y - e->rect.y0) * (size_t)rect_width(e->rect) + (size_t)(x - e->rect.x0);
 }
 
-static struct rect around(const struct errors *e, int32_t x, int32_t y)
+static struct rect around(const struct errors *e, int32_t x, int32_t y, int32_t around_px)
 {
-    return rect_intersect((struct rect){x - 1, y - 1, x + 2, y + 2}, e->rect);
+    return rect_intersect(rect_grow((struct rect){x, y, x + 1, y + 1}, around_px), e->rect);
 }
 
 /* Means over few pixels: of few samples errors are hardly known. */
 static float smooth(const struct errors *e, int32_t x, int32_t y)
 {
-    const struct rect r = around(e, x, y);
-    float sum = (CENTRE_WEIGHT - 1.0f) * square_at(e, x, y);
+    const struct rect r = around(e, x, y, LEVEL_PX);
+    float sum = (CENTRE_WEIGHT - 1.0f) * e->square[errors_at(e, x, y)];
     for (int32_t v = r.y0; v < r.y1; v++)
-        for (int32_t u = r.x0; u < r.x1; u++) sum += square_at(e, u, v);
+        for (int32_t u = r.x0; u < r.x1; u++) sum += e->square[errors_at(e, u, v)];
     return sum / ((float)rect_area(r) + CENTRE_WEIGHT - 1.0f);
 }
 
@@ -100,7 +123,7 @@ int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct
     struct errors e;
     struct patch first = *patch; /* before second sets, of all pixels */
     first.lens_paths = NULL;
-    const int error = errors_create(plan, &first, inner, &e);
+    const int error = errors_create(plan, &first, inner, LEVEL_PX, &e);
     if (error) return error;
     for (int32_t y = inner.y0; y < inner.y1; y++)
         for (int32_t x = inner.x0; x < inner.x1; x++) *levels++ = level_of(smooth(&e, x, y));
@@ -108,30 +131,19 @@ int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct
     return 0;
 }
 
-/* The squared error of a second set's mean. */
-static double second_square(const struct errors *e, int32_t x, int32_t y)
-{
-    const struct patch *p = e->patch;
-    const size_t area = (size_t)rect_area(p->rect), i = patch_pixel(p, x, y);
-    const double scale = (double)e->plan->radiance_scale, root = (double)p->lens_more[3 * area + i];
-    const double paths = (double)p->lens_paths[i];
-    double variance = root * root;
-    if (!(paths > 1.0)) return 0.0;
-    for (size_t c = 0; c < 3; c++)
-        variance -= (double)p->lens_more[c * area + i] * (double)p->lens_more[c * area + i];
-    return variance > 0.0 ? scale * scale * variance / (paths - 1.0) : 0.0;
-}
-
 /* How much of the second set's mean there is in the picture. */
 static float share_of(const struct errors *e, int32_t x, int32_t y)
 {
-    const struct rect r = around(e, x, y);
+    const struct rect r = around(e, x, y, MIX_PX);
+    const size_t width = (size_t)rect_width(r);
     double first = 0.0, second = 0.0;
-    for (int32_t v = r.y0; v < r.y1; v++)
-        for (int32_t u = r.x0; u < r.x1; u++) {
-            first += (double)square_at(e, u, v); /* 0 without a second set */
-            second += second_square(e, u, v);
+    for (int32_t v = r.y0; v < r.y1; v++) {
+        const size_t at = errors_at(e, r.x0, v);
+        for (size_t k = at; k < at + width; k++) {
+            first += (double)e->square[k]; /* both 0 without a second set */
+            second += e->second[k];
         }
+    }
     return first > 0.0 ? (float)(first / (first + second)) : 0.0f;
 }
 
@@ -145,7 +157,7 @@ int lens_extra_mix(const struct plan *plan, const struct patch *patch, struct re
             any = patch->lens_paths[patch_pixel(patch, x, y)] > 0.0f;
     if (!any) return 0;
     struct errors e;
-    const int error = errors_create(plan, patch, inner, &e);
+    const int error = errors_create(plan, patch, inner, MIX_PX, &e);
     if (error) return error;
     for (int32_t y = inner.y0; y < inner.y1; y++)
         for (int32_t x = inner.x0; x < inner.x1; x++) {

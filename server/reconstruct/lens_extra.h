@@ -11,8 +11,8 @@
  * error is in the mean sum w |c - m|^2 / (n (n - 1)) of n samples c and their weighted mean m.
  *
  * The second set's mean B, whose error is known, and the filtered picture F are mixed by their
- * squared errors e_B and e_F: F + (B - F) e_F / (e_F + e_B), where errors are means over the pixels
- * around that have second sets. */
+ * squared errors e_B and e_F: F + (B - F) e_F / (e_F + e_B), where errors are means over those of
+ * the 7 x 7 pixels around that have second sets. */
 #include "server/reconstruct/patch.h"
 
 /* Writes how large the error of each pixel of `inner` is, row by row: 0: none; else two steps for
@@ -21,6 +21,7 @@ int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct
                       uint8_t *levels);
 
 /* Mixes into the filtered picture of `inner`, arrays of the patch's size, what second sets bring.
- * ERR_MEMORY. */
+ * Reads three pixels around it where the patch has them, as every patch has that does not end with
+ * the picture. ERR_MEMORY. */
 int lens_extra_mix(const struct plan *plan, const struct patch *patch, struct rect inner,
                    float *const out[3]);

@@ -8,23 +8,20 @@
  *   uniform, far   its sum cancels down to (size/distance)^2 of its terms, so that below an eighth
  *                  3 x 3 Gauss-Legendre points are nearer, if the whole light is up; and below
  *                  a thousandth in any case
- *   Gaussian, far  4 x 4 points of the Gauss rule for the profile exp(-2 u^2)
+ *   Gaussian, far  4 x 4 points of the Gauss rule for the profile exp(-2 u^2), if the whole light
+ *                  is up; else 12 x 12 Gauss-Legendre points over what is
  *   Gaussian, near Lambert's formula times the mean of the profile, weighted with cos cos' / d^2
- *                  over 12 x 12 Gauss-Legendre points */
+ *                  over these 12 x 12 points */
 #include <math.h>
 #include <stddef.h>
 
 #include "proto/plan.h"
-#include "server/reconstruct/fused.h"
-#include "server/reconstruct/gaussian.h"
 #include "server/reconstruct/lanes_inline.h"
-#include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/unoccluded_quadrature_lanes.h"
 
-#define UNOCCLUDED_LANES    32
 #define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
 #define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
-#define UNOCCLUDED_PROFILE2 9.0f  /* the same of Gaussian ones, anyway */
-#define UNOCCLUDED_TINY     1e-36f
+#define UNOCCLUDED_PROFILE2 9.0f  /* (distance / half-diagonal)^2 of Gaussian ones */
 /* On a light, or beside it in its plane, rounding decides whether a receiver is before the light
  * and the light above its horizon; the whole hemisphere could be made of that. Receivers nearer to
  * the plane than what rounding leaves of the way from the eye get nothing, and those that face the
@@ -32,34 +29,6 @@
 #define UNOCCLUDED_ROUNDING 4e-6f
 #define UNOCCLUDED_RISE     5e-4f
 #define UNOCCLUDED_FACING   0.5f
-/* From here on rounding makes no corner of the light set, per (distance + size). */
-#define UNOCCLUDED_ABOVE 1e-5f
-
-struct unoccluded_chunk {
-    float half[2];                                  /* half-sides; they add up to 1 */
-    _Alignas(64) float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
-    float normal[3][UNOCCLUDED_LANES];
-    float front[UNOCCLUDED_LANES]; /* how far the receiver is in front of the light's plane */
-    float up[UNOCCLUDED_LANES], up_u[UNOCCLUDED_LANES], up_v[UNOCCLUDED_LANES]; /* n . points */
-    float across_u[UNOCCLUDED_LANES], across_v[UNOCCLUDED_LANES]; /* 2 centre . half_u, _v */
-    float squared[UNOCCLUDED_LANES];
-    float reach[UNOCCLUDED_LANES]; /* from the eye to the receiver and to the centre, together */
-    float leave[3][UNOCCLUDED_LANES],
-        enter[3][UNOCCLUDED_LANES]; /* where the outline sets, rises */
-    float polygon[UNOCCLUDED_LANES], sum[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
-    int32_t far[UNOCCLUDED_LANES];
-};
-
-static const float unoccluded_nodes_3[2][3] = {{-0.774596669f, 0.0f, 0.774596669f},
-                                               {0.277777778f, 0.444444444f, 0.277777778f}};
-static const float unoccluded_nodes_profile[2][4] = {
-    {-0.802102150f, -0.282621223f, 0.282621223f, 0.802102150f},
-    {0.0602718775f, 0.238800126f, 0.238800126f, 0.0602718775f}};
-static const float unoccluded_nodes_12[2][12] = {
-    {-0.981560634f, -0.904117256f, -0.769902674f, -0.587317954f, -0.367831499f, -0.125233409f,
-     0.125233409f, 0.367831499f, 0.587317954f, 0.769902674f, 0.904117256f, 0.981560634f},
-    {0.0235876682f, 0.053469663f, 0.0800391645f, 0.101583714f, 0.116746269f, 0.124573523f,
-     0.124573523f, 0.116746269f, 0.101583714f, 0.0800391645f, 0.053469663f, 0.0235876682f}};
 
 static inline float unoccluded_dot(float ax, float ay, float az, float bx, float by, float bz)
 {
@@ -142,33 +111,6 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
     }
 }
 
-/* Sums w_i w_j I cos cos' / d^2 over order x order points into c->sum; the weights alone, without
- * the profile, into c->share when `profiled`. */
-static void unoccluded_quadrature(const float *nodes, const float *weights, int order,
-                                  bool profiled, struct unoccluded_chunk *c)
-{
-    const float uu = c->half[0] * c->half[0], vv = c->half[1] * c->half[1];
-    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) c->sum[i] = c->share[i] = 0.0f;
-    for (int k = 0; k < order * order; k++) {
-        const float u = nodes[k % order], v = nodes[k / order];
-        const float weight = weights[k % order] * weights[k / order];
-        const float added = u * u * uu + v * v * vv;
-        const float profile = profiled ? gaussian_exp_minus(2.0f * (u * u + v * v)) : 1.0f;
-        for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
-            const float up = fused(v, c->up_v[i], fused(u, c->up_u[i], c->up[i]));
-            const float moved = fused(v, c->across_v[i], fused(u, c->across_u[i], c->squared[i]));
-            float squared = moved + added;
-            /* never nearer than the light's plane, whatever was cancelled */
-            const float least = fused(c->front[i], c->front[i], UNOCCLUDED_TINY);
-            squared = squared > least ? squared : least;
-            const float inverse = 1.0f / squared;
-            const float g = weight * (up > 0.0f ? up : 0.0f) * inverse * (c->front[i] * inverse);
-            c->sum[i] = fused(g, profile, c->sum[i]);
-            c->share[i] += g;
-        }
-    }
-}
-
 /* What of an edge, from `from` above the horizon to `to`, is above it: its shares a to b. */
 static inline void unoccluded_cut(float from, float to, float rise, float *a, float *b)
 {
@@ -245,12 +187,7 @@ LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool 
 static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
 {
     int32_t whole = 1;
-    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
-        const float x = fabsf(c->centre[0][i]), y = fabsf(c->centre[1][i]);
-        const float size = 1.0f + x + y + fabsf(c->centre[2][i]);
-        const float least = c->up[i] - fabsf(c->up_u[i]) - fabsf(c->up_v[i]);
-        whole &= least > UNOCCLUDED_ABOVE * size;
-    }
+    for (size_t i = 0; i < UNOCCLUDED_LANES; i++) whole &= unoccluded_is_open(c, i);
     return whole;
 }
 
@@ -296,9 +233,10 @@ static void unoccluded_close(struct unoccluded_chunk *c)
 }
 
 /* Lambert's formula into c->polygon. */
-static void unoccluded_polygon(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
+static void unoccluded_polygon(const struct shadow_rectangle *light, bool whole,
+                               struct unoccluded_chunk *c)
 {
-    if (unoccluded_is_whole(c)) {
+    if (whole) {
         unoccluded_outline(light, true, c);
     } else {
         unoccluded_outline(light, false, c);
@@ -318,7 +256,7 @@ static size_t unoccluded_sort(const struct shadow_rectangle *light, size_t count
     const float size2 = c->half[0] * c->half[0] + c->half[1] * c->half[1];
     const bool gaussian = light->profile == PROFILE_GAUSSIAN;
     const float near2 = size2 * (gaussian ? UNOCCLUDED_PROFILE2 : UNOCCLUDED_FAR2);
-    const float anyway2 = gaussian ? near2 : size2 * UNOCCLUDED_VERY_FAR;
+    const float anyway2 = size2 * UNOCCLUDED_VERY_FAR;
     size_t far_count = 0;
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const int all_up = c->up[i] > fabsf(c->up_u[i]) + fabsf(c->up_v[i]);
@@ -330,12 +268,22 @@ static size_t unoccluded_sort(const struct shadow_rectangle *light, size_t count
 
 static void unoccluded_near(const struct shadow_rectangle *light, struct unoccluded_chunk *c)
 {
-    unoccluded_polygon(light, c);
+    const bool whole = unoccluded_is_whole(c);
+    const float area = 4.0f * c->half[0] * c->half[1];
+    const float size2 = c->half[0] * c->half[0] + c->half[1] * c->half[1];
+    unoccluded_polygon(light, whole, c);
     if (light->profile != PROFILE_GAUSSIAN) return;
-    unoccluded_quadrature(unoccluded_nodes_12[0], unoccluded_nodes_12[1], 12, true, c);
+    if (whole)
+        unoccluded_quadrature(unoccluded_nodes_12[0], unoccluded_nodes_12[1], UNOCCLUDED_ORDER,
+                              true, c);
+    else
+        unoccluded_quadrature_above(c);
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
-        const float whole = c->share[i] > UNOCCLUDED_TINY ? c->share[i] : UNOCCLUDED_TINY;
-        c->polygon[i] *= c->sum[i] / whole;
+        const float all = c->share[i] > UNOCCLUDED_TINY ? c->share[i] : UNOCCLUDED_TINY;
+        const float mean = c->polygon[i] * (c->sum[i] / all);
+        /* cut by the horizon, farther away: the formula cancels */
+        const int far = c->squared[i] > size2 * UNOCCLUDED_PROFILE2;
+        c->polygon[i] = far ? c->sum[i] * area : mean;
     }
 }
 

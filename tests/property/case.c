@@ -116,6 +116,27 @@ static void draw_coincident(struct random *r, struct property_case *c)
     if (one_in(r, 2)) b->centre[below(r, 3)] += CASE_GRID;
 }
 
+/* Of a third of all, dresses that pure Lambert scenes may have, too; of another, any. */
+static void draw_dresses(struct random *r, struct property_case *c)
+{
+    static const enum body_dress pure[] = {DRESS_COLOR, DRESS_MASK, DRESS_NORMAL};
+    const int kind = below(r, 3);
+    for (int i = 0; i < c->body_count; i++) {
+        struct case_body *b = &c->bodies[i];
+        b->smooth = one_in(r, 6);
+        if (kind == 0 || !one_in(r, 2)) continue;
+        b->dress = kind == 1 ? pure[below(r, 3)] : (enum body_dress)(1 + below(r, DRESSES - 1));
+        b->texels = (unsigned)below(r, 1000);
+    }
+}
+
+static void draw_sky(struct random *r, struct property_case *c)
+{
+    if (!one_in(r, 4)) return;
+    for (int i = 0; i < 3; i++) c->environment[i] = between(r, 0, 1);
+    if (one_in(r, 2)) c->map = 1 + (unsigned)below(r, 1000);
+}
+
 /* Sampling that goes on after what the schedule has, of two cases in five. */
 static void draw_rounds(struct random *r, struct property_case *c)
 {
@@ -167,7 +188,9 @@ void case_draw(uint64_t seed, struct property_case *out)
             if (out->bodies[i].surface != SURFACE_BLACK) out->bodies[i].surface = SURFACE_LAMBERT;
     out->light_count = one_in(&r, 10) ? 0 : 1 + below(&r, 3);
     for (int i = 0; i < out->light_count; i++) draw_light(&r, &out->lights[i]);
-    if (one_in(&r, 4))
-        for (int i = 0; i < 3; i++) out->environment[i] = between(&r, 0, 1);
+    draw_sky(&r, out);
     draw_rounds(&r, out);
+    draw_dresses(&r, out);
+    out->orthographic = one_in(&r, 6);
+    out->tent = one_in(&r, 10);
 }

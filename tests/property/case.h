@@ -37,9 +37,26 @@ enum body_surface {
     SURFACES
 };
 
+/* What is not the same all over a surface: textures of its own, of CASE_TEXELS x CASE_TEXELS. */
+enum body_dress {
+    DRESS_PLAIN,
+    DRESS_COLOR,
+    DRESS_MASK,   /* holes */
+    DRESS_BLEND,  /* lets through by parts */
+    DRESS_NORMAL, /* a normal map */
+    DRESS_ROUGH,  /* roughness and metal of glTF surfaces */
+    DRESS_GLOW,   /* emits here and there */
+    DRESS_UNLIT,  /* colours that no light touches */
+    DRESSES
+};
+enum { CASE_TEXELS = 8 };
+
 struct case_body {
     enum body_shape shape;
     enum body_surface surface;
+    enum body_dress dress;
+    unsigned texels; /* seed of the dress */
+    int smooth;      /* 1: normals lean outwards at corners */
     double centre[3], size[3];
     int facing; /* of panels, needles and points: axis 0 .. 2, + 3 for its other side */
     double albedo[3];
@@ -71,11 +88,14 @@ struct property_case {
     int lens_more; /* paths a pixel of second sets through the lens; 0: none */
     unsigned seed;
     double eye[3], target[3], yfov_deg;
+    int orthographic;       /* 1: as high as the field of view is at the target */
+    int tent;               /* 1: the pixel filter */
     double aperture, focus; /* no lens: focus 0 */
     int blades;
     int layers;            /* 0: the picture alone; 1: all of PICTURE_LAYERS */
     double occlusion;      /* distance; 0: no such layer */
     double environment[3]; /* radiance; black: none */
+    unsigned map;          /* seed of a map in its place; 0: none */
     int body_count, light_count;
     struct case_body bodies[CASE_BODIES];
     struct case_light lights[CASE_LIGHTS];

@@ -18,6 +18,19 @@ static void no_blades(struct property_case *c)
 static void no_environment(struct property_case *c)
 {
     memset(c->environment, 0, sizeof c->environment);
+    c->map = 0;
+}
+static void no_map(struct property_case *c)
+{
+    c->map = 0;
+}
+static void no_tent(struct property_case *c)
+{
+    c->tent = 0;
+}
+static void perspective(struct property_case *c)
+{
+    c->orthographic = 0;
 }
 static void no_occlusion(struct property_case *c)
 {
@@ -113,12 +126,12 @@ static void plain_view(struct property_case *c)
 }
 
 static change *const changes[] = {
-    no_rounds,     no_target,  no_second_lens, plain_mu,      fewer_at_most,
-    no_lens,       no_blades,  no_environment, no_occlusion,  no_bounce,
-    one_bounce,    no_filter,  average,        indirect_auto, glossy_auto,
-    picture_alone, lens_auto,  plain_cut,      one_pixel,     half_width,
-    half_height,   one_sample, four_samples,   first_seed,    plain_view};
-enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 7, OF_LIGHT = 5 };
+    no_rounds,  no_target,      no_second_lens, plain_mu,      fewer_at_most, no_lens,
+    no_blades,  no_environment, no_occlusion,   no_bounce,     one_bounce,    no_filter,
+    average,    indirect_auto,  glossy_auto,    picture_alone, lens_auto,     plain_cut,
+    one_pixel,  half_width,     half_height,    one_sample,    four_samples,  first_seed,
+    plain_view, no_map,         no_tent,        perspective};
+enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 9, OF_LIGHT = 5 };
 
 /* Coarser by a factor of eight at a time. */
 static double coarser(double v)
@@ -150,6 +163,12 @@ static void change_body(struct property_case *c, int i, int way)
         break;
     case 5:
         for (int k = 0; k < 3; k++) b->centre[k] = coarser(b->centre[k]);
+        break;
+    case 6:
+        b->dress = DRESS_PLAIN, b->texels = 0;
+        break;
+    case 7:
+        b->smooth = 0;
         break;
     default:
         for (int k = 0; k < 3; k++) b->size[k] = coarser(b->size[k]);

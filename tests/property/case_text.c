@@ -7,7 +7,21 @@ static const char *const shape_names[] = {"panel", "box", "room", "needle", "poi
 static const char *const surface_names[] = {"lambert",  "black",   "emitter", "glossy", "metal",
                                             "glass",    "mirror",  "phong",   "blinn",  "ashikhmin",
                                             "beckmann", "furnace", NULL};
+static const char *const dress_names[] = {"plain", "color", "mask",  "blend", "normal",
+                                          "rough", "glow",  "unlit", NULL};
 static const char *const light_names[] = {"rectangle", "gaussian", "point", "spot", "sun", NULL};
+
+static void write_body(const struct case_body *b, FILE *out)
+{
+    fprintf(out,
+            "body %s %s at %.17g %.17g %.17g size %.17g %.17g %.17g facing %d albedo %.17g "
+            "%.17g %.17g sharpness %.17g\n",
+            shape_names[b->shape], surface_names[b->surface], b->centre[0], b->centre[1],
+            b->centre[2], b->size[0], b->size[1], b->size[2], b->facing, b->albedo[0], b->albedo[1],
+            b->albedo[2], b->sharpness);
+    if (b->dress || b->smooth)
+        fprintf(out, "dress %s texels %u smooth %d\n", dress_names[b->dress], b->texels, b->smooth);
+}
 
 void case_write(const struct property_case *c, FILE *out)
 {
@@ -21,18 +35,13 @@ void case_write(const struct property_case *c, FILE *out)
             c->lens_more);
     fprintf(out, "camera %.17g %.17g %.17g to %.17g %.17g %.17g fov %.17g\n", c->eye[0], c->eye[1],
             c->eye[2], c->target[0], c->target[1], c->target[2], c->yfov_deg);
+    if (c->orthographic || c->tent)
+        fprintf(out, "view orthographic %d tent %d\n", c->orthographic, c->tent);
     fprintf(out, "lens %.17g focus %.17g blades %d\n", c->aperture, c->focus, c->blades);
     fprintf(out, "environment %.17g %.17g %.17g\n", c->environment[0], c->environment[1],
             c->environment[2]);
-    for (int i = 0; i < c->body_count; i++) {
-        const struct case_body *b = &c->bodies[i];
-        fprintf(out,
-                "body %s %s at %.17g %.17g %.17g size %.17g %.17g %.17g facing %d albedo %.17g "
-                "%.17g %.17g sharpness %.17g\n",
-                shape_names[b->shape], surface_names[b->surface], b->centre[0], b->centre[1],
-                b->centre[2], b->size[0], b->size[1], b->size[2], b->facing, b->albedo[0],
-                b->albedo[1], b->albedo[2], b->sharpness);
-    }
+    if (c->map) fprintf(out, "map %u\n", c->map);
+    for (int i = 0; i < c->body_count; i++) write_body(&c->bodies[i], out);
     for (int i = 0; i < c->light_count; i++) {
         const struct case_light *l = &c->lights[i];
         fprintf(
@@ -66,7 +75,7 @@ static bool read_filter(const char *line, struct property_case *c)
 static bool read_body(const char *line, struct property_case *c)
 {
     char shape[24], surface[24];
-    struct case_body b;
+    struct case_body b = {0};
     if (c->body_count == CASE_BODIES ||
         sscanf(line,
                "body %23s %23s at %lf %lf %lf size %lf %lf %lf facing %d albedo %lf %lf %lf "
@@ -80,6 +89,19 @@ static bool read_body(const char *line, struct property_case *c)
     b.surface = (enum body_surface)with;
     c->bodies[c->body_count++] = b;
     return true;
+}
+
+/* Of the body before it. */
+static bool read_dress(const char *line, struct property_case *c)
+{
+    char dress[24];
+    struct case_body *b = &c->bodies[c->body_count - 1];
+    if (c->body_count == 0 ||
+        sscanf(line, "dress %23s texels %u smooth %d", dress, &b->texels, &b->smooth) != 3)
+        return false;
+    const int of = number_of(dress_names, dress);
+    if (of >= 0) b->dress = (enum body_dress)of;
+    return of >= 0;
 }
 
 static bool read_light(const char *line, struct property_case *c)
@@ -110,10 +132,12 @@ static bool read_line(const char *line, struct property_case *c)
                   &c->lens_more) == 4 ||
            sscanf(line, "camera %lf %lf %lf to %lf %lf %lf fov %lf", &c->eye[0], &c->eye[1],
                   &c->eye[2], &c->target[0], &c->target[1], &c->target[2], &c->yfov_deg) == 7 ||
+           sscanf(line, "view orthographic %d tent %d", &c->orthographic, &c->tent) == 2 ||
            sscanf(line, "lens %lf focus %lf blades %d", &c->aperture, &c->focus, &c->blades) == 3 ||
            sscanf(line, "environment %lf %lf %lf", &c->environment[0], &c->environment[1],
                   &c->environment[2]) == 3 ||
-           read_body(line, c) || read_light(line, c);
+           sscanf(line, "map %u", &c->map) == 1 || read_body(line, c) || read_dress(line, c) ||
+           read_light(line, c);
 }
 
 int case_read(FILE *in, struct property_case *out, int *line)

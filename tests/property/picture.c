@@ -45,7 +45,7 @@ struct image *picture_render(const struct property_case *c, const struct change 
     stage_build(c, change, &stage);
     int error = job_read(text, strlen(text), &job, &fault);
     free(text);
-    const struct plan_source source = {.scene = stage.scene};
+    const struct plan_source source = {.scene = stage.scene, .map = stage.map.header};
     if (!error) {
         error = plan_make(&job, &source, 0, &plan, &report, &fault);
         job_fini(&job);
@@ -57,7 +57,7 @@ struct image *picture_render(const struct property_case *c, const struct change 
     }
     const struct picture_frame_options options = {
         .layers = report.layers, .block_px = c->block, .backwards = change->backwards};
-    picture_frame_render(&plan, stage.scene, &options, &image, &statistics);
+    picture_frame_render(&plan, stage.scene, &stage.map, &options, &image, &statistics);
     note(&plan, &report, &statistics);
     stage_free(&stage);
     return image;

@@ -5,6 +5,7 @@
 
 #include "proto/count_map.h"
 #include "server/job/frame.h"
+#include "worker/scene/environment.h"
 #include "worker/tile.h"
 
 enum { TEAM_THREADS = 2 };
@@ -12,6 +13,7 @@ enum { TEAM_THREADS = 2 };
 struct session {
     const struct plan *plan;
     struct render_scene *scene;
+    struct environment *environment; /* NULL: no map */
     struct tile_tracer *tracer;
     struct frame *frame;
     bool completed;
@@ -91,8 +93,8 @@ static void trace(struct session *s, const struct fleet_tile *tile)
     int error = plan_pass_check(s->plan, &pass);
     if (!error && pass.sides) error = plan_sides_check(&pass, (size_t)rect_area(tile->rect));
     if (error) die("a pass that no worker takes", error);
-    error = tile_trace_pass(s->tracer, s->scene, NULL, s->plan, &pass, tile->rect, NULL, NULL,
-                            &samples, &result.counters);
+    error = tile_trace_pass(s->tracer, s->scene, s->environment, s->plan, &pass, tile->rect, NULL,
+                            NULL, &samples, &result.counters);
     if (error) die("a tile cannot be traced", error);
     bytes_writer_init(&w);
     error = samples_pack(samples, PACKING_SMALL, &w, NULL);
@@ -165,6 +167,7 @@ static struct image *copy_of(const struct image *image, uint32_t layers)
 }
 
 void picture_frame_render(const struct plan *plan, const struct scene *scene,
+                          const struct environment_blob *map,
                           const struct picture_frame_options *options, struct image **image,
                           struct statistics *statistics)
 {
@@ -174,6 +177,7 @@ void picture_frame_render(const struct plan *plan, const struct scene *scene,
     uv_loop_t loop;
     int error = render_scene_create(scene, 1, NULL, &s.scene, &fault);
     if (error) die(fault.detail, error);
+    if (map->header && environment_create(map, &s.environment)) die("no map", ERR_MEMORY);
     if (tile_tracer_create(&s.tracer)) die("no memory for a tracer", ERR_MEMORY);
     if (uv_loop_init(&loop)) die("no loop", ERR_MEMORY);
     error = team_create(&loop, "property", TEAM_THREADS, &team);
@@ -187,5 +191,6 @@ void picture_frame_render(const struct plan *plan, const struct scene *scene,
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
     tile_tracer_destroy(&s.tracer);
+    environment_destroy(&s.environment);
     render_scene_destroy(&s.scene);
 }

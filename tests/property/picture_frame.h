@@ -1,6 +1,7 @@
 #pragma once
 /* A frame of the coordinator with one worker, both in this process: what is leased is traced,
  * packed as on the wire and sent, round after round, until all pixels are as they will stay. */
+#include "proto/environment.h"
 #include "proto/plan.h"
 #include "proto/scene.h"
 #include "server/image/image.h"
@@ -12,7 +13,9 @@ struct picture_frame_options {
     bool backwards; /* results come last tile first */
 };
 
-/* The image is the caller's. Ends the program when the frame fails. */
+/* The map's header is NULL where there is none. The image is the caller's. Ends the program when
+ * the frame fails. */
 void picture_frame_render(const struct plan *plan, const struct scene *scene,
+                          const struct environment_blob *map,
                           const struct picture_frame_options *options, struct image **image,
                           struct statistics *statistics);

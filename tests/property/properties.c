@@ -127,6 +127,13 @@ static void coarsen(double *v, int count)
     for (int i = 0; i < count; i++) v[i] = round(v[i] / MOVED_GRID) * MOVED_GRID;
 }
 
+/* Colours that no light touches are what they are, however bright lights are and how many. */
+void property_light_up(struct property_case *c)
+{
+    for (int i = 0; i < c->body_count; i++)
+        if (c->bodies[i].dress == DRESS_UNLIT) c->bodies[i].dress = DRESS_COLOR;
+}
+
 /* Details are of MOVED_GRID and more, and no needles: smaller ones are lost so far away, which is
  * no fault. In a picture of a few pixels edges would be all that there is. */
 enum property_result property_moved(const struct property_case *c, char says[PROPERTY_SAYS_BYTES])
@@ -138,6 +145,7 @@ enum property_result property_moved(const struct property_case *c, char says[PRO
     coarse.height = c->height < MOVED_LEAST_PX ? MOVED_LEAST_PX : c->height;
     for (int i = 0; i < c->body_count; i++) {
         if (c->bodies[i].shape > BODY_ROOM) coarse.bodies[i].shape = BODY_PANEL;
+        coarse.bodies[i].dress = DRESS_PLAIN; /* texels are smaller */
         coarsen(coarse.bodies[i].centre, 3);
         coarsen(coarse.bodies[i].size, 3);
     }
@@ -157,7 +165,8 @@ enum property_result property_moved(const struct property_case *c, char says[PRO
 static bool has_emitter(const struct property_case *c)
 {
     for (int i = 0; i < c->body_count; i++)
-        if (c->bodies[i].surface == SURFACE_EMITTER) return true;
+        if (c->bodies[i].surface == SURFACE_EMITTER || c->bodies[i].dress == DRESS_GLOW)
+            return true;
     return false;
 }
 
@@ -174,5 +183,7 @@ enum property_result property_brighter(const struct property_case *c,
                         twos[] = {0x1p-13, 0x1p-7, 2, 128, 0x1p13, 0x1p20};
     const bool exact = has_emitter(c) || deals(c);
     const struct change change = {.gain = (exact ? twos : gains)[c->seed % 6]};
-    return alike(c, c, &change, change.gain, SPARED, BRIGHTER_MOST, says);
+    struct property_case lit = *c;
+    property_light_up(&lit);
+    return alike(&lit, &lit, &change, change.gain, SPARED, BRIGHTER_MOST, says);
 }

@@ -20,6 +20,8 @@ static struct property_case emptied(const struct property_case *c)
     e.light_count = 0;
     e.occlusion = 0;
     memset(e.environment, 0, sizeof e.environment);
+    e.map = 0;
+    e.orthographic = 0; /* which may look past what is built */
     memcpy(e.target, (double[]){0, 0, 0}, sizeof e.target);
     memset(e.bodies, 0, sizeof e.bodies);
     return e;
@@ -79,7 +81,7 @@ enum property_result property_unoccluded(const struct property_case *c,
     e.eye[1] = fmax(e.eye[1], 1);
     e.yfov_deg = fmin(e.yfov_deg, UNOCCLUDED_STEP_DEG * e.height);
     e.aperture = e.focus = 0;
-    e.bounces = 0;
+    e.bounces = e.tent = 0;
     e.error = 0; /* paths alone know theirs */
     e.light_count = 1;
     e.lights[0] = (struct case_light){.kind = c->seed % 2 ? CASE_RECTANGLE : CASE_GAUSSIAN,

@@ -40,7 +40,9 @@ enum property_result property_glow(const struct property_case *c, char says[PROP
 enum property_result property_furnace(const struct property_case *c,
                                       char says[PROPERTY_SAYS_BYTES]);
 
-/* Shared: the picture, or NULL with the reason in says, where a job is refused. */
+/* Shared: nothing that is not lit; the picture, or NULL with the reason in says, where a job is
+ * refused. */
+void property_light_up(struct property_case *c);
 struct image *property_picture(const struct property_case *c, const struct change *change,
                                char says[PROPERTY_SAYS_BYTES]);
 /* RMS of both pictures' difference over RMS of the first, of beauty's R, G, B, where at most the

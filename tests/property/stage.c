@@ -3,6 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "tests/property/dress.h"
+#include "tests/property/sky.h"
+
 double stage_scale(const struct change *change)
 {
     return change->scale > 0 ? change->scale : 1;
@@ -45,8 +48,9 @@ static void to_floats(const double in[3], double scale, float out[3])
 
 /* A parallelogram by its middle and half sides, which are of the case. A mirror turns fronts about.
  */
-static void add_quad(struct scene_fixture *f, const struct change *change, const double c[3],
-                     const double u[3], const double v[3])
+static void add_quad(struct scene_fixture *f, const struct change *change,
+                     const struct case_body *body, const double c[3], const double u[3],
+                     const double v[3])
 {
     double centre[3], half_u[3], half_v[3];
     float at[3], a[3], b[3];
@@ -56,10 +60,9 @@ static void add_quad(struct scene_fixture *f, const struct change *change, const
     to_floats(centre, 1, at);
     to_floats(half_u, stage_scale(change), a);
     to_floats(half_v, stage_scale(change), b);
-    if (change->mirrored)
-        fixture_quad(f, at, b, a);
-    else
-        fixture_quad(f, at, a, b);
+    const float *right = change->mirrored ? b : a, *down = change->mirrored ? a : b;
+    fixture_quad(f, at, right, down);
+    dress_quad(f, body, right, down);
 }
 
 static void add_triangle(struct scene_fixture *f, const struct change *change, double corner[3][3])
@@ -79,7 +82,7 @@ static void add_panel(struct scene_fixture *f, const struct change *change,
     double u[3], v[3];
     stage_frame(b->facing, u, v);
     for (int i = 0; i < 3; i++) u[i] *= b->size[i], v[i] *= b->size[i];
-    add_quad(f, change, b->centre, u, v);
+    add_quad(f, change, b, b->centre, u, v);
 }
 
 static void add_box(struct scene_fixture *f, const struct change *change, const struct case_body *b,
@@ -90,7 +93,7 @@ static void add_box(struct scene_fixture *f, const struct change *change, const 
         stage_frame(inwards ? (facing + 3) % 6 : facing, u, v);
         c[facing % 3] += (facing < 3 ? 1 : -1) * b->size[facing % 3];
         for (int i = 0; i < 3; i++) u[i] *= b->size[i], v[i] *= b->size[i];
-        add_quad(f, change, c, u, v);
+        add_quad(f, change, b, c, u, v);
     }
 }
 
@@ -163,7 +166,9 @@ static void add_body(struct scene_fixture *f, const struct change *change,
 {
     const uint32_t material = fixture_material(f, 1, 1, 1);
     set_surface(&f->materials[material], b, change);
-    const uint32_t mesh = fixture_mesh(f, material, 0);
+    dress_material(f, material, b, change->no_emitters ? 0 : stage_gain(change));
+    const uint32_t mesh =
+        fixture_mesh(f, material, dress_has_normals(b) ? MESH_HAS_NORMALS | MESH_HAS_TANGENTS : 0);
     switch (b->shape) {
     case BODY_PANEL:
         add_panel(f, change, b);
@@ -193,6 +198,39 @@ static void set_bounds(struct scene_fixture *f)
     f->info.placed_triangles = f->triangle_count;
 }
 
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = a[j] * b[k] - a[k] * b[j];
+    }
+}
+
+/* As high as the field of view is at the target. */
+static void set_camera(const struct property_case *c, const struct change *change,
+                       struct scene_camera *out)
+{
+    double ahead[3], eye[3], forward[3], right[3], up[3];
+    for (int i = 0; i < 3; i++) ahead[i] = c->target[i] - c->eye[i];
+    const double distance = sqrt(dot(ahead, ahead));
+    stage_place(change, c->eye, eye);
+    stage_turn(change, ahead, forward);
+    cross(forward, (double[]){0, 1, 0}, right);
+    cross(right, forward, up);
+    *out = (struct scene_camera){.type = CAMERA_ORTHOGRAPHIC};
+    out->half_height = (float)(distance * tan(c->yfov_deg * M_PI / 360) * stage_scale(change));
+    out->half_width = out->half_height;
+    to_floats(eye, 1, out->eye);
+    to_floats(forward, 1 / distance, out->forward);
+    to_floats(right, 1 / sqrt(dot(right, right)), out->right);
+    to_floats(up, 1 / sqrt(dot(up, up)), out->up);
+}
+
 void stage_build(const struct property_case *c, const struct change *change, struct stage *out)
 {
     struct scene_fixture *f = calloc(1, sizeof *f);
@@ -203,10 +241,16 @@ void stage_build(const struct property_case *c, const struct change *change, str
     f->scene.count[SCENE_TRIANGLES] = f->triangle_count;
     f->scene.count[SCENE_POSITIONS] = f->vertex_count;
     f->scene.count[SCENE_NAMES] = 1;
-    *out = (struct stage){f, &f->scene};
+    *out = (struct stage){.fixture = f, .scene = &f->scene};
+    if (sky_has_map(c, change)) sky_build(c, change, &out->map);
+    if (!c->orthographic) return;
+    set_camera(c, change, &out->camera);
+    f->scene.cameras = &out->camera;
+    f->scene.count[SCENE_CAMERAS] = 1;
 }
 
 void stage_free(struct stage *stage)
 {
     free(stage->fixture);
+    free((void *)(uintptr_t)stage->map.blob);
 }

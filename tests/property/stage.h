@@ -1,14 +1,17 @@
 #pragma once
 /* What a case is made of, for the product: a scene without a file, and the text of a job. */
+#include "proto/environment.h"
 #include "tests/property/picture.h"
 #include "tests/unit/worker/scene_fixture.h"
 
 struct stage {
     struct scene_fixture *fixture; /* owned */
     const struct scene *scene;     /* a view of it */
+    struct scene_camera camera;    /* of orthographic cases */
+    struct environment_blob map;   /* blob owned; NULL: none */
 };
 
-/* Ends the program without memory. */
+/* The scene looks into *out. Ends the program without memory. */
 void stage_build(const struct property_case *c, const struct change *change, struct stage *out);
 void stage_free(struct stage *stage);
 

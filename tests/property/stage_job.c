@@ -2,6 +2,7 @@
 #include <jansson.h>
 #include <stdlib.h>
 
+#include "tests/property/sky.h"
 #include "tests/property/stage.h"
 
 static json_t *vector(const double v[3], double scale)
@@ -88,14 +89,32 @@ static json_t *layers_of(const struct property_case *c)
     return layers;
 }
 
-static json_t *scene_of(const struct property_case *c, const struct change *change)
+#define ASSET "0000000000000000000000000000000000000000000000000000000000000001"
+
+static json_t *camera_of(const struct property_case *c, const struct change *change)
 {
     double up[3];
     stage_turn(change, (double[]){0, 1, 0}, up);
-    return json_pack("{s:s, s:b, s:{s:o, s:o, s:o, s:f}}", "asset",
-                     "0000000000000000000000000000000000000000000000000000000000000001", "lights",
-                     0, "camera", "eye", point(change, c->eye), "target", point(change, c->target),
-                     "up", vector(up, 1), "yfov_deg", c->yfov_deg);
+    if (c->orthographic) return json_integer(0); /* the scene's own */
+    return json_pack("{s:o, s:o, s:o, s:f}", "eye", point(change, c->eye), "target",
+                     point(change, c->target), "up", vector(up, 1), "yfov_deg", c->yfov_deg);
+}
+
+static json_t *scene_of(const struct property_case *c, const struct change *change)
+{
+    return json_pack("{s:s, s:b, s:o}", "asset", ASSET, "lights", 0, "camera",
+                     camera_of(c, change));
+}
+
+/* NULL: none. */
+static json_t *environment_of(const struct property_case *c, const struct change *change)
+{
+    if (sky_has_map(c, change))
+        return json_pack("{s:s, s:f, s:f}", "asset", ASSET, "intensity", stage_gain(change),
+                         "rotation_deg", sky_rotation_deg(change));
+    const double *e = c->environment;
+    if (change->no_environment || !(e[0] > 0 || e[1] > 0 || e[2] > 0)) return NULL;
+    return json_pack("{s:o}", "radiance", vector(e, stage_gain(change)));
 }
 
 /* Under a target paths make the picture, but for what light fields bring beside them. */
@@ -147,11 +166,10 @@ char *stage_job(const struct property_case *c, const struct change *change)
                             json_pack("{s:f, s:f, s:i}", "aperture_radius",
                                       c->aperture * stage_scale(change), "focus_distance",
                                       c->focus * stage_scale(change), "blades", c->blades));
-    if (!change->no_environment &&
-        (c->environment[0] > 0 || c->environment[1] > 0 || c->environment[2] > 0))
-        json_object_set_new(
-            job, "environment",
-            json_pack("{s:o}", "radiance", vector(c->environment, stage_gain(change))));
+    json_t *environment = environment_of(c, change);
+    if (environment) json_object_set_new(job, "environment", environment);
+    if (c->tent)
+        json_object_set_new(json_object_get(job, "image"), "pixel_filter", json_string("tent"));
     char *text = json_dumps(job, JSON_COMPACT);
     json_decref(job);
     if (!text) abort();
