@@ -43,6 +43,22 @@ void receiver_row(const struct receiver_light *light, const struct patch *patch,
     }
 }
 
+void receiver_sunk(const struct receiver_light *light, const float *const point[3],
+                   const float *const normal[3], uint32_t count, float *sunk)
+{
+    const struct shadow_rectangle *r = &light->rectangle;
+    const float *a = r->axis[0], *b = r->axis[1], *c = r->centre;
+    for (uint32_t i = 0; i < count; i++) {
+        const float nx = normal[0][i], ny = normal[1][i], nz = normal[2][i];
+        const float up = receiver_along(c[0] - point[0][i], c[1] - point[1][i], c[2] - point[2][i],
+                                        (float[]){nx, ny, nz});
+        const float rise = r->half[0] * fabsf(receiver_along(nx, ny, nz, a)) +
+                           r->half[1] * fabsf(receiver_along(nx, ny, nz, b));
+        const float share = 0.5f * (rise - up) / (rise > 0.0f ? rise : 1.0f);
+        sunk[i] = receiver_clamp(share, 0.0f, 1.0f);
+    }
+}
+
 void receiver_steps(const struct receiver_light *light, const struct shadow_pixels *pixels,
                     size_t i, float steps[2][2])
 {

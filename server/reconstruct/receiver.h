@@ -27,6 +27,11 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
 void receiver_row(const struct receiver_light *light, const struct patch *patch, int32_t x,
                   int32_t y, uint32_t count, float *const point[3], float *const normal[3]);
 
+/* How much of the light lies below the horizons of `count` receivers, of its height over them: 0
+ * none, 1 all. Strata there have no rays, and count as seen. */
+void receiver_sunk(const struct receiver_light *light, const float *const point[3],
+                   const float *const normal[3], uint32_t count, float *sunk);
+
 /* All pixels of `rect`, which need not lie within the patch: beyond it they show nothing. */
 struct receivers {
     struct rect rect;

@@ -7,6 +7,10 @@
 #include "server/reconstruct/sheared.h"
 #include "server/reconstruct/strata.h"
 
+/* Of the light below the horizon, as receiver_sunk has it. What is there counts as seen, and for as
+ * much as the rest: where that is so much or more, filters are not asked. */
+#define SUNK_MOST 0.25f
+
 /* One light over one block. `seen` and `width` of inner pixels, row by row. */
 struct shadow {
     const struct plan *plan;
@@ -17,6 +21,7 @@ struct shadow {
     float *seen;       /* -1: the pixel's own value stands */
     float *width;      /* pixels; 0: not filtered */
     float *unoccluded; /* E without occlusion */
+    float *own;        /* how much of the pixel's own value there is beside a filter's */
 };
 
 static int32_t reach_px(uint32_t filter)
@@ -39,7 +44,7 @@ static size_t receiver_index(const struct receivers *r, int32_t x, int32_t y)
     return (size_t)(y - r->rect.y0) * (size_t)rect_width(r->rect) + (size_t)(x - r->rect.x0);
 }
 
-/* E without occlusion of all inner pixels. */
+/* E without occlusion of all inner pixels, and how far the light has sunk. */
 static void fill_unoccluded(const struct shadow *s)
 {
     float point[3][STRATA_RUN], normal[3][STRATA_RUN];
@@ -54,6 +59,10 @@ static void fill_unoccluded(const struct shadow *s)
             receiver_row(&s->light, s->patch, x, y, count, points, normals);
             s->kernels->unoccluded(&s->light.rectangle, count, p, n,
                                    s->unoccluded + inner_index(s, x, y));
+            float *own = s->own + inner_index(s, x, y);
+            receiver_sunk(&s->light, p, n, count, own);
+            for (uint32_t i = 0; i < count; i++)
+                own[i] = own[i] < SUNK_MOST ? own[i] / SUNK_MOST : 1.0f;
         }
     }
 }
@@ -203,20 +212,21 @@ static int run_filter(const struct shadow *s, struct rect shaded)
     return error;
 }
 
-/* Pixels that no filter answered for get their own estimates. */
+/* Pixels that no filter answered for get their own estimates, and those a part of them whose light
+ * has sunk. */
 static void fill_alone(const struct shadow *s, int32_t x, int32_t y, uint32_t count)
 {
     const size_t from = inner_index(s, x, y);
     float own[STRATA_RUN];
     bool any = false;
     for (size_t i = from; i < from + count; i++)
-        any = any || (s->unoccluded[i] > 0.0f && s->seen[i] < 0.0f);
+        any = any || (s->unoccluded[i] > 0.0f && (s->seen[i] < 0.0f || s->own[i] > 0.0f));
     if (!any) return;
     strata_estimate(&s->light, s->patch, s->kernels, x, y, count, own);
     for (uint32_t i = 0; i < count; i++) {
-        if (!(s->seen[from + i] < 0.0f)) continue;
-        s->seen[from + i] = own[i];
-        s->width[from + i] = 0.0f;
+        float *seen = s->seen + from + i;
+        if (*seen < 0.0f) s->width[from + i] = 0.0f;
+        *seen = *seen < 0.0f ? own[i] : *seen + s->own[from + i] * (own[i] - *seen);
     }
 }
 
@@ -271,12 +281,13 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     const size_t area = (size_t)rect_area(inner);
     struct shadow s = {
         .plan = plan, .patch = patch, .kernels = shadow_kernels_best(), .inner = inner};
-    float *memory = scratch_take(patch->scratch, 3 * area * sizeof *memory);
+    float *memory = scratch_take(patch->scratch, 4 * area * sizeof *memory);
     int error = 0;
     if (!memory) return ERR_MEMORY;
     s.seen = memory;
     s.width = memory + area;
     s.unoccluded = memory + 2 * area;
+    s.own = memory + 3 * area;
     for (size_t i = 0; i < area; i++) {
         s.seen[i] = -1.0f;
         s.width[i] = 0.0f;
