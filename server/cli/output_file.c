@@ -1,10 +1,15 @@
 #include "server/cli/output_file.h"
 
 #include <errno.h>
+#include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* What may be added to a name: a frame's number, and what stands at its end until it is whole. */
+#define ADDED_BYTES sizeof(".2147483647.part")
 
 static int refuse(const char *path, int number, struct fault *fault)
 {
@@ -17,17 +22,29 @@ static bool is_special(const char *path)
     return stat(path, &info) == 0 && !S_ISREG(info.st_mode);
 }
 
+static const char *name_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* "./" for a name alone. */
+static void folder_of(const char *path, char *out, size_t capacity)
+{
+    const int length = (int)(name_of(path) - path);
+    snprintf(out, capacity, "%.*s", length > 0 ? length : 2, length > 0 ? path : "./");
+}
+
 int output_file_check(const char *path, struct fault *fault)
 {
     struct stat info;
     char folder[4096];
-    const char *slash = strrchr(path, '/');
     bool there = stat(path, &info) == 0;
     if (there && S_ISDIR(info.st_mode)) return refuse(path, EISDIR, fault);
     if (there && !S_ISREG(info.st_mode))
         return access(path, W_OK) == 0 ? 0 : refuse(path, errno, fault);
-    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 1,
-             slash ? path : ".");
+    if (strlen(name_of(path)) + ADDED_BYTES > NAME_MAX) return refuse(path, ENAMETOOLONG, fault);
+    folder_of(path, folder, sizeof folder);
     return access(folder, W_OK | X_OK) == 0 ? 0 : refuse(folder, errno, fault);
 }
 
@@ -43,6 +60,30 @@ int output_file_check_picture(const char *path, const char *ending, struct fault
                              "--png writes PNG",
                              path, endings[i]);
     return output_file_check(path, fault);
+}
+
+/* Are both there and one, or would one be where the other is? */
+static bool is_same(const char *a, const char *b)
+{
+    struct stat one, other;
+    char folder[4096], of_a[PATH_MAX], of_b[PATH_MAX];
+    if (stat(a, &one) == 0 && stat(b, &other) == 0)
+        return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+    folder_of(a, folder, sizeof folder);
+    if (strcmp(name_of(a), name_of(b)) != 0 || !realpath(folder, of_a)) return false;
+    folder_of(b, folder, sizeof folder);
+    return realpath(folder, of_b) && strcmp(of_a, of_b) == 0;
+}
+
+int output_files_check_apart(const char *const *paths, size_t count, struct fault *fault)
+{
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = i + 1; k < count; k++)
+            if (paths[i] && paths[k] && is_same(paths[i], paths[k]))
+                return fault_set(fault, ERR_EXISTS, "",
+                                 "%s: two outputs are this file: give each a name of its own",
+                                 paths[k]);
+    return 0;
 }
 
 int output_file_open(struct output_file *o, const char *path, struct fault *fault)

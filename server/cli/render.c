@@ -30,6 +30,14 @@ static void on_signal(int number)
     interrupted = number;
 }
 
+/* Not to be gone on with: a pipe that nobody reads would be waited for. */
+static void catch_signals(void)
+{
+    const struct sigaction action = {.sa_handler = on_signal};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
 static int parse(int argc, char **argv, struct render_options *o)
 {
     const struct option_line lines[] = {
@@ -77,7 +85,8 @@ static int check_outputs(const struct render_options *o, struct fault *fault)
     int error = o->exr ? output_file_check_picture(o->exr, "exr", fault) : 0;
     if (!error && o->png) error = output_file_check_picture(o->png, "png", fault);
     if (!error && o->stats) error = output_file_check(o->stats, fault);
-    return error;
+    const char *const all[] = {o->exr, o->png, o->stats};
+    return error ? error : output_files_check_apart(all, sizeof all / sizeof *all, fault);
 }
 
 /* A worker that cannot run, or is of another build and refused, says so itself; but the job would
@@ -142,9 +151,10 @@ static int save_statistics(const json_t *job, const char *path, double wall_s,
 static void say_done(struct progress *progress, const struct render_options *o, double wall_s)
 {
     char line[512];
-    snprintf(line, sizeof line, "finished in %.2f s%s%s%s%s", wall_s, o->exr ? ", wrote " : "",
+    const bool none = !o->exr && !o->png;
+    snprintf(line, sizeof line, "finished in %.2f s%s%s%s%s%s", wall_s, o->exr ? ", wrote " : "",
              o->exr ? o->exr : "", o->png ? (o->exr ? " and " : ", wrote ") : "",
-             o->png ? o->png : "");
+             o->png ? o->png : "", none ? "; -o OUT.exr or -p OUT.png would keep the picture" : "");
     progress_end(progress, line);
 }
 
@@ -194,8 +204,7 @@ int cli_render(int argc, char **argv)
     double start_s = now_s();
     progress_begin(&progress, o.quiet);
     /* Before there is anything to clear up. */
-    signal(SIGINT, on_signal);
-    signal(SIGTERM, on_signal);
+    catch_signals();
     int error = check_outputs(&o, &fault);
     if (!error) error = job_file_read(argv[1], &document, &fault);
     if (!error)

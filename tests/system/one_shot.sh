@@ -59,6 +59,41 @@ check "the command ends with its picture" most "$(quickest after_picture_ms)" $(
 closed() { render "$@" >&-; }
 check "it renders where standard output is closed" closed
 check "it leaves no folder" is "$(ls "$tmp/data_dirs")" ""
+# What cannot be written is refused before the work, with its name.
+refused() { # refused WORDS COMMAND...
+    local words=$1
+    shift
+    "$@" 2>"$tmp/said" && { echo "it was not refused"; return 1; }
+    grep -qF -- "$words" "$tmp/said" || { cat "$tmp/said"; return 1; }
+}
+check "a picture and statistics in one file are refused" refused "two outputs are this file" render --stats "$tmp/out.exr"
+check "... under another name of its folder" refused "two outputs are this file" render --png "$tmp/data_dirs/../out.exr.png" --stats "$tmp/out.exr.png"
+ln -s out.exr "$tmp/linked"
+check "... and by a link" refused "two outputs are this file" render --stats "$tmp/linked"
+long=$(printf '%240s' '' | tr ' ' a)
+check "a name that has no room for a frame's number is refused" refused "File name too long" render --stats "$tmp/$long.json"
+nothing_said() {
+    TMPDIR=$tmp/data_dirs "$build/shearwater" render "$tmp/job.json" --workers 1 2>"$tmp/said" &&
+        grep -qF 'would keep the picture' "$tmp/said"
+}
+check "who names no file hears of it" nothing_said
+
+# A pipe that nobody reads is waited for, until somebody interrupts.
+interrupted() {
+    mkfifo "$tmp/pipe.exr" || return 1
+    TMPDIR=$tmp/data_dirs "$build/shearwater" render "$tmp/job.json" -q --workers 1 -o "$tmp/pipe.exr" 2>"$tmp/said" &
+    local pid=$! status
+    sleep $((2 * slower))
+    kill -0 $pid || { echo "it did not wait"; return 1; }
+    kill -TERM $pid
+    for _ in $(seq 100); do kill -0 $pid 2>/dev/null || break; sleep 0.1; done
+    kill -KILL $pid 2>/dev/null && { echo "it went on waiting"; return 1; }
+    wait $pid
+    status=$?
+    is $status 143
+}
+check "a pipe without a reader is waited for until it is interrupted" interrupted
+check "... which leaves no folder either" is "$(ls "$tmp/data_dirs")" ""
 ending_ms() {
     serve_start "$tmp/idle" --workers 0 >&2 || return 1
     local begin
