@@ -128,6 +128,17 @@ static double strongest(const float c[3])
     return (double)fmaxf(c[0], fmaxf(c[1], c[2]));
 }
 
+/* What a white surface sends on of the light at most, not nearer than expected: a small light may
+ * be as bright as it likes. */
+static double sent_on(const struct plan_light *light, double radius)
+{
+    const double strength = strongest(light->color), near = radius / 10, edge = radius / 40;
+    double n[3];
+    if (light->type == LIGHT_DIRECTIONAL) return strength / M_PI;
+    if (light->type != LIGHT_RECTANGLE) return strength / (M_PI * near * near);
+    return strength * fmin(1, 4 * normal_of(light, n) / (M_PI * edge * edge));
+}
+
 /* A power of two that takes the strongest radiance expected to 256: 8 bits of headroom to the
  * largest half float for what shines nearer than expected, 22 below to its smallest normal number.
  */
@@ -142,15 +153,8 @@ static float radiance_scale(const struct scene *scene, const float environment_m
         most = fmax(most, strongest(m->emission));
         if (m->flags & MATERIAL_UNLIT) most = fmax(most, 1);
     }
-    for (uint32_t k = 0; k < plan->light_count; k++) {
-        const struct plan_light *light = &plan->lights[k];
-        double l = strongest(light->color), near = radius / 10;
-        if (light->type == LIGHT_DIRECTIONAL)
-            l /= M_PI;
-        else if (light->type != LIGHT_RECTANGLE)
-            l /= M_PI * near * near;
-        most = fmax(most, l);
-    }
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        most = fmax(most, sent_on(&plan->lights[k], radius));
     if (!(most > 0) || !isfinite(most)) return 1;
     int exponent = 8 - (int)ceil(log2(most));
     return ldexpf(1, exponent < -60 ? -60 : exponent > 60 ? 60 : exponent);

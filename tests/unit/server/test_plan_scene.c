@@ -44,6 +44,26 @@ static void plans_a_lit_scene(void **state)
     assert_true(s->plan.length_unit == 2.0f); /* radius sqrt 3 */
 }
 
+/* However small a light is and however bright for that: what it sends out says how far half floats
+ * must reach, or all else would be lost below them. */
+static void scales_by_what_lights_bring(void **state)
+{
+    struct stage *s = *state;
+    struct scene_light *light = &s->lights[0];
+    for (int i = 0; i < 3; i++) {
+        light->half_u[i] *= 0.01f, light->half_v[i] *= 0.01f;
+        light->color[i] *= 1e4f;
+    }
+    assert_int_equal(make(s), 0);
+    const float scale = s->plan.radiance_scale;
+    for (int i = 0; i < 3; i++) {
+        light->half_u[i] *= 0x1p-10f, light->half_v[i] *= 0x1p-10f;
+        light->color[i] *= 0x1p20f;
+    }
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.radiance_scale == scale && scale > 0.1f && scale < 10.0f);
+}
+
 static void keeps_the_vertical_view(void **state)
 {
     struct stage *s = *state;
@@ -138,6 +158,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
         TEST(plans_a_lit_scene),
+        TEST(scales_by_what_lights_bring),
         TEST(keeps_the_vertical_view),
         TEST(finds_cameras),
         TEST(looks_at_a_target),
