@@ -8,6 +8,16 @@
 #include "proto/job.h"
 #include "server/cli/scene_bundle.h"
 
+/* Says which file it is, which need not be a job at all. */
+static int no_json(const char *path, struct fault *fault)
+{
+    const struct fault said = *fault;
+    return fault_set(fault, said.code, said.pointer,
+                     "%s: %s (a job is a JSON object such as {\"scene\": {\"file\": "
+                     "\"lamp.glb\"}, \"image\": {\"width\": 640, \"height\": 360}})",
+                     path, said.detail);
+}
+
 int job_file_read(const char *path, json_t **out, struct fault *fault)
 {
     FILE *f = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
@@ -16,7 +26,8 @@ int job_file_read(const char *path, json_t **out, struct fault *fault)
     size_t size_bytes = text ? fread(text, 1, LIMIT_JOB_BYTES + 1, f) : 0;
     int error = text ? 0 : fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     if (!error && ferror(f)) error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
-    if (!error) error = json_read(text, size_bytes, LIMIT_JOB_BYTES, out, fault);
+    if (!error && json_read(text, size_bytes, LIMIT_JOB_BYTES, out, fault))
+        error = no_json(path, fault);
     if (!error && !json_is_object(*out)) {
         json_decref(*out);
         error = fault_set(fault, ERR_TYPE, "", "%s: a job is a JSON object", path);

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 struct answer {
@@ -56,7 +57,8 @@ int check_shrink(const struct property *property, struct property_case *c, int m
     int tries = 0;
     struct property_case simpler;
     char said[PROPERTY_SAYS_BYTES];
-    for (int n = 0; tries < most && case_simpler(c, n, &simpler); n++) {
+    const time_t end = time(NULL) + SHRINK_MOST_S;
+    for (int n = 0; tries < most && time(NULL) < end && case_simpler(c, n, &simpler); n++) {
         if (!memcmp(&simpler, c, sizeof simpler)) continue;
         tries++;
         if (check(property, &simpler, said) != PROPERTY_FAILS) continue;
