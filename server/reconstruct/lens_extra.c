@@ -7,11 +7,10 @@
 #define LEVEL_LEAST   (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
 #define CENTRE_WEIGHT 2.0f
 #define SQUARE_MOST   1e30f /* so that sums are finite */
-/* Around a pixel, whose errors count for who gets second sets, and for how much of them there is in
- * the picture. Of fewer pixels bright ones would seem to err more, and be taken for less than they
- * are, and dark ones not at all. */
-#define LEVEL_PX 2
-#define MIX_PX   3
+#define LEVEL_PX      1     /* around a pixel, whose errors count for who gets second sets */
+/* And for how much of them there is in the picture. Of few pixels bright ones would seem to err
+ * more, and be taken for less than they are. */
+#define MIX_PX 3
 
 /* Squared errors of a rectangle's pixels, as their own samples tell: of the first set, and of the
  * mean of the second, in doubles, since they come of differences. */

@@ -16,7 +16,7 @@
 #include "server/reconstruct/patch.h"
 
 /* Writes how large the error of each pixel of `inner` is, row by row: 0: none; else two steps for
- * each doubling of its square. Reads two pixels around it where the patch has them. ERR_MEMORY. */
+ * each doubling of its square. Reads a pixel around it where the patch has one. ERR_MEMORY. */
 int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct rect inner,
                       uint8_t *levels);
 
