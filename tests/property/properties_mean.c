@@ -75,14 +75,19 @@ static enum property_result means_agree_of(int seeds, const struct property_case
     return apart(&whole, parts, count, says) ? PROPERTY_FAILS : PROPERTY_HOLDS;
 }
 
-/* What lies in one plane, the eye among it, is seen as rounding has it: a little apart from each
- * other. */
+/* What lies in one plane, the eye among it and both sides of a box without height, is seen as
+ * rounding has it: a little apart from each other. */
 static struct property_case set_apart(const struct property_case *c)
 {
     struct property_case out = *c;
     for (int k = 0; k < 3; k++) {
         out.eye[k] += CASE_GRID / 4;
-        for (int i = 0; i < c->body_count; i++) out.bodies[i].centre[k] += CASE_GRID / 64 * i;
+        for (int i = 0; i < c->body_count; i++) {
+            struct case_body *b = &out.bodies[i];
+            b->centre[k] += CASE_GRID / 64 * i;
+            if (b->shape == BODY_BOX || b->shape == BODY_ROOM)
+                b->size[k] = fmax(b->size[k], CASE_GRID);
+        }
     }
     return out;
 }
