@@ -154,10 +154,10 @@ enum property_result property_moved(const struct property_case *c, char says[PRO
     const enum property_result result =
         alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MOST, says);
     if (result != PROPERTY_FAILS) return result;
-    /* An edge close to a light moves its shadow by a lot. What rounding does there is less where
-     * coordinates have more digits; surfaces that shade themselves do so anywhere. */
+    /* An edge close to a light moves its shadow by a lot. That is gone where coordinates have more
+     * digits; surfaces that shade themselves do so anywhere. */
     for (int i = 0; i < 3; i++) change.shift[i] /= MOVED_BACK;
-    return alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MOST / MOVED_BACK, says);
+    return alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MOST, says);
 }
 
 /* Whether meshes shine: which of them a path looks at hangs on rounding, where factors are not
