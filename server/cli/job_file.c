@@ -8,14 +8,15 @@
 #include "proto/job.h"
 #include "server/cli/scene_bundle.h"
 
-/* Says which file it is, which need not be a job at all. */
-static int no_json(const char *path, struct fault *fault)
+/* Says which file it is: it may be a scene. */
+static int no_job(const char *path, const char *why, struct fault *fault)
 {
-    const struct fault said = *fault;
-    return fault_set(fault, said.code, said.pointer,
+    char said[sizeof fault->detail];
+    snprintf(said, sizeof said, "%s", why);
+    return fault_set(fault, ERR_SYNTAX, "",
                      "%s: %s (a job is a JSON object such as {\"scene\": {\"file\": "
                      "\"lamp.glb\"}, \"image\": {\"width\": 640, \"height\": 360}})",
-                     path, said.detail);
+                     path, said);
 }
 
 int job_file_read(const char *path, json_t **out, struct fault *fault)
@@ -26,11 +27,11 @@ int job_file_read(const char *path, json_t **out, struct fault *fault)
     size_t size_bytes = text ? fread(text, 1, LIMIT_JOB_BYTES + 1, f) : 0;
     int error = text ? 0 : fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     if (!error && ferror(f)) error = fault_set(fault, ERR_IO, "", "%s: %s", path, strerror(errno));
-    if (!error && json_read(text, size_bytes, LIMIT_JOB_BYTES, out, fault))
-        error = no_json(path, fault);
+    if (!error) error = json_read(text, size_bytes, LIMIT_JOB_BYTES, out, fault);
+    if (error == ERR_SYNTAX) error = no_job(path, fault->detail, fault);
     if (!error && !json_is_object(*out)) {
         json_decref(*out);
-        error = fault_set(fault, ERR_TYPE, "", "%s: a job is a JSON object", path);
+        error = no_job(path, "it is no object", fault);
     }
     free(text);
     if (f != stdin) fclose(f);

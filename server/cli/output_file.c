@@ -8,8 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What may be added to a name: a frame's number, and what stands at its end until it is whole. */
-#define ADDED_BYTES sizeof(".2147483647.part")
+#define LINKS_MOST 40      /* that lead to each other, as the system follows */
+#define PART       ".part" /* at the end of a picture's name until it is whole */
 
 static int refuse(const char *path, int number, struct fault *fault)
 {
@@ -38,12 +38,12 @@ static void folder_of(const char *path, char *out, size_t capacity)
 int output_file_check(const char *path, struct fault *fault)
 {
     struct stat info;
-    char folder[4096];
+    char folder[PATH_MAX];
     bool there = stat(path, &info) == 0;
     if (there && S_ISDIR(info.st_mode)) return refuse(path, EISDIR, fault);
     if (there && !S_ISREG(info.st_mode))
         return access(path, W_OK) == 0 ? 0 : refuse(path, errno, fault);
-    if (strlen(name_of(path)) + ADDED_BYTES > NAME_MAX) return refuse(path, ENAMETOOLONG, fault);
+    if (strlen(name_of(path)) > NAME_MAX) return refuse(path, ENAMETOOLONG, fault);
     folder_of(path, folder, sizeof folder);
     return access(folder, W_OK | X_OK) == 0 ? 0 : refuse(folder, errno, fault);
 }
@@ -59,20 +59,37 @@ int output_file_check_picture(const char *path, const char *ending, struct fault
                              "%s: it would be no .%s file: --output writes OpenEXR (.exr), "
                              "--png writes PNG",
                              path, endings[i]);
+    if (strlen(name_of(path)) + strlen(PART) > NAME_MAX) return refuse(path, ENAMETOOLONG, fault);
     return output_file_check(path, fault);
 }
 
-/* Are both there and one, or would one be where the other is? */
+/* The file's one name, by way of links, whether it is there yet or not. False: nobody could write
+ * it. */
+static bool find_file(const char *path, char out[PATH_MAX])
+{
+    char folder[PATH_MAX], to[PATH_MAX], real[PATH_MAX], at[PATH_MAX];
+    snprintf(at, sizeof at, "%s", path);
+    for (int links = 0; links <= LINKS_MOST; links++) {
+        folder_of(at, folder, sizeof folder);
+        const ssize_t length = readlink(at, to, sizeof to - 1);
+        if (length < 0) {
+            if (!realpath(folder, real)) return false;
+            return snprintf(out, PATH_MAX, "%s/%s", real, name_of(at)) < PATH_MAX;
+        }
+        to[length] = '\0';
+        const char *from = to[0] == '/' ? "" : folder;
+        if (snprintf(at, sizeof at, "%s%s", from, to) >= (int)sizeof at) return false;
+    }
+    return false;
+}
+
 static bool is_same(const char *a, const char *b)
 {
     struct stat one, other;
-    char folder[4096], of_a[PATH_MAX], of_b[PATH_MAX];
-    if (stat(a, &one) == 0 && stat(b, &other) == 0)
+    char of_a[PATH_MAX], of_b[PATH_MAX];
+    if (stat(a, &one) == 0 && stat(b, &other) == 0) /* two names, too */
         return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
-    folder_of(a, folder, sizeof folder);
-    if (strcmp(name_of(a), name_of(b)) != 0 || !realpath(folder, of_a)) return false;
-    folder_of(b, folder, sizeof folder);
-    return realpath(folder, of_b) && strcmp(of_a, of_b) == 0;
+    return find_file(a, of_a) && find_file(b, of_b) && strcmp(of_a, of_b) == 0;
 }
 
 int output_files_check_apart(const char *const *paths, size_t count, struct fault *fault)
@@ -92,7 +109,7 @@ int output_file_open(struct output_file *o, const char *path, struct fault *faul
     if (is_special(path)) {
         o->file = tmpfile();
     } else {
-        if (snprintf(o->part, sizeof o->part, "%s.part", path) >= (int)sizeof o->part)
+        if (snprintf(o->part, sizeof o->part, "%s" PART, path) >= (int)sizeof o->part)
             return fault_set(fault, ERR_LIMIT, "", "%.200s...: the name is too long", path);
         o->file = fopen(o->part, "w+b");
     }

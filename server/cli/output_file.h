@@ -12,8 +12,7 @@ struct output_file {
     char part[4096];  /* where the bytes are until then; empty: in a file without name */
 };
 
-/* Whether it could be written now, under its name and those of its frames; asked before the work
- * that fills it. ERR_IO. */
+/* Whether it could be written now; asked before the work that fills it. ERR_IO. */
 int output_file_check(const char *path, struct fault *fault);
 
 /* The same of a picture in the format `ending`, "exr" or "png"; ERR_RANGE too where the name ends

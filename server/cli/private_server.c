@@ -162,7 +162,8 @@ void private_server_stop(struct private_server *s, struct rusage *usage)
         kill(s->pid, SIGTERM);
         if (!await_end(s->pid, PATIENCE_MS, &used)) {
             kill(s->pid, SIGKILL);
-            wait4(s->pid, NULL, 0, &used);
+            while (wait4(s->pid, NULL, 0, &used) < 0 && errno == EINTR) {
+            }
         }
         s->pid = 0;
     }

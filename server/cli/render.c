@@ -89,6 +89,23 @@ static int check_outputs(const struct render_options *o, struct fault *fault)
     return error ? error : output_files_check_apart(all, sizeof all / sizeof *all, fault);
 }
 
+/* The same of the names that several frames get: the last one's is as long as any. */
+static int check_frames(const struct render_options *o, const json_t *document, struct fault *fault)
+{
+    const json_t *frames = json_object_get(document, "frames");
+    const long first = (long)json_integer_value(json_object_get(frames, "first"));
+    const long last = (long)json_integer_value(json_object_get(frames, "last"));
+    const char *const outputs[] = {o->exr, o->png}, *const endings[] = {"exr", "png"};
+    int error = 0;
+    for (int k = 0; k < 2 && !error && last > first; k++) {
+        char path[4096];
+        if (!outputs[k]) continue;
+        frame_path(outputs[k], last, true, path, sizeof path);
+        error = output_file_check_picture(path, endings[k], fault);
+    }
+    return error;
+}
+
 /* A worker that cannot run, or is of another build and refused, says so itself; but the job would
  * wait for it for ever. */
 static int await_worker(struct client *c, struct fault *fault)
@@ -207,6 +224,7 @@ int cli_render(int argc, char **argv)
     catch_signals();
     int error = check_outputs(&o, &fault);
     if (!error) error = job_file_read(argv[1], &document, &fault);
+    if (!error) error = check_frames(&o, document, &fault);
     if (!error)
         error =
             private_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);

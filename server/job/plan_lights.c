@@ -128,20 +128,21 @@ static double strongest(const float c[3])
     return (double)fmaxf(c[0], fmaxf(c[1], c[2]));
 }
 
-/* What a white surface sends on of the light at most, not nearer than expected: a small light may
- * be as bright as it likes. */
+/* The radiance that a white surface sends on of the light, where it is no nearer than a tenth of
+ * the scene's radius, and of rectangles than a thousandth: small ones may be as bright as they
+ * like. */
 static double sent_on(const struct plan_light *light, double radius)
 {
-    const double strength = strongest(light->color), near = radius / 10, edge = radius / 40;
+    const double strength = strongest(light->color), away = radius / 10, beside = radius / 1000;
     double n[3];
     if (light->type == LIGHT_DIRECTIONAL) return strength / M_PI;
-    if (light->type != LIGHT_RECTANGLE) return strength / (M_PI * near * near);
-    return strength * fmin(1, 4 * normal_of(light, n) / (M_PI * edge * edge));
+    if (light->type != LIGHT_RECTANGLE) return strength / (M_PI * away * away);
+    return strength * fmin(1, 4 * normal_of(light, n) / (M_PI * beside * beside));
 }
 
-/* A power of two that takes the strongest radiance expected to 256: 8 bits of headroom to the
- * largest half float for what shines nearer than expected, 22 below to its smallest normal number.
- */
+/* A power of two that takes the strongest radiance expected to 256. The largest half float is 256
+ * times that, what a light sixteen times as near gives; more is cut off. The smallest normal one is
+ * 22 powers of two below. */
 static float radiance_scale(const struct scene *scene, const float environment_mean[3],
                             const struct plan *plan)
 {

@@ -7,9 +7,9 @@
 #define LEVEL_LEAST   (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
 #define CENTRE_WEIGHT 2.0f
 #define SQUARE_MOST   1e30f /* so that sums are finite */
-#define LEVEL_PX      1     /* around a pixel, whose errors count for who gets second sets */
-/* And for how much of them there is in the picture. Of few pixels bright ones would seem to err
- * more, and be taken for less than they are. */
+#define LEVEL_PX      1     /* around a pixel, whose errors say whether it gets a second set */
+/* Around a pixel, whose errors say how much of its second set there is in the picture. Of fewer
+ * pixels bright ones would seem to err more, and be taken for less than they are. */
 #define MIX_PX 3
 
 /* Squared errors of a rectangle's pixels, as their own samples tell: of the first set, and of the
@@ -20,6 +20,7 @@ struct errors {
     struct rect rect;
     float *square;
     double *second;
+    void *memory; /* owned */
 };
 
 /* Of one pixel, i of the patch. */
@@ -68,10 +69,12 @@ static int errors_create(const struct plan *plan, const struct patch *patch, str
     out->rect = rect_intersect(rect_grow(inner, around_px), patch->rect);
     const size_t area = (size_t)rect_area(out->rect);
     const bool both = patch->lens_paths != NULL;
-    out->second = scratch_take(patch->scratch, area * (sizeof(float) + both * sizeof(double)));
-    if (!out->second) return ERR_MEMORY;
+    out->memory = scratch_take(patch->scratch, area * (sizeof(float) + both * sizeof(double)));
+    if (!out->memory) return ERR_MEMORY;
+    out->second = out->memory;
     out->square = (float *)(void *)(out->second + both * area);
-    for (int32_t y = out->rect.y0, k = 0; y < out->rect.y1; y++) {
+    size_t k = 0;
+    for (int32_t y = out->rect.y0; y < out->rect.y1; y++) {
         const size_t first = patch_pixel(patch, out->rect.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(out->rect); i++, k++) {
             const bool counts = !both || patch->lens_paths[i] > 0.0f;
@@ -84,7 +87,7 @@ static int errors_create(const struct plan *plan, const struct patch *patch, str
 
 static void errors_fini(struct errors *e)
 {
-    scratch_give(e->patch->scratch, e->second);
+    scratch_give(e->patch->scratch, e->memory);
 }
 
 static size_t errors_at(const struct errors *e, int32_t x, int32_t y)

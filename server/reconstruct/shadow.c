@@ -7,8 +7,9 @@
 #include "server/reconstruct/sheared.h"
 #include "server/reconstruct/strata.h"
 
-/* Of the light below the horizon, as receiver_sunk has it. What is there counts as seen, and for as
- * much as the rest: where that is so much or more, filters are not asked. */
+/* Of the light below the horizon, as receiver_sunk has it. For the sheared filter what is there
+ * counts as seen, and for as much as the rest: where that is so much or more, the axis-aligned one
+ * is asked instead, whose values have each stratum count for what it sends. */
 #define SUNK_MOST 0.25f
 
 /* One light over one block. `seen` and `width` of inner pixels, row by row. */
@@ -21,7 +22,7 @@ struct shadow {
     float *seen;       /* -1: the pixel's own value stands */
     float *width;      /* pixels; 0: not filtered */
     float *unoccluded; /* E without occlusion */
-    float *own;        /* how much of the pixel's own value there is beside a filter's */
+    float *sunk; /* how much of the axis-aligned filter's answer there is in the sheared one's */
 };
 
 static int32_t reach_px(uint32_t filter)
@@ -59,10 +60,10 @@ static void fill_unoccluded(const struct shadow *s)
             receiver_row(&s->light, s->patch, x, y, count, points, normals);
             s->kernels->unoccluded(&s->light.rectangle, count, p, n,
                                    s->unoccluded + inner_index(s, x, y));
-            float *own = s->own + inner_index(s, x, y);
-            receiver_sunk(&s->light, p, n, count, own);
+            float *sunk = s->sunk + inner_index(s, x, y);
+            receiver_sunk(&s->light, p, n, count, sunk);
             for (uint32_t i = 0; i < count; i++)
-                own[i] = own[i] < SUNK_MOST ? own[i] / SUNK_MOST : 1.0f;
+                sunk[i] = sunk[i] < SUNK_MOST ? sunk[i] / SUNK_MOST : 1.0f;
         }
     }
 }
@@ -115,12 +116,17 @@ static uint32_t list_wedges(const struct receivers *r, const struct wedges *wedg
     return count;
 }
 
+/* Where `inner` has a pixel of the receivers' rect. */
+static size_t index_of(const struct shadow *s, const struct receivers *r, uint32_t pixel)
+{
+    const uint32_t row = (uint32_t)rect_width(r->rect);
+    return inner_index(s, r->rect.x0 + (int32_t)(pixel % row), r->rect.y0 + (int32_t)(pixel / row));
+}
+
 static void store(const struct shadow *s, const struct receivers *r, uint32_t pixel, float seen,
                   float width)
 {
-    const uint32_t row = (uint32_t)rect_width(r->rect);
-    const size_t to =
-        inner_index(s, r->rect.x0 + (int32_t)(pixel % row), r->rect.y0 + (int32_t)(pixel / row));
+    const size_t to = index_of(s, r, pixel);
     s->seen[to] = seen;
     s->width[to] = width;
 }
@@ -188,6 +194,49 @@ static int run_axis_aligned(const struct shadow *s, const struct receivers *r,
     return error;
 }
 
+/* Those of the pixels that the sheared filter answered for and whose light has sunk, into `out`,
+ * and the smallest rectangle around them. */
+static uint32_t list_sunk(const struct shadow *s, const struct receivers *r, const uint32_t *pixels,
+                          uint32_t count, uint32_t *out, struct rect *around)
+{
+    const uint32_t row = (uint32_t)rect_width(r->rect);
+    uint32_t n = 0;
+    *around = (struct rect){INT32_MAX, INT32_MAX, INT32_MIN, INT32_MIN};
+    for (uint32_t k = 0; k < count; k++) {
+        const size_t i = index_of(s, r, pixels[k]);
+        const int32_t x = r->rect.x0 + (int32_t)(pixels[k] % row);
+        const int32_t y = r->rect.y0 + (int32_t)(pixels[k] / row);
+        if (!(s->sunk[i] > 0.0f && s->unoccluded[i] > 0.0f && s->seen[i] >= 0.0f)) continue;
+        *around = (struct rect){x < around->x0 ? x : around->x0, y < around->y0 ? y : around->y0,
+                                x >= around->x1 ? x + 1 : around->x1, y + 1};
+        out[n++] = pixels[k];
+    }
+    return n;
+}
+
+/* After the sheared filter. */
+static int run_sunk(const struct shadow *s, const struct receivers *r, const struct wedges *wedges,
+                    const uint32_t *pixels, uint32_t count)
+{
+    struct rect around;
+    uint32_t *sunk = scratch_take(s->patch->scratch, count * sizeof *sunk);
+    float *seen = scratch_take(s->patch->scratch, 2 * count * sizeof *seen);
+    int error = sunk && seen ? 0 : ERR_MEMORY;
+    const uint32_t n = error ? 0 : list_sunk(s, r, pixels, count, sunk, &around);
+    if (n > 0)
+        error = axis_aligned_filter(&s->light, s->patch, wedges, s->kernels, r, around, sunk, n,
+                                    seen, seen + count);
+    for (uint32_t k = 0; !error && k < n; k++) {
+        const size_t to = index_of(s, r, sunk[k]);
+        const float share = s->sunk[to], width = seen[count + k];
+        s->seen[to] = share < 1.0f ? s->seen[to] + share * (seen[k] - s->seen[to]) : seen[k];
+        s->width[to] = share < 1.0f ? s->width[to] + share * (width - s->width[to]) : width;
+    }
+    scratch_give(s->patch->scratch, seen);
+    scratch_give(s->patch->scratch, sunk);
+    return error;
+}
+
 /* Filters all that has a wedge in `shaded`. */
 static int run_filter(const struct shadow *s, struct rect shaded)
 {
@@ -206,27 +255,28 @@ static int run_filter(const struct shadow *s, struct rect shaded)
         error = filter == SHADOW_FILTER_SHEARED
                     ? run_sheared(s, &receivers, &wedges, pixels, count)
                     : run_axis_aligned(s, &receivers, &wedges, shaded, pixels, count);
+    if (count > 0 && !error && filter == SHADOW_FILTER_SHEARED)
+        error = run_sunk(s, &receivers, &wedges, pixels, count);
     wedges_fini(&wedges);
     receivers_fini(&receivers);
     scratch_give(s->patch->scratch, pixels);
     return error;
 }
 
-/* Pixels that no filter answered for get their own estimates, and those a part of them whose light
- * has sunk. */
+/* Pixels that no filter answered for get their own estimates. */
 static void fill_alone(const struct shadow *s, int32_t x, int32_t y, uint32_t count)
 {
     const size_t from = inner_index(s, x, y);
     float own[STRATA_RUN];
     bool any = false;
     for (size_t i = from; i < from + count; i++)
-        any = any || (s->unoccluded[i] > 0.0f && (s->seen[i] < 0.0f || s->own[i] > 0.0f));
+        any = any || (s->unoccluded[i] > 0.0f && s->seen[i] < 0.0f);
     if (!any) return;
     strata_estimate(&s->light, s->patch, s->kernels, x, y, count, own);
     for (uint32_t i = 0; i < count; i++) {
-        float *seen = s->seen + from + i;
-        if (*seen < 0.0f) s->width[from + i] = 0.0f;
-        *seen = *seen < 0.0f ? own[i] : *seen + s->own[from + i] * (own[i] - *seen);
+        if (!(s->seen[from + i] < 0.0f)) continue;
+        s->seen[from + i] = own[i];
+        s->width[from + i] = 0.0f;
     }
 }
 
@@ -287,7 +337,7 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     s.seen = memory;
     s.width = memory + area;
     s.unoccluded = memory + 2 * area;
-    s.own = memory + 3 * area;
+    s.sunk = memory + 3 * area;
     for (size_t i = 0; i < area; i++) {
         s.seen[i] = -1.0f;
         s.width[i] = 0.0f;

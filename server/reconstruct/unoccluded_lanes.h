@@ -9,14 +9,15 @@
  *                  3 x 3 Gauss-Legendre points are nearer, if the whole light is up; and below
  *                  a thousandth in any case
  *   Gaussian, far  4 x 4 points of the Gauss rule for the profile exp(-2 u^2), if the whole light
- *                  is up; else 12 x 12 Gauss-Legendre points over what is
- *   Gaussian, near Lambert's formula times the mean of the profile, weighted with cos cos' / d^2
- *                  over these 12 x 12 points */
+ *                  is up; else 12 x 12 Gauss-Legendre points over the part that is
+ *   Gaussian, near Lambert's formula times the mean of the profile, weighted with cos cos' / d^2,
+ *                  over such 12 x 12 points */
 #include <math.h>
 #include <stddef.h>
 
 #include "proto/plan.h"
 #include "server/reconstruct/lanes_inline.h"
+#include "server/reconstruct/shadow_kernels.h"
 #include "server/reconstruct/unoccluded_quadrature_lanes.h"
 
 #define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
@@ -281,9 +282,9 @@ static void unoccluded_near(const struct shadow_rectangle *light, struct unocclu
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
         const float all = c->share[i] > UNOCCLUDED_TINY ? c->share[i] : UNOCCLUDED_TINY;
         const float mean = c->polygon[i] * (c->sum[i] / all);
-        /* cut by the horizon, farther away: the formula cancels */
-        const int far = c->squared[i] > size2 * UNOCCLUDED_PROFILE2;
-        c->polygon[i] = far ? c->sum[i] * area : mean;
+        /* far, and cut by the horizon: the formula cancels */
+        const int cancels = c->squared[i] > size2 * UNOCCLUDED_PROFILE2;
+        c->polygon[i] = cancels ? c->sum[i] * area : mean;
     }
 }
 

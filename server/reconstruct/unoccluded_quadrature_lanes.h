@@ -3,33 +3,11 @@
  * their horizons, where those go through the light: beside a horizon cos is no polynomial, and what
  * a rule makes of it is off by a third where little of the light is left. Rows of points are cut
  * there, those across the horizon rather than along it; from row to row the integral is smooth. */
-#include <math.h>
-#include <stddef.h>
-
 #include "server/reconstruct/fused.h"
 #include "server/reconstruct/gaussian.h"
-#include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/unoccluded_chunk_lanes.h"
 
-#define UNOCCLUDED_LANES 32
-#define UNOCCLUDED_TINY  1e-36f
-#define UNOCCLUDED_ORDER 12 /* an axis, of rows that are cut */
-/* From here on rounding makes no corner of the light set, per (distance + size). */
-#define UNOCCLUDED_ABOVE 1e-5f
-
-struct unoccluded_chunk {
-    float half[2];                                  /* half-sides; they add up to 1 */
-    _Alignas(64) float centre[3][UNOCCLUDED_LANES]; /* from the receiver */
-    float normal[3][UNOCCLUDED_LANES];
-    float front[UNOCCLUDED_LANES]; /* how far the receiver is in front of the light's plane */
-    float up[UNOCCLUDED_LANES], up_u[UNOCCLUDED_LANES], up_v[UNOCCLUDED_LANES]; /* n . points */
-    float across_u[UNOCCLUDED_LANES], across_v[UNOCCLUDED_LANES]; /* 2 centre . half_u, _v */
-    float squared[UNOCCLUDED_LANES];
-    float reach[UNOCCLUDED_LANES]; /* from the eye to the receiver and to the centre, together */
-    float leave[3][UNOCCLUDED_LANES],
-        enter[3][UNOCCLUDED_LANES]; /* where the outline sets, rises */
-    float polygon[UNOCCLUDED_LANES], sum[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
-    int32_t far[UNOCCLUDED_LANES];
-};
+#define UNOCCLUDED_ORDER 12 /* points an axis, of rows that are cut */
 
 static const float unoccluded_nodes_3[2][3] = {{-0.774596669f, 0.0f, 0.774596669f},
                                                {0.277777778f, 0.444444444f, 0.277777778f}};
@@ -72,14 +50,6 @@ static void unoccluded_quadrature(const float *nodes, const float *weights, int 
             c->share[i] += g;
         }
     }
-}
-
-/* Is the light above receiver i's horizon, beyond any rounding? */
-static inline int32_t unoccluded_is_open(const struct unoccluded_chunk *c, size_t i)
-{
-    const float x = fabsf(c->centre[0][i]), y = fabsf(c->centre[1][i]);
-    const float size = 1.0f + x + y + fabsf(c->centre[2][i]);
-    return c->up[i] - fabsf(c->up_u[i]) - fabsf(c->up_v[i]) > UNOCCLUDED_ABOVE * size;
 }
 
 /* Points by their way along rows, `in`, and from row to row, `out`: v and u, or the other way about

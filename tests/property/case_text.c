@@ -95,9 +95,9 @@ static bool read_body(const char *line, struct property_case *c)
 static bool read_dress(const char *line, struct property_case *c)
 {
     char dress[24];
+    if (c->body_count == 0) return false;
     struct case_body *b = &c->bodies[c->body_count - 1];
-    if (c->body_count == 0 ||
-        sscanf(line, "dress %23s texels %u smooth %d", dress, &b->texels, &b->smooth) != 3)
+    if (sscanf(line, "dress %23s texels %u smooth %d", dress, &b->texels, &b->smooth) != 3)
         return false;
     const int of = number_of(dress_names, dress);
     if (of >= 0) b->dress = (enum body_dress)of;

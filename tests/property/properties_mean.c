@@ -10,8 +10,8 @@ enum { AVERAGE = 3, PATHS = 4 }; /* of case_methods */
  * are biased by what they find, which is other under other noise. */
 #define ERRORS_MOST 6.0
 #define SHARE_MOST  0.05
-/* Beside lights of 1 and more: a light that small is hardly ever looked at where there are others.
- */
+/* A picture's mean, of lights whose radiances are about 1: whether paths ever choose a light that
+ * brings less is chance. */
 #define NOTHING 1e-6
 
 struct mean {

@@ -70,8 +70,16 @@ check "a picture and statistics in one file are refused" refused "two outputs ar
 check "... under another name of its folder" refused "two outputs are this file" render --png "$tmp/data_dirs/../out.exr.png" --stats "$tmp/out.exr.png"
 ln -s out.exr "$tmp/linked"
 check "... and by a link" refused "two outputs are this file" render --stats "$tmp/linked"
-long=$(printf '%240s' '' | tr ' ' a)
-check "a name that has no room for a frame's number is refused" refused "File name too long" render --stats "$tmp/$long.json"
+rm "$tmp/out.exr"
+check "... that leads nowhere yet" refused "two outputs are this file" render --stats "$tmp/linked"
+name_of() { printf "%$1s" '' | tr ' ' a; }
+framed() { TMPDIR=$tmp/data_dirs "$build/shearwater" render "$tmp/frames.json" --quiet --workers 1 "$@"; }
+jq '.frames = {first: 9, last: 10}' "$tmp/job.json" >"$tmp/frames.json"
+check "a picture's name that has no room for what it is called meanwhile is refused" \
+    refused "File name too long" render --png "$tmp/$(name_of 247).png"
+check "the longest that has is written" render --png "$tmp/$(name_of 246).png"
+check "... but not with a frame's number" refused "File name too long" framed --png "$tmp/$(name_of 246).png"
+check "statistics have any name" render --stats "$tmp/$(name_of 250).json"
 nothing_said() {
     TMPDIR=$tmp/data_dirs "$build/shearwater" render "$tmp/job.json" --workers 1 2>"$tmp/said" &&
         grep -qF 'would keep the picture' "$tmp/said"

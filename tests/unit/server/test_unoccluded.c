@@ -127,6 +127,40 @@ static void horizons_cut(void **state)
     assert_true(worst_error < 1e-2);
 }
 
+/* Receivers beside each other, whose horizons are near an edge of the light, on either side: what
+ * each gets is to the last bit what it gets alone. */
+static void neighbours_change_nothing(void **state)
+{
+    enum { MANY = 96 };
+    (void)state;
+    uint32_t seed = 11;
+    for (int round = 0; round < 200; round++) {
+        const struct shadow_rectangle light =
+            rectangle(1, 0.4f + 0.5f * fabsf(next(&seed)), (uint32_t)(round % 2));
+        static float p[3][MANY], n[3][MANY], e[MANY];
+        const float *const points[3] = {p[0], p[1], p[2]}, *const normals[3] = {n[0], n[1], n[2]};
+        for (int i = 0; i < MANY; i++) {
+            float normal[3] = {next(&seed), next(&seed), 0.3f * next(&seed) - 0.2f};
+            unit(normal);
+            const float rise = fabsf(normal[0]) + light.half[1] * fabsf(normal[1]);
+            const float off = (float[]){1e-7f, 1e-5f, 1e-3f, 0.5f}[i % 4] * next(&seed);
+            const float z = 0.5f + 8.0f * fabsf(next(&seed));
+            /* so far up that the lowest corner is `off` above */
+            const float flat = normal[0] * normal[0] + normal[1] * normal[1];
+            const float away = (rise * (1 + off) + normal[2] * z) / flat;
+            for (int k = 0; k < 2; k++) p[k][i] = -away * normal[k];
+            p[2][i] = z;
+            for (int k = 0; k < 3; k++) n[k][i] = normal[k];
+        }
+        shadow_kernels_best()->unoccluded(&light, MANY, points, normals, e);
+        for (int i = 0; i < MANY; i++) {
+            const float alone = closed(&light, (float[]){p[0][i], p[1][i], p[2][i]},
+                                       (float[]){n[0][i], n[1][i], n[2][i]});
+            assert_memory_equal(&alone, &e[i], sizeof alone);
+        }
+    }
+}
+
 /* Both formulas agree where one takes over from the other: no seam. */
 static void no_seams(void **state)
 {
@@ -268,6 +302,7 @@ int main(void)
         cmocka_unit_test(uniform_is_exact),
         cmocka_unit_test(gaussian_is_near),
         cmocka_unit_test(horizons_cut),
+        cmocka_unit_test(neighbours_change_nothing),
         cmocka_unit_test(no_seams),
         cmocka_unit_test(limits),
         cmocka_unit_test(always_finite),
