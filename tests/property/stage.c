@@ -129,7 +129,8 @@ static void set_model(struct scene_material *m, uint32_t model, const struct cas
     /* Exponents from 0 to 100,000. */
     const float exponent = (float)(b->sharpness > 0 ? pow(10, 5 * b->sharpness) : 0);
     m->model = model;
-    m->base_color[0] = m->base_color[1] = m->base_color[2] = 0.2f;
+    /* Mirrors have none, as importers have it. */
+    m->base_color[0] = m->base_color[1] = m->base_color[2] = model == MODEL_MIRROR ? 0 : 0.2f;
     to_floats(b->albedo, 0.8, m->model_specular);
     /* The same both ways: without tangents nothing says which is which. */
     m->exponent_u = m->exponent_v = exponent;
