@@ -98,9 +98,12 @@ static void load_run(const struct axis_aligned *a, const struct wedges *wedges, 
         if (wedge_is_occluded(a->light, a->patch, at + i)) a->seen[to + i] = own[i];
 }
 
-static void load_rows(const struct axis_aligned *a, const struct wedges *wedges)
+/* Of all that is read for `inner`. */
+static void load_rows(const struct axis_aligned *a, const struct wedges *wedges, struct rect inner)
 {
-    const struct rect seen = rect_intersect(a->receivers->rect, a->patch->rect);
+    const struct rect read = rect_grow(inner, AXIS_ALIGNED_REACH_PX);
+    const struct rect seen =
+        rect_intersect(rect_intersect(a->receivers->rect, a->patch->rect), read);
     for (int32_t y = seen.y0; y < seen.y1; y++) {
         for (int32_t x = seen.x0; x < seen.x1; x += STRATA_RUN) {
             const int32_t left = seen.x1 - x;
@@ -143,7 +146,7 @@ int axis_aligned_filter(const struct receiver_light *light, const struct patch *
     struct rect tall = inner;
     if (create_planes(&a)) return ERR_MEMORY;
     load(&a);
-    load_rows(&a, wedges);
+    load_rows(&a, wedges, inner);
     tall.y0 -= AXIS_ALIGNED_REACH_PX;
     tall.y1 += AXIS_ALIGNED_REACH_PX;
     blur(&a, 1, tall, a.seen, a.blurred);
