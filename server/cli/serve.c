@@ -131,8 +131,7 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &o->quiet},
         {"ephemeral", 0, OPTION_FLAG, NULL,
          "for a data folder that whoever made it throws away afterwards: files and jobs do not "
-         "wait "
-         "for the disk, no tile is kept for a restart",
+         "wait for the disk, no tile is kept for a restart",
          0, 0, &o->ephemeral},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
          0, &o->with_parent},

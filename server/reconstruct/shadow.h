@@ -4,7 +4,8 @@
  *
  *   G-buffer, visibility bits, slopes -> receivers (where each pixel lies as the light sees it)
  *     -> wedges (slope range, shear, width) -> passes 1a, 1b, 2a, 2b  or  two passes along x, y;
- *        sheared and of few pixels: windows along edges (edge.h)
+ *        sheared and of few pixels: windows along edges (edge.h); sheared where the light has sunk
+ *        below the horizon: the two passes' answer instead
  *     -> h, the seen fraction of the unoccluded irradiance -> E = E_unoccluded * h
  *
  * A pure function of its arguments; any thread. All arrays are those of a patch: width * height of
