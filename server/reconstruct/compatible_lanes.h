@@ -58,13 +58,15 @@ static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, s
 }
 
 /* compatible_point of each lane. */
-LANES_INLINE lanes_mask compatible_lanes(const struct asker_lanes *p, const lanes_vector point[3],
-                                         const lanes_vector normal[3])
+LANES_INLINE lanes_chosen compatible_chosen(const struct asker_lanes *p,
+                                            const lanes_vector point[3],
+                                            const lanes_vector normal[3])
 {
     lanes_vector d[3];
     for (int k = 0; k < 3; k++) d[k] = point[k] - p->point[k];
     const lanes_vector off = lanes_positive(lanes_dot(d, p->normal)), d2 = lanes_dot(d, d);
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
-    return (lanes_dot(p->normal, normal) >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
-           ((off <= p->plane_least) | (off * off <= share * d2));
+    return lanes_up_to(lanes_same(SHADOW_COS_NORMALS), lanes_dot(p->normal, normal)) &
+           lanes_up_to(d2, p->distance_most2) &
+           (lanes_up_to(off, p->plane_least) | lanes_up_to(off * off, share * d2));
 }

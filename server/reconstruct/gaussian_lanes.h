@@ -18,7 +18,7 @@ static inline lanes_vector gaussian_floor(lanes_vector x)
 /* gaussian_exp_minus. */
 static inline lanes_vector gaussian_exp_minus_lanes(lanes_vector x)
 {
-    const lanes_mask small = x < 87.0f;
+    const lanes_chosen small = lanes_below(x, lanes_same(87.0f));
     const lanes_vector in = lanes_least(x, lanes_same(87.0f));
     const lanes_vector n =
         gaussian_floor(lanes_fused(in, lanes_same(-1.44269504f), lanes_same(0.5f)));
@@ -31,5 +31,5 @@ static inline lanes_vector gaussian_exp_minus_lanes(lanes_vector x)
     const lanes_vector high = lanes_fused(squared, lanes_same(1.0f / 720), fourth);
     const lanes_vector p = lanes_fused(squared * squared, high, low);
     const lanes_mask power = (__builtin_convertvector(n, lanes_mask) + 127) << 23;
-    return lanes_where(small, p * (lanes_vector)power);
+    return lanes_only(small, p * (lanes_vector)power);
 }

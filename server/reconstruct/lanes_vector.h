@@ -156,6 +156,56 @@ static inline lanes_chosen lanes_with(lanes_mask a, int32_t bits)
 #endif
 }
 
+/* Those where a <= b. */
+static inline lanes_chosen lanes_up_to(lanes_vector a, lanes_vector b)
+{
+#ifdef __AVX512F__
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LE_OQ);
+#else
+    return a <= b;
+#endif
+}
+
+/* Those where a < b. */
+static inline lanes_chosen lanes_below(lanes_vector a, lanes_vector b)
+{
+#ifdef __AVX512F__
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
+#else
+    return a < b;
+#endif
+}
+
+static inline int lanes_some(lanes_chosen chosen)
+{
+#ifdef __AVX512F__
+    return chosen != 0;
+#elif defined __AVX__
+    return !_mm256_testz_si256((__m256i)chosen, (__m256i)chosen);
+#else
+    return _mm_movemask_ps((__m128)chosen) != 0;
+#endif
+}
+
+/* a where chosen, else 0. */
+static inline lanes_vector lanes_only(lanes_chosen chosen, lanes_vector a)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_maskz_mov_ps(chosen, (__m512)a);
+#else
+    return lanes_where(chosen, a);
+#endif
+}
+
+static inline lanes_mask lanes_only_whole(lanes_chosen chosen, lanes_mask a)
+{
+#ifdef __AVX512F__
+    return (lanes_mask)_mm512_maskz_mov_epi32(chosen, (__m512i)a);
+#else
+    return chosen & a;
+#endif
+}
+
 /* sum + a where chosen, which is no -0, else sum. */
 static inline lanes_vector lanes_add_to(lanes_vector sum, lanes_chosen chosen, lanes_vector a)
 {

@@ -65,10 +65,11 @@ LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slope
             normal[k] = lanes_load_vector(row->shown[3 + k] + x);
         }
         const lanes_vector a = lanes_load_vector(row->a + x), b = lanes_load_vector(row->b + x);
-        const lanes_mask taken = compatible_lanes(asker, point, normal) & ~(a < 0.0f);
-        out->count += lanes_where(taken, lanes_same(1.0f));
-        out->a += lanes_where(taken, a);
-        out->b += lanes_where(taken, b);
+        const lanes_chosen taken =
+            compatible_chosen(asker, point, normal) & lanes_up_to(lanes_same(0.0f), a);
+        out->count = lanes_add_to(out->count, taken, lanes_same(1.0f));
+        out->a = lanes_add_to(out->a, taken, a);
+        out->b = lanes_add_to(out->b, taken, b);
     }
 }
 

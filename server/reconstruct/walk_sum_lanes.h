@@ -8,52 +8,66 @@
 #include "server/reconstruct/lanes_inline.h"
 #include "server/reconstruct/walk_taps_lanes.h"
 
-typedef float walk_two __attribute__((vector_size(8)));
-
-static inline walk_two walk_weights(const struct walk_taps *taps, int32_t n, uint32_t i)
-{
-    walk_two w;
-    memcpy(&w, taps->weight[n] + 2 * (size_t)i, sizeof w);
-    return w;
-}
-
-static inline double walk_as_double(walk_two w)
-{
-    double bits;
-    memcpy(&bits, &w, sizeof bits);
-    return bits;
-}
-
-/* Four sums of a node and those of the next one, which lies `lanes` on, weighted. */
-LANES_INLINE shadow_four walk_between(const float *node, uint32_t lanes, walk_two w)
-{
-#ifdef __AVX__
-    if (lanes == 4) { /* one piece of memory: loads are what the loop takes */
-        const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
-        const __m256 weights = _mm256_castpd_ps(_mm256_set1_pd(walk_as_double(w)));
-        const __m256 both =
-            _mm256_mul_ps(_mm256_loadu_ps(node), _mm256_permutevar_ps(weights, half));
-        return (shadow_four)(_mm256_castps256_ps128(both) + _mm256_extractf128_ps(both, 1));
-    }
-#endif
-    return w[0] * *(const shadow_four *)node + w[1] * *(const shadow_four *)(node + lanes);
-}
+typedef float walk_two __attribute__((vector_size(8), may_alias));
 
 /* To the sums of each phase of each pixel what two neighbouring nodes give. Taps that a pixel does
  * not have weigh nothing. */
 LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
-                           const struct walk_taps *taps, float *sums)
+                           const struct walk_taps *taps, uint32_t n, float *sums)
 {
-    const int32_t count = walk_group_taps(&taps->group);
-    for (int32_t n = 0; n < count; n++) {
 #pragma GCC unroll 4
-        for (uint32_t i = 0; i < SHADOW_LANES; i++) {
-            const float *c = f->columns + taps->at[n][i];
-            float *to = sums + taps->phase[n][i];
-            const walk_two w = walk_weights(taps, n, i);
-            for (uint32_t b = 0; b < lanes; b += 4)
-                *(shadow_four *)(to + b) += walk_between(c + b, lanes, w);
-        }
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        const float *c = f->columns + taps->at[n][i];
+        float *to = sums + taps->phase[n][i];
+        const walk_two w = ((const walk_two *)taps->weight[n])[i];
+        for (uint32_t b = 0; b < lanes; b += 4)
+            *(shadow_four *)(to + b) +=
+                w[0] * *(const shadow_four *)(c + b) + w[1] * *(const shadow_four *)(c + lanes + b);
+    }
+}
+
+LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
+                                 const struct walk_taps *taps, float *sums)
+{
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        walk_add(f, lanes, taps, taps->first[s], sums);
+        walk_add(f, lanes, taps, taps->first[s] + 1, sums);
+    }
+}
+
+/* Pair i of a tap's weights, each of them four times. */
+LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
+{
+#ifdef __AVX2__
+    const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+    *w = (fused_eight)_mm256_permutevar8x32_ps(_mm256_loadu_ps(pairs + 2 * (size_t)i), half);
+#else
+    const walk_two pair = ((const walk_two *)pairs)[i];
+    *w = __builtin_shufflevector(pair, pair, 0, 0, 0, 0, 1, 1, 1, 1);
+#endif
+}
+
+/* The same of nodes of four numbers: both of them are added to eight sums. */
+static inline void walk_add_both(const struct shadow_field *f, const struct walk_taps *taps,
+                                 uint32_t n, float *sums)
+{
+    const uint32_t *at = taps->at[n], *phase = taps->phase[n];
+    const float *pairs = taps->weight[n];
+#pragma GCC unroll 16
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        fused_eight w;
+        walk_weights(pairs, i, &w);
+        fused_add_8((const fused_eight *)(f->columns + at[i]), &w,
+                    (fused_eight *)(sums + phase[i]));
+    }
+}
+
+static inline void walk_add_steps_both(const struct shadow_field *f, const struct walk_taps *taps,
+                                       float *sums)
+{
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        walk_add_both(f, taps, taps->first[s], sums);
+        walk_add_both(f, taps, taps->first[s] + 1, sums);
     }
 }
 
@@ -91,13 +105,21 @@ static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
     return _mm512_mask_mov_ps(low, _mm512_cmpgt_epi32_mask(places, _mm512_set1_epi32(31)), high);
 }
 
+/* Four phases' sums, of both nodes. */
+static inline __m512 walk_four_phases(const float *sums)
+{
+    const __m512 low = _mm512_load_ps(sums), high = _mm512_load_ps(sums + 16);
+    return _mm512_add_ps(_mm512_shuffle_f32x4(low, high, 0x88),
+                         _mm512_shuffle_f32x4(low, high, 0xdd));
+}
+
 static inline void walk_cells_three(const float *sums, float *out)
 {
     const lanes_mask cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
     __m512 in[4], n[3], d[3];
-    for (int r = 0; r < 4; r++) in[r] = _mm512_load_ps(sums + r * 16);
+    for (int r = 0; r < 4; r++) in[r] = walk_four_phases(sums + (size_t)r * 32);
     for (int k = 0; k < 3; k++) {
         const lanes_mask number = 3 * cell + k, phase = number & 15;
         n[k] = walk_pick(in, 4 * phase + (number >> 4));
@@ -113,7 +135,10 @@ static inline void walk_cells_three(const float *sums, float *out)
 
 static inline void walk_cells_three(const float *sums, float *out)
 {
-    const float(*in)[4] = (const float(*)[4])sums;
+    float in[16][4];
+    for (size_t k = 0; k < 16; k++)
+        *(fused_four *)in[k] =
+            *(const fused_four *)(sums + 8 * k) + *(const fused_four *)(sums + 8 * k + 4);
 #pragma GCC unroll 16
     for (uint32_t c = 0; c < 16; c++) {
         const uint32_t j = 3 * c, k = j + 1, l = j + 2;
@@ -128,16 +153,16 @@ static inline void walk_cells_three(const float *sums, float *out)
 static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
                                     float *out)
 {
-    const size_t each = f->phases * f->lanes; /* SHADOW_SUMS_MAX at most */
+    const size_t each = f->phases * walk_phase_sums(f); /* SHADOW_SUMS_MAX at most */
     const uint32_t pixels = taps->group.count;
     _Alignas(64) float sums[SHADOW_LANES * SHADOW_SUMS_MAX];
     memset(sums, 0, SHADOW_LANES * each * sizeof *sums);
     if (f->strata == 3) {
-        walk_add(f, 4, taps, sums);
+        walk_add_steps_both(f, taps, sums);
         for (uint32_t i = 0; i < pixels; i++) walk_cells_three(sums + i * each, out + i * 32);
         return;
     }
-    walk_add(f, f->lanes, taps, sums);
+    walk_add_steps(f, f->lanes, taps, sums);
     for (uint32_t i = 0; i < pixels; i++)
         walk_cells(f, sums + i * each, out + (size_t)i * 4 * f->scale);
 }
@@ -149,27 +174,26 @@ static inline void walk_sum_columns(const struct shadow_field *f, const struct w
 #define WALK_ROWS 4
 #endif
 
-/* Adds what tap n of pixel i gives: two nodes' (numerator, denominator), weighted. */
-static inline shadow_four walk_nodes(const struct shadow_field *f, const struct walk_taps *taps,
-                                     int32_t n, uint32_t i, shadow_four sum)
+/* Adds what a tap gives: two nodes' (numerator, denominator), which start on 8 bytes, weighted. */
+static inline shadow_four walk_nodes(const float *nodes, walk_two w, shadow_four sum)
 {
-    const walk_two w = walk_weights(taps, n, i);
-    shadow_four nodes; /* they start on 8 bytes */
-    memcpy(&nodes, f->rows + taps->at[n][i], sizeof nodes);
-    return fused_4(nodes, __builtin_shufflevector(w, w, 0, 0, 1, 1), sum);
+    return fused_4(*(const fused_four *)nodes, __builtin_shufflevector(w, w, 0, 0, 1, 1), sum);
 }
 
 /* Of WALK_ROWS pixels from `first` on. */
 static inline void walk_sum_few(const struct shadow_field *f, const struct walk_taps *taps,
                                 uint32_t first, shadow_four all[WALK_ROWS])
 {
-    const int32_t count = walk_group_taps(&taps->group);
+    const float *rows = f->rows;
     shadow_four even[WALK_ROWS] = {{0}}, odd[WALK_ROWS] = {{0}};
-    for (int32_t n = 0; n < count; n += 2) {
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        const uint32_t n = taps->first[s];
+        const walk_two *w = (const walk_two *)taps->weight[n] + first;
+        const uint32_t *at = taps->at[n] + first;
 #pragma GCC unroll 8
         for (uint32_t i = 0; i < WALK_ROWS; i++) {
-            even[i] = walk_nodes(f, taps, n, first + i, even[i]);
-            odd[i] = walk_nodes(f, taps, n + 1, first + i, odd[i]);
+            even[i] = walk_nodes(rows + at[i], w[i], even[i]);
+            odd[i] = walk_nodes(rows + at[SHADOW_LANES + i], w[SHADOW_LANES + i], odd[i]);
         }
     }
     for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];
