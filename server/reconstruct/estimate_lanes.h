@@ -83,16 +83,21 @@ struct estimate_chunk {
     struct lanes seen, all, count;
 };
 
-/* One stratum of vector i, (u, v) in [-1, 1]^2 of the light. I G but for factors that all strata
- * share; in units of the light's size and bounded, so that squares of squares stay finite. */
+/* Where along an axis of the light, in [-1, 1], and a Gaussian light's profile there. */
+struct estimate_place {
+    lanes_vector at, profile;
+};
+
+/* One stratum of vector i. I G but for factors that all strata share; in units of the light's size
+ * and bounded, so that squares of squares stay finite. */
 LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussian, int i,
-                               lanes_vector u, lanes_vector v, lanes_chosen seen,
-                               struct estimate_chunk *c)
+                               const struct estimate_place *u, const struct estimate_place *v,
+                               lanes_chosen seen, struct estimate_chunk *c)
 {
     const float hu = light->half[0], hv = light->half[1], size2 = hu * hu + hv * hv;
     const float *a = light->axis[0], *b = light->axis[1];
     const lanes_vector one = lanes_all(1.0f).v[0], most = lanes_all(ESTIMATE_NEAR_MOST).v[0];
-    const lanes_vector along = u * hu, aside = v * hv;
+    const lanes_vector along = u->at * hu, aside = v->at * hv;
     lanes_vector to[3];
     for (int k = 0; k < 3; k++)
         to[k] = lanes_fused(aside, lanes_same(b[k]),
@@ -101,48 +106,44 @@ LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussi
     const lanes_vector up = lanes_dot(to, normal), squared = lanes_dot(to, to);
     /* of 0 it is infinite, and counts nothing below */
     const lanes_vector bounded = lanes_least(size2 / squared, most);
-    const lanes_vector facing =
-        gaussian ? gaussian_exp_minus_lanes(2.0f * lanes_fused(u, u, v * v)) * up : up;
-    const lanes_vector weight =
-        lanes_where((up > 0.0f) & (squared > 0.0f), facing * (bounded * bounded));
+    const lanes_vector facing = gaussian ? u->profile * v->profile * up : up;
+    const lanes_chosen counts =
+        lanes_below(lanes_same(0.0f), up) & lanes_below(lanes_same(0.0f), squared);
+    const lanes_vector weight = lanes_only(counts, facing * (bounded * bounded));
     c->all.v[i] += weight;
     c->seen.v[i] = lanes_add_to(c->seen.v[i], seen, weight);
     c->count.v[i] = lanes_add_to(c->count.v[i], seen, one);
 }
 
-/* Where strata k of l of an axis lie, in [-1, 1]. */
-static inline struct lanes estimate_strata(const float *jitter, uint32_t l, uint32_t k)
+/* Stratum k of l of an axis. */
+LANES_INLINE struct estimate_place estimate_stratum(bool gaussian, const float *jitter, uint32_t l,
+                                                    uint32_t k)
 {
-    struct lanes out;
-    for (int i = 0; i < LANES_VECTORS; i++) {
-        const lanes_vector most = lanes_all(PATTERN_JITTER_MAX).v[0];
-        const lanes_vector j = lanes_load_vector(jitter + (size_t)i * LANES_PER_VECTOR);
-        const lanes_vector within = lanes_least(j, most); /* as pattern_axis has it */
-        out.v[i] = 2.0f * (((float)k + within) / (float)l) - 1.0f;
-    }
-    return out;
+    const lanes_vector most = lanes_same(PATTERN_JITTER_MAX);
+    const lanes_vector within = lanes_least(lanes_load_vector(jitter), most); /* as pattern_axis */
+    const lanes_vector at =
+        lanes_fused((float)k + within, lanes_same(2.0f / (float)l), lanes_same(-1.0f));
+    return (struct estimate_place){at, gaussian ? gaussian_exp_minus_lanes(2.0f * at * at) : at};
 }
 
+/* Of vector i. */
 LANES_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussian, uint32_t l,
-                               const struct estimate_receivers *r, struct estimate_chunk *c)
+                               const struct estimate_receivers *r, int i, struct estimate_chunk *c)
 {
-    struct lanes u[SHADOW_STRATA_MAX];
+    const size_t from = (size_t)i * LANES_PER_VECTOR;
+    struct estimate_place u[SHADOW_STRATA_MAX];
     for (int k = 0; k < 3; k++) {
-        c->to[k] = lanes_load(r->point[k]);
-        c->normal[k] = lanes_load(r->normal[k]);
-        for (int i = 0; i < LANES_VECTORS; i++) c->to[k].v[i] = light->centre[k] - c->to[k].v[i];
+        c->to[k].v[i] = light->centre[k] - lanes_load_vector(r->point[k] + from);
+        c->normal[k].v[i] = lanes_load_vector(r->normal[k] + from);
     }
-    c->seen = c->all = c->count = lanes_all(0.0f);
-    for (uint32_t a = 0; a < l; a++) u[a] = estimate_strata(r->jitter[0], l, a);
+    c->seen.v[i] = c->all.v[i] = c->count.v[i] = lanes_same(0.0f);
+    for (uint32_t a = 0; a < l; a++) u[a] = estimate_stratum(gaussian, r->jitter[0] + from, l, a);
     for (uint32_t k = 0, b = 0; b < l; b++) {
-        const struct lanes v = estimate_strata(r->jitter[1], l, b);
+        const struct estimate_place v = estimate_stratum(gaussian, r->jitter[1] + from, l, b);
         for (uint32_t a = 0; a < l; a++, k++) {
-            const uint32_t *words = r->bits + k / 32 * r->stride;
-            const int32_t own = (int32_t)(1u << k % 32);
-            for (int i = 0; i < LANES_VECTORS; i++)
-                estimate_add(light, gaussian, i, u[a].v[i], v.v[i],
-                             lanes_with(estimate_words(words + (size_t)i * LANES_PER_VECTOR), own),
-                             c);
+            const lanes_mask words = estimate_words(r->bits + k / 32 * r->stride + from);
+            estimate_add(light, gaussian, i, &u[a], &v, lanes_with(words, (int32_t)(1u << k % 32)),
+                         c);
         }
     }
 }
@@ -163,10 +164,12 @@ static inline void estimate_share(const struct estimate_chunk *c, float strata,
 LANES_INLINE void estimate_profile(const struct shadow_rectangle *light, bool gaussian, uint32_t l,
                                    const struct estimate_receivers *r, struct estimate_chunk *c)
 {
-    if (l == 3)
-        estimate_sum(light, gaussian, 3, r, c);
-    else
-        estimate_sum(light, gaussian, l, r, c);
+    for (int i = 0; i < LANES_VECTORS; i++) {
+        if (l == 3)
+            estimate_sum(light, gaussian, 3, r, i, c);
+        else
+            estimate_sum(light, gaussian, l, r, i, c);
+    }
 }
 
 static void kernel_estimate(const struct shadow_rectangle *light, uint32_t l, uint32_t count,

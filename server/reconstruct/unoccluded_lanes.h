@@ -22,7 +22,7 @@
 
 #define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
 #define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
-#define UNOCCLUDED_PROFILE2 9.0f  /* (distance / half-diagonal)^2 of Gaussian ones */
+#define UNOCCLUDED_PROFILE2 6.0f  /* (distance / half-diagonal)^2 of Gaussian ones */
 /* On a light, or beside it in its plane, rounding decides whether a receiver is before the light
  * and the light above its horizon; the whole hemisphere could be made of that. Receivers nearer to
  * the plane than what rounding leaves of the way from the eye get nothing, and those that face the

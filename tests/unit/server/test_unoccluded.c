@@ -104,6 +104,25 @@ static void gaussian_is_near(void **state)
     assert_true(worst(PROFILE_GAUSSIAN, 0.25f, 1.0f, 40.0f) < 1e-3);
 }
 
+/* Receivers that face Gaussian lights from twice their half-diagonal on, nearer and farther than
+ * where few points take over. */
+static void few_points_are_enough(void **state)
+{
+    (void)state;
+    double worst_error = 0.0;
+    for (int k = 0; k < 12 * 5 * 2; k++) {
+        const struct shadow_rectangle light = rectangle(1, k % 2 ? 1.0f : 0.3f, PROFILE_GAUSSIAN);
+        const float away = hypotf(light.half[0], light.half[1]) * (2.05f + 0.2f * (float)(k / 10));
+        const float angle = 0.3f * (float)(k / 2 % 5);
+        const float p[3] = {away * sinf(angle), 0, away * cosf(angle)};
+        const float n[3] = {-sinf(angle), 0, -cosf(angle)};
+        worst_error =
+            fmax(worst_error, fabs((double)closed(&light, p, n) / fine(&light, p, n) - 1));
+    }
+    print_message("few points: %.2g\n", worst_error);
+    assert_true(worst_error < 2e-5);
+}
+
 /* Where round things turn away from a light, their horizon goes through it: what is left counts,
  * however little, of what comes there itself. */
 static void horizons_cut(void **state)
@@ -166,7 +185,7 @@ static void no_seams(void **state)
 {
     (void)state;
     const float down[3] = {0, 0, -1};
-    const float edges[2] = {8.0f * 1.41421356f, 3.0f * 1.41421356f};
+    const float edges[2] = {8.0f * 1.41421356f, 2.44948974f * 1.41421356f};
     for (uint32_t profile = 0; profile < 2; profile++) {
         const struct shadow_rectangle light = rectangle(1, 1, profile);
         const float before[3] = {0, 0, edges[profile] * 0.9999f};
@@ -301,6 +320,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_is_exact),
         cmocka_unit_test(gaussian_is_near),
+        cmocka_unit_test(few_points_are_enough),
         cmocka_unit_test(horizons_cut),
         cmocka_unit_test(neighbours_change_nothing),
         cmocka_unit_test(no_seams),
