@@ -1,6 +1,7 @@
 #pragma once
 /* Sixteen numbers side by side, in the registers of whatever instruction set the including file is
- * compiled for. Plain operators work on their vectors; a comparison gives a mask. */
+ * compiled for. Plain operators work on their vectors; a comparison gives a mask, or by name what
+ * is chosen, which AVX-512 has registers of its own for. */
 #include <stdint.h>
 
 #include <immintrin.h>
@@ -176,6 +177,7 @@ static inline lanes_chosen lanes_below(lanes_vector a, lanes_vector b)
 #endif
 }
 
+/* Is any lane chosen? */
 static inline int lanes_some(lanes_chosen chosen)
 {
 #ifdef __AVX512F__
@@ -197,6 +199,7 @@ static inline lanes_vector lanes_only(lanes_chosen chosen, lanes_vector a)
 #endif
 }
 
+/* The same of whole numbers. */
 static inline lanes_mask lanes_only_whole(lanes_chosen chosen, lanes_mask a)
 {
 #ifdef __AVX512F__
@@ -206,7 +209,7 @@ static inline lanes_mask lanes_only_whole(lanes_chosen chosen, lanes_mask a)
 #endif
 }
 
-/* sum + a where chosen, which is no -0, else sum. */
+/* sum, which is no -0, + a where chosen. */
 static inline lanes_vector lanes_add_to(lanes_vector sum, lanes_chosen chosen, lanes_vector a)
 {
 #ifdef __AVX512F__

@@ -16,7 +16,7 @@
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */
 #define SHADOW_STRATA_MAX  16                              /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define SHADOW_PHASES      8                               /* weight rows between two nodes */
-#define SHADOW_SUMS_MAX    448 /* phases times lanes, at most: of l = 15, r = 14 */
+#define SHADOW_SUMS_MAX    448 /* a pixel's sums, at most: phases times lanes of l = 15, r = 14 */
 #define SHADOW_NO_SPREAD   (-1e30f)
 #define SHADOW_COS_NORMALS 0.939692621f /* 20 degrees */
 #define SHADOW_PLANE_SHARE 0.35f        /* of the distance a neighbour may be off the plane */

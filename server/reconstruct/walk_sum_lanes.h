@@ -35,7 +35,8 @@ LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
     }
 }
 
-/* Pair i of a tap's weights, each of them four times. */
+/* Pair i of a tap's weights, each of them four times. What is read behind the last pair is of
+ * struct walk_taps, too. */
 LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
 {
 #ifdef __AVX2__

@@ -121,7 +121,7 @@ LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_
     const lanes_vector all = share * gaussian_exp_minus_lanes(delta * delta * own->falloff);
     /* weights of 0 go with the others: where a node lies is found before what it weighs is */
     const lanes_chosen kept =
-        same & lanes_up_to(lanes_positive(delta * shear), lanes_same(rule->refusal)) &
+        same & lanes_up_to(lanes_positive(delta) * shear, lanes_same(rule->refusal)) &
         lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node) &
         lanes_below(lanes_same(0.0f), share);
     const lanes_vector counted = lanes_only(kept, all), at = lanes_only(kept, node);

@@ -13,7 +13,7 @@
 #define WEDGE_FALLOFF_MOST 1e30f
 #define WEDGE_SIGMA_LEAST  7.07e-16f /* (2 WEDGE_FALLOFF_MOST)^-1/2 */
 #define WEDGE_MAJOR_LEAST  1e-30f
-#define WEDGE_SIGMAS       2.0f /* that a walk goes: errors as with 2.5, of walks a fifth longer */
+#define WEDGE_SIGMAS       2.0f /* that a walk goes: errors as with 2.5, of walks a quarter longer */
 
 /* What is read of a pixel, */
 enum wedge_read {
