@@ -242,10 +242,8 @@ static inline int lanes_any(const struct lanes_whole *mask)
     lanes_mask all = mask->v[0];
     for (int v = 1; v < LANES_VECTORS; v++) all |= mask->v[v];
 #ifdef __AVX512F__
-    return _mm512_test_epi32_mask((__m512i)all, (__m512i)all) != 0;
-#elif defined __AVX__
-    return !_mm256_testz_si256((__m256i)all, (__m256i)all);
+    return lanes_some(_mm512_test_epi32_mask((__m512i)all, (__m512i)all));
 #else
-    return _mm_movemask_ps((__m128)all) != 0;
+    return lanes_some(all);
 #endif
 }

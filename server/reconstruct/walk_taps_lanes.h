@@ -102,6 +102,18 @@ static inline lanes_mask walk_whole(const lanes_number *plane, uint32_t first)
     return *(const lanes_stored_mask *)(const void *)(plane + first);
 }
 
+/* Who counts of what shows `number`: `delta` away on the light, read at `node`. Spreads below 0 are
+ * of those that nobody refuses. */
+LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct walk_asks *own,
+                                      const lanes_vector number[WALK_SLOT], lanes_vector delta,
+                                      lanes_vector node)
+{
+    const lanes_vector shear = lanes_positive(number[WALK_ETA] - own->eta) + number[WALK_SPREAD];
+    return compatible_chosen(&own->who, number + WALK_POINT, number + WALK_NORMAL) &
+           lanes_up_to(lanes_positive(delta) * shear, lanes_same(rule->refusal)) &
+           lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node);
+}
+
 /* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to: of
  * the lanes of one vector, from `first` on. Returns who. */
 LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
@@ -111,19 +123,14 @@ LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_
 {
     lanes_vector number[WALK_SLOT];
     for (int k = 0; k < WALK_SLOT; k++) number[k] = *(const lanes_stored *)(q[k] + first);
-    const lanes_chosen same =
-        compatible_chosen(&own->who, number + WALK_POINT, number + WALK_NORMAL);
     const lanes_vector delta = own->distance * (number[WALK_U] - own->u);
-    const lanes_vector shear = lanes_positive(number[WALK_ETA] - own->eta) + number[WALK_SPREAD];
     const lanes_vector node =
         lanes_fused(-own->eta * delta, lanes_same(rule->per_length), lanes_same(rule->centre));
     const lanes_vector share = lanes_load_vector(taps->tap[n].share + first);
     const lanes_vector all = share * gaussian_exp_minus_lanes(delta * delta * own->falloff);
     /* weights of 0 go with the others: where a node lies is found before what it weighs is */
     const lanes_chosen kept =
-        same & lanes_up_to(lanes_positive(delta) * shear, lanes_same(rule->refusal)) &
-        lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node) &
-        lanes_below(lanes_same(0.0f), share);
+        walk_counts(rule, own, number, delta, node) & lanes_below(lanes_same(0.0f), share);
     const lanes_vector counted = lanes_only(kept, all), at = lanes_only(kept, node);
     const lanes_vector whole = gaussian_floor(at), rest = at - whole;
     const lanes_mask to = walk_whole(q[WALK_SLOT], first) * rule->slot_sums +
