@@ -299,8 +299,10 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
                          struct block_squares *squares, struct block_statistics *statistics)
 {
     struct targets targets;
+    struct resolver own = *resolver;
     find_targets(image, &targets);
-    compose_light(resolver, &targets, block, squares, statistics);
+    own.parts = targets.direct[0] || targets.indirect[0];
+    compose_light(&own, &targets, block, squares, statistics);
     compose_diffuse_direct(resolver, block, image);
     compose_diffuse_indirect(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));

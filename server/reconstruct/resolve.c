@@ -31,6 +31,7 @@ void resolver_init(struct resolver *r, const struct plan *plan, const struct pat
     r->subs = comparable ? plan->sub_samples : 0;
     r->share = 1.0f / (float)(1 + r->subs);
     r->errors = false;
+    r->parts = true;
 }
 
 /* -- which pixels lend their lighting -- */

@@ -26,6 +26,7 @@ struct resolver {
     uint32_t subs; /* sub-samples that take part: 0 when planes for the comparison are missing */
     float share;   /* 1 / (1 + subs) */
     bool errors;   /* wanted: set by the caller */
+    bool parts;    /* of total, direct and indirect are wanted, too: set by the caller */
 };
 
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,

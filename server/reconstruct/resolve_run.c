@@ -78,20 +78,21 @@ static void light_channel(const struct resolver *r, size_t i, int c, uint32_t co
                           struct resolved_run *out)
 {
     const struct lighting *l = r->lighting;
-    float own[RESOLVE_RUN], *const sums[] = {out->direct[c], out->indirect[c], out->total[c]};
-    const float *const lights[] = {l->direct[c], l->indirect[c], l->total[c]};
+    float own[RESOLVE_RUN], *const sums[] = {out->total[c], out->direct[c], out->indirect[c]};
+    const float *const lights[] = {l->total[c], l->direct[c], l->indirect[c]};
+    const int wanted = r->parts ? 3 : 1;
     add_albedo(r, i, c, count, own);
     for (uint32_t j = 0; j < count; j++) out->albedo[c][j] = own[j];
-    for (int s = 0; s < 3; s++) {
+    for (int s = 0; s < wanted; s++) {
         for (uint32_t j = 0; j < count; j++) sums[s][j] = 0.0f;
         add_lit(own, lights[s] + i, count, sums[s]);
     }
     if (l->glossy[0] && r->patch->reflectance[0]) {
         add_reflectance(r, i, c, count, own);
-        add_lit(own, l->glossy[c] + i, count, out->indirect[c]);
         add_lit(own, l->glossy[c] + i, count, out->total[c]);
+        if (r->parts) add_lit(own, l->glossy[c] + i, count, out->indirect[c]);
     }
-    for (int s = 0; s < 3; s++) scale(sums[s], count, r->share);
+    for (int s = 0; s < wanted; s++) scale(sums[s], count, r->share);
     scale(out->albedo[c], count, r->share);
 }
 

@@ -6,7 +6,7 @@
 
 #define RESOLVE_RUN 64
 
-/* As `struct resolved` has them. */
+/* As `struct resolved` has them; direct and indirect hold anything where nobody wants parts. */
 struct resolved_run {
     int32_t plain[RESOLVE_RUN]; /* -1: the rest is there; 0: it holds anything */
     float direct[3][RESOLVE_RUN], indirect[3][RESOLVE_RUN], total[3][RESOLVE_RUN];
