@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/kernel/field_surface.h"
 #include "tests/kernel/kernel_field.h"
 
 #define LINEAR    0.8  /* share of the local linear fit's correction */
@@ -44,32 +45,14 @@ static bool place(const struct walker *w, int k, int farther, size_t *pixel, flo
     return *share > 0.0f;
 }
 
-static float dot(const float a[3], const float b[3])
-{
-    return fmaf(a[2], b[2], fmaf(a[1], b[1], a[0] * b[0]));
-}
-
-static bool same_surface(const struct shadow_pixels *p, size_t own, size_t other)
-{
-    float normal[3], beside[3], way[3];
-    for (int k = 0; k < 3; k++) {
-        normal[k] = p->normal[k][own];
-        beside[k] = p->normal[k][other];
-        way[k] = p->point[k][other] - p->point[k][own];
-    }
-    const float off = fabsf(dot(way, normal)), squared = dot(way, way);
-    const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
-    return dot(normal, beside) >= SHADOW_COS_NORMALS && squared <= p->distance_most2[own] &&
-           (off <= p->plane_least[own] || off * off <= share * squared);
-}
-
 /* What a tap weighs before it is balanced; false where it does not count. */
 static bool meet(const struct walker *w, float share, struct tap *tap)
 {
     const struct shadow_field *f = w->field;
     const struct shadow_pixels *p = f->pixels;
     const size_t own = w->pixel, other = tap->pixel;
-    if (!same_surface(p, own, other)) return false;
+    float squared;
+    if (!field_same_surface(p, own, other, &squared)) return false;
     const float delta = p->distance[own] * (p->u[w->axis][other] - p->u[w->axis][own]);
     /* below 0 of pixels that nobody refuses: SHADOW_NO_SPREAD */
     const float shear = fabsf(p->eta[other] - p->eta[own]) + p->spread[other];
@@ -134,17 +117,6 @@ static void walk(const struct walker *w, double out[OUT_MOST])
     }
 }
 
-/* The largest error of a pixel's numbers. */
-static double error_of(const double *right, const float *found, size_t count)
-{
-    double most = 1e-6, error = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        most = fmax(most, fabs(right[i]));
-        error = fmax(error, fabs(right[i] - (double)found[i]));
-    }
-    return error / most;
-}
-
 static double worst_of(const struct shadow_kernels *kernels, const struct kernel_field *k, int axis)
 {
     struct shadow_field f = k->field;
@@ -157,7 +129,7 @@ static double worst_of(const struct shadow_kernels *kernels, const struct kernel
         const struct walker walker = {&f, axis, k->pixels[1 + i]};
         double right[OUT_MOST];
         walk(&walker, right);
-        worst = fmax(worst, error_of(right, out + i * each, each));
+        worst = fmax(worst, field_error(right, out + i * each, each));
     }
     free(out);
     return worst;
