@@ -30,9 +30,14 @@ export class Picture {
     this.after.port1.onmessage = () => this.shown();
     this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("This browser has no WebGL2; the PNG link still works.");
-    canvas.addEventListener("webglcontextlost", (event) => { event.preventDefault(); this.lost = true; });
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // or it would not be given back
+      this.lost = true;
+      this.onLost?.(true);
+    });
     canvas.addEventListener("webglcontextrestored", () => {
       this.lost = false;
+      this.onLost?.(false);
       this.textures.clear();
       this.coarse.clear();
       this.programs.clear();
@@ -179,7 +184,10 @@ export class Picture {
       this.pending = false;
       if (this.lost || !this.canvas.width) return;
       this.beganAt = performance.now();
-      try { this.paint(this.look()); } catch (error) { this.last = null; this.onError?.(error); }
+      try { this.paint(this.look()); } catch (error) {
+        this.last = null;
+        if (!this.gl.isContextLost()) this.onError?.(error); // else onLost says so
+      }
       this.after.port2.postMessage(null); // comes when the browser has taken the canvas
     });
   }

@@ -51,6 +51,7 @@ export class PictureView {
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
       this.picture.onError = (error) => this.note(error.message);
+      this.picture.onLost = (lost) => this.noteLost(lost);
       this.picture.onDrawn = () => this.drawn();
       this.picture.onShown = () => this.onViewShown?.(this.viewDrawn);
     } catch (error) {
@@ -372,6 +373,13 @@ export class PictureView {
   noteRefused({ layer }, error) {
     this.note(`There are no pixels of the layer ${layer.replaceAll("_", " ")}: ${error.message}`);
     this.noted = "refused";
+  }
+
+  // The browser takes graphics away where its own process for them ends, or memory does.
+  noteLost(lost) {
+    if (lost) this.note("The browser has taken the picture's graphics away. The picture comes back with them; if it does not, reload the page.");
+    else if (this.noted === "lost") this.at.note.hidden = true;
+    this.noted = lost ? "lost" : "";
   }
 
   note(text) {

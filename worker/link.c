@@ -125,17 +125,32 @@ void link_settle(struct link *l)
 
 /* ---- making and closing ---- */
 
+static int parse_address(struct link *l, const char *address, struct fault *fault)
+{
+    const int e = link_parse_address(l, address);
+    if (e == ERR_LIMIT)
+        return fault_set(fault, e, address, "a socket path has 1 to %zu bytes",
+                         sizeof((struct sockaddr_un *)0)->sun_path - 1);
+    return e ? fault_set(fault, e, address, "expected unix:PATH or HOST:PORT") : 0;
+}
+
+int link_check_address(const char *address, struct fault *fault)
+{
+    struct link l = {.loop = NULL}; /* takes the address's parts; nothing of it is opened */
+    const int e = parse_address(&l, address, fault);
+    free(l.host);
+    return e;
+}
+
 int link_create(uv_loop_t *loop, const char *address, const struct link_key *key,
                 const struct link_client *client, struct link **out, struct fault *fault)
 {
     struct link *l = calloc(1, sizeof *l);
-    int e = l ? link_parse_address(l, address) : ERR_MEMORY;
+    if (!l) return fault_set(fault, ERR_MEMORY, address, "no memory for the link");
+    const int e = parse_address(l, address, fault);
     if (e) {
         free(l);
-        if (e == ERR_LIMIT)
-            return fault_set(fault, e, address, "a socket path has 1 to %zu bytes",
-                             sizeof((struct sockaddr_un *)0)->sun_path - 1);
-        return fault_set(fault, e, address, "expected unix:PATH or HOST:PORT");
+        return e;
     }
     l->loop = loop;
     l->client = *client;

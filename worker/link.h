@@ -26,7 +26,10 @@ struct link_client {
     void (*down)(void *ctx, int error, const char *why, uint32_t wait_ms);
 };
 
-/* `address`: "unix:PATH" or "HOST:PORT". key, copied: links over TCP are sealed with it
+/* Is `address` "unix:PATH" or "HOST:PORT"? *fault names what is wrong with it. */
+int link_check_address(const char *address, struct fault *fault);
+
+/* `address`: as link_check_address wants it. key, copied: links over TCP are sealed with it
  * (proto/channel.h); NULL: they are not. *fault names what is wrong with it. Nothing happens before
  * link_dial. */
 int link_create(uv_loop_t *loop, const char *address, const struct link_key *key,

@@ -10,6 +10,7 @@
 
 #include "proto/log.h"
 #include "proto/plan.h"
+#include "worker/link.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
 
@@ -192,6 +193,7 @@ static int finish(struct options *o, struct fault *fault)
     if (!o->connect)
         return fault_set(fault, ERR_MISSING, "--connect",
                          "say where the coordinator is: unix:PATH or HOST:PORT");
+    if (link_check_address(o->connect, fault) != 0) return fault->code;
     if (o->name && strlen(o->name) >= LIMIT_NAME_BYTES)
         return fault_set(fault, ERR_LIMIT, "--name", "a name has at most %d bytes",
                          LIMIT_NAME_BYTES - 1);

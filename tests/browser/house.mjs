@@ -120,6 +120,12 @@ export const look = (page) => page.evaluate(() => {
   }
   return { lit: lit / (data.length / 4), mean: sum / (data.length / 4) };
 });
+// For who waited for it in vain.
+export const canvasText = async (page) => JSON.stringify({ ...await look(page), ...await page.evaluate(async () => {
+  const canvas = document.getElementById("canvas"), { width, height, dataset } = canvas, late = new Promise((done) => setTimeout(done, 2000, "no frames"));
+  return { width, height, view: dataset.view, lost: canvas.getContext("webgl2")?.isContextLost(), note: document.getElementById("canvas-note").textContent,
+    frames: await Promise.race([new Promise((done) => requestAnimationFrame(() => done("frames"))), late]) };
+}) });
 export const text = (page, id) => page.textContent(`#${id}`);
 
 // Runs all tests, says how they went, and ends.

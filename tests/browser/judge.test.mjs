@@ -11,7 +11,7 @@ import { LayerImage } from "../../web/layer_image.js";
 import { BlockParser } from "../../web/pixel_feed.js";
 import { shownPair } from "../../web/shown.js";
 import { ssim } from "../../web/ssim.js";
-import { build, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
+import { build, canvasText, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
@@ -211,7 +211,7 @@ await runAll(async () => {
     const bad = await page.request.get(`${url}/v1/jobs/${fine}/pixels?alpha=yes`);
     expect(bad.status() === 400 && /alpha must be/.test(await bad.text()), `${bad.status()}`);
     await page.goto(`${url}/#/jobs/${plain}`);
-    await until("the picture", async () => (await look(page)).lit > 0.8);
+    await until("the picture", async () => (await look(page)).lit > 0.8, 60, () => canvasText(page));
     await until("no ground to choose for an opaque picture", () => page.isHidden("#behind-label"));
   });
 

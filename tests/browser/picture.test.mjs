@@ -289,6 +289,21 @@ await runAll(async () => {
     expect(colors.far === "255,0,255", `zoomed out, a NaN vanishes: ${colors.far}`);
   });
 
+  await test("graphics that are taken away are spoken of, and come back with the picture", async () => {
+    const before = await meanAtRest(page);
+    await page.evaluate(() => {
+      window.taken = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+      window.taken.loseContext();
+    });
+    await until("the word of it", async () => (await page.isVisible("#canvas-note")) && /taken the picture's graphics away/.test(await text(page, "canvas-note")));
+    await press(page, "l"); // what is asked for meanwhile is drawn then
+    await page.evaluate(() => window.taken.restoreContext());
+    await until("no word of it", () => page.isHidden("#canvas-note"));
+    await until("another layer", async () => Math.abs(await mean(page) - before) > 3);
+    await press(page, "Shift+L");
+    await until("the picture", async () => Math.abs(await mean(page) - before) < 0.01);
+  });
+
   await test("two layers: wipe at an angle, toggle, difference", async () => {
     const first = await meanAtRest(page);
     await press(page, "w");
