@@ -86,7 +86,7 @@ deps-dev:
 deps-fuzz:
 	@deploy/install-deps.sh --fuzz
 
-## demo: set everything up, render a shipped scene with two workers, write demo.exr and demo.png
+## demo: set everything up, render a shipped scene, write demo.exr and demo.png
 demo: deps
 	@$(MAKE) --no-print-directory -j$$(nproc) all
 	@deploy/demo.sh $(B)

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# make demo: one shipped scene through a real coordinator and two real workers.
+# make demo: one shipped scene through a real coordinator and a real worker.
 set -euo pipefail
 build=${1:?usage: deploy/demo.sh BUILD_DIR}
 cd "$(dirname "$0")/.."
-"$build/shearwater" render tests/scenes/cornell-box/job.json --workers 2 -o demo.exr --png demo.png
+"$build/shearwater" render tests/scenes/cornell-box/job.json -o demo.exr --png demo.png
 cat <<E
 
 Wrote demo.exr (layers: exrheader demo.exr) and demo.png.

@@ -43,8 +43,8 @@ static int parse(int argc, char **argv, struct render_options *o)
     const struct option_line lines[] = {
         {"output", 'o', OPTION_TEXT, "OUT.exr", "the picture, with all layers", 0, 0, &o->exr},
         {"png", 'p', OPTION_TEXT, "OUT.png", "the picture for people", 0, 0, &o->png},
-        {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 2, 1 on one core)", 1,
-         LIMIT_WORKERS, &o->workers},
+        {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 1)", 1, LIMIT_WORKERS,
+         &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",
          "threads of each worker (default: the cores shared out)", 1, LIMIT_THREADS,
          &o->worker_threads},

@@ -106,8 +106,9 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"data", 0, OPTION_TEXT, "DIR",
          "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0,
          &o->data},
-        {"workers", 0, OPTION_NUMBER, "N", "local workers; default 2, or 1 on a single core", 0,
-         LIMIT_WORKERS, &o->workers},
+        {"workers", 0, OPTION_NUMBER, "N",
+         "local workers; default 1: threads share a scene, workers do not", 0, LIMIT_WORKERS,
+         &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",
          "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS,
          &o->threads},
@@ -167,7 +168,7 @@ int cli_serve(int argc, char **argv)
     const long cores = (long)uv_available_parallelism();
     struct serve_choices o = {.listen = SERVE_LISTEN,
                               .format = "text",
-                              .workers = cores > 1 ? 2 : 1,
+                              .workers = 1,
                               .feed_mb_per_s = 24,
                               .stream_share = 3};
     struct fault fault = {0};

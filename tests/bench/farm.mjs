@@ -19,7 +19,7 @@ export class Farm {
 
   // options: {workers, threads} of local workers; link: "unix", or "tcp" or "sealed" for workers that dial over
   // loopback, in the clear or under a key
-  static async start(build, { workers = 2, threads, link = "unix" } = {}) {
+  static async start(build, { workers = 1, threads, link = "unix" } = {}) {
     const farm = new Farm();
     farm.#build = build;
     farm.#folder = mkdtempSync(`${tmpdir()}/bench-`);

@@ -40,7 +40,7 @@ export function programs(build, folder) {
     render(job, out, isa = null) {
       const path = `${folder}/job.json`, statistics = `${folder}/statistics.json`;
       writeFileSync(path, JSON.stringify(job, null, 1));
-      run("shearwater", ["render", path, "--quiet", "--workers", "2", "--stats", statistics, "-o", out], isa ? { SHEARWATER_ISA: isa } : {});
+      run("shearwater", ["render", path, "--quiet", "--stats", statistics, "-o", out], isa ? { SHEARWATER_ISA: isa } : {});
       return JSON.parse(readFileSync(statistics, "utf8"));
     },
     // The scene file as a blob at `out`.

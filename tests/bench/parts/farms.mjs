@@ -44,7 +44,7 @@ export async function resolution(o) {
   for (const kind of o.kinds)
     for (const height of o.heights)
       // Of its own for each: the peak of memory is one of a process's life.
-      await withFarm(o, { workers: o.cores }, async (farm) => {
+      await withFarm(o, {}, async (farm) => {
         o.say(`resolution: ${kind}, ${height} lines`);
         await farm.run(jobOf(kind, SMALL));
         const image = size(height);
@@ -55,17 +55,20 @@ export async function resolution(o) {
 
 const height = (x, z) => 0.45 * Math.sin(1.1 * x + 0.4) * Math.cos(0.9 * z) + 0.15 * Math.sin(2.3 * z + x);
 
-// Import and BVH count here, and happen once a coordinator and worker: each run has a farm of its own.
+// Import and BVH count here, and happen once a coordinator and worker: each run has a farm of its own. Workers of one
+// thread, a worker a core, are measured in turn with one of as many threads, which is what is started by default.
 export async function triangles(o) {
   for (const steps of o.hillSteps) {
-    const count = 2 * steps * steps, file = `${o.out}/hills-${steps}.glb`, runs = [];
+    const count = 2 * steps * steps, file = `${o.out}/hills-${steps}.glb`, runs = [], apart = [];
     o.say(`triangles: ${count}`);
     writeFileSync(file, glbOf([{ name: "hills", color: [0.6, 0.6, 0.6], mesh: hills(6, steps, height) }]));
     const job = { scene: { file, camera: { eye: [0, 5, 9], target: [0, 0, 0], yfov_deg: 42 } }, image: { width: o.hillSide, height: o.hillSide },
       lights: [light({ center: [1.5, 7, 1.5], target: [0, 0, 0], halfU: 0.8 })], sampling: { spp: 9, seed: 1 },
       effects: { indirect_bounces: 1 }, layers: ["beauty"] };
     for (let i = 0; i < o.repeat; i++)
-      await withFarm(o, { workers: o.cores }, async (farm) => { runs.push(await farm.run(job)); });
-    o.put("triangles", `${count}`, { triangles: count, side_px: o.hillSide, ...o.summary(runs) });
+      for (const [to, options] of [[runs, {}], [apart, { workers: o.cores, threads: 1 }]])
+        await withFarm(o, options, async (farm) => { to.push(await farm.run(job)); });
+    const { cpu_s, wall, peak_rss_bytes } = o.summary(apart);
+    o.put("triangles", `${count}`, { triangles: count, side_px: o.hillSide, ...o.summary(runs), apart: { workers: o.cores, cpu_s, wall, peak_rss_bytes } });
   }
 }

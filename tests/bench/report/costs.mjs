@@ -43,11 +43,12 @@ function hills(o, all) {
   const found = ofPart(all, "triangles").sort((a, b) => a.triangles - b.triangles);
   if (found.length === 0) return "";
   const series = [["import", (l) => l.cpu_s.import], ["BVH", (l) => l.cpu_s.build], ["trace", (l) => l.cpu_s.trace]].map(([name, y]) => ({ name, points: found.map((l) => [l.triangles, y(l)]) }));
-  return `<h3>Triangles</h3><p>The same hills in more and more triangles, ${found[0].side_px}×${found[0].side_px} pixels, soft shadows and one bounce. Import happens once a scene, the BVH once a worker.</p>
+  return `<h3>Triangles</h3><p>The same hills in more and more triangles, ${found[0].side_px}×${found[0].side_px} pixels, soft shadows and one bounce. Import happens once a scene, the BVH once a worker. By default there is one worker of all cores; apart: as many workers of one thread.</p>
 ${plots(kept(o, "triangles-cpu", lines({ title: "CPU time against triangles", xLabel: "triangles", yLabel: "CPU seconds", series })),
     kept(o, "triangles-memory", lines({ title: "Peak memory of a worker", xLabel: "triangles", yLabel: "MB", yLog: false, series: [{ name: "worker", points: found.map((l) => [l.triangles, l.peak_rss_bytes.worker / 1e6]) }] })))}
-${table("Cost by triangles", ["triangles", "import CPU", "BVH CPU, all workers", "trace CPU", "wall", "peak memory: worker", "coordinator"],
-    found.map((l) => [l.triangles.toLocaleString("en"), seconds(l.cpu_s.import), seconds(l.cpu_s.build), seconds(l.cpu_s.trace), seconds(l.wall.total), bytes(l.peak_rss_bytes.worker), bytes(l.peak_rss_bytes.server)]))}`;
+${table("Cost by triangles", ["triangles", "import CPU", "BVH CPU", "trace CPU", "wall", "peak memory: worker", "coordinator", "apart: BVH CPU", "wall over that of one worker", "peak memory: workers"],
+    found.map((l) => [l.triangles.toLocaleString("en"), seconds(l.cpu_s.import), seconds(l.cpu_s.build), seconds(l.cpu_s.trace), seconds(l.wall.total), bytes(l.peak_rss_bytes.worker), bytes(l.peak_rss_bytes.server),
+      ...(l.apart ? [seconds(l.apart.cpu_s.build), times(l.apart.wall.total / l.wall.total), bytes(l.apart.workers * l.apart.peak_rss_bytes.worker)] : ["", "", ""])]))}`;
 }
 
 function late(all) {
