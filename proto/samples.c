@@ -8,21 +8,31 @@
 
 #define DATA_ALIGN_BYTES 64u
 
-int samples_create(const struct samples_layout *layout, struct samples **out)
+/* Whole cache lines, and at least one, as aligned_alloc wants. */
+static size_t data_bytes(const struct samples_layout *layout)
+{
+    return (layout->total_bytes / DATA_ALIGN_BYTES + 1) * DATA_ALIGN_BYTES;
+}
+
+int samples_create_unset(const struct samples_layout *layout, struct samples **out)
 {
     struct samples *s = calloc(1, sizeof *s);
     if (!s) return ERR_MEMORY;
     s->layout = *layout;
-    /* Whole cache lines, and at least one, as aligned_alloc wants. */
-    const size_t lines = layout->total_bytes / DATA_ALIGN_BYTES + 1;
-    s->data = aligned_alloc(DATA_ALIGN_BYTES, lines * DATA_ALIGN_BYTES);
+    s->data = aligned_alloc(DATA_ALIGN_BYTES, data_bytes(layout));
     if (!s->data) {
         free(s);
         return ERR_MEMORY;
     }
-    memset(s->data, 0, lines * DATA_ALIGN_BYTES);
     *out = s;
     return 0;
+}
+
+int samples_create(const struct samples_layout *layout, struct samples **out)
+{
+    const int error = samples_create_unset(layout, out);
+    if (!error) memset((*out)->data, 0, data_bytes(layout));
+    return error;
 }
 
 void samples_destroy(struct samples **s)

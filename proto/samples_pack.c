@@ -328,8 +328,8 @@ int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan,
     bytes_reader_init(&r, data, size_bytes);
     int error = read_head(&r, plan, pass, width_px, height_px, &layout, fault);
     if (error) return error;
-    /* Sized by the plan and the tile, not by what the bytes declare. */
-    error = samples_create(&layout, &s);
+    /* Sized by the plan and the tile, not by what the bytes declare. Groups fill it, or it goes. */
+    error = samples_create_unset(&layout, &s);
     if (error) return fault_set(fault, error, "", "no memory for %u bytes", layout.total_bytes);
     error = read_groups(&r, s, fault);
     if (!error) error = samples_check(s, fault);
