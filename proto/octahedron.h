@@ -12,6 +12,15 @@ void octahedron_unpack16(uint32_t packed, float n[3]);
 uint16_t octahedron_pack8(const float n[3]);
 void octahedron_unpack8(uint16_t packed, float n[3]);
 
+/* The 8-bit code of what a 16-bit code stands for, without unpacking it; error below 0.02 rad. */
+static inline uint32_t octahedron_coarsen(uint32_t packed)
+{
+    const float x = (float)(int16_t)(packed & 0xffffu), y = (float)(int16_t)(packed >> 16);
+    const int32_t left = (int32_t)floorf(x * (127.0f / 32767.0f) + 0.5f);
+    const int32_t low = (int32_t)floorf(y * (127.0f / 32767.0f) + 0.5f);
+    return ((uint32_t)low & 0xffu) << 8 | ((uint32_t)left & 0xffu);
+}
+
 /* What both read: a code of `steps` to 1 and to -1 a coordinate. */
 static inline void octahedron_unpack(int32_t x, int32_t y, float steps, float n[3])
 {

@@ -52,8 +52,8 @@ struct lane_kernels {
     void (*store_sub)(const struct block *b, const struct surface *s, const uint16_t *depth,
                       const struct geometry_sub_planes *planes);
 
-    /* octahedron_unpack16 of each lane; and p->alike and p->open of lone_finder.h, which returns
-     * whether any lane is open. */
+    /* octahedron_unpack16 of each lane; and p->alike, p->open and p->settled of lone_finder.h,
+     * which returns whether any lane is open. */
     void (*unpack_normals)(const uint32_t *packed, struct lanes3 *out);
     bool (*match_subs)(const struct surface_view *view, const struct lanes_mask *kept,
                        struct lone_pixels *p);

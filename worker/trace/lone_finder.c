@@ -9,7 +9,7 @@
 #include "worker/trace/primary.h"
 
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
-                      const struct samples *samples)
+                      struct samples *samples)
 {
     const struct plan *plan = c->plan;
     const struct rect image = {0, 0, plan->width_px, plan->height_px};
@@ -120,6 +120,7 @@ static void load_pixels(const struct lone_finder *f, const struct block *b, stru
     for (int i = 0; i < LANES; i++) {
         p->depth[i] = surface_distance(p->depth[i]);
         p->id[i] = surface_sub_id(p->id[i]);
+        p->coarse[i] = octahedron_coarsen(p->normal[i]);
     }
 }
 
@@ -135,9 +136,22 @@ static void load_subs(const struct lone_finder *f, const struct block *b, uint32
     half_to_floats(depth, p->distance, LANES);
     for (int i = 0; i < LANES; i++) {
         p->distance[i] = surface_sub_distance(p->distance[i], p->depth[i], unit);
+        p->sub_depth[i] = depth[i];
         p->sub_normal[i] = normal[i];
         p->sub_id[i] = id[i];
     }
+}
+
+static void store_settled(const struct lone_finder *f, const struct block *b, uint32_t k,
+                          const struct lone_pixels *p)
+{
+    _Alignas(LANES_ALIGN) uint16_t depth[LANES], normal[LANES];
+    for (int i = 0; i < LANES; i++) {
+        depth[i] = (uint16_t)p->sub_depth[i];
+        normal[i] = (uint16_t)p->sub_normal[i];
+    }
+    block_store_u16(b, depth, samples_u16(f->samples, PLANE_SUB_DEPTH, k));
+    block_store_u16(b, normal, samples_u16(f->samples, PLANE_SUB_NORMAL, k));
 }
 
 static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
@@ -151,7 +165,7 @@ static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
     return sum > 0;
 }
 
-/* True only when the sub-sample shows its own pixel's surface. */
+/* What match_subs has left open: true only when the sub-sample shows its own pixel's surface. */
 static bool is_surely_own(const struct lone_finder *f, const struct block *b,
                           const struct lone_pixels *p, int i, struct surface_facing *facing)
 {
@@ -167,10 +181,9 @@ static bool is_surely_own(const struct lone_finder *f, const struct block *b,
 }
 
 static bool is_lone(struct lone_finder *f, const struct block *b, const struct lone_pixels *p,
-                    uint32_t k, int i, struct surface_facing *facing)
+                    uint32_t k, int i)
 {
     const struct plan *plan = f->context->plan;
-    if (!p->open.on[i] || is_surely_own(f, b, p, i, facing)) return false;
     if (!reflects(f->samples, k, b->element[i])) return false;
     struct lone_candidate sub = {.x_px = b->x_px[i], .y_px = b->y_px[i]};
     float normal[3];
@@ -179,6 +192,22 @@ static bool is_lone(struct lone_finder *f, const struct block *b, const struct l
     shown_surface_init(&f->view, (float)sub.x_px + sub.offset[0], (float)sub.y_px + sub.offset[1],
                        p->distance[i], normal, p->sub_id[i], &sub.surface);
     return !is_shown(f, &sub);
+}
+
+/* Sub-samples k that match_subs has left open. */
+static void look_closer(struct lone_finder *f, const struct block *b, struct lone_pixels *p,
+                        uint32_t k, struct surface_facing facing[LANES], struct lanes_mask *lone)
+{
+    for (int i = 0; i < LANES; i++) {
+        if (!p->open.on[i]) continue;
+        if (is_surely_own(f, b, p, i, &facing[i])) {
+            p->sub_depth[i] = 0;
+            p->sub_normal[i] = p->coarse[i];
+            p->settled = true;
+        } else {
+            lone->on[i] = -(int32_t)is_lone(f, b, p, k, i);
+        }
+    }
 }
 
 uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
@@ -192,10 +221,10 @@ uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
     kernels->unpack_normals(p.normal, &p.facing);
     for (uint32_t k = 0; k < f->context->plan->sub_samples; k++) {
         load_subs(f, b, k, &p);
-        const bool open = kernels->match_subs(&f->view, &b->kept, &p);
-        for (int i = 0; i < LANES; i++)
-            lone[k].on[i] = open && is_lone(f, b, &p, k, i, &facing[i]) ? -1 : 0;
-        count += open ? lanes_count(&lone[k]) : 0;
+        lone[k] = (struct lanes_mask){{0}};
+        if (kernels->match_subs(&f->view, &b->kept, &p)) look_closer(f, b, &p, k, facing, &lone[k]);
+        if (p.settled) store_settled(f, b, k, &p);
+        count += lanes_count(&lone[k]);
     }
     return count;
 }

@@ -30,16 +30,18 @@ struct lone_pixels {
     _Alignas(LANES_ALIGN) float distance[LANES];
     _Alignas(LANES_ALIGN) uint32_t normal[LANES];
     _Alignas(LANES_ALIGN) uint32_t id[LANES];
-    _Alignas(LANES_ALIGN) uint32_t sub_normal[LANES];
+    _Alignas(LANES_ALIGN) uint32_t coarse[LANES]; /* the pixels' normals, packed as sub-samples' */
+    _Alignas(LANES_ALIGN) uint32_t sub_depth[LANES], sub_normal[LANES];
     _Alignas(LANES_ALIGN) uint32_t sub_id[LANES];
     struct lanes3 facing;    /* the pixels' normals */
     struct lanes_mask alike; /* ids and normals of both, which show something */
     struct lanes_mask open;  /* kept, shows something, and not surely what the pixel shows */
+    bool settled;            /* some sub_depth or sub_normal are those of the pixels now */
 };
 
 struct lone_finder {
     const struct path_context *context; /* of rays to pixel centres; its counters count them */
-    const struct samples *samples;
+    struct samples *samples;
     struct rect tile, cells; /* cells: blocks that hold the tile and the pixels around it */
     struct surface_view view;
     struct lone_cell ring[4 * LONE_SIDE_CELLS]; /* top, bottom, left and right cells */
@@ -50,9 +52,11 @@ struct lone_finder {
 
 /* All is borrowed; the plan has PLANE_LONE. */
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
-                      const struct samples *samples);
+                      struct samples *samples);
 
 /* Which of the block's kept lanes have a lone sub-sample k that reflects anything; how many
- * sub-samples that is. */
+ * sub-samples that is. Planes of those that surely show their pixel's surface say from then on that
+ * they lie and face as it does: all that anybody asks of them is whether they are it, and what says
+ * so takes the fewest bytes. */
 uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
                           struct lanes_mask lone[LIMIT_SUB_SAMPLES]);

@@ -20,7 +20,7 @@ static bool kernel_match_subs(const struct surface_view *view,
                               struct lone_pixels *restrict p)
 {
     const struct surface_view v = *view;
-    int32_t any = 0;
+    int32_t any = 0, settled = 0;
     for (int i = 0; i < LANES; i++) {
         float n[3];
         const uint32_t packed = p->sub_normal[i];
@@ -31,10 +31,14 @@ static bool kernel_match_subs(const struct surface_view *view,
         const int32_t shown = -((p->sub_id[i] != 0) & (distance > 0.0f));
         const int32_t alike = -((cosine >= SURFACE_COS_FULL) & (p->sub_id[i] == p->id[i]) &
                                 (depth > 0.0f) & (distance > 0.0f));
-        const int32_t near = -surface_near_anyhow(&v, depth, distance);
+        const int32_t near = -surface_near_anyhow(&v, depth, distance), same = alike & near;
         p->alike.on[i] = alike;
-        p->open.on[i] = kept->on[i] & shown & ~(alike & near);
+        p->open.on[i] = kept->on[i] & shown & ~same;
+        p->sub_depth[i] &= (uint32_t)~same; /* d / d_ref - 1: 0 */
+        p->sub_normal[i] = (p->coarse[i] & (uint32_t)same) | (packed & (uint32_t)~same);
         any |= p->open.on[i];
+        settled |= same;
     }
+    p->settled = settled != 0;
     return any != 0;
 }

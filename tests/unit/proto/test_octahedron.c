@@ -42,7 +42,7 @@ static void check_unit(const float n[3])
 static void errors_are_small(void **state)
 {
     (void)state;
-    double worst16 = 0, worst8 = 0;
+    double worst16 = 0, worst8 = 0, coarsest = 0;
     for (int i = 0; i < DIRECTIONS; i++) {
         float n[3], back[3];
         direction(i, n);
@@ -50,9 +50,12 @@ static void errors_are_small(void **state)
         worst16 = fmax(worst16, angle(n, back));
         octahedron_unpack8(octahedron_pack8(n), back);
         worst8 = fmax(worst8, angle(n, back));
+        octahedron_unpack8((uint16_t)octahedron_coarsen(octahedron_pack16(n)), back);
+        coarsest = fmax(coarsest, angle(n, back));
     }
     if (worst16 >= 5e-5) fail_msg("16 bits: %g rad", worst16);
     if (worst8 >= 0.013) fail_msg("8 bits: %g rad", worst8);
+    if (coarsest >= 0.02) fail_msg("8 bits of 16: %g rad", coarsest);
 }
 
 static void length_does_not_matter(void **state)

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "proto/job.h"
+#include "proto/octahedron.h"
 #include "server/image/image.h"
 #include "server/reconstruct/compose.h"
 #include "server/reconstruct/resolve_run.h"
@@ -249,6 +250,50 @@ static void blocks_are_their_pixels(void **state)
     }
 }
 
+/* Sub-sample k of pixel i lies and faces as the pixel does from now on, as workers have it of those
+ * that surely show its surface (lone_finder.h). False: it does not. */
+static bool settle(const struct resolver *r, struct patch *p, uint32_t k, size_t i)
+{
+    struct surface_facing facing = {.known = false};
+    float normal[3];
+    if (!surface_surely_same(&r->view, p, i, k, &facing) ||
+        !surface_near_anyhow(&r->view, p->depth[i], p->sub_depth[k][i]))
+        return false;
+    for (int c = 0; c < 3; c++) normal[c] = p->normal[c][i];
+    octahedron_unpack8((uint16_t)octahedron_coarsen(octahedron_pack16(normal)), normal);
+    for (int c = 0; c < 3; c++) p->sub_normal[k][c][i] = normal[c];
+    p->sub_depth[k][i] = p->depth[i];
+    return true;
+}
+
+/* To the last bit, errors too. */
+static void what_is_surely_same_may_be_settled(void **state)
+{
+    uint32_t settled = 0, rounds = 60;
+    (void)state;
+    for (uint32_t round = 0; round < rounds; round++) {
+        struct patch patch;
+        struct lighting lighting;
+        struct resolver resolver;
+        struct plan plan;
+        struct resolved before[AREA];
+        make_plan(&plan, round & 1, round % 3 != 0);
+        make_patch(&patch, round & 2);
+        make_lighting(&lighting, round & 2);
+        resolver_init(&resolver, &plan, &patch, &lighting);
+        resolver.errors = round & 4;
+        for (size_t i = 0; i < AREA; i++) resolve_pixel(&resolver, i, &before[i]);
+        for (size_t i = 0; i < AREA; i++)
+            for (uint32_t k = 0; k < SUBS; k++) settled += settle(&resolver, &patch, k, i);
+        for (size_t i = 0; i < AREA; i++) {
+            struct resolved now;
+            resolve_pixel(&resolver, i, &now);
+            assert_memory_equal(&now, &before[i], sizeof now);
+        }
+    }
+    assert_in_range(settled, rounds * AREA * SUBS / 10, rounds * AREA * SUBS * 9 / 10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -256,6 +301,7 @@ int main(void)
         cmocka_unit_test(nothing_is_plain_where_errors_are_asked_for),
         cmocka_unit_test(planes_may_be_missing),
         cmocka_unit_test(blocks_are_their_pixels),
+        cmocka_unit_test(what_is_surely_same_may_be_settled),
     };
     return cmocka_run_group_tests_name("resolve_run", tests, NULL, NULL);
 }

@@ -51,25 +51,38 @@ static bool pixel_surface(const struct surface_view *view, const struct samples 
     return true;
 }
 
-/* By the definition, without any short cut. */
-static bool is_lone(const struct plan *p, const struct samples *s, uint32_t place)
+/* What the planes have of a sub-sample, and how much that is its own pixel's surface. False: it
+ * shows none. */
+static bool sub_surface(const struct plan *p, const struct surface_view *view,
+                        const struct samples *s, uint32_t place, float at[2],
+                        struct shown_surface *sub, float *own)
 {
     const int32_t pixel = (int32_t)(place / 3), x = pixel % SIDE, y = pixel / SIDE;
     const uint32_t k = place % 3;
-    struct surface_view view;
-    struct shown_surface sub, shown;
-    float n[3], at[2], own = 0.0f, sum;
-    surface_view_init(&view, p);
+    struct shown_surface shown;
+    float n[3];
     const uint16_t id = samples_u16(s, PLANE_SUB_ID, k)[pixel];
     if (id == 0) return false;
     const float depth = samples_f32(s, PLANE_DEPTH, 0)[pixel];
     const float relative = half_to_float(samples_u16(s, PLANE_SUB_DEPTH, k)[pixel]);
     octahedron_unpack8(samples_u16(s, PLANE_SUB_NORMAL, k)[pixel], n);
     pattern_pixel(&p->pattern, x, y, k, 3, at);
-    shown_surface_init(&view, (float)x + at[0], (float)y + at[1],
-                       surface_sub_distance(relative, depth, p->length_unit), n, id, &sub);
-    if (pixel_surface(&view, s, x, y, &shown)) own = surface_match(&view, &sub, &shown);
-    sum = own;
+    shown_surface_init(view, (float)x + at[0], (float)y + at[1],
+                       surface_sub_distance(relative, depth, p->length_unit), n, id, sub);
+    *own = pixel_surface(view, s, x, y, &shown) ? surface_match(view, sub, &shown) : 0.0f;
+    return true;
+}
+
+/* By the definition, without any short cut. */
+static bool is_lone(const struct plan *p, const struct samples *s, uint32_t place)
+{
+    const int32_t pixel = (int32_t)(place / 3), x = pixel % SIDE, y = pixel / SIDE;
+    struct surface_view view;
+    struct shown_surface sub, shown;
+    float at[2], own;
+    surface_view_init(&view, p);
+    if (!sub_surface(p, &view, s, place, at, &sub, &own)) return false;
+    float sum = own;
     for (int32_t dy = -1; dy <= 1; dy++)
         for (int32_t dx = -1; dx <= 1; dx++)
             if ((dx || dy) && pixel_surface(&view, s, x + dx, y + dy, &shown))
@@ -184,18 +197,49 @@ static void black_ones_are_left(void **state)
     free(f);
 }
 
-/* Without the list nothing else is traced, and with it planes stay what they are. */
+/* Makes a sub-sample that `with` has otherwise what it is in `without`: then it lies and faces as
+ * its pixel does, and is that pixel's surface altogether by what `without` has of it. */
+static bool unsettle(const struct plan *p, struct samples *with, const struct samples *without,
+                     uint32_t place)
+{
+    const uint32_t pixel = place / 3, k = place % 3;
+    uint16_t *depth = &samples_u16(with, PLANE_SUB_DEPTH, k)[pixel];
+    uint16_t *normal = &samples_u16(with, PLANE_SUB_NORMAL, k)[pixel];
+    const uint16_t was_depth = samples_u16(without, PLANE_SUB_DEPTH, k)[pixel];
+    const uint16_t was_normal = samples_u16(without, PLANE_SUB_NORMAL, k)[pixel];
+    struct surface_view view;
+    struct shown_surface sub;
+    float at[2], own;
+    if (*depth == was_depth && *normal == was_normal) return false;
+    assert_int_equal(*depth, 0);
+    assert_int_equal(*normal, octahedron_coarsen(samples_u32(with, PLANE_NORMAL, 0)[pixel]));
+    surface_view_init(&view, p);
+    for (int n = 0; n < 2; n++) {
+        assert_true(sub_surface(p, &view, n ? with : without, place, at, &sub, &own));
+        assert_true(own == 1.0f);
+    }
+    *depth = was_depth;
+    *normal = was_normal;
+    return true;
+}
+
+/* Without the list nothing else is traced, and with it planes stay what they are but where
+ * sub-samples show their pixel's surface. */
 static void planes_stay_as_they_are(void **state)
 {
     (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
+    uint32_t settled = 0;
     struct traced with = trace_all(f, &p);
     p.planes &= ~PLANE_BIT(LONE);
     struct traced without = trace_all(f, &p);
     assert_null(without.samples->lone);
     assert_int_equal(count(&without, COUNTER_RAYS_LONE), 0);
     assert_int_equal(with.samples->layout.total_bytes, without.samples->layout.total_bytes);
+    for (uint32_t place = 0; place < 3 * SIDE * SIDE; place++)
+        settled += unsettle(&p, with.samples, without.samples, place);
+    assert_in_range(settled, SIDE * SIDE, 3 * SIDE * SIDE);
     assert_memory_equal(with.samples->data, without.samples->data,
                         with.samples->layout.total_bytes);
     for (uint32_t i = 0; i < COUNTER_COUNT; i++)

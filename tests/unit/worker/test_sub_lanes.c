@@ -69,6 +69,8 @@ static void random_pixels(struct random *seed, struct lone_pixels *p)
         float n[3] = {random_unit(seed), random_unit(seed), 0.3f};
         p->normal[i] = octahedron_pack16(n);
         n[0] += 0.25f * random_unit(seed);
+        p->coarse[i] = octahedron_coarsen(p->normal[i]);
+        p->sub_depth[i] = 1 + (uint32_t)random_bits(seed) % 0x7bffu;
         p->sub_normal[i] = octahedron_pack8(n);
         p->id[i] = 1 + random_bits(seed) % 2;
         p->sub_id[i] = random_bits(seed) % 4 == 0 ? 0xffffu : p->id[i];
@@ -82,12 +84,14 @@ static void random_pixels(struct random *seed, struct lone_pixels *p)
 }
 
 struct matched {
-    uint32_t alike, open, lanes;
+    uint32_t alike, open, settled, lanes;
 };
 
-/* What match_subs says of lane i, by the functions that it stands for. */
+/* What match_subs says of lane i of *p, by the functions that it stands for, and what it has made
+ * of the sub-sample. */
 static void check_match(const struct surface_view *view, const struct lanes_mask *kept,
-                        const struct lone_pixels *p, int i, struct matched *sum)
+                        const struct lone_pixels *p, const struct lone_pixels *now, int i,
+                        struct matched *sum)
 {
     float a[3], b[3];
     octahedron_unpack16(p->normal[i], a);
@@ -97,10 +101,13 @@ static void check_match(const struct surface_view *view, const struct lanes_mask
     const bool alike = faces && seen && p->id[i] == p->sub_id[i];
     const bool own = alike && surface_near(view, p->depth[i], p->distance[i]) == SURFACE_NEAR;
     const bool shown = p->sub_id[i] != 0 && p->distance[i] > 0.0f;
-    assert_int_equal(p->alike.on[i], -alike);
-    assert_int_equal(p->open.on[i], kept->on[i] & -(shown && !own));
+    assert_int_equal(now->alike.on[i], -alike);
+    assert_int_equal(now->open.on[i], kept->on[i] & -(shown && !own));
+    assert_int_equal(now->sub_depth[i], own ? 0 : p->sub_depth[i]);
+    assert_int_equal(now->sub_normal[i], own ? p->coarse[i] : p->sub_normal[i]);
     sum->alike += alike;
-    sum->open += p->open.on[i] != 0;
+    sum->open += now->open.on[i] != 0;
+    sum->settled += own;
     sum->lanes++;
 }
 
@@ -119,11 +126,13 @@ static void test_matches_are_those_of_one_by_one(void **state)
         surface_view_init(&view, &plan);
         random_pixels(&seed, &p);
         for (int k = 0; k < isa_count(); k++) {
-            const uint32_t before = sum.open;
-            lane_kernels_for(all_isas[k])->unpack_normals(p.normal, &p.facing);
-            const bool any = lane_kernels_for(all_isas[k])->match_subs(&view, &kept, &p);
-            for (int i = 0; i < LANES; i++) check_match(&view, &kept, &p, i, &sum);
-            assert_int_equal(any, sum.open > before);
+            const struct matched before = sum;
+            struct lone_pixels now = p;
+            lane_kernels_for(all_isas[k])->unpack_normals(now.normal, &now.facing);
+            const bool any = lane_kernels_for(all_isas[k])->match_subs(&view, &kept, &now);
+            for (int i = 0; i < LANES; i++) check_match(&view, &kept, &p, &now, i, &sum);
+            assert_int_equal(any, sum.open > before.open);
+            assert_int_equal(now.settled, sum.settled > before.settled);
         }
     }
     assert_in_range(sum.alike, sum.lanes / 10, sum.lanes * 9 / 10);
