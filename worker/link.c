@@ -131,6 +131,7 @@ static int parse_address(struct link *l, const char *address, struct fault *faul
     if (e == ERR_LIMIT)
         return fault_set(fault, e, address, "a socket path has 1 to %zu bytes",
                          sizeof((struct sockaddr_un *)0)->sun_path - 1);
+    if (e == ERR_MEMORY) return fault_set(fault, e, address, "%s", error_text(e));
     return e ? fault_set(fault, e, address, "expected unix:PATH or HOST:PORT") : 0;
 }
 
@@ -146,7 +147,7 @@ int link_create(uv_loop_t *loop, const char *address, const struct link_key *key
                 const struct link_client *client, struct link **out, struct fault *fault)
 {
     struct link *l = calloc(1, sizeof *l);
-    if (!l) return fault_set(fault, ERR_MEMORY, address, "no memory for the link");
+    if (!l) return fault_set(fault, ERR_MEMORY, address, "%s", error_text(ERR_MEMORY));
     const int e = parse_address(l, address, fault);
     if (e) {
         free(l);

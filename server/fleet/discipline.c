@@ -53,6 +53,13 @@ void fleet_forgive(struct fleet *fleet)
     }
 }
 
+void fleet_note_silent(void *ctx, const struct session *s)
+{
+    struct fleet *fleet = ctx;
+    if (s->local && fleet->processes && !fleet->closing)
+        processes_end(fleet->processes, (int64_t)s->hello.pid);
+}
+
 bool fleet_note_gone(void *ctx, const struct session *s)
 {
     struct fleet *fleet = ctx;

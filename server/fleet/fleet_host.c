@@ -123,6 +123,7 @@ struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, st
                                  .result = take_result,
                                  .returned = tile_returned,
                                  .gone = fleet_note_gone,
+                                 .silent = fleet_note_silent,
                                  .struck = fleet_struck,
                                  .faulted = tile_faulted,
                                  .blob_path = blob_path,

@@ -64,5 +64,7 @@ bool fleet_note_gone(void *fleet, const struct session *s);
  */
 void fleet_note_joined(struct fleet *fleet, const struct session *s);
 void fleet_note_stopped(void *fleet, int64_t pid);
+/* As session_host: one of our own processes is ended, and started again. */
+void fleet_note_silent(void *fleet, const struct session *s);
 /* As session_host. */
 void fleet_struck(void *fleet, struct session *s, enum strike kind);

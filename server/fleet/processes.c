@@ -217,6 +217,15 @@ int processes_create(uv_loop_t *loop, const struct processes_options *options, u
     return 0;
 }
 
+void processes_end(struct processes *p, int64_t pid)
+{
+    for (unsigned i = 0; i < p->count; i++) {
+        struct child *c = &p->children[i];
+        const bool lives = c->running && !uv_is_closing((uv_handle_t *)&c->process);
+        if (lives && c->process.pid == pid) uv_process_kill(&c->process, SIGKILL);
+    }
+}
+
 static void on_patience_ended(uv_timer_t *timer)
 {
     struct child *c = timer->data;

@@ -32,6 +32,10 @@ struct processes_options {
 int processes_create(uv_loop_t *loop, const struct processes_options *options, uint64_t *respawned,
                      struct processes **out, struct fault *fault);
 
+/* SIGKILL to the child that is process `pid`, if there is one: it is started again, as one that
+ * died. */
+void processes_end(struct processes *p, int64_t pid);
+
 /* SIGTERM to all, SIGKILL after 5 s; `closed` is called from the loop when all are gone and freed.
  * Must be called exactly once. */
 void processes_close(struct processes *p, void (*closed)(void *ctx), void *ctx);

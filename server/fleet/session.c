@@ -137,6 +137,7 @@ void session_end(struct session *s, enum session_end why)
     if (greeted && why == SESSION_BREACHED) s->host->struck(s->host->ctx, s, STRIKE_PROTOCOL);
     if (greeted && why == SESSION_SILENT && s->leases.count > 0)
         s->host->struck(s->host->ctx, s, STRIKE_SILENT);
+    if (greeted && why == SESSION_SILENT) s->host->silent(s->host->ctx, s);
     session_drop(s);
     if (s->leases.count > 0) return_leases(s, return_of(s, why));
 }

@@ -52,6 +52,8 @@ struct session_host {
                      enum fleet_return why);
     /* Its link broke while it held tiles. Whether it may have died of what it was at. */
     bool (*gone)(void *ctx, const struct session *s);
+    /* It has not been heard for too long, and is being dropped. */
+    void (*silent)(void *ctx, const struct session *s);
     /* It may be put into quarantine from inside. */
     void (*struck)(void *ctx, struct session *s, enum strike kind);
     void (*faulted)(void *ctx, struct session *s, const struct message_tile_fault *fault);

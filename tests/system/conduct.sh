@@ -186,6 +186,13 @@ killed_from_outside() {
     await_state "$id" finished 60 && same_bytes "$id" heavy
 }
 check "a worker killed four times at the same tile: the job is done, the same bytes" killed_from_outside
+stopped_for_good() { # nobody else is there who could do its tiles
+    local id
+    id=$(submit heavy) || return 1
+    kill_at_work STOP "$id" 1 || return 1
+    await_state "$id" finished 60 && same_bytes "$id" heavy
+}
+check "the only worker stands still for good: it is ended and started again, the same bytes" stopped_for_good
 crashed() {
     local id
     id=$(submit heavy) || return 1
