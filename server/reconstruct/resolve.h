@@ -25,8 +25,8 @@ struct resolver {
     struct surface_view view;
     uint32_t subs; /* sub-samples that take part: 0 when planes for the comparison are missing */
     float share;   /* 1 / (1 + subs) */
-    bool errors;   /* wanted: set by the caller */
-    bool parts;    /* of total, direct and indirect are wanted, too: set by the caller */
+    bool errors;   /* are wanted; false unless the caller says otherwise */
+    bool parts;    /* direct and indirect light are wanted beside their total; true unless so, too */
 };
 
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,

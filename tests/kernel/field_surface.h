@@ -28,13 +28,14 @@ static inline bool field_same_surface(const struct shadow_pixels *p, size_t own,
            (off <= p->plane_least[own] || off * off <= share * d2);
 }
 
-/* The largest error of some numbers, over the greatest of them. */
+/* The largest error of some numbers, over the greatest of them; infinite where one is none. */
 static inline double field_error(const double *right, const float *found, size_t count)
 {
     double most = 1e-6, error = 0.0;
     for (size_t i = 0; i < count; i++) {
         most = fmax(most, fabs(right[i]));
+        if (!isfinite(found[i])) return INFINITY; /* fmax would pass over it */
         error = fmax(error, fabs(right[i] - (double)found[i]));
     }
-    return isfinite(error) ? error / most : INFINITY;
+    return error / most;
 }

@@ -179,8 +179,9 @@ static inline void field_planes(struct random *r, bool wild, struct kernel_field
     for (size_t i = 0; i < area; i++) {
         const bool left = i % (size_t)f->width < (size_t)f->width / 2;
         out->planes[0][i] = wild && left ? 1.0f : random_unit(r);
-        out->planes[1][i] = wild ? field_between(r, 0.0f, 0.02f) : 1.0f;
-        out->planes[2][i] = wild && field_once_in(r, 30) ? 1e30f : 150.0f;
+        out->planes[1][i] = wild ? field_between(r, 0.0f, 0.04f) : 1.0f;
+        out->planes[2][i] = wild ? field_between(r, 20.0f, 800.0f) : 150.0f;
+        if (wild && field_once_in(r, 30)) out->planes[2][i] = 1e30f;
         if (out->shown.slot[i] < 0) continue; /* no room to walk */
         out->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
         if (wild && field_once_in(r, 3)) out->reach[i] = 0;

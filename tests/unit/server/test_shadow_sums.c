@@ -19,9 +19,14 @@
 #define CELL_NODES (2 * SHADOW_STRATA_MAX + 2)
 #define LANES_MOST (SHADOW_STRATA_MAX + 4)
 
-static const struct shadow_kernels *set(int n)
+/* The sets of kernels that run here; returns how many. */
+static int sets(const struct shadow_kernels *out[3])
 {
-    return n == 0 ? &shadow_kernels_c : shadow_kernels_best();
+    int count = 0;
+    out[count++] = &shadow_kernels_c;
+    out[count++] = shadow_kernels_best();
+    if (out[1] == &shadow_kernels_avx512) out[count++] = &shadow_kernels_avx2;
+    return count;
 }
 
 /* -- projections -- */
@@ -189,13 +194,15 @@ static double worst_slopes(const struct shadow_kernels *kernels, const struct ke
 static double worst_of(double (*worst_by)(const struct shadow_kernels *,
                                           const struct kernel_field *))
 {
+    const struct shadow_kernels *kernels[3];
+    const int count = sets(kernels);
     double worst = 0.0;
     for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) {
         struct kernel_field k;
         field_init(&k, l, 17, 13, 200 + l, true);
         for (size_t i = 0; i < (size_t)k.field.width * (size_t)k.field.height; i += 37)
             k.a[i] = NAN;
-        for (int n = 0; n < 2; n++) worst = fmax(worst, worst_by(set(n), &k));
+        for (int n = 0; n < count; n++) worst = fmax(worst, worst_by(kernels[n], &k));
         field_fini(&k);
     }
     print_message("off by %.2g\n", worst);
