@@ -36,15 +36,17 @@ export class Picture {
       this.onLost?.(true);
     });
     canvas.addEventListener("webglcontextrestored", () => {
+      if (this.gl.isContextLost()) return; // once more already
       this.lost = false;
-      this.onLost?.(false);
       this.textures.clear();
       this.coarse.clear();
       this.programs.clear();
       this.last = null;
       this.build();
+      this.onLost?.(false);
       this.draw();
     });
+    this.lost = this.gl.isContextLost();
     this.programs = new Map(); // by the kind of picture, as fragment() has it
     this.build();
   }
@@ -84,7 +86,7 @@ export class Picture {
   makeTexture(format, width, height) {
     const { gl } = this;
     const max = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    if (width > max || height > max) throw new Error(`${width} × ${height} is above this GPU's ${max}; use the PNG link.`);
+    if (max && (width > max || height > max)) throw new Error(`${width} × ${height} is above this GPU's ${max}; use the PNG link.`);
     const texture = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, texture);

@@ -1,5 +1,6 @@
 // The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
 import { getJob } from "./api.js";
+import { CanvasNote } from "./canvas_note.js";
 import { Compare, differenceOf } from "./compare.js";
 import { Display } from "./display.js";
 import { setText } from "./elements.js";
@@ -38,6 +39,7 @@ export class PictureView {
     // Of whoever moves the camera: whether there is to be another view than that which is in sight.
     this.awaitsView = () => false;
     const redraw = () => this.redraw();
+    this.note = new CanvasNote(elements.note);
     this.viewport = new Viewport(redraw);
     this.compare = new Compare(() => { this.showCompare(); redraw(); });
     this.display = new Display(elements, () => { this.measureSoon(); redraw(); });
@@ -50,12 +52,13 @@ export class PictureView {
     this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
-      this.picture.onError = (error) => this.note(error.message);
-      this.picture.onLost = (lost) => this.noteLost(lost);
+      this.picture.onError = (error) => this.note.set({ fault: error.message });
+      this.picture.onLost = (lost) => this.note.set({ lost });
+      this.note.set({ lost: this.picture.lost });
       this.picture.onDrawn = () => this.drawn();
       this.picture.onShown = () => this.onViewShown?.(this.viewDrawn);
     } catch (error) {
-      this.note(error.message);
+      this.note.set({ fault: error.message });
     }
     this.gestures = new Gestures(elements.canvas, this.viewport, {
       onDrag: (kind, x, y, event) => this.cameraDrag?.(kind, x, y, event) ||
@@ -110,7 +113,7 @@ export class PictureView {
     this.layers = [];
     delete this.at.canvas.dataset.view;
     if (!this.under) this.viewport.setPicture(0, 0);
-    this.at.note.hidden = true;
+    this.note.set({ refusal: "", fault: this.picture ? "" : this.note.fault });
     this.at.otherJob.value = this.at.otherFile.value = "";
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
@@ -151,7 +154,7 @@ export class PictureView {
     this.source = this.sources.get(this.job, layer);
     if (this.under?.images.has(layer)) this.source.image.showOver(this.under.images.get(layer));
     this.at.layer.value = layer;
-    if (this.noted === "refused") this.at.note.hidden = true;
+    this.note.set({ refusal: "" });
     this.display.setLayer(layer);
     this.follow(this.source);
     if (this.compare.mode !== "off") this.followOther();
@@ -371,20 +374,6 @@ export class PictureView {
   say(text) { this.at.said.textContent = text; }
 
   noteRefused({ layer }, error) {
-    this.note(`There are no pixels of the layer ${layer.replaceAll("_", " ")}: ${error.message}`);
-    this.noted = "refused";
-  }
-
-  // The browser takes graphics away where its own process for them ends, or memory does.
-  noteLost(lost) {
-    if (lost) this.note("The browser has taken the picture's graphics away. The picture comes back with them; if it does not, reload the page.");
-    else if (this.noted === "lost") this.at.note.hidden = true;
-    this.noted = lost ? "lost" : "";
-  }
-
-  note(text) {
-    this.noted = "fault";
-    this.at.note.hidden = false;
-    this.at.note.textContent = text;
+    this.note.set({ refusal: `There are no pixels of the layer ${layer.replaceAll("_", " ")}: ${error.message}` });
   }
 }

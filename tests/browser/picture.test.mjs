@@ -297,6 +297,8 @@ await runAll(async () => {
     });
     await until("the word of it", async () => (await page.isVisible("#canvas-note")) && /taken the picture's graphics away/.test(await text(page, "canvas-note")));
     await press(page, "l"); // what is asked for meanwhile is drawn then
+    await settle(page);
+    expect(await page.isVisible("#canvas-note"), "another layer hides it");
     await page.evaluate(() => window.taken.restoreContext());
     await until("no word of it", () => page.isHidden("#canvas-note"));
     await until("another layer", async () => Math.abs(await mean(page) - before) > 3);
