@@ -26,7 +26,7 @@ struct resolver {
     uint32_t subs; /* sub-samples that take part: 0 when planes for the comparison are missing */
     float share;   /* 1 / (1 + subs) */
     bool errors;   /* are wanted; false unless the caller says otherwise */
-    bool parts;    /* direct and indirect light are wanted beside their total; true unless so, too */
+    bool parts;    /* direct and indirect light, too: true unless the caller says otherwise */
 };
 
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,
