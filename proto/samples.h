@@ -31,8 +31,9 @@ enum plane_id {
     PLANE_ALBEDO = 2,        /* 3 x u16: unorm, diffuse albedo */
     PLANE_ID = 3,            /* u32: instance index + 1; 0: no surface */
     PLANE_SUB_DEPTH = 4,     /* per sub-sample f16: d/d_ref - 1, d_ref the pixel's depth or, without
-                                surface, length_unit; SUB_DEPTH_MISS: no surface. With PLANE_LONE 0
-                                of those that surely show their pixel's surface (surface_match.h) */
+                                surface, length_unit; SUB_DEPTH_MISS: no surface. Where all of
+                                PLANES_COMPARED are there, 0 of those that surely show their pixel's
+                                surface (surface_match.h) */
     PLANE_SUB_NORMAL = 5,    /* per sub-sample u16: octahedron_pack8; of these the pixel's */
     PLANE_SUB_ALBEDO = 6,    /* per sub-sample 3 x u16: unorm */
     PLANE_SUB_ID = 7,        /* per sub-sample u16: low bits of the id, 0xffff where these are 0;

@@ -131,7 +131,9 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
     if (s->state == SESSION_ENDED) return;
     uv_timer_stop(&s->beat);
     uv_timer_stop(&s->patience);
-    const bool meant = s->state == SESSION_DRAINING && s->options->exit_with_parent;
+    /* a parent that ends tells those that it has welcomed */
+    const bool ends = s->state == SESSION_DRAINING || s->state == SESSION_GREETING;
+    const bool meant = ends && s->options->exit_with_parent;
     if (s->state == SESSION_LEAVING || meant) {
         session_end(s, SESSION_END_TOLD, "");
         return;

@@ -88,8 +88,11 @@ static int trace_lone(struct tile_tracer *t, const struct stages *stages, struct
                       struct samples *samples)
 {
     const struct lone_tools tools = {&t->shadow, &t->indirect, &t->glossy, &t->path};
-    if (samples->layout.lone_parts == 0 || t->point.record) return 0;
-    return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
+    if (t->point.record) return 0;
+    if (samples->layout.lone_parts > 0)
+        return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
+    lone_settle(&stages->field, rect, &t->lone, samples);
+    return 0;
 }
 
 static uint64_t thread_cpu_us(void)

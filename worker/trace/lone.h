@@ -54,3 +54,8 @@ void lone_scratch_fini(struct lone_scratch *s);
  * light field. Rays go to COUNTER_RAYS_LONE. ERR_MEMORY, ERR_STATE when stopped. */
 int lone_trace(const struct path_context *c, const struct lone_tools *tools, struct rect tile,
                struct lone_scratch *scratch, struct samples *samples);
+
+/* Where nothing lights them, too: sub-samples that surely show their pixel's surface say only so
+ * (lone_finder_look). Nothing of planes without what tells. */
+void lone_settle(const struct path_context *c, struct rect tile, struct lone_scratch *scratch,
+                 struct samples *samples);

@@ -122,6 +122,7 @@ static void load_pixels(const struct lone_finder *f, const struct block *b, stru
         p->id[i] = surface_sub_id(p->id[i]);
         p->coarse[i] = octahedron_coarsen(p->normal[i]);
     }
+    f->context->queries->kernels->unpack_normals(p->normal, &p->facing);
 }
 
 static void load_subs(const struct lone_finder *f, const struct block *b, uint32_t k,
@@ -194,37 +195,43 @@ static bool is_lone(struct lone_finder *f, const struct block *b, const struct l
     return !is_shown(f, &sub);
 }
 
-/* Sub-samples k that match_subs has left open. */
-static void look_closer(struct lone_finder *f, const struct block *b, struct lone_pixels *p,
-                        uint32_t k, struct surface_facing facing[LANES], struct lanes_mask *lone)
+/* Loads sub-samples k, and has those that surely show their pixel's surface lie and face as it
+ * does; p->open: others that show something. */
+static void settle(const struct lone_finder *f, const struct block *b, uint32_t k,
+                   struct lone_pixels *p, struct surface_facing facing[LANES])
 {
-    for (int i = 0; i < LANES; i++) {
-        if (!p->open.on[i]) continue;
-        if (is_surely_own(f, b, p, i, &facing[i])) {
-            p->sub_depth[i] = 0;
-            p->sub_normal[i] = p->coarse[i];
-            p->settled = true;
-        } else {
-            lone->on[i] = -(int32_t)is_lone(f, b, p, k, i);
-        }
+    load_subs(f, b, k, p);
+    const bool open = f->context->queries->kernels->match_subs(&f->view, &b->kept, p);
+    for (int i = 0; open && i < LANES; i++) {
+        if (!p->open.on[i] || !is_surely_own(f, b, p, i, &facing[i])) continue;
+        p->open.on[i] = 0;
+        p->sub_depth[i] = 0;
+        p->sub_normal[i] = p->coarse[i];
+        p->settled = true;
     }
+    if (p->settled) store_settled(f, b, k, p);
 }
 
 uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
                           struct lanes_mask lone[LIMIT_SUB_SAMPLES])
 {
     struct surface_facing facing[LANES] = {{.known = false}};
-    const struct lane_kernels *kernels = f->context->queries->kernels;
     struct lone_pixels p;
     uint32_t count = 0;
     load_pixels(f, b, &p);
-    kernels->unpack_normals(p.normal, &p.facing);
     for (uint32_t k = 0; k < f->context->plan->sub_samples; k++) {
-        load_subs(f, b, k, &p);
-        lone[k] = (struct lanes_mask){{0}};
-        if (kernels->match_subs(&f->view, &b->kept, &p)) look_closer(f, b, &p, k, facing, &lone[k]);
-        if (p.settled) store_settled(f, b, k, &p);
+        settle(f, b, k, &p, facing);
+        for (int i = 0; i < LANES; i++)
+            lone[k].on[i] = p.open.on[i] ? -(int32_t)is_lone(f, b, &p, k, i) : 0;
         count += lanes_count(&lone[k]);
     }
     return count;
+}
+
+void lone_finder_settle(const struct lone_finder *f, const struct block *b)
+{
+    struct surface_facing facing[LANES] = {{.known = false}};
+    struct lone_pixels p;
+    load_pixels(f, b, &p);
+    for (uint32_t k = 0; k < f->context->plan->sub_samples; k++) settle(f, b, k, &p, facing);
 }

@@ -50,7 +50,7 @@ struct lone_finder {
     struct block block;
 };
 
-/* All is borrowed; the plan has PLANE_LONE. */
+/* All is borrowed; the planes are those that sub-samples are compared by (PLANES_COMPARED). */
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
                       struct samples *samples);
 
@@ -60,3 +60,6 @@ void lone_finder_init(struct lone_finder *f, const struct path_context *c, struc
  * so takes the fewest bytes. */
 uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
                           struct lanes_mask lone[LIMIT_SUB_SAMPLES]);
+
+/* The latter alone. */
+void lone_finder_settle(const struct lone_finder *f, const struct block *b);
