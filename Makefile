@@ -28,13 +28,13 @@ OPT     := -O2 -g -ffp-contract=off -fno-math-errno
 CPPFLAGS += -I. -I$(B)
 CFLAGS   = $(STD) $(WARN) $(OPT) $(TUNE) $(EXTRA)
 
-proto_src  := $(wildcard proto/*.c)
-server_src := $(filter-out server/main.c,$(shell find server -name '*.c' -not -path 'server/import/*' 2>/dev/null))
+proto_src  := $(sort $(shell find proto -name '*.c'))
+server_src := $(filter-out server/main.c,$(sort $(shell find server -name '*.c' -not -path 'server/import/*')))
 # Environment maps come through the coordinator's reader of OpenEXR.
-import_src := $(filter-out server/import/main.c,$(wildcard server/import/*.c)) \
+import_src := $(filter-out server/import/main.c,$(sort $(shell find server/import -name '*.c'))) \
               $(addprefix server/image/,exr_file.c exr_read.c image.c)
-worker_src := $(filter-out worker/main.c,$(shell find worker -name '*.c' 2>/dev/null))
-unit_src   := $(wildcard tests/unit/*/test_*.c)
+worker_src := $(filter-out worker/main.c,$(sort $(shell find worker -name '*.c')))
+unit_src   := $(sort $(shell find tests/unit -name 'test_*.c'))
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 shim_src   := $(wildcard tests/fake/preload_*.c)
 fake_src   := $(filter-out $(shim_src),$(wildcard tests/fake/*.c))
@@ -210,7 +210,7 @@ help:
 	@sed -n 's/^## /  /p' Makefile
 
 # The build id: the version and a digest of all sources that samples depend on.
-$(B)/build_id.h: $(sort $(wildcard proto/*.[ch] proto/*.def) $(shell find worker server -name '*.[ch]' -o -name '*.def')) Makefile
+$(B)/build_id.h: $(sort $(shell find proto worker server -name '*.[ch]' -o -name '*.def')) Makefile
 	@mkdir -p $(B)
 	@printf '#define BUILD_ID "$(VERSION)+%s"\n' "$$(cat $(sort $(filter-out Makefile,$^)) | sha256sum | cut -c1-12)" > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; touch $@; else mv $@.new $@; fi
@@ -220,7 +220,7 @@ $(B)/obj/proto/build.o: $(B)/build_id.h
 $(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256) $(clocked)
 $(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clocked)
 $(B)/obj/proto/samples%.o $(B)/obj/proto/plane_filter.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/proto/v_plane.o $(B)/obj/server/film/%.o $(B)/obj/server/image/exr_zip.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
-$(B)/obj/worker/tile%.o $(B)/obj/worker/trace/%.o $(B)/obj/server/film/%.o: TUNE := $(stores)
+$(B)/obj/worker/tile/%.o $(B)/obj/worker/trace/%.o $(B)/obj/server/film/%.o: TUNE := $(stores)
 $(B)/obj/server/reconstruct/%.o: TUNE := $(stores) $(scalars)
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
@@ -265,7 +265,7 @@ $(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libreference.a $(B
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 # Tests from which memory is taken away (tests/unit/server/lean_memory.h).
-lean := $(addprefix $(B)/tests/unit/server/test_,imports spools)
+lean := $(addprefix $(B)/tests/unit/server/,job/prepare/test_imports store/test_spools)
 $(lean): private CFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup)
 $(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(B)/libimport.a $(B)/libproto.a
 	@mkdir -p $(@D)

@@ -1,7 +1,7 @@
 #pragma once
 /* Which glossy lobes may share what they see: of a lens sample and the centre of the pixel that it
- * lies in (worker/trace/lens_centres.h), and of the pixels around it
- * (server/reconstruct/lens_lend.h). */
+ * lies in (worker/trace/path/lens_centres.h), and of the pixels around it
+ * (server/reconstruct/lighting/lens_lend.h). */
 #include <stdbool.h>
 
 /* Alphas of GGX within so much of each other. */

@@ -62,7 +62,7 @@ struct plan_light {
 enum environment_kind { ENVIRONMENT_NONE = 0, ENVIRONMENT_CONSTANT = 1, ENVIRONMENT_MAP = 2 };
 struct plan_environment {
     uint32_t kind;
-    struct digest map;  /* blob of proto/environment.h; zero unless MAP */
+    struct digest map;  /* blob of proto/scene/environment.h; zero unless MAP */
     float radiance[3];  /* CONSTANT: from everywhere; MAP: factor of the texels */
     float rotation_rad; /* of a map */
     float power;        /* relative to the lights'; > 0 unless NONE */
@@ -186,7 +186,7 @@ struct plan {
                             PLAN_LENS_SIDE squared go to the pixels that need them most; 0: none */
     uint32_t
         lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
-                         look through (worker/trace/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
+                         look through (worker/trace/path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
     uint32_t
         lens_rest; /* 1: what lens samples hold is lobes' reflection alone, which reconstruction
                       may share among them; else it may have sharp shadows, too */

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "proto/message.h"
+#include "proto/link/message.h"
 #include "proto/plan_filters.h"
 #include "proto/samples.h"
 

@@ -1,5 +1,5 @@
 // Separable sums over what is around each pixel, along the rows, then along the columns: as
-// server/image/convolve.c has them.
+// server/compare/convolve.c has them.
 
 // `across` and `down`: weights of the pixels from -r to r, 2r + 1 of them. `replicate`: beyond the
 // border lie the border's own values; else nothing does.

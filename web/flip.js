@@ -1,6 +1,6 @@
 // How different two pictures look when they alternate at a place: LDR-FLIP after Andersson, Nilsson,
 // Akenine-Moller, Oskarsson, Astrom and Fairchild 2020, "FLIP: A Difference Evaluator for Alternating
-// Images", sections 4.1, 4.2 and 5, as server/image/flip.c. FLIP-like: the pictures are linear
+// Images", sections 4.1, 4.2 and 5, as server/compare/flip.c. FLIP-like: the pictures are linear
 // numbers as the viewer shows them, and pixels that do not count are black in both and left out.
 import { convolve } from "./convolve.js";
 import { distance, hunt, largestDistance, opponent } from "./flip_color.js";

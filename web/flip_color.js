@@ -1,4 +1,4 @@
-// Colours as FLIP has them, as server/image/flip_color.c: linearised CIELAB, in which contrast
+// Colours as FLIP has them, as server/compare/flip_color.c: linearised CIELAB, in which contrast
 // sensitivity is measured, and CIELAB with Hunt's effect. D65; the matrix of sRGB. Colours are three
 // numbers that the caller holds: a picture has millions.
 

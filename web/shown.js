@@ -1,4 +1,4 @@
-// Two layers as the screen shows them: what judges of likeness look at, as server/image/shown.h has
+// Two layers as the screen shows them: what judges of likeness look at, as server/compare/shown.h has
 // it. A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the shader.
 import { halfTable } from "./half.js";
 

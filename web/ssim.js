@@ -1,6 +1,6 @@
 // Structural similarity of two pictures as shown: Wang, Bovik, Sheikh and Simoncelli 2004, equation
 // 13, with a Gaussian window of 11 x 11, sigma 1.5, K1 = 0.01, K2 = 0.03, on Rec. 709 luma in [0, 1].
-// As server/image/ssim.c: windows are cut at the border and at pixels that do not count.
+// As server/compare/ssim.c: windows are cut at the border and at pixels that do not count.
 import { convolve } from "./convolve.js";
 
 const RADIUS = 5, SIGMA = 1.5, C1 = 0.01 ** 2, C2 = 0.03 ** 2;

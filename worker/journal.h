@@ -1,8 +1,9 @@
 #pragma once
-/* The worker's log: lines of proto/log.h that tell which worker they are of and, where it is about
- * a lease, which job's, so that they are found beside the coordinator's own. For the loop's thread.
+/* The worker's log: lines of proto/log/log.h that tell which worker they are of and, where it is
+ * about a lease, which job's, so that they are found beside the coordinator's own. For the loop's
+ * thread.
  */
-#include "proto/log.h"
+#include "proto/log/log.h"
 
 struct journal {
     struct log log;

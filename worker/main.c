@@ -10,8 +10,8 @@
 #include "proto/build.h"
 #include "worker/heap.h"
 #include "worker/options.h"
-#include "worker/replay.h"
-#include "worker/session.h"
+#include "worker/replay/replay.h"
+#include "worker/session/session.h"
 
 #define STATUS_USAGE 2
 

@@ -8,9 +8,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "proto/log.h"
+#include "proto/log/log.h"
 #include "proto/plan.h"
-#include "worker/link.h"
+#include "worker/link/link.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
 

@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "proto/json.h"
 #include "server/cli/event_parser.h"
 #include "server/cli/output_file.h"

@@ -8,15 +8,15 @@
 #include "proto/limits.h"
 #include "server/cli/cli.h"
 #include "server/cli/job_file.h"
-#include "server/cli/likeness.h"
 #include "server/cli/option.h"
 #include "server/cli/output_file.h"
-#include "server/image/difference.h"
-#include "server/image/difference_picture.h"
+#include "server/compare/difference.h"
+#include "server/compare/difference_picture.h"
+#include "server/compare/likeness.h"
+#include "server/compare/reduce.h"
+#include "server/compare/zscore.h"
 #include "server/image/exr.h"
 #include "server/image/png.h"
-#include "server/image/reduce.h"
-#include "server/image/zscore.h"
 
 struct comparison {
     const char *layer, *crop, *picture, *where;

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "proto/error.h"
-#include "proto/log.h"
+#include "proto/log/log.h"
 #include "server/cli/places.h"
 
 struct coordinator;

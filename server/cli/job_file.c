@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "server/cli/scene_bundle.h"
 
 /* Says which file it is: it may be a scene. */

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "proto/json.h"
 
 #define SCENE_TEXT_LIMIT_BYTES (256u << 20)

@@ -7,7 +7,7 @@
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
 #include "server/cli/output_file.h"
-#include "server/cli/tev_push.h"
+#include "server/cli/tev/tev_push.h"
 
 static int save(struct client *c, const char *id, long frame, const char *kind, const char *path,
                 struct fault *fault)

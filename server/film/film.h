@@ -25,7 +25,7 @@
 
 #include "proto/samples.h"
 #include "server/film/passes.h"
-#include "server/reconstruct/patch.h"
+#include "server/reconstruct/patch/patch.h"
 
 struct film;
 

@@ -4,7 +4,7 @@
 #include "server/film/film_work.h"
 #include "server/film/gather.h"
 #include "server/film/gather_lone.h"
-#include "server/reconstruct/lens_light.h"
+#include "server/reconstruct/lighting/lens_light.h"
 
 void film_gather_in(struct film *film, struct scratch *scratch)
 {

@@ -2,7 +2,7 @@
 /* From a tile's narrow planes to a patch's floats: the part of a tile that a patch covers. */
 #include "proto/samples.h"
 #include "server/film/passes.h"
-#include "server/reconstruct/patch.h"
+#include "server/reconstruct/patch/patch.h"
 
 /* `counts` samples a pixel are in the samples.
  *

@@ -2,7 +2,7 @@
 /* From tiles' lists of lone sub-samples to a patch's: of the pixels of its core, which alone have
  * sub-samples. */
 #include "proto/samples.h"
-#include "server/reconstruct/patch.h"
+#include "server/reconstruct/patch/patch.h"
 
 /* Room for `count` entries, from the patch's scratch, which patch_destroy gives back; none for 0.
  * ERR_MEMORY. */

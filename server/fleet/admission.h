@@ -3,7 +3,7 @@
  * what to do about it. */
 #include <stdbool.h>
 
-#include "proto/message.h"
+#include "proto/link/message.h"
 
 struct admission {
     const char *build_id, *isa; /* the coordinator's */

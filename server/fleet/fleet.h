@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <uv.h>
 
-#include "proto/message.h"
+#include "proto/link/message.h"
 #include "server/fleet/conduct.h"
 
 struct fleet;
@@ -72,8 +72,8 @@ struct fleet_client {
 struct fleet_options {
     const char *socket_path; /* Unix socket for local workers; owner-only */
     const char *listen;      /* "ADDR:PORT" for TCP; NULL: none */
-    const char *key_path;    /* what workers over TCP must have (proto/link_key.h); NULL: nothing,
-                                and loopback only */
+    const char *key_path; /* what workers over TCP must have (proto/link/link_key.h); NULL: nothing,
+                             and loopback only */
     const char *worker_program; /* path of shearwater-worker */
     const struct log *log;      /* how local workers write their lines; NULL: as text */
     const char *cache_dir;      /* for local workers' blobs */

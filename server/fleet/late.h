@@ -5,7 +5,7 @@
  * A worker takes its tiles in the order in which it got them; how long a thread of it takes is
  * known from its last results. A tile under work longer than that is expected to take half as long
  * again as it has taken already. A copy pays where the idle worker would be done well before: then
- * the first result counts (server/job/tile_queue.h). After Dean and Ghemawat 2004 (MapReduce,
+ * the first result counts (server/job/frame/tile_queue.h). After Dean and Ghemawat 2004 (MapReduce,
  * backup tasks) and Zaharia et al. 2008 (LATE: the longest approximate time to end first). */
 #include <stddef.h>
 

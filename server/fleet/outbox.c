@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "proto/error.h"
-#include "proto/frame.h"
+#include "proto/link/frame.h"
 
 struct outbox_write {
     uv_write_t request;

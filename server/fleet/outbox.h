@@ -5,7 +5,7 @@
 #include <uv.h>
 
 #include "proto/bytes.h"
-#include "proto/channel.h"
+#include "proto/link/channel.h"
 
 struct outbox {
     uv_stream_t *stream;         /* borrowed */

@@ -6,7 +6,7 @@
 #include <uv.h>
 
 #include "proto/error.h"
-#include "proto/log.h"
+#include "proto/log/log.h"
 
 #define PROCESSES_RETRY_MS     200u /* ms before the first restart; doubles each time */
 #define PROCESSES_RETRY_MAX_MS 30000u

@@ -13,9 +13,9 @@
 #include <stdbool.h>
 #include <uv.h>
 
-#include "proto/channel.h"
-#include "proto/frame.h"
-#include "proto/message.h"
+#include "proto/link/channel.h"
+#include "proto/link/frame.h"
+#include "proto/link/message.h"
 #include "server/fleet/blobs.h"
 #include "server/fleet/fleet.h"
 #include "server/fleet/lease.h"

@@ -2,7 +2,7 @@
 /* The HTTP side: MHD inside the uv loop, one file per resource. */
 #include <uv.h>
 
-#include "proto/log.h"
+#include "proto/log/log.h"
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
 #include "server/store/asset_usage.h"

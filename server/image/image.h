@@ -24,8 +24,8 @@ struct image {
  * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S;
  * filter_width.W; error.R
  * ...; occlusion.O; diffuse_direct.R ...; diffuse_indirect.R .... `layers` are bits of
- * proto/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for a layer
- * that is none here.
+ * proto/job/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for a
+ * layer that is none here.
  */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 

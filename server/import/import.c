@@ -4,13 +4,13 @@
 #include <strings.h>
 #include <unistd.h>
 
-#include "server/import/blob_writer.h"
-#include "server/import/cameras.h"
-#include "server/import/emitters.h"
-#include "server/import/environment_import.h"
-#include "server/import/files.h"
-#include "server/import/gltf.h"
-#include "server/import/obj.h"
+#include "server/import/fence/files.h"
+#include "server/import/gltf/gltf.h"
+#include "server/import/image/environment_import.h"
+#include "server/import/obj/obj.h"
+#include "server/import/scene/blob_writer.h"
+#include "server/import/scene/cameras.h"
+#include "server/import/scene/emitters.h"
 
 enum format { FORMAT_GLTF, FORMAT_OBJ, FORMAT_OTHER };
 

@@ -4,7 +4,7 @@
  *
  *   files, gltf_* or obj_*  ->  builder  ->  emitters, cameras  ->  blob_writer  ->  scene_map
  */
-#include "server/import/builder.h"
+#include "server/import/scene/builder.h"
 
 struct import_stats {
     uint64_t triangles;           /* stored */

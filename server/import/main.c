@@ -9,7 +9,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "server/import/fence.h"
+#include "server/import/fence/fence.h"
 #include "server/import/options.h"
 #include "server/import/report.h"
 

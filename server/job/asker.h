@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "proto/trace.h"
+#include "proto/log/trace.h"
 #include "server/store/job_store.h"
 
 struct asker {

@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "server/job/jobs_table.h"
-#include "server/reconstruct/scratch.h"
+#include "server/reconstruct/patch/scratch.h"
 
 static uint64_t clock_us(clockid_t clock)
 {

@@ -4,13 +4,13 @@
  * A queued job is only its name and rank; document, plan and frames are loaded when its turn comes,
  * so that a long queue costs little. */
 #include "server/job/fair_share.h"
-#include "server/job/fingerprint.h"
-#include "server/job/frame.h"
+#include "server/job/frame/fingerprint.h"
+#include "server/job/frame/frame.h"
+#include "server/job/frame/shelved_frame.h"
+#include "server/job/frame/state.h"
+#include "server/job/frame/statistics.h"
 #include "server/job/jobs.h"
-#include "server/job/preparation.h"
-#include "server/job/shelved_frame.h"
-#include "server/job/state.h"
-#include "server/job/statistics.h"
+#include "server/job/prepare/preparation.h"
 
 /* What failed for the machine's sake and is tried again (live_retry.c); of a job, the sum of some.
  */

@@ -1,7 +1,7 @@
 #pragma once
 /* The pictures that a live job makes of one view: first small ones of few samples, so that there is
  * something to see at once, at last the one that its document asks for. Pure functions. */
-#include "proto/job.h"
+#include "proto/job/job.h"
 
 #define VIEW_LEVELS_MOST 3
 

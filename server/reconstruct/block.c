@@ -3,11 +3,11 @@
 #include <string.h>
 
 #include "proto/samples.h"
-#include "server/reconstruct/compose.h"
-#include "server/reconstruct/defocus.h"
-#include "server/reconstruct/path_error.h"
-#include "server/reconstruct/paths.h"
-#include "server/reconstruct/v_plane_filter.h"
+#include "server/reconstruct/compose/compose.h"
+#include "server/reconstruct/compose/defocus.h"
+#include "server/reconstruct/compose/path_error.h"
+#include "server/reconstruct/compose/paths.h"
+#include "server/reconstruct/indirect/v_plane_filter.h"
 
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256

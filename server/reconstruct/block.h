@@ -5,12 +5,12 @@
  * alone; any thread. Where light fields light lens samples, these are lit in place:
  * patch->lens_radiance changes, and a second copy of what weighs most is spared. */
 #include "server/image/image.h"
-#include "server/reconstruct/block_squares.h"
-#include "server/reconstruct/glossy.h"
-#include "server/reconstruct/indirect.h"
-#include "server/reconstruct/lens.h"
-#include "server/reconstruct/lens_light.h"
-#include "server/reconstruct/shadow.h"
+#include "server/reconstruct/compose/block_squares.h"
+#include "server/reconstruct/glossy/glossy.h"
+#include "server/reconstruct/indirect/indirect.h"
+#include "server/reconstruct/lens/lens.h"
+#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/shadow/shadow.h"
 
 struct block_statistics {
     uint64_t sub_samples_lone;      /* sub-samples that were shaded on their own */
@@ -45,7 +45,7 @@ struct block_measure {
 };
 
 /* Writes `block` (inside patch->core; patch->rect is block grown by the halo and cut at the image)
- * of every channel that `image` has. `layers` as in proto/job.h. */
+ * of every channel that `image` has. `layers` as in proto/job/job.h. */
 int block_reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
                       struct image *image, struct block_statistics *statistics);
 

@@ -2,8 +2,8 @@
 /* Requests to the job store in groups: all changes of a group are one commit, and while one is
  * being committed the next gathers. A group at a time is with the store's thread, which alone uses
  * the database then. Functions are for the loop's thread. */
-#include "server/metric/duration_histogram.h"
 #include "server/store/job_request.h"
+#include "server/team/duration_histogram.h"
 #include "server/team/team.h"
 
 /* A request was performed; its answer follows. */

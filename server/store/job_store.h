@@ -8,9 +8,9 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
-#include "proto/trace.h"
-#include "server/metric/duration_histogram.h"
+#include "proto/log/trace.h"
 #include "server/store/objects.h"
+#include "server/team/duration_histogram.h"
 
 struct job_store;
 

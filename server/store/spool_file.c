@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "proto/bytes.h"
-#include "proto/frame.h"
+#include "proto/link/frame.h"
 
 #define FILE_MAGIC   0x50534853u /* "SHSP" */
 #define RECORD_MAGIC 0x656c6974u /* "tile" */

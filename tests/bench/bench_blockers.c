@@ -9,7 +9,7 @@
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/noting.h"
 #include "tests/bench/recording.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7 };
 

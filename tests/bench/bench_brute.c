@@ -6,7 +6,7 @@
  * JSON line each: errors over penumbra pixels relative to the brightest unshadowed irradiance, CPU
  * seconds of one thread, the factored filter's as the median over repetitions, with its skipping.
  */
-#include "tests/unit/server/shadow_accuracy.h"
+#include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
 
 #include <stdio.h>
 #include <time.h>

@@ -6,7 +6,7 @@
  * On the light fields of formulas that the filter's tests stand on. Prints one JSON line each:
  * errors over all pixels relative to the picture's mean, CPU seconds of one thread, the filter's as
  * the median over repetitions. */
-#include "tests/unit/server/lens_brute.h"
+#include "tests/unit/server/reconstruct/lens/lens_brute.h"
 
 #include <stdio.h>
 #include <time.h>

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "proto/samples.h"
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 enum { SIDE_PX = 720, TILE_PX = 64, STRATA = 3 };
 

@@ -20,7 +20,7 @@
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
 #include "worker/heap.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7, THREADS_MAX = 64 };
 

@@ -7,7 +7,7 @@
  * chequered ceiling at several heights, and a room. Prints one JSON line each: errors over the
  * middle of the picture relative to its mean, CPU time of one thread a pixel, the factored filter's
  * as the median over repetitions. Truth and brute force look at pixels STRIDE apart. */
-#include "tests/unit/server/v_plane_accuracy.h"
+#include "tests/unit/server/reconstruct/indirect/v_plane_accuracy.h"
 
 #include <stdio.h>
 #include <time.h>

@@ -18,9 +18,9 @@
 #include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
 #include "proto/tile.h"
-#include "server/job/plan.h"
+#include "server/job/plan/plan.h"
 #include "tests/bench/job_file.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 #define PIXELS_MOST ((size_t)LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
 

@@ -9,11 +9,11 @@
 #include <unistd.h>
 
 #include "proto/half.h"
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "server/image/exr.h"
-#include "server/job/plan.h"
+#include "server/job/plan/plan.h"
 #include "tests/bench/job_file.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 enum { TILE_PX = 32, THREADS_MAX = 16 };
 

@@ -12,14 +12,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "server/film/gather.h"
 #include "server/image/exr.h"
-#include "server/job/plan.h"
-#include "server/reconstruct/shadow.h"
+#include "server/job/plan/plan.h"
+#include "server/reconstruct/shadow/shadow.h"
 #include "tests/bench/noting.h"
-#include "worker/tile.h"
-#include "worker/trace/queries.h"
+#include "worker/tile/tile.h"
+#include "worker/trace/hit/queries.h"
 
 enum { FILTER_BLOCK_PX = 64 };
 

@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "server/compare/reduce.h"
 #include "server/image/exr.h"
 #include "server/image/png.h"
-#include "server/image/reduce.h"
 
 struct crop {
     struct rect rect;

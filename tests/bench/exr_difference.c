@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/image/difference.h"
+#include "server/compare/difference.h"
 #include "server/image/exr.h"
 
 struct judged {

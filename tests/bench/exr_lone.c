@@ -15,14 +15,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "proto/plan_check.h"
 #include "server/film/film.h"
 #include "server/image/image.h"
-#include "server/job/plan.h"
+#include "server/job/plan/plan.h"
 #include "server/reconstruct/block.h"
 #include "tests/bench/job_file.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7 };
 

@@ -15,12 +15,12 @@
 #include <unistd.h>
 #include <xmmintrin.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 #include "server/image/exr.h"
-#include "server/job/plan.h"
+#include "server/job/plan/plan.h"
 #include "tests/bench/job_file.h"
+#include "worker/trace/hit/primary.h"
 #include "worker/trace/lane_kernels.h"
-#include "worker/trace/primary.h"
 
 enum { SCOUT = 32, STRATA_MAX = 1024, THREADS_MAX = 16 };
 

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 
 /* Ends the program with a sentence where that fails. */
 static void read_job(const char *path, struct job *out)

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 /* Of a packet whose rays' ids are their lanes. */
 struct noting_context {

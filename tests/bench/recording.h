@@ -8,7 +8,7 @@
 #include <time.h>
 #include <xmmintrin.h>
 
-#include "worker/trace/queries.h"
+#include "worker/trace/hit/queries.h"
 
 enum { CHUNK = 2048 };
 
@@ -139,7 +139,7 @@ static void replay(const struct render_scene *render, struct chunk *c, bool clos
     RTCScene scene = render->top;
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    /* worker/trace/queries.c says why instances go without the hint */
+    /* worker/trace/hit/queries.c says why instances go without the hint */
     if (coherent && (closest || !render->has_instances))
         context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     if (layout <= LAYOUT_16 && closest)

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 #define LISTED 64
 

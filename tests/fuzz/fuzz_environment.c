@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/environment.h"
+#include "proto/scene/environment.h"
 
 static void walk(const struct environment_blob *e)
 {

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "proto/error.h"
-#include "proto/frame.h"
+#include "proto/link/frame.h"
 
 #define LIMIT_BYTES 65536u
 

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/trace.h"
+#include "proto/log/trace.h"
 #include "server/http/etag.h"
 #include "server/http/range.h"
 #include "server/http/route.h"

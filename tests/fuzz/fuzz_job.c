@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job.h"
+#include "proto/job/job.h"
 
 static char *write_text(const struct job *job)
 {

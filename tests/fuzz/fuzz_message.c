@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "proto/count_map.h"
-#include "proto/message.h"
+#include "proto/link/message.h"
 
 /* Messages that end in a byte range: encode leaves it to the frame's tail. */
 static void write_tail(struct bytes_writer *w, uint16_t number, const void *message)
@@ -65,7 +65,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
         compare(&w, payload, payload_bytes);                                                       \
         break;                                                                                     \
     }
-#include "proto/message.def"
+#include "proto/link/message.def"
 #undef MESSAGE
     default:
         if (message_name(asked) != NULL) abort();

@@ -1,11 +1,12 @@
 /* Radiance pictures: whatever the bytes, a fault or a panorama that a blob may hold after its
  * repair; the address sanitizer watches. */
-// sources: server/import/panorama.c server/import/panorama_radiance.c server/import/warnings.c
+// sources: server/import/image/panorama.c server/import/image/panorama_radiance.c
+// server/import/scene/warnings.c
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/import/panorama.h"
+#include "server/import/image/panorama.h"
 
 /* Fuzzing is for the rows, not for filling memory. */
 #define PIXELS_MAX 1000000u

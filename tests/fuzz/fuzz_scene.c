@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 static void walk_mesh(const struct scene *s, const struct scene_mesh *m, double *sum)
 {

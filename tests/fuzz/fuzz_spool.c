@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "proto/frame.h"
+#include "proto/link/frame.h"
 #include "server/store/spool_file.h"
 
 static const struct digest fingerprint = {{1, 2, 3}};

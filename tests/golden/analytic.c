@@ -10,7 +10,7 @@
 
 #include "proto/half.h"
 #include "worker/scene/environment.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 #define DEVIATIONS     4.0
 #define FLOAT_ROUNDING 2e-5

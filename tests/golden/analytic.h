@@ -11,8 +11,8 @@
  *
  * All that a case places goes through the stage's scale and shift (x' = scale x + shift), so that
  * any case can be held at other scales. */
-#include "proto/environment.h"
 #include "proto/plan.h"
+#include "proto/scene/environment.h"
 #include "tests/unit/worker/scene_fixture.h"
 
 #define STAGE_SIDE_PX 32

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "server/reconstruct/shadow_kernels.h"
+#include "server/reconstruct/shadow/shadow_kernels.h"
 
 static inline float field_dot(const float a[3], const float b[3])
 {

@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "proto/plan.h"
-#include "server/reconstruct/coverage.h"
-#include "server/reconstruct/edge.h"
-#include "server/reconstruct/shadow_kernels.h"
-#include "server/reconstruct/strata.h"
+#include "server/reconstruct/shadow/coverage.h"
+#include "server/reconstruct/shadow/edge.h"
+#include "server/reconstruct/shadow/shadow_kernels.h"
+#include "server/reconstruct/shadow/strata.h"
 #include "tests/kernel/reference.h"
 #include "tests/random.h"
 

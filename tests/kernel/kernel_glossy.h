@@ -4,7 +4,7 @@
  * lobe, steps off the plane, views from near to nothing met. */
 #include <math.h>
 
-#include "server/reconstruct/glossy_kernels.h"
+#include "server/reconstruct/glossy/glossy_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
 enum glossy_kernel { GLOSSY_SPREAD_X, GLOSSY_SPREAD_Y, GLOSSY_KERNEL_COUNT };

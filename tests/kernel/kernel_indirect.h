@@ -2,7 +2,7 @@
 /* Random fields for the kernels of the filters of indirect light, made to meet every branch:
  * surfaces that end, bend and belong to several objects, pixels where nothing was measured, widths
  * from none to wider than the field. */
-#include "server/reconstruct/indirect_kernels.h"
+#include "server/reconstruct/indirect/indirect_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
 enum indirect_kernel {

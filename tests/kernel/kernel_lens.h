@@ -2,7 +2,7 @@
 /* Random samples and cells for the kernels of the filter of lens samples: looking at a layer
  * through apertures whose edge taps lie on, and placing samples, in the layer or beyond it, in
  * cells of any size. */
-#include "server/reconstruct/lens_kernels.h"
+#include "server/reconstruct/lens/lens_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
 enum lens_kernel { LENS_GATHER, LENS_ADD, LENS_ADD_BEYOND, LENS_KERNEL_COUNT };

@@ -2,7 +2,7 @@
 /* Random lens samples for the kernels that light them: where the middle of the lens sees their
  * points, some of them outside of what it sees, what their paths have found, and what they send. */
 #include "proto/shared_exponent.h"
-#include "server/reconstruct/lens_light_kernels.h"
+#include "server/reconstruct/lighting/lens_light_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
 enum lens_light_kernel {

@@ -2,7 +2,7 @@
 /* Random fields for the kernels of the sheared filter of indirect light, made to meet every branch:
  * surfaces that end, bend and belong to several objects, pixels where nothing was measured, hits
  * and misses, bright and dark, walks of any slant and length. */
-#include "server/reconstruct/v_plane_kernels.h"
+#include "server/reconstruct/indirect/v_plane_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
 enum v_plane_kernel {

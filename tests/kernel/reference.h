@@ -2,10 +2,10 @@
 /* The kernels that others are compared with: compiled for SSE4.2, but with what is fused (fused.h)
  * rounded once, by the C library. Those of AVX2 and AVX-512 give the same bits; the product's own
  * for SSE4.2 round twice. */
-#include "server/reconstruct/glossy_kernels.h"
-#include "server/reconstruct/indirect_kernels.h"
-#include "server/reconstruct/shadow_kernels.h"
-#include "server/reconstruct/v_plane_kernels.h"
+#include "server/reconstruct/glossy/glossy_kernels.h"
+#include "server/reconstruct/indirect/indirect_kernels.h"
+#include "server/reconstruct/indirect/v_plane_kernels.h"
+#include "server/reconstruct/shadow/shadow_kernels.h"
 
 /* By how much those may be off, of the greatest number of a field without extremes. */
 #define REFERENCE_ROUNDING 1e-5f

@@ -3,4 +3,4 @@
 
 #define FUSED_BY_LIBRARY
 #define GLOSSY_KERNELS glossy_kernels_reference
-#include "server/reconstruct/glossy_kernels_body.h"
+#include "server/reconstruct/glossy/glossy_kernels_body.h"

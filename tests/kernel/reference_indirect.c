@@ -3,4 +3,4 @@
 
 #define FUSED_BY_LIBRARY
 #define INDIRECT_KERNELS indirect_kernels_reference
-#include "server/reconstruct/indirect_kernels_body.h"
+#include "server/reconstruct/indirect/indirect_kernels_body.h"

@@ -3,4 +3,4 @@
 
 #define FUSED_BY_LIBRARY
 #define SHADOW_KERNELS shadow_kernels_reference
-#include "server/reconstruct/shadow_kernels_body.h"
+#include "server/reconstruct/shadow/shadow_kernels_body.h"

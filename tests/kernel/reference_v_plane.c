@@ -3,4 +3,4 @@
 
 #define FUSED_BY_LIBRARY
 #define V_PLANE_KERNELS v_plane_kernels_reference
-#include "server/reconstruct/v_plane_kernels_body.h"
+#include "server/reconstruct/indirect/v_plane_kernels_body.h"

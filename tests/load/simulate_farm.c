@@ -16,7 +16,7 @@
 #include "proto/limits.h"
 #include "server/fleet/late.h"
 #include "server/fleet/schedule.h"
-#include "server/job/tile_queue.h"
+#include "server/job/frame/tile_queue.h"
 #include "tests/random.h"
 
 #define WORKERS_MOST 256

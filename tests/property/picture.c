@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/job/plan.h"
+#include "server/job/plan/plan.h"
 #include "tests/property/picture_frame.h"
 #include "tests/property/stage.h"
 

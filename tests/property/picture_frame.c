@@ -4,9 +4,9 @@
 #include <string.h>
 
 #include "proto/count_map.h"
-#include "server/job/frame.h"
+#include "server/job/frame/frame.h"
 #include "worker/scene/environment.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 enum { TEAM_THREADS = 2 };
 

@@ -1,11 +1,11 @@
 #pragma once
 /* A frame of the coordinator with one worker, both in this process: what is leased is traced,
  * packed as on the wire and sent, round after round, until all pixels are as they will stay. */
-#include "proto/environment.h"
 #include "proto/plan.h"
-#include "proto/scene.h"
+#include "proto/scene/environment.h"
+#include "proto/scene/scene.h"
 #include "server/image/image.h"
-#include "server/job/statistics.h"
+#include "server/job/frame/statistics.h"
 
 struct picture_frame_options {
     uint32_t layers;

@@ -1,6 +1,6 @@
 #pragma once
 /* A case's environment map: some texels, one of which is a sun, drawn from a seed. */
-#include "proto/environment.h"
+#include "proto/scene/environment.h"
 #include "tests/property/picture.h"
 
 /* Has the case a map under the change? */

@@ -1,6 +1,6 @@
 #pragma once
 /* What a case is made of, for the product: a scene without a file, and the text of a job. */
-#include "proto/environment.h"
+#include "proto/scene/environment.h"
 #include "tests/property/picture.h"
 #include "tests/unit/worker/scene_fixture.h"
 

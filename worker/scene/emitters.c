@@ -6,7 +6,7 @@
 
 #include "worker/scene/alias_table.h"
 #include "worker/scene/mesh.h"
-#include "worker/trace/offset.h"
+#include "worker/scene/offset.h"
 
 /* Smaller triangles, in scene units squared, count as none: their density would leave a float. */
 #define AREA_MIN 1e-30

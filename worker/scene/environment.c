@@ -13,10 +13,10 @@
 struct environment {
     const float *texels; /* the blob's */
     uint32_t width, height;
-    float *weights;           /* one a texel: luminance, as lookups inside it have it in the mean */
-    float density;            /* per solid angle, of weight 1; 0: a black map */
-    float mean, most;         /* luminance */
-    double *edges;            /* height + 1; 1 - cos from the nearer pole, as proto/environment.h */
+    float *weights;   /* one a texel: luminance, as lookups inside it have it in the mean */
+    float density;    /* per solid angle, of weight 1; 0: a black map */
+    float mean, most; /* luminance */
+    double *edges;    /* height + 1; 1 - cos from the nearer pole, as proto/scene/environment.h */
     struct alias_cell *cells; /* one a texel */
 };
 

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "proto/environment.h"
+#include "proto/scene/environment.h"
 #include "worker/shade/elementary.h"
 
 struct environment;

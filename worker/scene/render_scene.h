@@ -8,7 +8,7 @@
 #include <stdbool.h>
 
 #include "proto/error.h"
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 #include "worker/scene/material.h"
 
 /* What shading sixteen surfaces asks about all of them first. */
@@ -29,7 +29,7 @@ struct mesh_view {
     const float *uvs[2];       /* float[2] a vertex; NULL: no such set */
     const struct material *material;
     uint32_t triangle_count;
-    uint32_t flags;  /* MESH_ of proto/scene.h */
+    uint32_t flags;  /* MESH_ of proto/scene/scene.h */
     uint32_t traits; /* enum mesh_trait */
 };
 

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 /* Byte to linear value: one table for sRGB-encoded channels, one for plain ones. */
 struct texture_decoding {

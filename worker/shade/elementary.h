@@ -4,9 +4,9 @@
  * only sqrtf, floorf, floor and fabsf are used, which are exact.
  *
  * The largest errors against the C library's double functions, measured by
- * tests/unit/worker/test_elementary.c, stand with each function. Polynomials are Taylor series or,
- * where said, fits of least largest error that were made for this file. Subnormal results are 0:
- * tracing threads flush them. */
+ * tests/unit/worker/shade/test_elementary.c, stand with each function. Polynomials are Taylor
+ * series or, where said, fits of least largest error that were made for this file. Subnormal
+ * results are 0: tracing threads flush them. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

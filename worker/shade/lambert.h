@@ -8,7 +8,7 @@
 #include <math.h>
 
 #include "worker/shade/elementary.h"
-#include "worker/trace/lanes.h"
+#include "worker/shade/lanes.h"
 
 #define LAMBERT_INV_PI 0.318309886183790672f
 /* Square of the least height of a direction: what lies on the disk's rim rises, too, rather than

@@ -2,14 +2,14 @@
 /* The inner loops over sixteen lanes, once for each instruction set. All of them compute the same
  * bits: no contraction into fused multiply-adds, no approximate reciprocals. */
 #include "proto/pattern_path.h"
-#include "worker/trace/geometry.h"
-#include "worker/trace/light.h"
-#include "worker/trace/lone_finder.h"
-#include "worker/trace/path.h"
-#include "worker/trace/primary.h"
-#include "worker/trace/shadow_sums.h"
-#include "worker/trace/strata.h"
-#include "worker/trace/texels.h"
+#include "worker/trace/field/lone_finder.h"
+#include "worker/trace/hit/geometry.h"
+#include "worker/trace/hit/primary.h"
+#include "worker/trace/hit/texels.h"
+#include "worker/trace/light/light.h"
+#include "worker/trace/light/shadow_sums.h"
+#include "worker/trace/light/strata.h"
+#include "worker/trace/path/path.h"
 
 struct lane_kernels {
     /* Rays through positions (px, py) of the image, as plan_camera_ray. */

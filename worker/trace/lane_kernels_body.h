@@ -1,20 +1,20 @@
 /* The table of kernels, compiled once for each instruction set: define LANE_KERNELS as its name and
  * include this. */
-#include "worker/trace/camera_lanes.h"
+#include "worker/trace/field/lone_lanes.h"
+#include "worker/trace/hit/camera_lanes.h"
+#include "worker/trace/hit/pack_lanes.h"
+#include "worker/trace/hit/ray_lanes.h"
+#include "worker/trace/hit/surface_lanes.h"
+#include "worker/trace/hit/texel_lanes.h"
 #include "worker/trace/lane_kernels.h"
-#include "worker/trace/light_lanes.h"
-#include "worker/trace/lone_lanes.h"
-#include "worker/trace/pack_lanes.h"
-#include "worker/trace/path_lanes.h"
-#include "worker/trace/ray_lanes.h"
-#include "worker/trace/shadow_lanes.h"
-#include "worker/trace/sky_lanes.h"
-#include "worker/trace/surface_lanes.h"
-#include "worker/trace/texel_lanes.h"
+#include "worker/trace/light/light_lanes.h"
+#include "worker/trace/light/shadow_lanes.h"
+#include "worker/trace/path/path_lanes.h"
+#include "worker/trace/path/sky_lanes.h"
 /* After what it is made of: */
-#include "worker/trace/geometry_lanes.h"
-#include "worker/trace/hit_lanes.h"
-#include "worker/trace/layer_lanes.h"
+#include "worker/trace/hit/geometry_lanes.h"
+#include "worker/trace/hit/hit_lanes.h"
+#include "worker/trace/path/layer_lanes.h"
 
 const struct lane_kernels LANE_KERNELS = {
     .camera_rays = kernel_camera_rays,

@@ -4,8 +4,8 @@
 #include <stdint.h>
 #include <time.h>
 
-#include "proto/frame.h"
-#include "proto/message.h"
+#include "proto/link/frame.h"
+#include "proto/link/message.h"
 #include "proto/plan.h"
 
 #define FAKE_FRAMES 64u

@@ -3,7 +3,7 @@
  * environment map, for tests to change. */
 #include <string.h>
 
-#include "proto/message.h"
+#include "proto/link/message.h"
 #include "proto/plan.h"
 #include "proto/samples.h"
 

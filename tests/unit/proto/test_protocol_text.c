@@ -10,11 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/frame.h"
-#include "proto/message.h"
+#include "proto/link/frame.h"
+#include "proto/link/message.h"
 #include "proto/plan.h"
 #include "proto/samples.h"
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 #define PATH "proto/PROTOCOL.md"
 
@@ -48,7 +48,7 @@ static void names_every_message(void **state)
 #define MESSAGE(name, number, type, sender, text)                                                  \
     expect("\n| %d | " #name " | " #sender " | %s |\n", number, text);                             \
     expect("\n**" #name "** (%d)", number);
-#include "proto/message.def"
+#include "proto/link/message.def"
 #undef MESSAGE
 }
 

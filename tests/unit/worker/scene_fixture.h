@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "proto/samples.h"
-#include "proto/scene.h"
+#include "proto/scene/scene.h"
 
 enum { FIXTURE_VERTICES = 4096, FIXTURE_MESHES = 64, FIXTURE_TEXELS = 4096 };
 

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "tests/unit/worker/scene_fixture.h"
-#include "worker/tile.h"
+#include "worker/tile/tile.h"
 
 struct traced {
     struct render_scene *scene;

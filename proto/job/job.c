@@ -1,0 +1,139 @@
+#include "proto/job/job.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job/job_words.h"
+
+const struct json_choice job_layer_words[] = {
+    {"beauty", LAYER_BEAUTY, NULL},
+    {"direct", LAYER_DIRECT, NULL},
+    {"indirect", LAYER_INDIRECT, NULL},
+    {"albedo", LAYER_ALBEDO, NULL},
+    {"normal", LAYER_NORMAL, NULL},
+    {"depth", LAYER_DEPTH, NULL},
+    {"samples", LAYER_SAMPLES, NULL},
+    {"visibility", LAYER_VISIBILITY, NULL},
+    {"slope_min", LAYER_SLOPE_MIN, NULL},
+    {"slope_max", LAYER_SLOPE_MAX, NULL},
+    {"emission", LAYER_EMISSION, NULL},
+    {"id", LAYER_ID, NULL},
+    {"filter_width", LAYER_FILTER_WIDTH, NULL},
+    {"error", LAYER_ERROR, NULL},
+    {"occlusion", LAYER_OCCLUSION, NULL},
+    {"diffuse_direct", LAYER_DIFFUSE_DIRECT, NULL},
+    {"diffuse_indirect", LAYER_DIFFUSE_INDIRECT, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_method_words[] = {
+    {"auto", FILTER_AUTO, NULL},
+    {"average", FILTER_AVERAGE, NULL},
+    {"none", FILTER_NONE, NULL},
+    {"sheared", FILTER_SHEARED, NULL},
+    {"axis_aligned", FILTER_AXIS_ALIGNED, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_indirect_words[] = {
+    {"auto", INDIRECT_AUTO, NULL},         {"average", INDIRECT_AVERAGE, NULL},
+    {"constant", INDIRECT_CONSTANT, NULL}, {"linear", INDIRECT_LINEAR, NULL},
+    {"blend", INDIRECT_BLEND, NULL},       {"adaptive", INDIRECT_ADAPTIVE, NULL},
+    {"sheared", INDIRECT_SHEARED, NULL},   {NULL, 0, NULL},
+};
+
+const struct json_choice job_glossy_words[] = {
+    {"auto", GLOSSY_AUTO, NULL},
+    {"average", GLOSSY_AVERAGE, NULL},
+    {"virtual_hit", GLOSSY_VIRTUAL_HIT, NULL},
+    {"bandlimit", GLOSSY_BANDLIMIT, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_lens_words[] = {
+    {"auto", LENS_AUTO, NULL},
+    {"average", LENS_AVERAGE, NULL},
+    {"axis_aligned", LENS_AXIS_ALIGNED, NULL},
+    {"sheared", LENS_SHEARED, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_pixel_type_words[] = {
+    {"float", PIXEL_FLOAT, NULL},
+    {"half", PIXEL_HALF, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_pixel_filter_words[] = {
+    {"box", PIXEL_FILTER_BOX, NULL},
+    {"tent", PIXEL_FILTER_TENT, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_light_type_words[] = {
+    {"point", LIGHT_POINT, NULL},
+    {"spot", LIGHT_SPOT, NULL},
+    {"directional", LIGHT_DIRECTIONAL, NULL},
+    {"rectangle", LIGHT_RECTANGLE, NULL},
+    {NULL, 0, NULL},
+};
+
+const struct json_choice job_profile_words[] = {
+    {"uniform", PROFILE_UNIFORM, NULL},
+    {"gaussian", PROFILE_GAUSSIAN, NULL},
+    {NULL, 0, NULL},
+};
+
+const char *job_word(const struct json_choice *words, uint32_t value)
+{
+    for (; words->name; words++)
+        if (words->value == value) return words->name;
+    return NULL;
+}
+
+const char *layer_name(enum layer layer)
+{
+    return job_word(job_layer_words, layer);
+}
+
+uint32_t layer_from_name(const char *name)
+{
+    for (const struct json_choice *w = job_layer_words; w->name; w++)
+        if (strcmp(w->name, name) == 0) return w->value;
+    return 0;
+}
+
+const char *filter_method_name(enum filter_method method)
+{
+    return job_word(job_method_words, method);
+}
+
+const char *indirect_method_name(enum indirect_method method)
+{
+    return job_word(job_indirect_words, method);
+}
+
+const char *glossy_method_name(enum glossy_method method)
+{
+    return job_word(job_glossy_words, method);
+}
+
+const char *lens_method_name(enum lens_method method)
+{
+    return job_word(job_lens_words, method);
+}
+
+uint32_t job_strata_per_axis(uint32_t spp)
+{
+    uint32_t l = 1;
+    while (l * l < spp && l < LIMIT_STRATA_PER_AXIS) l++;
+    return l;
+}
+
+void job_fini(struct job *job)
+{
+    for (uint32_t i = 0; i < job->file_count; i++) free(job->files[i].path);
+    free(job->files);
+    job->files = NULL;
+    job->file_count = 0;
+}

@@ -1,0 +1,173 @@
+#pragma once
+/* The job document: read, check with the JSON pointer of the fault, fill in defaults, write.
+ *
+ * Every field says meaning, unit, range, default. The schema for people is openapi.yaml. The
+ * members:
+ *
+ *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool}     asset is required
+ *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
+ *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
+ *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
+ *   environment {asset, intensity, rotation_deg}, {radiance} or null
+ *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
+ *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
+ *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
+ *             seed, tile_px}
+ *   filter    {method, indirect, glossy, lens, mu}
+ *   layers    [names]      frames {first, last}      priority      live: bool
+ *
+ * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+#include "proto/json.h"
+#include "proto/plan.h"
+#include "proto/scene/path.h"
+
+/* A file that the scene's main file refers to: its relative name there and its asset. */
+struct job_file {
+    char *path; /* owned; relative, no "..", no leading "/"; at most LIMIT_PATH_BYTES */
+    struct digest asset;
+};
+
+enum job_camera_kind { JOB_CAMERA_DEFAULT, JOB_CAMERA_NAME, JOB_CAMERA_INDEX, JOB_CAMERA_LOOK_AT };
+
+struct job_camera {
+    enum job_camera_kind kind;
+    char name[LIMIT_NAME_BYTES];
+    uint32_t index;
+    float eye[3], target[3], up[3]; /* up: default 0 1 0; not along the view */
+    float yfov_deg;                 /* (0, 179]; default 45 */
+};
+
+enum filter_method {
+    FILTER_AUTO,
+    FILTER_SHEARED,
+    FILTER_AXIS_ALIGNED,
+    FILTER_AVERAGE, /* light fields as they are: what filters are measured against */
+    FILTER_NONE     /* paths alone */
+};
+
+/* filter.indirect: how diffuse indirect light and ambient occlusion of light fields are filtered.
+ */
+enum indirect_method {
+    INDIRECT_AUTO, /* by the number of samples */
+    INDIRECT_AVERAGE,
+    INDIRECT_CONSTANT,
+    INDIRECT_LINEAR,
+    INDIRECT_BLEND,
+    INDIRECT_ADAPTIVE,
+    INDIRECT_SHEARED
+};
+
+/* filter.glossy: how the light field of glossy lobes is filtered. */
+enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
+
+/* filter.lens: how the light field of the lens is filtered. */
+enum lens_method {
+    LENS_AUTO, /* as filter.method says, and under its auto along the slopes */
+    LENS_AVERAGE,
+    LENS_AXIS_ALIGNED,
+    LENS_SHEARED
+};
+
+/* Output layers; bits. */
+enum layer {
+    LAYER_BEAUTY = 1u << 0,
+    LAYER_DIRECT = 1u << 1,
+    LAYER_INDIRECT = 1u << 2,
+    LAYER_ALBEDO = 1u << 3,
+    LAYER_NORMAL = 1u << 4,
+    LAYER_DEPTH = 1u << 5,
+    LAYER_SAMPLES = 1u << 6,    /* per pixel: light and bounce rays, or paths */
+    LAYER_VISIBILITY = 1u << 7, /* mean over the area lights' strata */
+    LAYER_SLOPE_MIN = 1u << 8,
+    LAYER_SLOPE_MAX = 1u << 9,
+    LAYER_EMISSION = 1u << 10,
+    LAYER_ID = 1u << 11,
+    LAYER_FILTER_WIDTH = 1u << 12, /* sigma in pixels, largest over all filters; 0: not filtered */
+    LAYER_ERROR = 1u << 13,        /* estimated standard error of beauty, rgb */
+    LAYER_OCCLUSION = 1u << 14,    /* share of the hemisphere that is open, by cosine */
+    LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
+    LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT, or filtered light fields */
+};
+#define LAYERS_AVAILABLE                                                                           \
+    (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
+     LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
+     LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
+     LAYER_DIFFUSE_INDIRECT)
+
+enum pixel_type { PIXEL_FLOAT, PIXEL_HALF };
+
+struct job_environment {
+    enum environment_kind kind; /* default none */
+    struct digest asset;        /* MAP: of the .hdr or .exr file */
+    float radiance[3];          /* CONSTANT */
+    float intensity;            /* MAP: factor, 0 .. LIMIT_RADIANCE; default 1 */
+    float rotation_deg;         /* MAP; default 0 */
+};
+
+#define JOB_MAX_SPP 1024
+/* With fewer samples in the first round their spread and halves tell too little. */
+#define JOB_TARGET_SPP_LEAST 4
+
+struct job {
+    struct digest scene;    /* asset of the main file */
+    struct job_file *files; /* owned; in order of their paths */
+    uint32_t file_count;
+    struct job_camera camera;
+    int32_t width_px, height_px;    /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
+    enum pixel_type pixel_type;     /* of the EXR; default float */
+    enum pixel_filter pixel_filter; /* of paths; default box. A tent asks for paths */
+    uint32_t light_count;
+    struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
+    bool scene_lights;                      /* use the scene's own lights; default true */
+    struct job_environment environment;
+    float aperture_radius;     /* 0: no lens */
+    float focus_distance;      /* > 0 with a lens */
+    uint32_t blades;           /* 0: round; else 3..LIMIT_LENS_BLADES */
+    float blade_rotation_deg;  /* default 0 */
+    float occlusion_distance;  /* ambient occlusion; 0: none */
+    uint32_t indirect_bounces; /* 0..LIMIT_INDIRECT_BOUNCES; default 1 */
+    uint32_t spp;              /* 1..LIMIT_SPP, rounded up to a square; default 9 */
+    uint32_t light_spp, indirect_spp, lens_spp; /* 0: spp */
+    uint32_t lens_extra; /* paths a pixel, in the mean, of second sets through the lens; 0: none */
+    float target_error;  /* RMS over pixels and channels of the picture's estimated error, over its
+                            mean luminance, until which sampling goes on; 0: none */
+    uint32_t max_spp; /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
+                         with one LIMIT_SPP at most, default JOB_MAX_SPP */
+    uint64_t seed;    /* 0..2^53; default 1 */
+    enum filter_method method;       /* default auto */
+    enum indirect_method indirect;   /* default auto */
+    enum glossy_method glossy;       /* default auto */
+    enum lens_method lens;           /* default auto */
+    float mu;                        /* (0, 100]; default 1 */
+    uint32_t layers;                 /* default beauty */
+    int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
+    int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
+    int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
+    bool live;        /* its camera is moved while it is open (job_view.h); default false */
+};
+
+/* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,
+ * and *out needs no fini. On success the caller owns *out and calls job_fini. */
+int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault);
+void job_fini(struct job *job);
+
+/* The document with every default spelled out: what GET answers and the store keeps. NULL on failed
+ * allocation; the caller owns the reference. job_read of it gives the same job. */
+json_t *job_write(const struct job *job);
+
+/* l of an spp: the least l with l*l >= spp. */
+uint32_t job_strata_per_axis(uint32_t spp);
+
+/* "beauty" and so on; NULL for an unknown bit. */
+const char *layer_name(enum layer layer);
+/* The bit, or 0. */
+uint32_t layer_from_name(const char *name);
+const char *filter_method_name(enum filter_method method);
+const char *indirect_method_name(enum indirect_method method);
+const char *glossy_method_name(enum glossy_method method);
+const char *lens_method_name(enum lens_method method);

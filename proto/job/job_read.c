@@ -1,0 +1,360 @@
+/* The job document's tables, and what its members must have to do with each other. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/job/job_camera.h"
+#include "proto/job/job_environment.h"
+#include "proto/job/job_lens.h"
+#include "proto/job/job_lights.h"
+#include "proto/job/job_words.h"
+
+#define SEED_MAX         9007199254740992.0 /* 2^53: exact in every JSON reader */
+#define FRAME_MAX        1073741824.0       /* 2^30 */
+#define TARGET_LEAST     1e-5f
+#define TARGET_MAX       1000.0
+#define LAST_FRAME_UNSET (-1)
+
+#define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
+
+#define JOB(member) offsetof(struct job, member)
+
+static int read_file(struct json_cursor *at, const char *path, const json_t *v, struct job *job)
+{
+    struct job_file *file = &job->files[job->file_count];
+    if (!path_is_inside(path))
+        return json_cursor_refuse(at, ERR_RANGE,
+                                  "the path does not stay inside the scene's folder");
+    const int error = json_cursor_digest(at, v, &file->asset);
+    if (error) return error;
+    file->path = strdup(path);
+    if (!file->path) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+    job->file_count++;
+    return 0;
+}
+
+static int file_order(const void *a, const void *b)
+{
+    return strcmp(((const struct job_file *)a)->path, ((const struct job_file *)b)->path);
+}
+
+static int read_files(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    struct job *job = o;
+    const char *path;
+    json_t *child;
+    int error = json_cursor_expect(at, v, JSON_OBJECT, "an object of digests");
+    (void)m;
+    if (error) return error;
+    const size_t count = json_object_size(v);
+    if (count > LIMIT_SCENE_FILES)
+        return json_cursor_refuse(at, ERR_LIMIT, "%zu files are above the limit of %d", count,
+                                  LIMIT_SCENE_FILES);
+    if (count == 0) return 0;
+    job->files = calloc(count, sizeof *job->files);
+    if (!job->files) return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+    json_object_foreach ((json_t *)(uintptr_t)v, path, child) {
+        const size_t length = json_cursor_enter(at, path);
+        error = read_file(at, path, child, job);
+        if (error) return error;
+        json_cursor_leave(at, length);
+    }
+    qsort(job->files, job->file_count, sizeof *job->files, file_order);
+    return 0;
+}
+
+static const struct json_member occlusion_members[] = {{.name = "distance",
+                                                        .read = json_member_f32,
+                                                        .offset = JOB(occlusion_distance),
+                                                        .min = 0,
+                                                        .max = LIMIT_COORDINATE,
+                                                        .required = true},
+                                                       {.name = NULL}};
+
+static int read_ambient_occlusion(struct json_cursor *at, const struct json_member *m,
+                                  const json_t *v, void *o)
+{
+    struct job *job = o;
+    (void)m;
+    if (json_is_false(v)) return 0;
+    if (json_is_true(v))
+        return json_cursor_refuse(at, ERR_TYPE,
+                                  "true says not how far to look: give {\"distance\": ...}, in "
+                                  "scene units, or false");
+    int error = json_cursor_expect(at, v, JSON_OBJECT, "false or an object with a distance");
+    if (!error) error = json_cursor_members(at, v, occlusion_members, job);
+    if (!error && !(job->occlusion_distance > 0.0f))
+        error = json_cursor_refuse_member(at, "distance", ERR_RANGE, "%.9g is not above 0",
+                                          (double)job->occlusion_distance);
+    return error;
+}
+
+static int read_layers(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                       void *o)
+{
+    static const struct json_member layer = {.read = json_member_choice,
+                                             .choices = job_layer_words};
+    uint32_t layers = 0;
+    int error = json_cursor_expect(at, v, JSON_ARRAY, "an array of layer names");
+    (void)m;
+    if (error) return error;
+    if (json_array_size(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names no layer");
+    for (size_t i = 0; i < json_array_size(v); i++) {
+        uint32_t bit = 0;
+        const size_t length = json_cursor_enter_index(at, i);
+        error = layer.read(at, &layer, json_array_get(v, i), &bit);
+        if (error) return error;
+        if (layers & bit)
+            return json_cursor_refuse(at, ERR_EXISTS, "\"%s\" is named twice", layer_name(bit));
+        layers |= bit;
+        json_cursor_leave(at, length);
+    }
+    ((struct job *)o)->layers = layers;
+    return 0;
+}
+
+#define NUMBER(member, reader, field, least, most)                                                 \
+    {                                                                                              \
+        .name = (member), .read = (reader), .offset = JOB(field), .min = (least), .max = (most)    \
+    }
+#define LATER(member, text)                                                                        \
+    {                                                                                              \
+        .name = (member), .read = json_member_unsupported, .sentence = (text)                      \
+    }
+#define WORD(member, field, words)                                                                 \
+    {                                                                                              \
+        .name = (member), .read = json_member_choice, .offset = JOB(field), .choices = (words)     \
+    }
+
+static const struct json_member scene_members[] = {
+    {.name = "asset", .read = json_member_digest, .offset = JOB(scene), .required = true},
+    {.name = "files", .read = read_files},
+    {.name = "camera", .read = job_camera_read},
+    {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
+    LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
+                  "digest as \"asset\""),
+    {.name = NULL}};
+
+static const struct json_member image_members[] = {
+    NUMBER("width", json_member_i32, width_px, 1, LIMIT_IMAGE_SIDE_PX),
+    NUMBER("height", json_member_i32, height_px, 1, LIMIT_IMAGE_SIDE_PX),
+    WORD("pixel_type", pixel_type, job_pixel_type_words),
+    WORD("pixel_filter", pixel_filter, job_pixel_filter_words),
+    {.name = NULL}};
+
+static const struct json_member effects_members[] = {
+    NUMBER("indirect_bounces", json_member_u32, indirect_bounces, 0, LIMIT_INDIRECT_BOUNCES),
+    {.name = "ambient_occlusion", .read = read_ambient_occlusion},
+    {.name = NULL}};
+
+static const struct json_member sampling_members[] = {
+    NUMBER("spp", json_member_u32, spp, 1, LIMIT_SPP),
+    NUMBER("light_spp", json_member_u32, light_spp, 0, LIMIT_SPP),
+    NUMBER("indirect_spp", json_member_u32, indirect_spp, 0, LIMIT_SPP),
+    NUMBER("lens_spp", json_member_u32, lens_spp, 0, LIMIT_SPP),
+    NUMBER("lens_extra", json_member_u32, lens_extra, 0, PLAN_LENS_SIDE *PLAN_LENS_SIDE),
+    NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
+    NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
+    NUMBER("target_error", json_member_f32, target_error, 0, TARGET_MAX),
+    NUMBER("max_spp", json_member_u32, max_spp, 0, LIMIT_SPP),
+    {.name = NULL}};
+
+static const struct json_member filter_members[] = {
+    WORD("method", method, job_method_words),
+    WORD("indirect", indirect, job_indirect_words),
+    WORD("glossy", glossy, job_glossy_words),
+    WORD("lens", lens, job_lens_words),
+    NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
+    {.name = NULL}};
+
+static const struct json_member frames_members[] = {
+    NUMBER("first", json_member_i32, first_frame, 0, FRAME_MAX),
+    NUMBER("last", json_member_i32, last_frame, 0, FRAME_MAX),
+    {.name = NULL}};
+
+#define OBJECT(member, table)                                                                      \
+    {                                                                                              \
+        .name = (member), .read = json_member_object, .members = (table)                           \
+    }
+
+static const struct json_member job_members[] = {
+    {.name = "scene", .read = json_member_object, .members = scene_members, .required = true},
+    OBJECT("image", image_members),
+    {.name = "lights", .read = job_lights_read},
+    {.name = "environment", .read = job_environment_read},
+    {.name = "lens", .read = job_lens_read},
+    OBJECT("effects", effects_members),
+    OBJECT("sampling", sampling_members),
+    OBJECT("filter", filter_members),
+    {.name = "layers", .read = read_layers},
+    OBJECT("frames", frames_members),
+    NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
+    {.name = "live", .read = json_member_bool, .offset = JOB(live)},
+    {.name = NULL}};
+
+static void set_defaults(struct job *job)
+{
+    *job = (struct job){.camera = {.kind = JOB_CAMERA_DEFAULT},
+                        .width_px = 720,
+                        .height_px = 720,
+                        .pixel_type = PIXEL_FLOAT,
+                        .scene_lights = true,
+                        .indirect_bounces = 1,
+                        .spp = 9,
+                        .seed = 1,
+                        .method = FILTER_AUTO,
+                        .indirect = INDIRECT_AUTO,
+                        .glossy = GLOSSY_AUTO,
+                        .lens = LENS_AUTO,
+                        .mu = 1.0f,
+                        .layers = LAYER_BEAUTY,
+                        .first_frame = 1,
+                        .last_frame = LAST_FRAME_UNSET,
+                        .tile_px = 64};
+}
+
+static uint32_t round_up_to_square(uint32_t spp)
+{
+    const uint32_t l = job_strata_per_axis(spp);
+    return l * l;
+}
+
+static void finish_sampling(struct job *job)
+{
+    job->spp = round_up_to_square(job->spp);
+    if (job->light_spp) job->light_spp = round_up_to_square(job->light_spp);
+    if (job->indirect_spp) job->indirect_spp = round_up_to_square(job->indirect_spp);
+    if (job->lens_spp) job->lens_spp = round_up_to_square(job->lens_spp);
+    if (job->target_error > 0.0f && job->max_spp == 0)
+        job->max_spp = job->spp > JOB_MAX_SPP ? job->spp : JOB_MAX_SPP;
+    if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;
+}
+
+/* What layers ask of other members; the cursor stands at the root. */
+static int check_layers(struct json_cursor *at, const struct job *job)
+{
+    const uint32_t spp = job->light_spp ? job->light_spp : job->spp;
+    const uint32_t l_max = LIMIT_PLANE_STRATA_PER_AXIS;
+    if ((job->layers & LAYERS_PER_STRATUM) && spp > l_max * l_max) {
+        json_cursor_enter(at, "sampling");
+        return json_cursor_refuse_member(
+            at, job->light_spp ? "light_spp" : "spp", ERR_RANGE,
+            "%u is above %u, the most with layers visibility and slope", spp, l_max * l_max);
+    }
+    if ((job->layers & LAYER_FILTER_WIDTH) && job->method == FILTER_NONE) {
+        json_cursor_enter(at, "filter");
+        return json_cursor_refuse_member(
+            at, "method", ERR_RANGE, "none filters nothing that the layer filter_width could show");
+    }
+    if ((job->layers & LAYER_OCCLUSION) && !(job->occlusion_distance > 0.0f)) {
+        json_cursor_enter(at, "effects");
+        return json_cursor_refuse_member(
+            at, "ambient_occlusion", ERR_MISSING,
+            "the layer occlusion needs {\"distance\": ...}: how far to look, in scene units");
+    }
+    return 0;
+}
+
+/* A stop at a target error. */
+static int check_target(struct json_cursor *at, const struct job *job)
+{
+    const uint32_t indirect = job->indirect_spp ? job->indirect_spp : job->spp;
+    const uint32_t most = job->spp > indirect ? job->spp : indirect;
+    if (job->target_error == 0.0f && job->max_spp == 0) return 0;
+    const size_t length = json_cursor_enter(at, "sampling");
+    if (job->target_error == 0.0f)
+        return json_cursor_refuse_member(at, "target_error", ERR_MISSING,
+                                         "max_spp is the most that a target_error may take");
+    if (!(job->target_error >= TARGET_LEAST))
+        return json_cursor_refuse_member(at, "target_error", ERR_RANGE, "%.9g is below %g",
+                                         (double)job->target_error, (double)TARGET_LEAST);
+    if (job->spp < JOB_TARGET_SPP_LEAST || indirect < JOB_TARGET_SPP_LEAST)
+        return json_cursor_refuse_member(
+            at, job->indirect_spp ? "indirect_spp" : "spp", ERR_RANGE,
+            "fewer than %d samples tell too little of their error to aim at one",
+            JOB_TARGET_SPP_LEAST);
+    if (job->max_spp < most)
+        return json_cursor_refuse_member(at, "max_spp", ERR_RANGE,
+                                         "%u is below the %u samples that sampling begins with",
+                                         job->max_spp, most);
+    json_cursor_leave(at, length);
+    if (job->layers & LAYER_BEAUTY) return 0;
+    return json_cursor_refuse_member(at, "layers", ERR_MISSING,
+                                     "sampling.target_error is of the layer beauty");
+}
+
+/* Rays that are dealt out by what the first of them met tell nothing of their error. */
+static int check_adaptive(struct json_cursor *at, const struct job *job)
+{
+    const bool target = job->target_error > 0.0f;
+    if (job->indirect != INDIRECT_ADAPTIVE) return 0;
+    if (!target && !(job->layers & LAYER_ERROR)) return 0;
+    json_cursor_enter(at, "filter");
+    return json_cursor_refuse_member(at, "indirect", ERR_UNSUPPORTED,
+                                     "adaptive sampling does not know its error, which %s asks for",
+                                     target ? "sampling.target_error" : "the layer error");
+}
+
+/* What a picture that begins anew with each move of the camera has no use for. */
+static int check_live(struct json_cursor *at, const struct job *job)
+{
+    if (!job->live) return 0;
+    if (job->last_frame != job->first_frame)
+        return json_cursor_refuse_member(
+            at, "frames", ERR_UNSUPPORTED,
+            "a live job has one frame, not those from %d to %d: its camera is moved by hand",
+            job->first_frame, job->last_frame);
+    if (!(job->target_error > 0.0f)) return 0;
+    json_cursor_enter(at, "sampling");
+    return json_cursor_refuse_member(
+        at, "target_error", ERR_UNSUPPORTED,
+        "a live job begins anew with each move and aims at no error: give spp");
+}
+
+/* Names what the whole document must respect; the cursor stands at its root. */
+static int check_relations(struct json_cursor *at, const struct job *job)
+{
+    const int64_t pixels = (int64_t)job->width_px * job->height_px;
+    const int64_t frames = (int64_t)job->last_frame - job->first_frame + 1;
+    if (pixels > LIMIT_IMAGE_PIXELS) {
+        json_cursor_enter(at, "image");
+        return json_cursor_refuse(at, ERR_LIMIT, "%lld pixels are above the limit of %d",
+                                  (long long)pixels, LIMIT_IMAGE_PIXELS);
+    }
+    if (frames < 1) {
+        json_cursor_enter(at, "frames");
+        return json_cursor_refuse_member(at, "last", ERR_RANGE, "%d is below the first frame %d",
+                                         job->last_frame, job->first_frame);
+    }
+    if (frames > LIMIT_FRAMES) {
+        json_cursor_enter(at, "frames");
+        return json_cursor_refuse(at, ERR_LIMIT, "%lld frames are above the limit of %d",
+                                  (long long)frames, LIMIT_FRAMES);
+    }
+    if (!(job->mu > 0.0f)) {
+        json_cursor_enter(at, "filter");
+        return json_cursor_refuse_member(at, "mu", ERR_RANGE, "%g is not above 0", (double)job->mu);
+    }
+    int error = check_target(at, job);
+    if (!error) error = check_adaptive(at, job);
+    if (!error) error = check_live(at, job);
+    return error ? error : check_layers(at, job);
+}
+
+int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault)
+{
+    struct json_cursor at;
+    json_t *document;
+    int error = json_read(text, size_bytes, LIMIT_JOB_BYTES, &document, fault);
+    if (error) return error;
+    json_cursor_init(&at, fault);
+    set_defaults(out);
+    error = json_cursor_members(&at, document, job_members, out);
+    if (!error) {
+        finish_sampling(out);
+        error = check_relations(&at, out);
+    }
+    json_decref(document);
+    if (error) job_fini(out);
+    return error;
+}

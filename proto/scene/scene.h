@@ -1,0 +1,239 @@
+#pragma once
+/* The scene blob: what shearwater-import writes, the coordinator plans from and workers trace.
+ *
+ * Flat, little-endian, loadable with mmap: a header, a table of sections, then the sections, each
+ * 64-byte aligned and followed by at least 16 readable bytes (Embree reads past the last vertex). A
+ * section is an array of one record type below. All cross references are indexes, checked once by
+ * scene_open; after that every access is safe. Coordinates are world units, y up or not as in the
+ * source; angles radians; colours linear, Rec. 709 primaries. */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/digest.h"
+#include "proto/error.h"
+
+#define SCENE_MAGIC       "SWSCENE"
+#define SCENE_VERSION     2u
+#define SCENE_ALIGN_BYTES 64u
+#define SCENE_NONE        UINT32_MAX /* no index */
+
+enum scene_section {
+    SCENE_INFO = 0,      /* struct scene_info, exactly one */
+    SCENE_POSITIONS = 1, /* float[3] */
+    SCENE_NORMALS = 2,   /* float[3], unit */
+    SCENE_TANGENTS = 3,  /* float[4], unit, w the bitangent's sign */
+    SCENE_UVS = 4,       /* float[2] */
+    SCENE_TRIANGLES = 5, /* uint32_t[3], relative to the mesh's first vertex */
+    SCENE_MESHES = 6,
+    SCENE_INSTANCES = 7,
+    SCENE_MATERIALS = 8,
+    SCENE_TEXTURES = 9,
+    SCENE_IMAGES = 10,
+    SCENE_PIXELS = 11, /* uint8_t */
+    SCENE_LIGHTS = 12,
+    SCENE_CAMERAS = 13,
+    SCENE_NAMES = 14,    /* char: NUL-terminated strings that records refer to by offset; byte 0 is
+                            NUL, so that offset 0 is the empty name */
+    SCENE_WARNINGS = 15, /* char: NUL-terminated sentences, one after the other */
+    SCENE_SECTION_COUNT = 16
+};
+
+struct scene_header {
+    char magic[8]; /* "SWSCENE\0" */
+    uint32_t version;
+    uint32_t section_count; /* SCENE_SECTION_COUNT */
+    uint64_t total_bytes;
+    uint64_t reserved;
+};
+
+struct scene_section_entry {
+    uint64_t offset; /* bytes from the blob's start, a multiple of SCENE_ALIGN_BYTES */
+    uint64_t count;  /* records */
+    uint32_t record_bytes;
+    uint32_t reserved;
+};
+
+struct scene_info {
+    float bounds_min[3], bounds_max[3]; /* of all placed geometry */
+    uint64_t placed_triangles;          /* after instancing */
+    uint32_t default_camera;            /* index; there is always one camera */
+    uint32_t reserved;
+};
+
+enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
+
+/* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
+ * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
+ * is 0 and nothing is read. A material may refer to a UV set that the mesh lacks. MESH_IS_LIGHT:
+ * its emission is in SCENE_LIGHTS, so scattered rays that hit it add nothing. The front of a
+ * triangle is the side from which its corners run counter-clockwise; v of UVs grows downwards, as
+ * rows of images do. */
+struct scene_mesh {
+    uint32_t first_vertex, vertex_count;
+    uint32_t first_triangle, triangle_count;
+    uint32_t first_normal, first_tangent;
+    uint32_t first_uv[2]; /* SCENE_NONE: no such UV set */
+    uint32_t material;
+    uint32_t flags;
+    uint32_t name;
+    uint32_t reserved;
+};
+
+/* A placed mesh. Meshes placed once have the transform baked in and an identity here (flag). The
+ * instances of a mesh stand together. The importer writes no mirroring transform: mirrored
+ * placements get mirrored geometry, so that winding is the same in the mesh and in the world. */
+enum { INSTANCE_IDENTITY = 1u };
+struct scene_instance {
+    uint32_t mesh;
+    uint32_t flags;
+    uint32_t name;
+    uint32_t reserved;
+    float to_world[12]; /* 3 rows of 4: x' = R x + t */
+};
+
+enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
+enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u };
+
+struct scene_texture_ref {
+    uint32_t texture;   /* SCENE_NONE: none */
+    uint32_t uv_set;    /* 0 or 1 */
+    float transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
+};
+
+/* How a surface scatters. GLTF is metallic-roughness with its extensions, the default. The others
+ * come from OBJ files (server/import/obj/obj_shading.h) and from a glTF material's extras,
+ *
+ *   "extras": {"shearwater": {"model": "phong", "exponent": 50, "specular": [0.2, 0.2, 0.2]}}
+ *
+ *   model              members beside it, all required but as said
+ *   lambert            none: glTF's model without its coat, as KHR_materials_specular of factor 0
+ *   phong              exponent in [0, 1e5], specular
+ *   blinn_phong        exponent, specular
+ *   ashikhmin_shirley  exponent, or exponent_u (along the tangent) and exponent_v; specular
+ *   beckmann           alpha in [0, 1]; specular, or a metal's refractive index by colour: eta, its
+ *                      real part, in [1e-3, 1e3], and k, its imaginary one, in [0, 1e3], whose
+ *                      reflectance specular scales, [1, 1, 1] if absent
+ *   mirror             specular, [1, 1, 1] if absent
+ *
+ * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
+ * baseColorTexture; it and specular are scaled down, with a warning, where they sum up to more than
+ * 1. Mirrors and metals have none. Emission, opacity and normal maps stay glTF's; metallic, clear
+ * and anisotropic parts are ignored. */
+enum material_model {
+    MODEL_GLTF = 0,
+    MODEL_PHONG = 1,       /* Lafortune and Willems' normalised Phong; specular, exponent_u */
+    MODEL_BLINN_PHONG = 2, /* normalised by the half vector's lobe; specular, exponent_u */
+    MODEL_BECKMANN = 3, /* Cook-Torrance, Beckmann facets of alpha_u, `specular` times a conductor
+                           of eta, k or, where eta is 0, Schlick's Fresnel of `specular` */
+    MODEL_ASHIKHMIN_SHIRLEY = 4, /* specular, exponent_u, exponent_v */
+    MODEL_MIRROR = 5,            /* smooth; `specular`, no Fresnel */
+    MODEL_COUNT = 6
+};
+
+/* Fields that a model does not name are ignored by it; base_color is the diffuse albedo of all. */
+struct scene_material {
+    float base_color[4];
+    float emission[3]; /* radiance: emissiveFactor * emissiveStrength */
+    float metallic, roughness;
+    float normal_scale;
+    float alpha_cutoff;
+    float specular; /* KHR_materials_specular factor, 1 by default; 0: pure Lambert */
+    float ior;      /* 1.5 by default; 0: reflects everything (KHR_materials_ior) */
+    float transmission;
+    uint32_t alpha_mode;
+    uint32_t flags;
+    uint32_t name;
+    uint32_t model;             /* enum material_model */
+    float specular_color[3];    /* KHR_materials_specular, 1 by default */
+    float anisotropy;           /* KHR_materials_anisotropy strength, 0 .. 1 */
+    float anisotropy_rad;       /* its rotation from the tangent towards the bitangent */
+    float thickness;            /* KHR_materials_volume; 0: thin-walled */
+    float attenuation[3];       /* transmittance over attenuation_distance, (0, 1] */
+    float attenuation_distance; /* scene units; 0: clear */
+    float model_specular[3];    /* of the models that are not glTF's */
+    float exponent_u, exponent_v;
+    float alpha_u;
+    float eta[3], k[3]; /* complex refractive index of a conductor */
+    uint32_t reserved[2];
+    struct scene_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
+        emission_texture, transmission_texture /* red */, specular_texture /* alpha */,
+        specular_color_texture /* sRGB */, anisotropy_texture /* red, green: direction; blue:
+        strength */
+        ;
+};
+
+enum texture_wrap { WRAP_REPEAT = 0, WRAP_CLAMP = 1, WRAP_MIRROR = 2 };
+enum texture_filter { FILTER_LINEAR = 0, FILTER_NEAREST = 1 };
+
+struct scene_texture {
+    uint32_t image;
+    uint32_t wrap_u, wrap_v;
+    uint32_t filter;
+};
+
+enum image_format { IMAGE_RGBA8 = 0 }; /* 4 bytes a pixel, rows from the top */
+enum { IMAGE_IS_SRGB = 1u };           /* colour channels are sRGB-encoded */
+
+struct scene_image {
+    uint32_t width_px, height_px;
+    uint32_t format;
+    uint32_t flags;
+    uint64_t first_byte; /* in SCENE_PIXELS */
+    uint32_t name;
+    uint32_t reserved;
+};
+
+/* Fields as plan_light; `instance` is the recognised emitter or SCENE_NONE. */
+struct scene_light {
+    uint32_t type, profile;
+    float position[3], direction[3], half_u[3], half_v[3], color[3];
+    float cos_inner, cos_outer;
+    float range;
+    uint32_t instance; /* of the emitter's geometry; SCENE_NONE for punctual lights */
+    uint32_t name;
+};
+
+/* Perspective: yfov_rad > 0. Orthographic: half_width, half_height > 0. aspect 0: the image's. */
+struct scene_camera {
+    uint32_t type;
+    uint32_t name;
+    float eye[3], right[3], up[3], forward[3];
+    float yfov_rad;
+    float aspect;
+    float half_width, half_height;
+    uint32_t is_default; /* made by the importer because the file has none */
+    uint32_t reserved;
+};
+
+/* A checked view of a blob. Pointers lead into it. */
+struct scene {
+    const uint8_t *blob;
+    size_t blob_bytes;
+    uint64_t count[SCENE_SECTION_COUNT];
+    const struct scene_info *info;
+    const float *positions, *normals, *tangents, *uvs;
+    const uint32_t *triangles;
+    const struct scene_mesh *meshes;
+    const struct scene_instance *instances;
+    const struct scene_material *materials;
+    const struct scene_texture *textures;
+    const struct scene_image *images;
+    const uint8_t *pixels;
+    const struct scene_light *lights;
+    const struct scene_camera *cameras;
+    const char *names, *warnings;
+};
+
+/* Size of a section's records; 0 for an unknown section. */
+uint32_t scene_record_bytes(uint32_t section);
+
+/* Checks everything: table, alignment, overlaps, every index and every number. `blob` must be
+ * aligned to 64 bytes (mmap is) and outlive *out. *fault names the record and field. */
+int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fault *fault);
+
+/* mmaps a file read-only and opens it; scene_unmap undoes it. */
+int scene_map(const char *path, struct scene *out, struct fault *fault);
+void scene_unmap(struct scene *s);
+
+/* A name by offset; "" for 0. */
+const char *scene_name(const struct scene *s, uint32_t name);

@@ -1,0 +1,45 @@
+#pragma once
+/* Checking the numbers of one record of a blob; a fault names section, index and field. For
+ * scene_check's files alone. */
+#include <stddef.h>
+
+#include "proto/scene/scene.h"
+
+/* The record that is being checked. */
+struct scene_record {
+    const struct scene *scene;
+    uint32_t section;
+    uint64_t index;
+    struct fault *fault;
+};
+
+/* "materials[3].ior": `value` and why it is refused. Returns `code`. */
+int record_refuse(const struct scene_record *at, const char *field, int code, double value,
+                  const char *why);
+
+/* Finite and within [min, max]. */
+int record_number(const struct scene_record *at, const char *field, float v, float min, float max);
+int record_numbers(const struct scene_record *at, const char *field, const float *v, size_t count,
+                   float min, float max);
+
+/* An index into a section; or none. */
+int record_index(const struct scene_record *at, const char *field, uint32_t index,
+                 uint32_t section);
+int record_optional(const struct scene_record *at, const char *field, uint32_t index,
+                    uint32_t section);
+
+/* A stretch of a section. */
+int record_range(const struct scene_record *at, const char *field, uint32_t first, uint64_t count,
+                 uint32_t section);
+
+/* Of an enumeration up to `max`; of bits within `known`; a word that must be 0. */
+int record_value(const struct scene_record *at, const char *field, uint32_t value, uint32_t max);
+int record_flags(const struct scene_record *at, uint32_t flags, uint32_t known);
+int record_reserved(const struct scene_record *at, uint32_t reserved);
+
+int record_name(const struct scene_record *at, uint32_t name);
+
+/* scene_check_surface.c: what surfaces look like. */
+int scene_check_material(const struct scene_record *at, const struct scene_material *m);
+int scene_check_texture(const struct scene_record *at, const struct scene_texture *t);
+int scene_check_image(const struct scene_record *at, const struct scene_image *image);

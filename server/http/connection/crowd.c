@@ -1,0 +1,58 @@
+#include "server/http/connection/crowd.h"
+
+#include <stdlib.h>
+#include <sys/socket.h>
+
+#include "server/http/request.h"
+
+#define CUT_AT_ONCE 32u
+
+/* It has not said what it wants, or takes its time with it. Uploads have a bound of their own. */
+static bool is_idle(const struct peer *p)
+{
+    const struct request *r = p->request;
+    return !p->cut && (!r || (!r->handled && !r->held && !r->upload && r->status == 0));
+}
+
+/* Newest peers come first: the last ones found are the oldest. */
+void crowd_make_room(struct http *http)
+{
+    struct peer *oldest[CUT_AT_ONCE];
+    size_t found = 0;
+    const unsigned eighth = http->connections_most / 8;
+    const unsigned spare = eighth < CROWD_SPARE ? eighth : CROWD_SPARE;
+    if (http->connections + spare < http->connections_most) return;
+    for (struct peer *p = http->peers; p; p = p->next)
+        if (is_idle(p)) oldest[found++ % CUT_AT_ONCE] = p;
+    for (size_t i = 0; i < found && i < CUT_AT_ONCE; i++) {
+        oldest[i]->cut = true;
+        oldest[i]->deadline_ms = 0;
+        (void)shutdown(oldest[i]->fd, SHUT_RDWR);
+        http->connections_cut++;
+    }
+}
+
+static struct request *oldest_body(const struct http *http, const struct request *but)
+{
+    struct request *oldest = NULL;
+    for (struct peer *p = http->peers; p; p = p->next) {
+        struct request *r = p->request;
+        if (r && r != but && r->body_bytes > 0 && !r->handled && !r->held && r->status == 0)
+            oldest = r;
+    }
+    return oldest;
+}
+
+void crowd_make_body_room(struct http *http, const struct request *for_whom, size_t more_bytes)
+{
+    while (http->body_room_bytes + more_bytes > CROWD_BODIES_BYTES) {
+        struct request *r = oldest_body(http, for_whom);
+        if (!r) return;
+        http->body_room_bytes -= r->body_room_bytes;
+        free(r->body);
+        r->body = NULL;
+        r->body_bytes = r->body_room_bytes = 0;
+        r->status = 503;
+        peer_abort(r->peer, 503);
+    }
+}

@@ -1,0 +1,63 @@
+#include "server/http/connection/lingering.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#define DRAIN_MOST_BYTES (1u << 18)
+
+/* False: the client has sent all that it will, or is gone. */
+static bool drain(int fd)
+{
+    char waste[16384];
+    for (size_t at = 0; at < DRAIN_MOST_BYTES;) {
+        ssize_t got = recv(fd, waste, sizeof waste, MSG_DONTWAIT);
+        if (got <= 0) return got < 0 && (errno == EAGAIN || errno == EINTR);
+        at += (size_t)got;
+    }
+    return true;
+}
+
+static void close_at(struct lingering *l, unsigned i)
+{
+    close(l->fd[i]);
+    l->count--;
+    l->fd[i] = l->fd[l->count];
+    l->ticks[i] = l->ticks[l->count];
+}
+
+static void close_oldest(struct lingering *l)
+{
+    unsigned oldest = 0;
+    for (unsigned i = 1; i < l->count; i++)
+        if (l->ticks[i] > l->ticks[oldest]) oldest = i;
+    close_at(l, oldest);
+}
+
+void lingering_add(struct lingering *l, int fd)
+{
+    if (!drain(fd)) return;
+    if (l->count > 0 && l->count >= l->most) close_oldest(l);
+    const int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
+    if (own < 0) return;
+    (void)shutdown(own, SHUT_WR);
+    l->fd[l->count] = own;
+    l->ticks[l->count++] = 0;
+}
+
+void lingering_tick(struct lingering *l)
+{
+    for (unsigned i = 0; i < l->count;) {
+        if (drain(l->fd[i]) && ++l->ticks[i] < LINGERING_TICKS)
+            i++;
+        else
+            close_at(l, i);
+    }
+}
+
+void lingering_close_all(struct lingering *l)
+{
+    while (l->count > 0) close(l->fd[--l->count]);
+}

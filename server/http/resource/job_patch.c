@@ -1,0 +1,177 @@
+/* PATCH /v1/jobs/{id}: steering a job that has not ended, or moving the camera of a live one. */
+#include <stdlib.h>
+
+#include "proto/json.h"
+#include "proto/limits.h"
+#include "server/http/resource/job_body.h"
+#include "server/job/frame/state.h"
+#include "server/job/steering.h"
+
+/* A request on its way: looked at beside the job, then in force, then answered. */
+struct patch {
+    struct request *r;
+    bool moves; /* else it steers */
+    struct steering steering;
+};
+
+/* ---- in force ---- */
+
+static void on_got(void *ctx, int error, json_t *body)
+{
+    struct request *r = ctx;
+    if (request_back(r)) job_body_send(r, error, body);
+}
+
+static void refuse_stale(struct request *r)
+{
+    request_problem(r, PROBLEM_STALE, "the job is not as If-Match says any more", NULL);
+}
+
+static void on_steered(void *ctx, int error)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (error == ERR_MISMATCH) {
+        refuse_stale(r);
+        return;
+    }
+    if (error) {
+        job_body_error(r, error);
+        return;
+    }
+    request_hold(r);
+    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_got, r);
+}
+
+static void refuse_move(struct request *r, const struct fault *fault)
+{
+    const bool whole = fault->pointer[0] == '\0';
+    if (whole && fault->code == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, fault->detail, NULL);
+    else if (whole && fault->code == ERR_STATE)
+        request_problem(r, PROBLEM_STATE, fault->detail, NULL);
+    else
+        request_fault(r, fault);
+}
+
+static void on_moved(void *ctx, const struct fault *fault, json_t *body)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (fault)
+        refuse_move(r, fault);
+    else
+        request_json(r, 200, json_incref(body));
+}
+
+static void move(struct request *r)
+{
+    request_hold(r);
+    jobs_move(r->http->options.jobs, &r->asker, r->match.job, r->body ? r->body : "", r->body_bytes,
+              on_moved, r);
+}
+
+/* ---- beside the job ---- */
+
+/* ERR_STATE: somebody else has changed it since the client looked (RFC 9110, section 13.1.1).
+ * ERR_MEMORY. */
+static int compare_tags(const struct request *r, const json_t *body)
+{
+    const char *wanted = request_header(r, "If-Match");
+    char etag[ETAG_BYTES];
+    if (!wanted) return 0;
+    const int error = job_body_tag(body, etag, NULL);
+    if (error) return error;
+    return etag_matches(wanted, etag) ? 0 : ERR_STATE;
+}
+
+/* 0: the client does not ask for one. */
+static uint64_t revision_of(const struct request *r, const json_t *body)
+{
+    if (!request_header(r, "If-Match")) return 0;
+    return (uint64_t)json_integer_value(json_object_get(body, "revision"));
+}
+
+static bool has_ended(const json_t *body)
+{
+    const char *name = json_string_value(json_object_get(body, "state"));
+    enum job_state state;
+    return name && job_state_from_name(name, &state) && job_state_is_final(state);
+}
+
+static int check_picture(const struct steering *s, const json_t *body, struct fault *fault)
+{
+    const json_t *image = json_object_get(json_object_get(body, "document"), "image");
+    const json_int_t width = json_integer_value(json_object_get(image, "width"));
+    const json_int_t height = json_integer_value(json_object_get(image, "height"));
+    return steering_check(s, (int32_t)width, (int32_t)height, fault);
+}
+
+static void on_seen(void *ctx, int error, json_t *body)
+{
+    struct patch *patch = ctx, seen = *patch;
+    struct request *r = seen.r;
+    struct fault fault = {0};
+    free(patch);
+    if (!request_back(r)) return;
+    if (error || !body) {
+        job_body_error(r, error ? error : ERR_NOT_FOUND);
+        return;
+    }
+    error = compare_tags(r, body);
+    if (error == ERR_STATE) {
+        refuse_stale(r);
+    } else if (error) {
+        job_body_error(r, error);
+    } else if (seen.moves) {
+        move(r);
+    } else if (has_ended(body)) {
+        job_body_error(r, ERR_STATE);
+    } else if (check_picture(&seen.steering, body, &fault) != 0) {
+        request_fault(r, &fault);
+    } else {
+        request_hold(r);
+        jobs_steer(r->http->options.jobs, &r->asker, r->match.job, revision_of(r, body),
+                   &seen.steering, on_steered, r);
+    }
+}
+
+/* Whether there is a camera or a lens anywhere in it; what is wrong with it is found by who reads
+ * it. ERR_MEMORY. */
+static int look_for_move(const struct request *r, bool *moves)
+{
+    struct fault ignored;
+    json_t *root = NULL;
+    const int error =
+        json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored);
+    *moves = json_object_get(root, "camera") || json_object_get(root, "lens");
+    json_decref(root);
+    return error == ERR_MEMORY ? error : 0;
+}
+
+void route_job_patch(struct request *r)
+{
+    struct fault fault = {0};
+    struct patch asked = {.r = r};
+    if (look_for_move(r, &asked.moves) != 0) {
+        job_body_error(r, ERR_MEMORY);
+        return;
+    }
+    if (asked.moves && !request_header(r, "If-Match")) {
+        move(r); /* somebody waits for the picture: nothing of the store is read */
+        return;
+    }
+    if (!asked.moves &&
+        steering_read(r->body ? r->body : "", r->body_bytes, &asked.steering, &fault) != 0) {
+        request_fault(r, &fault);
+        return;
+    }
+    struct patch *patch = malloc(sizeof *patch);
+    if (!patch) {
+        job_body_error(r, ERR_MEMORY);
+        return;
+    }
+    *patch = asked;
+    request_hold(r);
+    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_seen, patch);
+}

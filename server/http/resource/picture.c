@@ -1,0 +1,222 @@
+/* /v1/jobs/{id}/frames/{n}/image.exr and image.png. */
+#include "server/http/resource/picture.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/http/etag.h"
+#include "server/http/resource/object_file.h"
+#include "server/http/resource/picture_task.h"
+
+#define EXPOSURE_MOST  32.0f /* stops; 2^32 covers every radiance that a half float can hold */
+#define ENCODINGS_MOST 2u    /* at once: each holds copies of planes */
+
+const char *picture_layer(const struct request *r)
+{
+    const char *layer = target_parameter(&r->target, "layer");
+    return layer ? layer : "beauty";
+}
+
+bool picture_layer_is_known(struct request *r)
+{
+    if (layer_from_name(picture_layer(r)) != 0) return true;
+    request_problem(r, PROBLEM_MALFORMED, "layer must be the name of a layer, such as beauty",
+                    NULL);
+    return false;
+}
+
+static bool read_format(const char *text, enum pixels_format *out)
+{
+    *out = text && strcmp(text, "float") == 0 ? PIXELS_F32 : PIXELS_F16;
+    return !text || *out == PIXELS_F32 || strcmp(text, "half") == 0;
+}
+
+/* Asks for alpha beside the colours. */
+static bool read_alpha(const char *text, enum pixels_format *format)
+{
+    if (text && strcmp(text, "1") == 0)
+        *format = *format == PIXELS_F16 ? PIXELS_F16_ALPHA : PIXELS_F32_ALPHA;
+    return !text || strcmp(text, "1") == 0 || strcmp(text, "0") == 0;
+}
+
+static bool read_revision(const char *text, uint64_t *out)
+{
+    size_t digits = text ? strspn(text, "0123456789") : 1;
+    *out = text && digits <= 19 ? strtoull(text, NULL, 10) : 0;
+    return digits >= 1 && digits <= 19 && (!text || !text[digits]);
+}
+
+bool picture_wish(struct request *r, struct pixels_wish *out)
+{
+    *out = (struct pixels_wish){.layer = picture_layer(r)};
+    if (!picture_layer_is_known(r)) return false;
+    const char *fault = NULL;
+    if (!read_format(target_parameter(&r->target, "format"), &out->format))
+        fault = "format must be half or float";
+    else if (!read_alpha(target_parameter(&r->target, "alpha"), &out->format))
+        fault = "alpha must be 0 or 1";
+    else if (!read_revision(target_parameter(&r->target, "after"), &out->after))
+        fault = "after must be a revision that the feed gave";
+    if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);
+    return !fault;
+}
+
+static bool read_exposure(struct request *r, float *out)
+{
+    const char *text = target_parameter(&r->target, "exposure");
+    char *end = NULL;
+    *out = 0;
+    if (!text) return true;
+    /* strtof would also take blanks, hexadecimal and names of infinities. */
+    if (*text && strspn(text, "+-.0123456789") == strlen(text)) *out = strtof(text, &end);
+    if (end && *end == '\0' && fabsf(*out) <= EXPOSURE_MOST) return true;
+    request_problem(r, PROBLEM_MALFORMED, "exposure must be a number of stops from -32 to 32",
+                    NULL);
+    return false;
+}
+
+/* Counts an encoding that begins; false, and a problem is sent, when too many are in work. */
+static bool may_encode(struct request *r)
+{
+    if (r->http->encodings >= ENCODINGS_MOST) {
+        request_problem(r, PROBLEM_BUSY, "other pictures are being encoded", NULL);
+        return false;
+    }
+    return true;
+}
+
+static void start(struct request *r, struct picture_task *t)
+{
+    if (!t) {
+        request_trouble(r, ERR_MEMORY, NULL);
+        return;
+    }
+    r->http->encodings++;
+    r->encodes = true;
+    picture_task_start(t, r);
+}
+
+/* Before the work: a client that has this very picture need not have it made again. */
+static void start_unless_known(struct request *r, struct picture_task *t)
+{
+    if (t && request_unchanged(r, t->etag))
+        picture_task_destroy(&t);
+    else
+        start(r, t);
+}
+
+static void answer_so_far(struct request *r, const struct jobs_picture *picture)
+{
+    float exposure;
+    const struct picture_source source = {.image = picture->image,
+                                          .metadata = picture->metadata,
+                                          .layer = picture_layer(r),
+                                          .objects = r->http->options.objects};
+    if (!picture->image) {
+        request_problem(r, PROBLEM_NOT_FOUND, "no tile of this frame is there yet", NULL);
+        return;
+    }
+    if (!read_exposure(r, &exposure) || !may_encode(r)) return;
+    struct picture_task *t =
+        picture_task_create(r->match.id == ROUTE_IMAGE_EXR ? PICTURE_EXR : PICTURE_PNG, &source);
+    if (t) {
+        t->exposure = exposure;
+        t->so_far = true;
+        snprintf(t->etag, sizeof t->etag, "\"%llx-%llx-%.31s-%g\"",
+                 (unsigned long long)r->http->start_ns, (unsigned long long)picture->revision,
+                 source.layer, (double)exposure);
+    }
+    start_unless_known(r, t);
+}
+
+/* Another layer or exposure than the stored PNG's is made from the EXR. */
+static void answer_from_exr(struct request *r, const struct digest *exr, float exposure)
+{
+    char hex[DIGEST_HEX_BYTES];
+    const struct picture_source source = {
+        .exr = exr, .layer = picture_layer(r), .objects = r->http->options.objects};
+    struct picture_task *t = may_encode(r) ? picture_task_create(PICTURE_PNG, &source) : NULL;
+    if (r->response) return;
+    if (t) {
+        t->exposure = exposure;
+        digest_to_hex(exr, hex);
+        snprintf(t->etag, sizeof t->etag, "\"%.24s-%.24s-%g\"", hex, source.layer,
+                 (double)exposure);
+    }
+    start_unless_known(r, t);
+}
+
+static void answer_finished(struct request *r, const struct jobs_picture *picture)
+{
+    float exposure;
+    if (r->match.id == ROUTE_IMAGE_EXR) {
+        object_file_answer(r, &picture->exr, "image/x-exr", "exr");
+        return;
+    }
+    if (!read_exposure(r, &exposure)) return;
+    bool as_stored = exposure == 0.0f && strcmp(picture_layer(r), "beauty") == 0;
+    if (as_stored && !digest_is_zero(&picture->png))
+        object_file_answer(r, &picture->png, "image/png", "png");
+    else
+        answer_from_exr(r, &picture->exr, exposure);
+}
+
+static bool found(struct request *r, int error, const struct jobs_picture *picture)
+{
+    if (!error && picture) return true;
+    if (!error || error == ERR_NOT_FOUND)
+        request_problem(r, PROBLEM_NOT_FOUND, "there is no such job or frame, or no picture yet",
+                        NULL);
+    else if (error == ERR_STATE)
+        request_problem(r, PROBLEM_NOT_FOUND, "the frame has no picture yet", NULL);
+    else
+        request_trouble(r, error, error_text(error));
+    return false;
+}
+
+static void on_picture(void *ctx, int error, const struct jobs_picture *picture)
+{
+    struct request *r = ctx;
+    if (!request_back(r) || !found(r, error, picture)) return;
+    if (picture->finished)
+        answer_finished(r, picture);
+    else
+        answer_so_far(r, picture);
+}
+
+static void ask(struct request *r, jobs_pictured done)
+{
+    request_hold(r);
+    jobs_picture(r->http->options.jobs, &r->asker, r->match.job, r->match.frame, done, r);
+}
+
+void route_image_exr(struct request *r)
+{
+    ask(r, on_picture);
+}
+
+void route_image_png(struct request *r)
+{
+    float exposure;
+    if (picture_layer_is_known(r) && read_exposure(r, &exposure)) ask(r, on_picture);
+}
+
+static void on_feed(void *ctx, int error, const struct jobs_picture *picture)
+{
+    struct request *r = ctx;
+    if (!request_back(r)) return;
+    if (error == ERR_NOT_FOUND || (!error && picture && !picture->finished)) {
+        request_problem(r, PROBLEM_ENDED, "it ended without a picture", NULL);
+        return;
+    }
+    if (!found(r, error, picture)) return;
+    const struct picture_source source = {
+        .exr = &picture->exr, .layer = picture_layer(r), .objects = r->http->options.objects};
+    if (may_encode(r)) start(r, picture_task_create(PICTURE_FEED, &source));
+}
+
+void picture_feed(struct request *r)
+{
+    ask(r, on_feed);
+}

@@ -1,0 +1,112 @@
+/* How the surface's coat and inside differ from glTF's core: Khronos' extensions. */
+#include <float.h>
+#include <math.h>
+
+#include "server/import/gltf/gltf_material.h"
+
+#define TURN 6.283185307179586
+
+static int read_specular(struct gltf *g, const json_t *json, const char *place,
+                         struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_specular", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "specularFactor", 0, 1, &m->specular, fault);
+    if (rc == 0)
+        rc = gltf_floats(extension, at, "specularColorFactor", 3, 0, 1e6, m->specular_color, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "specularTexture", false, &m->specular_texture,
+                               &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "specularColorTexture", true,
+                               &m->specular_color_texture, &info, fault);
+    return rc;
+}
+
+static int read_ior(const json_t *json, const char *place, struct scene_material *m,
+                    struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_ior", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "ior", 0, 1000, &m->ior, fault);
+    if (rc == 0 && m->ior > 0 && m->ior < 1) /* 0 stands for infinity */
+        rc = fault_set(fault, ERR_RANGE, at, "an ior of %g is below 1", (double)m->ior);
+    return rc;
+}
+
+static int read_transmission(struct gltf *g, const json_t *json, const char *place,
+                             struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_transmission", &extension, at, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "transmissionFactor", 0, 1, &m->transmission, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "transmissionTexture", false,
+                               &m->transmission_texture, &info, fault);
+    return rc;
+}
+
+/* An absent distance is infinite: a clear solid. */
+static int read_attenuation(const json_t *extension, const char *place, struct scene_material *m,
+                            struct fault *fault)
+{
+    double distance = INFINITY;
+    int rc = gltf_floats(extension, place, "attenuationColor", 3, 0, 1, m->attenuation, fault);
+    if (rc == 0)
+        rc = gltf_number(extension, place, "attenuationDistance", 0, DBL_MAX, &distance, fault);
+    if (rc == 0 && !(distance >= (double)FLT_MIN))
+        return fault_set(fault, ERR_RANGE, place, "an attenuationDistance of %g is not above 0",
+                         distance);
+    if (distance <= (double)LIMIT_COORDINATE) m->attenuation_distance = (float)distance;
+    for (int i = 0; i < 3; i++) /* 0 becomes the least that has a logarithm */
+        if (m->attenuation[i] < FLT_MIN) m->attenuation[i] = FLT_MIN;
+    return rc;
+}
+
+static int read_volume(struct gltf *g, const json_t *json, const char *place,
+                       struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    const double far = (double)LIMIT_COORDINATE;
+    int rc = gltf_extension(json, place, "KHR_materials_volume", &extension, at, fault);
+    if (rc != 0 || extension == NULL) return rc;
+    rc = gltf_float(extension, at, "thicknessFactor", 0, far, &m->thickness, fault);
+    if (rc == 0) rc = read_attenuation(extension, at, m, fault);
+    bool solid = m->thickness > 0 && m->transmission > 0;
+    if (solid && json_object_get(extension, "thicknessTexture") != NULL)
+        warnings_add(&g->builder->warnings, at,
+                     "thicknessTexture is ignored: paths find how thick the solid is");
+    return rc;
+}
+
+static int read_anisotropy(struct gltf *g, const json_t *json, const char *place,
+                           struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    double rotation = 0;
+    int rc = gltf_extension(json, place, "KHR_materials_anisotropy", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "anisotropyStrength", 0, 1, &m->anisotropy, fault);
+    if (rc == 0) rc = gltf_number(extension, at, "anisotropyRotation", -1e6, 1e6, &rotation, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "anisotropyTexture", false, &m->anisotropy_texture,
+                               &info, fault);
+    m->anisotropy_rad = (float)remainder(rotation, TURN);
+    return rc;
+}
+
+int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,
+                                  struct scene_material *m, struct fault *fault)
+{
+    int rc = read_specular(g, json, place, m, fault);
+    if (rc == 0) rc = read_ior(json, place, m, fault);
+    if (rc == 0) rc = read_transmission(g, json, place, m, fault);
+    if (rc == 0) rc = read_volume(g, json, place, m, fault);
+    if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);
+    return rc;
+}

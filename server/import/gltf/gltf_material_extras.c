@@ -1,0 +1,160 @@
+/* extras.shearwater: reflection models that glTF has no words for. */
+#include <string.h>
+
+#include "server/import/gltf/gltf_material.h"
+#include "server/import/scene/surface.h"
+
+#define EXPONENT_MAX 1e5  /* a lobe of a quarter of a degree */
+#define ETA_MIN      1e-3 /* of silver and gold: 0.04 and more */
+#define INDEX_MAX    1e3
+
+/* Members of the object, as bits. */
+enum {
+    HAS_MODEL = 1u << 0,
+    HAS_EXPONENT = 1u << 1,
+    HAS_EXPONENT_U = 1u << 2,
+    HAS_EXPONENT_V = 1u << 3,
+    HAS_ALPHA = 1u << 4,
+    HAS_SPECULAR = 1u << 5,
+    HAS_ETA = 1u << 6,
+    HAS_K = 1u << 7
+};
+
+static const char *const members[] = {"model", "exponent", "exponent_u", "exponent_v",
+                                      "alpha", "specular", "eta",        "k"};
+
+#define MEMBER_COUNT (sizeof members / sizeof members[0])
+#define AS_GLTF      MODEL_COUNT /* "lambert": glTF's own model without its coat */
+
+/* What `needs` must all be there, and of the rest only what it `may` have. */
+static const struct model {
+    const char *name;
+    uint32_t model;
+    uint32_t needs, may;
+} models[] = {
+    {"lambert", AS_GLTF, 0, 0},
+    {"phong", MODEL_PHONG, HAS_EXPONENT | HAS_SPECULAR, 0},
+    {"blinn_phong", MODEL_BLINN_PHONG, HAS_EXPONENT | HAS_SPECULAR, 0},
+    {"beckmann", MODEL_BECKMANN, HAS_ALPHA, HAS_SPECULAR | HAS_ETA | HAS_K},
+    {"ashikhmin_shirley", MODEL_ASHIKHMIN_SHIRLEY, HAS_SPECULAR,
+     HAS_EXPONENT | HAS_EXPONENT_U | HAS_EXPONENT_V},
+    {"mirror", MODEL_MIRROR, 0, HAS_SPECULAR},
+};
+
+static int find_model(const json_t *json, const char *place, const struct model **out,
+                      struct fault *fault)
+{
+    const char *name;
+    gltf_place at;
+    int rc = gltf_text(json, place, "model", &name, fault);
+    if (rc != 0) return rc;
+    gltf_place_set(at, "%s.model", place);
+    if (name == NULL) return fault_set(fault, ERR_MISSING, at, "it names the reflection model");
+    for (size_t i = 0; i < sizeof models / sizeof models[0]; i++) {
+        *out = &models[i];
+        if (strcmp(models[i].name, name) == 0) return 0;
+    }
+    return fault_set(fault, ERR_RANGE, at,
+                     "\"%.40s\" is not lambert, phong, blinn_phong, beckmann, ashikhmin_shirley "
+                     "or mirror",
+                     name);
+}
+
+/* Which members there are; unknown ones and those that the model has no use for are refused. */
+static int list_members(const json_t *json, const char *place, const struct model *model,
+                        uint32_t *out, struct fault *fault)
+{
+    gltf_place at;
+    const char *key;
+    json_t *value;
+    *out = 0;
+    json_object_foreach ((json_t *)json, key, value) {
+        uint32_t i = 0;
+        while (i < MEMBER_COUNT && strcmp(members[i], key) != 0) i++;
+        gltf_place_set(at, "%s.%.60s", place, key);
+        text_make_printable(at);
+        if (i == MEMBER_COUNT) return fault_set(fault, ERR_UNKNOWN_MEMBER, at, "it is unknown");
+        if (!((HAS_MODEL | model->needs | model->may) & 1u << i))
+            return fault_set(fault, ERR_UNKNOWN_MEMBER, at, "the model %s has none", model->name);
+        *out |= 1u << i;
+    }
+    for (uint32_t i = 0; i < MEMBER_COUNT; i++) {
+        if (!(model->needs & ~*out & 1u << i)) continue;
+        gltf_place_set(at, "%s.%s", place, members[i]);
+        return fault_set(fault, ERR_MISSING, at, "the model %s needs it", model->name);
+    }
+    return 0;
+}
+
+/* Members of which one excludes the other. */
+static int check_choice(const struct model *model, const char *place, uint32_t has,
+                        struct fault *fault)
+{
+    const uint32_t both = HAS_EXPONENT_U | HAS_EXPONENT_V, index = HAS_ETA | HAS_K;
+    if (model->model == MODEL_ASHIKHMIN_SHIRLEY && (has & both) != both &&
+        (has & (both | HAS_EXPONENT)) != HAS_EXPONENT)
+        return fault_set(fault, ERR_MISSING, place,
+                         "it has either exponent or both exponent_u and exponent_v");
+    if (model->model == MODEL_ASHIKHMIN_SHIRLEY && (has & both) == both && has & HAS_EXPONENT)
+        return fault_set(fault, ERR_MISMATCH, place,
+                         "it has either exponent or both exponent_u and exponent_v");
+    if (model->model != MODEL_BECKMANN) return 0;
+    if ((has & index) == index || (has & (index | HAS_SPECULAR)) == HAS_SPECULAR) return 0;
+    return fault_set(fault, ERR_MISSING, place, "it has specular, or both eta and k");
+}
+
+static int read_numbers(const json_t *json, const char *place, struct scene_material *m,
+                        struct fault *fault)
+{
+    const double most = EXPONENT_MAX;
+    int rc = gltf_float(json, place, "exponent", 0, most, &m->exponent_u, fault);
+    m->exponent_v = m->exponent_u;
+    if (rc == 0) rc = gltf_float(json, place, "exponent_u", 0, most, &m->exponent_u, fault);
+    if (rc == 0) rc = gltf_float(json, place, "exponent_v", 0, most, &m->exponent_v, fault);
+    if (rc == 0) rc = gltf_float(json, place, "alpha", 0, 1, &m->alpha_u, fault);
+    if (rc == 0) rc = gltf_floats(json, place, "specular", 3, 0, 1, m->model_specular, fault);
+    if (rc == 0) rc = gltf_floats(json, place, "eta", 3, ETA_MIN, INDEX_MAX, m->eta, fault);
+    if (rc == 0) rc = gltf_floats(json, place, "k", 3, 0, INDEX_MAX, m->k, fault);
+    return rc;
+}
+
+/* Metals and mirrors have no diffuse lobe; of the others both lobes must fit. */
+static void settle(const struct model *model, const char *place, struct scene_material *m,
+                   struct warnings *warnings)
+{
+    m->metallic = 0;
+    m->transmission = 0;
+    m->anisotropy = 0;
+    if (model->model == AS_GLTF) {
+        m->specular = 0;
+        return;
+    }
+    m->model = model->model;
+    if (model->model == MODEL_MIRROR || m->eta[0] > 0)
+        for (int i = 0; i < 3; i++) m->base_color[i] = 0;
+    else
+        surface_conserve(m, place, warnings);
+}
+
+int gltf_material_extras_read(struct gltf *g, const json_t *json, const char *place,
+                              struct scene_material *m, struct fault *fault)
+{
+    const struct model *model = models;
+    const json_t *ours;
+    gltf_place at;
+    uint32_t has;
+    const json_t *extras = json_object_get(json, "extras");
+    if (!json_is_object(extras)) return 0;
+    gltf_place_set(at, "%s.extras", place);
+    int rc = gltf_object(extras, at, "shearwater", &ours, fault);
+    if (rc != 0 || ours == NULL) return rc;
+    gltf_place_set(at, "%s.extras.shearwater", place);
+    rc = find_model(ours, at, &model, fault);
+    if (rc == 0) rc = list_members(ours, at, model, &has, fault);
+    if (rc == 0) rc = check_choice(model, at, has, fault);
+    if (rc != 0) return rc;
+    for (int i = 0; i < 3; i++) m->model_specular[i] = 1;
+    rc = read_numbers(ours, at, m, fault);
+    if (rc == 0) settle(model, at, m, &g->builder->warnings);
+    return rc;
+}

@@ -1,0 +1,191 @@
+#include "server/import/gltf/gltf_nodes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/import/gltf/gltf.h"
+
+/* Numbers of a transform that a float can hold after a few products. */
+#define TRANSFORM_MAX 1e30
+
+void gltf_nodes_fini(struct gltf_nodes *nodes)
+{
+    free(nodes->list);
+    free(nodes->visited);
+    memset(nodes, 0, sizeof *nodes);
+}
+
+static bool normalize_quaternion(double q[4])
+{
+    double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(length > 0) || !isfinite(length)) return false;
+    for (int i = 0; i < 4; i++) q[i] /= length;
+    return true;
+}
+
+static int read_trs(const json_t *json, const char *place, struct affine *out, struct fault *fault)
+{
+    const double far = TRANSFORM_MAX;
+    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
+    int rc = gltf_vector(json, place, "translation", 3, -far, far, t, NULL, fault);
+    if (rc == 0) rc = gltf_vector(json, place, "rotation", 4, -far, far, q, NULL, fault);
+    if (rc == 0) rc = gltf_vector(json, place, "scale", 3, -far, far, s, NULL, fault);
+    if (rc != 0) return rc;
+    if (!normalize_quaternion(q)) {
+        gltf_place at;
+        gltf_place_set(at, "%s.rotation", place);
+        return fault_set(fault, ERR_RANGE, at, "a quaternion of length zero");
+    }
+    *out = affine_from_trs(t, q, s);
+    return 0;
+}
+
+static int read_transform(const json_t *json, const char *place, struct affine *out,
+                          struct fault *fault)
+{
+    double columns[16];
+    bool has_matrix;
+    int rc = gltf_vector(json, place, "matrix", 16, -TRANSFORM_MAX, TRANSFORM_MAX, columns,
+                         &has_matrix, fault);
+    if (rc != 0) return rc;
+    if (!has_matrix) return read_trs(json, place, out, fault);
+    if (affine_from_columns(columns, out)) return 0;
+    gltf_place at;
+    gltf_place_set(at, "%s.matrix", place);
+    return fault_set(fault, ERR_RANGE, at, "its last row is not 0 0 0 1");
+}
+
+static int read_light(struct gltf *g, const json_t *json, const char *place, uint32_t *out,
+                      struct fault *fault)
+{
+    const json_t *extension, *lights_extension;
+    gltf_place at, lights_at;
+    *out = SCENE_NONE;
+    int rc = gltf_extension(json, place, "KHR_lights_punctual", &extension, at, fault);
+    if (rc != 0 || extension == NULL) return rc;
+    rc = gltf_extension(g->root, "", "KHR_lights_punctual", &lights_extension, lights_at, fault);
+    if (rc != 0) return rc;
+    size_t count = json_array_size(json_object_get(lights_extension, "lights"));
+    return gltf_index(extension, at, "light", count, out, fault);
+}
+
+static int keep_node(struct gltf_nodes *nodes, const struct gltf_node *node, struct fault *fault)
+{
+    if (node->mesh == SCENE_NONE && node->camera == SCENE_NONE && node->light == SCENE_NONE)
+        return 0;
+    if (nodes->count == nodes->capacity) {
+        uint32_t capacity = nodes->capacity * 2 + 64; /* the document has few enough nodes */
+        struct gltf_node *list = realloc(nodes->list, capacity * sizeof *list);
+        if (list == NULL) return fault_set(fault, ERR_MEMORY, "nodes", "no memory for the nodes");
+        nodes->list = list;
+        nodes->capacity = capacity;
+    }
+    nodes->list[nodes->count++] = *node;
+    return 0;
+}
+
+/* What a node bears, besides its transform. */
+static int read_bearings(struct gltf *g, const json_t *json, const char *place,
+                         struct gltf_node *node, struct fault *fault)
+{
+    int rc = gltf_index(json, place, "mesh", gltf_count(g->root, "meshes"), &node->mesh, fault);
+    if (rc == 0)
+        rc =
+            gltf_index(json, place, "camera", gltf_count(g->root, "cameras"), &node->camera, fault);
+    if (rc == 0) rc = read_light(g, json, place, &node->light, fault);
+    if (rc == 0 && json_object_get(json, "skin") != NULL && node->mesh != SCENE_NONE)
+        warnings_add(&g->builder->warnings, place,
+                     "skins are ignored: the mesh stands in its rest pose");
+    return rc;
+}
+
+static int visit(struct gltf *g, size_t index, const struct affine *parent, uint32_t depth,
+                 struct fault *fault);
+
+static int visit_children(struct gltf *g, const json_t *json, const char *key, const char *place,
+                          const struct affine *to_world, uint32_t depth, struct fault *fault)
+{
+    const json_t *children;
+    int rc = gltf_array(json, place, key, &children, fault);
+    for (size_t i = 0; rc == 0 && i < json_array_size(children); i++) {
+        const json_t *child = json_array_get(children, i);
+        gltf_place at;
+        gltf_place_set(at, "%s.%s[%zu]", place, key, i);
+        if (!json_is_integer(child) || json_integer_value(child) < 0 ||
+            (size_t)json_integer_value(child) >= gltf_count(g->root, "nodes"))
+            return fault_set(fault, ERR_RANGE, at, "it names no node");
+        rc = visit(g, (size_t)json_integer_value(child), to_world, depth + 1, fault);
+    }
+    return rc;
+}
+
+/* Recursion is bounded by LIMIT_NODE_DEPTH. */
+static int visit(struct gltf *g, size_t index, const struct affine *parent, uint32_t depth,
+                 struct fault *fault)
+{
+    const json_t *json;
+    gltf_place place;
+    struct affine local;
+    struct gltf_node node = {.index = (uint32_t)index};
+    int rc = gltf_item(g->root, "nodes", index, &json, place, fault);
+    if (rc != 0) return rc;
+    if (depth > LIMIT_NODE_DEPTH)
+        return fault_set(fault, ERR_LIMIT, place, "nodes are nested deeper than %d",
+                         LIMIT_NODE_DEPTH);
+    if (g->nodes.visited[index])
+        return fault_set(fault, ERR_CORRUPT, place, "it has two parents or is its own ancestor");
+    g->nodes.visited[index] = 1;
+    rc = read_transform(json, place, &local, fault);
+    if (rc != 0) return rc;
+    node.to_world = affine_multiply(parent, &local);
+    if (!affine_is_finite(&node.to_world))
+        return fault_set(fault, ERR_NOT_FINITE, place, "its place in the world is not finite");
+    rc = read_bearings(g, json, place, &node, fault);
+    if (rc == 0) rc = keep_node(&g->nodes, &node, fault);
+    if (rc == 0) rc = visit_children(g, json, "children", place, &node.to_world, depth, fault);
+    return rc;
+}
+
+/* Without scenes: all nodes that are nobody's child. */
+static int visit_roots(struct gltf *g, struct fault *fault)
+{
+    size_t count = gltf_count(g->root, "nodes");
+    uint8_t *is_child = calloc(count + 1, 1);
+    if (is_child == NULL) return fault_set(fault, ERR_MEMORY, "nodes", "no memory for the nodes");
+    for (size_t i = 0; i < count; i++) {
+        const json_t *node = json_array_get(json_object_get(g->root, "nodes"), i);
+        const json_t *children = json_object_get(node, "children");
+        for (size_t c = 0; c < json_array_size(children); c++) {
+            json_int_t child = json_integer_value(json_array_get(children, c));
+            if (child >= 0 && (size_t)child < count) is_child[child] = 1;
+        }
+    }
+    const struct affine identity = affine_identity();
+    int rc = 0;
+    for (size_t i = 0; rc == 0 && i < count; i++)
+        if (!is_child[i]) rc = visit(g, i, &identity, 1, fault);
+    free(is_child);
+    return rc;
+}
+
+int gltf_nodes_read(struct gltf *g, struct fault *fault)
+{
+    size_t scenes = gltf_count(g->root, "scenes");
+    uint32_t chosen;
+    g->nodes.visited = calloc(gltf_count(g->root, "nodes") + 1, 1);
+    if (g->nodes.visited == NULL)
+        return fault_set(fault, ERR_MEMORY, "nodes", "no memory for the nodes");
+    int rc = gltf_index(g->root, "", "scene", scenes, &chosen, fault);
+    if (rc != 0) return rc;
+    if (scenes == 0) return visit_roots(g, fault);
+    if (chosen == SCENE_NONE) chosen = 0;
+    if (scenes > 1)
+        warnings_add(&g->builder->warnings, "scenes", "only scene %u is imported", chosen);
+    const json_t *scene;
+    gltf_place place;
+    const struct affine identity = affine_identity();
+    rc = gltf_item(g->root, "scenes", chosen, &scene, place, fault);
+    if (rc == 0) rc = visit_children(g, scene, "nodes", place, &identity, 0, fault);
+    return rc;
+}

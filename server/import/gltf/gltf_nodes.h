@@ -1,0 +1,24 @@
+#pragma once
+/* The nodes of the scene that is shown, in the order of the file, with their world transforms. */
+#include <stdint.h>
+
+#include "proto/error.h"
+#include "server/import/scene/transform.h"
+
+struct gltf;
+
+struct gltf_node {
+    uint32_t index;               /* in the document */
+    uint32_t mesh, camera, light; /* SCENE_NONE: none */
+    struct affine to_world;
+};
+
+struct gltf_nodes {
+    struct gltf_node *list; /* owned; depth first; only nodes that bear something */
+    uint32_t count, capacity;
+    uint8_t *visited; /* owned; by document index */
+};
+
+/* ERR_LIMIT for deep nesting, ERR_CORRUPT for loops and nodes with two parents. */
+int gltf_nodes_read(struct gltf *g, struct fault *fault);
+void gltf_nodes_fini(struct gltf_nodes *nodes);

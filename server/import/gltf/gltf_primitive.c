@@ -1,0 +1,212 @@
+#include "server/import/gltf/gltf_primitive.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/import/gltf/gltf_accessor.h"
+#include "server/import/scene/tangents.h"
+
+enum { MODE_TRIANGLES = 4, MODE_STRIP = 5, MODE_FAN = 6 };
+
+static int read_attributes(struct gltf *g, const json_t *json, const char *place,
+                           struct gltf_geometry *out, struct fault *fault)
+{
+    const json_t *attributes;
+    gltf_place at;
+    size_t count = gltf_count(g->root, "accessors");
+    const struct {
+        const char *key;
+        uint32_t *index;
+    } rows[] = {{"POSITION", &out->position},
+                {"NORMAL", &out->normal},
+                {"TANGENT", &out->tangent},
+                {"TEXCOORD_0", &out->uv[0]},
+                {"TEXCOORD_1", &out->uv[1]}};
+    gltf_place_set(at, "%s.attributes", place);
+    int rc = gltf_object(json, place, "attributes", &attributes, fault);
+    if (rc == 0 && attributes == NULL)
+        rc = fault_set(fault, ERR_MISSING, at, "a primitive has attributes");
+    for (size_t i = 0; rc == 0 && i < sizeof rows / sizeof *rows; i++)
+        rc = gltf_index(attributes, at, rows[i].key, count, rows[i].index, fault);
+    if (rc == 0) rc = gltf_index(json, place, "indices", count, &out->indices, fault);
+    if (rc == 0 && json_object_get(attributes, "COLOR_0") != NULL)
+        warnings_add(&g->builder->warnings, place, "vertex colours are ignored");
+    if (rc == 0 && json_object_get(json, "targets") != NULL)
+        warnings_add(&g->builder->warnings, place, "morph targets are ignored");
+    return rc;
+}
+
+/* Warns where the material reads texture coordinates that the primitive lacks. */
+static void check_uvs(struct gltf *g, const struct scene_material *m,
+                      const struct gltf_geometry *geometry, const char *place)
+{
+    const struct scene_texture_ref *refs[] = {
+        &m->base_color_texture,     &m->normal_texture,       &m->metallic_roughness_texture,
+        &m->emission_texture,       &m->transmission_texture, &m->specular_texture,
+        &m->specular_color_texture, &m->anisotropy_texture,   NULL};
+    for (const struct scene_texture_ref **ref = refs; *ref; ref++) {
+        if ((*ref)->texture == SCENE_NONE || geometry->uv[(*ref)->uv_set] != SCENE_NONE) continue;
+        warnings_add(&g->builder->warnings, place,
+                     "its material has textures, but it lacks the texture coordinates");
+        return;
+    }
+}
+
+static bool has_uvs_of(const struct gltf_geometry *geometry, const struct scene_texture_ref *map)
+{
+    return map->texture != SCENE_NONE && geometry->uv[map->uv_set] != SCENE_NONE;
+}
+
+/* The UV set that tangents run along: the normal map's; else, of an anisotropic surface, that of
+ * its directions, else the first. SCENE_NONE: no tangents are needed or can be made. */
+static uint32_t tangent_set(const struct scene_material *m, const struct gltf_geometry *geometry)
+{
+    if (has_uvs_of(geometry, &m->normal_texture)) return m->normal_texture.uv_set;
+    if (m->anisotropy == 0) return SCENE_NONE;
+    if (has_uvs_of(geometry, &m->anisotropy_texture)) return m->anisotropy_texture.uv_set;
+    return geometry->uv[0] != SCENE_NONE ? 0 : SCENE_NONE;
+}
+
+/* Tangents without normals are to be ignored (glTF 2.0, section 3.7.2.1); those that nothing needs
+ * would only keep equal geometries apart. */
+static void choose_tangents(struct gltf *g, const struct scene_material *m,
+                            struct gltf_geometry *geometry, const char *place)
+{
+    geometry->tangent_set = tangent_set(m, geometry);
+    bool needed = geometry->tangent_set != SCENE_NONE || m->anisotropy > 0;
+    if (!needed || geometry->normal == SCENE_NONE) geometry->tangent = SCENE_NONE;
+    if (m->anisotropy > 0 && geometry->tangent_set == SCENE_NONE && geometry->tangent == SCENE_NONE)
+        warnings_add(&g->builder->warnings, place,
+                     "its material is anisotropic, but it has neither tangents nor texture "
+                     "coordinates: the direction is arbitrary");
+}
+
+static int read_material(struct gltf *g, const json_t *json, const char *place,
+                         struct gltf_primitive *out, struct fault *fault)
+{
+    int rc = gltf_index(json, place, "material", gltf_count(g->root, "materials"), &out->material,
+                        fault);
+    if (rc == 0 && out->material == SCENE_NONE)
+        rc = gltf_default_material(g, &out->material, fault);
+    if (rc != 0) return rc;
+    const struct scene_material *m = &builder_materials(g->builder)[out->material];
+    check_uvs(g, m, &out->geometry, place);
+    choose_tangents(g, m, &out->geometry, place);
+    return 0;
+}
+
+int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
+                        struct gltf_primitive *out, struct fault *fault)
+{
+    gltf_place mesh_place, place;
+    const json_t *mesh_json, *primitives;
+    uint64_t mode = MODE_TRIANGLES;
+    memset(out, 0xff, sizeof *out); /* every index SCENE_NONE */
+    out->drawn = false;
+    int rc = gltf_item(g->root, "meshes", mesh, &mesh_json, mesh_place, fault);
+    if (rc == 0) rc = gltf_array(mesh_json, mesh_place, "primitives", &primitives, fault);
+    if (rc != 0) return rc;
+    gltf_place_set(place, "%s.primitives[%" PRIu32 "]", mesh_place, primitive);
+    const json_t *json = json_array_get(primitives, primitive);
+    if (!json_is_object(json)) return fault_set(fault, ERR_TYPE, place, "it is not an object");
+    rc = gltf_integer(json, place, "mode", MODE_FAN, &mode, fault);
+    if (rc == 0) rc = read_attributes(g, json, place, &out->geometry, fault);
+    if (rc != 0) return rc;
+    out->geometry.mode = (uint32_t)mode;
+    if (mode < MODE_TRIANGLES) {
+        warnings_add(&g->builder->warnings, place, "points and lines are ignored");
+        return 0;
+    }
+    if (out->geometry.position == SCENE_NONE) {
+        warnings_add(&g->builder->warnings, place, "a primitive without positions is ignored");
+        return 0;
+    }
+    out->drawn = true;
+    return read_material(g, json, place, out, fault);
+}
+
+/* An optional attribute, which must have as many elements as there are vertices. */
+static int load_attribute(struct gltf *g, uint32_t accessor, uint32_t components, uint32_t vertices,
+                          float **out, struct fault *fault)
+{
+    if (accessor == SCENE_NONE) return 0;
+    uint32_t count;
+    int rc = gltf_read_floats(g, accessor, components, &count, out, fault);
+    if (rc != 0 || count == vertices) return rc;
+    gltf_place place;
+    gltf_place_set(place, "accessors[%" PRIu32 "]", accessor);
+    return fault_set(fault, ERR_MISMATCH, place, "%" PRIu32 " elements for %" PRIu32 " vertices",
+                     count, vertices);
+}
+
+static int load_vertices(struct gltf *g, const struct gltf_geometry *geometry, struct mesh *out,
+                         struct fault *fault)
+{
+    int rc = gltf_read_floats(g, geometry->position, 3, &out->vertex_count, &out->positions, fault);
+    uint32_t n = out->vertex_count;
+    if (rc == 0) rc = load_attribute(g, geometry->normal, 3, n, &out->normals, fault);
+    if (rc == 0) rc = load_attribute(g, geometry->tangent, 4, n, &out->tangents, fault);
+    for (int set = 0; rc == 0 && set < 2; set++)
+        rc = load_attribute(g, geometry->uv[set], 2, n, &out->uvs[set], fault);
+    return rc;
+}
+
+/* Corner k of triangle t in an index list of the given mode (glTF 2.0, section 3.7.2.1). */
+static size_t corner(uint32_t mode, size_t t, size_t k)
+{
+    if (mode == MODE_TRIANGLES) return 3 * t + k;
+    if (mode == MODE_FAN) return k == 2 ? 0 : t + 1 + k;
+    return k == 0 ? t : t % 2 == 0 ? t + k : t + 3 - k;
+}
+
+static int load_triangles(struct gltf *g, const struct gltf_geometry *geometry, const char *place,
+                          struct mesh *out, struct fault *fault)
+{
+    uint32_t *indices = NULL, count = out->vertex_count;
+    int rc = 0;
+    if (geometry->indices != SCENE_NONE)
+        rc = gltf_read_indices(g, geometry->indices, &count, &indices, fault);
+    if (rc != 0) return rc;
+    bool list = geometry->mode == MODE_TRIANGLES;
+    out->triangle_count = list ? count / 3 : count < 3 ? 0 : count - 2;
+    if ((list && count % 3 != 0) || count < 3)
+        warnings_add(&g->builder->warnings, place, "the last triangle is incomplete and ignored");
+    out->triangles = malloc(((size_t)out->triangle_count * 3 + 1) * sizeof *out->triangles);
+    if (out->triangles == NULL) {
+        free(indices);
+        return fault_set(fault, ERR_MEMORY, place, "no memory for %" PRIu32 " triangles",
+                         out->triangle_count);
+    }
+    for (size_t t = 0; t < out->triangle_count; t++) {
+        for (size_t k = 0; k < 3; k++) {
+            size_t at = corner(geometry->mode, t, k);
+            out->triangles[3 * t + k] = indices != NULL ? indices[at] : (uint32_t)at;
+        }
+    }
+    free(indices);
+    return 0;
+}
+
+/* Normals for a normal map and tangents where the file leaves them out. */
+static int complete_tangents(const struct gltf_geometry *geometry, const char *place,
+                             struct mesh *mesh, struct fault *fault)
+{
+    if (geometry->tangent_set == SCENE_NONE || mesh->tangents != NULL) return 0;
+    int rc = mesh->normals == NULL ? mesh_flatten(mesh, place, fault) : 0;
+    if (rc == 0) rc = mesh_make_tangents(mesh, (int)geometry->tangent_set, place, fault);
+    return rc;
+}
+
+int gltf_geometry_load(struct gltf *g, const struct gltf_geometry *geometry, const char *place,
+                       struct mesh *out, struct fault *fault)
+{
+    *out = (struct mesh){0};
+    int rc = load_vertices(g, geometry, out, fault);
+    if (rc == 0) rc = load_triangles(g, geometry, place, out, fault);
+    if (rc == 0) rc = mesh_check(out, place, &g->builder->warnings, fault);
+    if (rc == 0) rc = mesh_compact(out, fault);
+    if (rc == 0) rc = complete_tangents(geometry, place, out, fault);
+    if (rc != 0) mesh_fini(out);
+    return rc;
+}

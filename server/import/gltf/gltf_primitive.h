@@ -1,0 +1,25 @@
+#pragma once
+/* One primitive of a glTF mesh: which accessors it names, and the triangles behind them. */
+#include "server/import/gltf/gltf.h"
+#include "server/import/scene/mesh.h"
+
+/* What the triangles depend on; primitives with equal keys share one geometry. Bytes compare. */
+struct gltf_geometry {
+    uint32_t position, normal, tangent, uv[2], indices; /* accessors; SCENE_NONE: none */
+    uint32_t mode;                                      /* 4 triangles, 5 strip, 6 fan */
+    uint32_t tangent_set; /* the UV set that tangents are made from; SCENE_NONE: none are */
+};
+
+struct gltf_primitive {
+    struct gltf_geometry geometry;
+    uint32_t material; /* in SCENE_MATERIALS */
+    bool drawn;        /* false for points, lines and primitives without positions */
+};
+
+/* Reads the description, with warnings for what is ignored. */
+int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
+                        struct gltf_primitive *out, struct fault *fault);
+
+/* Reads, checks and compacts the triangles. The caller owns *out; empty on failure. */
+int gltf_geometry_load(struct gltf *g, const struct gltf_geometry *geometry, const char *place,
+                       struct mesh *out, struct fault *fault);

@@ -1,0 +1,15 @@
+#pragma once
+/* From an .hdr or .exr file to an environment blob.
+ *
+ *   files  ->  panorama (radiance or exr, repaired)  ->  blob_writer  ->  environment_map
+ */
+#include "server/import/image/panorama.h"
+#include "server/import/import.h"
+
+/* By its first bytes, whatever its name. */
+bool environment_is_known(const struct file_view *file);
+
+/* Imports a file that environment_is_known knows and writes the blob to `out`. A failure leaves no
+ * part of a blob behind. */
+int environment_import(const struct file_view *file, const char *name, const char *out,
+                       struct warnings *warnings, struct import_stats *stats, struct fault *fault);

@@ -1,0 +1,50 @@
+#pragma once
+/* The scene under construction: one growing array for each section of the blob.
+ *
+ * Everything is appended in the order of the source, so that the same file gives the same bytes.
+ * Counts are checked against limits.h before an array grows. */
+#include <stddef.h>
+#include <stdint.h>
+
+#include "proto/scene/scene.h"
+#include "server/import/scene/warnings.h"
+
+struct builder_array {
+    uint8_t *data; /* owned; NULL while empty */
+    uint64_t count, capacity;
+    uint32_t record_bytes;
+};
+
+struct builder {
+    struct builder_array sections[SCENE_SECTION_COUNT];
+    struct warnings warnings;
+};
+
+int builder_init(struct builder *b, struct fault *fault);
+void builder_fini(struct builder *b);
+
+/* Appends `count` zeroed records. *out points at the first and holds until the next append to that
+ * section. ERR_LIMIT or ERR_MEMORY. */
+int builder_append(struct builder *b, enum scene_section section, uint64_t count, void **out,
+                   struct fault *fault);
+
+uint64_t builder_count(const struct builder *b, enum scene_section section);
+
+/* Typed views; each holds until the next append to its section. */
+float *builder_positions(const struct builder *b);
+uint32_t *builder_triangles(const struct builder *b);
+struct scene_mesh *builder_meshes(const struct builder *b);
+struct scene_instance *builder_instances(const struct builder *b);
+struct scene_material *builder_materials(const struct builder *b);
+struct scene_image *builder_images(const struct builder *b);
+struct scene_light *builder_lights(const struct builder *b);
+
+/* Stores a name, cut at LIMIT_NAME_BYTES and made printable; NULL and "" are 0. */
+int builder_name(struct builder *b, const char *text, uint32_t *out, struct fault *fault);
+
+/* Fills SCENE_INFO and SCENE_WARNINGS: bounds, triangle count, default camera. The last step.
+ * ERR_MISSING when there is no triangle. ERR_LIMIT when an instance leaves LIMIT_COORDINATE. */
+int builder_finish(struct builder *b, struct fault *fault);
+
+/* Bounds of all placed geometry; exact for baked meshes, of transformed boxes for instances. */
+int builder_bounds(const struct builder *b, float lowest[3], float highest[3], struct fault *fault);

@@ -1,0 +1,55 @@
+#pragma once
+/* One mesh on its way from a scene file to the builder: arrays of its own, one material.
+ *
+ * Optional arrays run parallel to the positions; NULL where the mesh lacks them. */
+#include "server/import/scene/builder.h"
+#include "server/import/scene/transform.h"
+
+struct mesh {
+    uint32_t vertex_count, triangle_count;
+    float *positions;    /* float[3]; all arrays are owned */
+    float *normals;      /* float[3] */
+    float *tangents;     /* float[4], w the bitangent's sign */
+    float *uvs[2];       /* float[2] */
+    uint32_t *triangles; /* uint32_t[3] */
+};
+
+void mesh_fini(struct mesh *mesh);
+
+/* A copy that the caller owns; on failure *out is empty. ERR_MEMORY. */
+int mesh_copy(const struct mesh *mesh, struct mesh *out, struct fault *fault);
+
+/* Checks every number and index and makes normals and tangents unit vectors; those of length zero
+ * are replaced, with a warning. ERR_NOT_FINITE, ERR_LIMIT, ERR_RANGE with the vertex at fault. */
+int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings,
+               struct fault *fault);
+
+/* Rebuilds all vertex arrays so that new vertex v is a copy of old vertex source[v]; the triangles
+ * stay as they are. ERR_MEMORY. */
+int mesh_gather(struct mesh *mesh, const uint32_t *source, uint32_t count, struct fault *fault);
+
+/* Drops vertices that no triangle uses; keeps the order. Indexes must be valid. ERR_MEMORY. */
+int mesh_compact(struct mesh *mesh, struct fault *fault);
+
+/* Gives every triangle vertices of its own; afterwards vertex 3t + k is corner k of triangle t.
+ * ERR_MEMORY, ERR_LIMIT. */
+int mesh_unweld(struct mesh *mesh, const char *place, struct fault *fault);
+
+/* Unwelds and sets the triangles' own normals. */
+int mesh_flatten(struct mesh *mesh, const char *place, struct fault *fault);
+
+/* Applies a transform to positions, normals and tangents. When it mirrors, the winding is turned
+ * over, so that the front side stays the front side (glTF 2.0, section 3.7.4). */
+int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char *place,
+                   struct fault *fault);
+
+/* Appends the arrays to the builder. *out gets the ranges and the flags of normals and tangents;
+ * material and name are the caller's. Stores no scene_mesh record. */
+int mesh_append(const struct mesh *mesh, struct builder *b, struct scene_mesh *out,
+                struct fault *fault);
+
+/* The triangle's normal by winding, not normalised: twice its area. */
+void mesh_triangle_normal(const float *positions, const uint32_t triangle[3], double out[3]);
+
+/* Some unit direction at right angles to a unit normal. */
+void mesh_any_tangent(const float normal[3], double out[3]);

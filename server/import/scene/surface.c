@@ -1,0 +1,39 @@
+#include "server/import/scene/surface.h"
+
+void surface_init(struct scene_material *m)
+{
+    const struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
+    *m = (struct scene_material){.base_color = {1, 1, 1, 1},
+                                 .metallic = 1,
+                                 .roughness = 1,
+                                 .normal_scale = 1,
+                                 .alpha_cutoff = 0.5f,
+                                 .specular = 1,
+                                 .ior = 1.5f,
+                                 .specular_color = {1, 1, 1},
+                                 .attenuation = {1, 1, 1},
+                                 .base_color_texture = none,
+                                 .metallic_roughness_texture = none,
+                                 .normal_texture = none,
+                                 .emission_texture = none,
+                                 .transmission_texture = none,
+                                 .specular_texture = none,
+                                 .specular_color_texture = none,
+                                 .anisotropy_texture = none};
+}
+
+void surface_conserve(struct scene_material *m, const char *place, struct warnings *warnings)
+{
+    float most = 0;
+    for (int i = 0; i < 3; i++) {
+        float sum = m->base_color[i] + m->model_specular[i];
+        most = sum > most ? sum : most;
+    }
+    if (most <= 1) return;
+    for (int i = 0; i < 3; i++) {
+        m->base_color[i] /= most;
+        m->model_specular[i] /= most;
+    }
+    warnings_add(warnings, place,
+                 "its diffuse and specular colours sum up to more than 1 and are scaled down");
+}

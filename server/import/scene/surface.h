@@ -1,0 +1,11 @@
+#pragma once
+/* A material's record as every reader begins and ends it. */
+#include "proto/scene/scene.h"
+#include "server/import/scene/warnings.h"
+
+/* What an absent material means (glTF 2.0, section 3.9.6; defaults of the KHR extensions). */
+void surface_init(struct scene_material *m);
+
+/* Scales base_color and model_specular where a channel of their sum exceeds 1, so that the surface
+ * reflects no more than it receives; warns. For models with a diffuse and a specular lobe. */
+void surface_conserve(struct scene_material *m, const char *place, struct warnings *warnings);

@@ -1,0 +1,120 @@
+/* Frames that are sampled in rounds: the schedule's passes, and what is decided on when all of the
+ * picture has been drawn with these; so what is decided depends on the samples alone and not on
+ * when they came. */
+#include <stdlib.h>
+
+#include "server/job/frame/frame_work.h"
+
+/* What a frame is said to have done at most before it is known to be done. */
+#define SHARE_MOST 0.99
+
+/* All rays of frames with second sets over those of the first, before anybody knows. */
+#define RATE_EXPECTED 3.0
+
+int frame_rounds_create(struct frame *f)
+{
+    struct frame_rounds *r = &f->rounds;
+    r->more_passes = calloc(tile_grid_count(&f->grid), sizeof *r->more_passes);
+    r->statistics = calloc(film_block_count(f->film), sizeof *r->statistics);
+    if (!r->more_passes || !r->statistics) return ERR_MEMORY;
+    return f->plan.target_error > 0.0f ? frame_target_create(f) : frame_rate_create(f);
+}
+
+void frame_rounds_destroy(struct frame *f)
+{
+    frame_target_destroy(f);
+    frame_rate_destroy(f);
+    free(f->rounds.more_passes);
+    free(f->rounds.statistics);
+}
+
+/* Samples of all pixels, as far as is known: at least one a pixel. */
+static double expected(const struct frame *f)
+{
+    const double pixels = (double)f->plan.width_px * f->plan.height_px;
+    const uint32_t l = f->plan.indirect_strata_per_axis, lens = f->plan.lens_strata_per_axis;
+    if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
+    const double first = pixels * (f->plan.paths.spp + l * l + lens * lens);
+    if (f->rate.decided) return first + (double)f->rate.rays;
+    return f->plan.lens_extra > 0 ? first + pixels * f->plan.lens_extra : first * RATE_EXPECTED;
+}
+
+void frame_rounds_note(struct frame *f)
+{
+    const double share = (double)f->samples_landed / expected(f);
+    if (share > f->rounds.shown) f->rounds.shown = share < SHARE_MOST ? share : SHARE_MOST;
+}
+
+struct decide_task {
+    struct team_task task;
+    struct frame *frame;
+    int error;
+    bool more;
+};
+
+/* Nothing else touches rounds or what was measured meanwhile: no block is out, and no tile is. */
+static void decide_run(struct team_task *task)
+{
+    struct decide_task *t = (struct decide_task *)task;
+    struct frame *f = t->frame;
+    if (atomic_load(&f->dropped)) return;
+    t->more = frame_has_target(f) ? frame_target_decide(f) : frame_rate_decide(f, &t->error);
+}
+
+static void end(struct frame *f)
+{
+    film_release(f->film);
+    for (uint32_t i = 0; i < film_block_count(f->film); i++)
+        frame_count_pixels(&f->statistics, &f->rounds.statistics[i]);
+    if (frame_has_target(f)) frame_target_end(f);
+    f->rounds.shown = 1.0;
+    f->tasks++; /* held: the owner may drop the frame */
+    f->options.events.traced(f->options.events.ctx, f);
+    if (frame_task_over(f)) frame_encode(f);
+}
+
+static void go_on(struct frame *f)
+{
+    film_begin_round(f->film, f->rounds.more_passes);
+    for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++)
+        if (f->rounds.more_passes[i] > 0) tile_queue_extend(f->tiles, i, f->rounds.more_passes[i]);
+    frame_spool_take(f);
+    f->options.events.extended(f->options.events.ctx, f);
+}
+
+static void decided(struct frame *f, const struct decide_task *t)
+{
+    f->statistics.reconstruct_cpu_us += t->task.cpu_us;
+    if (t->error) {
+        frame_fail(f, t->error, "", "no memory to deal further samples");
+        return;
+    }
+    if (frame_has_target(f))
+        frame_target_count(f);
+    else
+        frame_rate_count(f);
+    frame_rounds_note(f);
+    if (t->more)
+        go_on(f);
+    else
+        end(f);
+}
+
+static void decide_done(struct team_task *task)
+{
+    struct decide_task *t = (struct decide_task *)task;
+    if (frame_task_over(t->frame)) decided(t->frame, t);
+    free(t);
+}
+
+void frame_rounds_decide(struct frame *f)
+{
+    struct decide_task *t = calloc(1, sizeof *t);
+    if (!t) {
+        frame_fail(f, ERR_MEMORY, "", "no memory to decide on further samples");
+        return;
+    }
+    t->task = (struct team_task){.run = decide_run, .done = decide_done};
+    t->frame = f;
+    frame_task_submit(f, &t->task);
+}

@@ -1,0 +1,228 @@
+#pragma once
+/* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
+ * frame_results.c (results to blocks), frame_spool.c (results of an earlier run), frame_rounds.c
+ * (passes after the schedule: when), with frame_target.c and frame_rate.c (which), frame_files.c
+ * (image to files). */
+#include <stdatomic.h>
+#include <uv.h>
+
+#include "server/film/film.h"
+#include "server/job/frame/fingerprint.h"
+#include "server/job/frame/frame.h"
+#include "server/job/frame/picture_file.h"
+#include "server/job/frame/rounds.h"
+#include "server/job/frame/tile_queue.h"
+#include "server/reconstruct/block.h"
+
+/* Of a frame that has rounds (proto/plan.h). */
+struct frame_rounds {
+    uint32_t *more_passes;               /* owned; of each tile */
+    struct block_statistics *statistics; /* owned; of each block, as it was drawn last */
+    double shown;                        /* share of the work that was told of */
+};
+
+/* Of a frame with a target: what is measured of its picture, for the next round. */
+struct frame_target {
+    struct rounds *rounds;       /* owned */
+    float *pixels;               /* owned; SOURCE_COUNT squares and luminance, plane by plane */
+    struct rounds_error *errors; /* owned; of each tile */
+    char warning[LIMIT_DETAIL_BYTES];
+};
+
+/* The second set of rays, or of paths through the lens, of a tile. */
+struct frame_rate_tile {
+    const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_rate */
+    uint32_t most;        /* of these */
+    size_t packed;        /* where its count maps begin in `packed` */
+    uint32_t packed_bytes;
+    uint64_t rays;
+};
+
+/* Of a frame whose pixels get second sets: of bounce rays (plan_rate), and of rays of glossy lobes
+ * where the plan has a second map; or of paths through the lens. */
+struct frame_rate {
+    uint32_t maps;      /* plan_side_maps */
+    uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
+                           drawn; of lenses levels of lens_extra.h until it is decided */
+    uint8_t *sides;     /* owned; the same, tile by tile */
+    uint32_t *measured; /* owned; first sets of each block's pixels */
+    struct frame_rate_tile *tiles; /* owned */
+    struct bytes_writer packed;    /* count_map.h, tile by tile */
+    uint64_t rays;                 /* of all second sets; once decided */
+    bool decided;
+};
+
+/* Of a frame whose tiles are kept on disk. */
+enum frame_spool_state { FRAME_SPOOL_CLOSED, FRAME_SPOOL_OPENING, FRAME_SPOOL_READY };
+struct frame_spool {
+    enum frame_spool_state state;
+    struct spool *spool; /* owned; NULL: it has none */
+    uint32_t *taken;     /* owned; received tiles whose pass is yet to be read, the last goes
+                            first; NULL: nothing was there when the spool was opened */
+    uint32_t taken_count;
+    unsigned reading; /* tasks */
+};
+
+/* What a frame leaves behind; one task of each at a time. */
+struct frame_file {
+    struct team_task task;
+    struct frame *frame;
+    struct picture_file picture;
+    int32_t end;  /* rows that were given to it */
+    bool is_out;  /* on the team; then nobody touches what is here, but `frame` */
+    bool is_last; /* its last task: it was given all rows */
+    bool is_stored;
+    bool waits; /* for the end: it failed before */
+    struct digest digest;
+    struct fault fault;
+    int error;
+    bool is_held; /* stored, and nobody has been told of it who would release it */
+};
+struct frame_files {
+    struct frame_file of[PICTURE_FILE_COUNT];
+    bool closing; /* the image is whole; nobody has heard yet of its files */
+};
+
+struct frame {
+    struct fault refusal;         /* of the last result that did not fit the plan */
+    struct frame_options options; /* options.plan points to `plan` */
+    struct plan plan;
+    struct bytes_writer plan_bytes;
+    struct tile_grid grid;
+    struct tile_queue *tiles;
+    int32_t block_px; /* side of the film's blocks */
+    struct film *film;
+    struct frame_rounds rounds; /* all NULL without rounds */
+    struct frame_target target; /* all NULL without one */
+    struct frame_rate rate;     /* all NULL without */
+    struct frame_spool spool;
+    struct scratch *scratch, *own_scratch; /* of the team's work on blocks; NULL: it is borrowed */
+    struct image *image; /* on the loop's thread, but rows that are final: the team reads them */
+    struct frame_files files;
+    uint64_t begun_us, arrived_us, drawn_us; /* when; `arrived`: its last result so far */
+    enum frame_state state;
+    struct statistics statistics;
+    uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
+                                of all its pixels */
+    uint64_t blocks_drawn;
+    uint32_t blocks_out; /* on the team */
+    uint32_t tasks;      /* on the team, of any kind */
+    bool held;
+    bool complete; /* of a frame that is kept */
+    bool given_up; /* by its workers */
+    char fingerprint[FINGERPRINT_BYTES];
+    atomic_bool dropped; /* the team skips what is queued */
+};
+
+/* Hands a task to the team, which counts; frame_task_over takes the count back and frees a dropped
+ * frame with its last task. True when the frame is still wanted. */
+void frame_task_submit(struct frame *f, struct team_task *task);
+bool frame_task_over(struct frame *f);
+
+/* Samples a pixel of a pass, by which the work that is done is told: paths, and bounce rays, each
+ * of which goes on as a path does; at least one. */
+uint32_t frame_pass_samples(const struct plan_pass *pass);
+/* The same of all of a tile's pixels, which may differ; with the samples of the lens. */
+uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, uint32_t area);
+
+/* What a pass of a tile traces. */
+struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);
+
+/* So far behind with reconstruction that more samples would only fill memory. */
+bool frame_is_behind(const struct frame *f);
+
+/* -- frame_results.c -- */
+
+/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks
+ * that are ready go to the team. On failure the frame has failed, and may be gone. */
+int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
+               struct samples **samples, const struct counters *counters);
+
+/* -- frame_spool.c: what an earlier run of the coordinator had -- */
+
+void frame_spool_destroy(struct frame *f);
+/* Takes the tiles that wait for a pass which the spool has, out of those that wait. */
+void frame_spool_take(struct frame *f);
+/* Reads on, as far as reconstruction keeps up. */
+void frame_spool_feed(struct frame *f);
+/* Whether the spool has the pass after the one that a tile is received for; then, once that has
+ * landed, it is to be read. */
+bool frame_spool_has_next(const struct frame *f, uint32_t tile);
+void frame_spool_push(struct frame *f, uint32_t tile);
+/* Keeps what a worker sent of a pass that has landed; takes the bytes if there is a spool. */
+void frame_spool_keep(struct frame *f, uint32_t tile, const struct plan_pass *pass,
+                      const struct counters *counters, uint8_t **bytes, uint32_t size_bytes);
+
+/* -- frame_rounds.c: frames with passes after the schedule -- */
+
+int frame_rounds_create(struct frame *f);
+void frame_rounds_destroy(struct frame *f);
+static inline bool frame_has_rounds(const struct frame *f)
+{
+    return f->rounds.more_passes != NULL;
+}
+/* All blocks are drawn: decides on the team whether there is another round, and begins it or ends
+ * the frame. */
+void frame_rounds_decide(struct frame *f);
+/* Tells anew how much of the work is done, which never shrinks. */
+void frame_rounds_note(struct frame *f);
+
+/* -- frame_target.c: sampling until a target error is reached -- */
+
+int frame_target_create(struct frame *f);
+void frame_target_destroy(struct frame *f);
+static inline bool frame_has_target(const struct frame *f)
+{
+    return f->target.rounds != NULL;
+}
+/* Keeps what was measured of a block's pixels, in `measure` (block by block, not of the image). */
+void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure);
+/* On the team, when nothing else touches the frame's rounds: whether any tile gets more passes. */
+bool frame_target_decide(struct frame *f);
+/* On the loop's thread, after that. */
+void frame_target_count(struct frame *f);
+/* After the last round: says what was not reached. */
+void frame_target_end(struct frame *f);
+
+/* -- frame_rate.c: second sets -- */
+
+int frame_rate_create(struct frame *f);
+void frame_rate_destroy(struct frame *f);
+static inline bool frame_has_rate(const struct frame *f)
+{
+    return f->rate.pixels != NULL;
+}
+/* Whether a block that is drawn now is to tell of its pixels' second sets. */
+static inline bool frame_wants_sides(const struct frame *f)
+{
+    return frame_has_rate(f) && !f->rate.decided;
+}
+/* Keeps a block's, map by map, row by row. */
+void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
+/* As of a target; *error: ERR_MEMORY. */
+bool frame_rate_decide(struct frame *f, int *error);
+void frame_rate_count(struct frame *f);
+struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t number);
+
+/* Adds what a block's pixels count. */
+void frame_count_pixels(struct statistics *sum, const struct block_statistics *block);
+
+/* Tells the owner; the frame may be gone afterwards. */
+void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
+
+/* -- frame_files.c -- */
+
+void frame_files_init(struct frame *f);
+void frame_files_drop(struct frame *f);
+/* Gives rows that have become final to the team, to be encoded. */
+void frame_files_feed(struct frame *f);
+
+/* Of a loop's time that goes on evenly. */
+static inline uint64_t frame_clock_us(void)
+{
+    return uv_hrtime() / 1000;
+}
+
+/* The image is whole: what is left of EXR and PNG is written on the team, then `encoded` or
+ * `failed`. Of a frame that is kept: `completed`. */
+void frame_encode(struct frame *f);

@@ -1,0 +1,378 @@
+#include "server/job/frame/rounds.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "proto/limits.h"
+
+#define GROWTH_MOST  4.0
+#define GROWTH_LEAST 1.02 /* less is not worth a pass */
+#define ROUNDS_MOST  32
+#define AIM          0.985 /* of the target: estimates that end just above it would take a round more */
+#define CHUNK        LIMIT_PASS_SPP
+#define CHUNK_SIDE   8u
+#define BOUNCES_MOST 16384 /* means travel as half floats: beyond, rounding is what is left */
+#define REST_LEAST   0.25  /* of what no sample lowers, squared: beside it the rest is small */
+
+_Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
+
+/* What one tile has of one kind of samples, a pixel. */
+struct kind {
+    double square; /* summed over pixels; 0 where there are none of the kind */
+    double scale;  /* factor of growth where lambda is 1 */
+    uint32_t n;    /* of the rounds that have ended */
+    uint32_t more; /* in this round */
+};
+
+enum { PATHS, BOUNCES, KINDS };
+
+struct rounds_tile {
+    struct kind kinds[KINDS];
+    uint32_t area;       /* px */
+    uint32_t first_pass; /* of this round */
+    uint32_t passes;     /* in this round */
+};
+
+struct rounds {
+    const struct plan *plan; /* borrowed */
+    struct tile_grid grid;
+    uint32_t count;
+    double pixels;
+    struct rounds_report report;
+    struct rounds_tile *tiles; /* owned */
+};
+
+int rounds_create(const struct plan *plan, struct rounds **out)
+{
+    *out = NULL;
+    struct rounds *r = calloc(1, sizeof *r);
+    if (!r) return ERR_MEMORY;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    int error = tile_grid_init(&r->grid, plan->width_px, plan->height_px, plan->tile_px);
+    r->plan = plan;
+    r->count = error ? 0 : tile_grid_count(&r->grid);
+    r->pixels = (double)plan->width_px * plan->height_px;
+    r->tiles = calloc(r->count ? r->count : 1, sizeof *r->tiles);
+    if (!error && !r->tiles) error = ERR_MEMORY;
+    if (error) {
+        rounds_destroy(&r);
+        return error;
+    }
+    for (uint32_t i = 0; i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        t->area = (uint32_t)rect_area(tile_grid_rect(&r->grid, i));
+        t->kinds[PATHS].more = plan->paths.spp;
+        t->kinds[BOUNCES].more = l * l;
+        t->passes = plan_pass_count(plan);
+        r->report.paths += (uint64_t)t->area * plan->paths.spp;
+        r->report.bounces += (uint64_t)t->area * l * l;
+    }
+    r->report.expected = 2.0 * (double)(r->report.paths + r->report.bounces); /* nobody knows yet */
+    *out = r;
+    return 0;
+}
+
+void rounds_destroy(struct rounds **rounds)
+{
+    if (!*rounds) return;
+    free((*rounds)->tiles);
+    free(*rounds);
+    *rounds = NULL;
+}
+
+/* -- growth -- */
+
+/* The root of an order of x >= 1 by Newton from above, without the C library's, whose bits hang on
+ * the CPU. Factors of 2^order are taken out first: from far away Newton creeps. */
+static double root_of(double x, int order)
+{
+    const double step = (double)(1u << order);
+    double scale = 1.0, root;
+    for (; x >= step && x < INFINITY; x /= step) scale *= 2.0;
+    root = x;
+    for (int i = 0; i < 64; i++) {
+        double power = root; /* root^(order - 1) */
+        for (int k = 2; k < order; k++) power *= root;
+        const double next = root - (root * power - x) / (order * power);
+        if (!(next < root)) break;
+        root = next;
+    }
+    return scale * root;
+}
+
+/* x^(3/5) of any x > 0. */
+static double three_fifths(double x)
+{
+    const double root = x < 1.0 ? 1.0 / root_of(1.0 / x, 5) : root_of(x, 5);
+    return root * root * root;
+}
+
+/* Growth where lambda is 1. */
+static double scale_of(double gain, int kind)
+{
+    if (!(gain > 0.0)) return 0.0;
+    return kind == PATHS ? sqrt(gain) : three_fifths(2.0 / 3.0 * gain);
+}
+
+/* The powers of lambda that scale_of is to be divided by. */
+struct level {
+    double lambda, divisor[KINDS];
+};
+
+static struct level level_at(double lambda)
+{
+    return (struct level){lambda, {sqrt(lambda), three_fifths(lambda)}};
+}
+
+static uint32_t most_of(const struct rounds *r, int kind)
+{
+    const uint32_t most = r->plan->spp_most;
+    return kind == BOUNCES && most > BOUNCES_MOST ? BOUNCES_MOST : most;
+}
+
+static double growth(const struct rounds *r, const struct kind *k, int kind,
+                     const struct level *level)
+{
+    if (k->n == 0 || !(k->square > 0.0)) return 1.0;
+    const double most = (double)most_of(r, kind) / k->n;
+    const double free = k->scale / level->divisor[kind];
+    return fmax(fmin(free, most), 1.0);
+}
+
+/* What is left of a squared error; r^(-2/3) is the cube root's inverse square. */
+static double remains(double square, int kind, double r)
+{
+    if (kind == PATHS) return square / r;
+    const double root = root_of(r, 3);
+    return square / (root * root);
+}
+
+/* Squared errors at a level, of what samples lower. */
+static double squares_at(const struct rounds *r, const struct level *level)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < r->count; i++)
+        for (int kind = 0; kind < KINDS; kind++) {
+            const struct kind *k = &r->tiles[i].kinds[kind];
+            sum += remains(k->square, kind, growth(r, k, kind, level));
+        }
+    return sum;
+}
+
+/* The gain of one sample more now, at most. */
+static double gain_most(const struct rounds *r)
+{
+    double most = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        for (int kind = 0; kind < KINDS; kind++)
+            if (t->kinds[kind].n > 0)
+                most = fmax(most, t->kinds[kind].square / t->area / t->kinds[kind].n);
+    }
+    return most;
+}
+
+/* The level at which squared errors add up to `wanted`, or the lowest there is, at which all have
+ * the most samples. */
+static struct level solve(const struct rounds *r, double wanted)
+{
+    const double most = gain_most(r);
+    double low = most, high = most;
+    struct level level = level_at(most > 0.0 ? most : 1.0);
+    for (int i = 0; i < 200 && low > 0.0 && squares_at(r, &level) > wanted; i++) {
+        high = low;
+        low *= 0.5;
+        level = level_at(low);
+    }
+    for (int i = 0; i < 40 && low < high; i++) {
+        const double middle = 0.5 * (low + high);
+        const struct level at = level_at(middle);
+        if (squares_at(r, &at) > wanted)
+            high = middle;
+        else
+            low = middle;
+    }
+    return level_at(low > 0.0 ? low : 1.0);
+}
+
+/* -- passes -- */
+
+/* The number next to n and above `before` that is a multiple of a power of two near an eighth of
+ * it: the path tracer's sequence is stratified best where it is cut there. */
+static uint32_t rounded(double n, uint32_t before)
+{
+    uint32_t step = 4;
+    while (step * 16.0 <= n) step *= 2;
+    const uint32_t near = (uint32_t)(n / step + 0.5) * step;
+    return near > before ? near : (before / step + 1) * step;
+}
+
+/* Bounce rays come in full passes and one of an even l. */
+static uint32_t bounces_of(double more)
+{
+    const uint32_t whole = (uint32_t)(more / CHUNK);
+    const double rest = more - (double)whole * CHUNK;
+    uint32_t l = 0;
+    while ((double)l * l < rest) l += 2;
+    return whole * CHUNK + l * l;
+}
+
+static uint32_t side_of(uint32_t bounces)
+{
+    uint32_t l = 0;
+    while (l * l < bounces) l += 2;
+    return l;
+}
+
+/* `room` samples fit the passes that are left. */
+static uint32_t more_of(const struct rounds *r, const struct kind *k, int kind, double by,
+                        uint32_t room)
+{
+    const double wanted = fmin(by, GROWTH_MOST);
+    const uint32_t most = most_of(r, kind);
+    if (wanted < GROWTH_LEAST || k->n >= most) return 0;
+    const uint32_t left = most - k->n < room ? most - k->n : room;
+    if (kind == PATHS) {
+        const uint32_t paths = rounded(wanted * k->n, k->n) - k->n;
+        return paths < left ? paths : left;
+    }
+    uint32_t bounces = bounces_of((wanted - 1.0) * k->n);
+    while (bounces > left) { /* the next less that passes can have */
+        const uint32_t rest = bounces % CHUNK, l = side_of(rest ? rest : CHUNK);
+        bounces -= rest ? rest : CHUNK;
+        bounces += (l - 2) * (l - 2);
+    }
+    return bounces;
+}
+
+static uint32_t passes_of(uint32_t samples)
+{
+    return (samples + CHUNK - 1) / CHUNK;
+}
+
+/* Gives the tiles of a level their samples; returns how many passes that takes. */
+static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more_passes)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        const uint32_t room = (LIMIT_PASSES - t->first_pass) * CHUNK;
+        uint32_t passes = 0;
+        for (int kind = 0; kind < KINDS; kind++) {
+            struct kind *k = &t->kinds[kind];
+            k->more = k->n > 0 ? more_of(r, k, kind, growth(r, k, kind, level), room) : 0;
+            passes = passes_of(k->more) > passes ? passes_of(k->more) : passes;
+        }
+        t->passes = more_passes[i] = passes;
+        sum += passes;
+    }
+    return sum;
+}
+
+/* -- rounds -- */
+
+/* Passes with bounce rays trace as many of glossy lobes. */
+static double square_of(const struct rounds_error *error, int kind)
+{
+    return kind == PATHS ? error->square[SOURCE_PATHS]
+                         : error->square[SOURCE_BOUNCES] + error->square[SOURCE_LOBES];
+}
+
+/* Takes the round's samples and errors in. */
+static void end_round(struct rounds *r, const struct rounds_error *errors)
+{
+    struct rounds_report *report = &r->report;
+    double squares = 0.0, fixed = 0.0, luminance = 0.0;
+    report->rounds++;
+    for (uint32_t i = 0; i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        t->first_pass += t->passes;
+        t->passes = 0;
+        for (int kind = 0; kind < KINDS; kind++) {
+            struct kind *k = &t->kinds[kind];
+            k->n += k->more;
+            k->more = 0;
+            k->square = square_of(&errors[i], kind);
+            k->scale = k->n > 0 ? scale_of(k->square / t->area / k->n, kind) : 0.0;
+            squares += k->square;
+        }
+        fixed += errors[i].square[SOURCE_CENTRES];
+        luminance += errors[i].luminance;
+    }
+    const double mean = luminance / r->pixels;
+    const bool seen = mean > 0.0;
+    report->reached = seen ? sqrt((squares + fixed) / r->pixels) / mean : 0.0;
+    report->fixed = seen ? sqrt(fixed / r->pixels) / mean : 0.0;
+    report->met = report->reached <= (double)r->plan->target_error;
+}
+
+/* What samples lower may have left, squared and over mean luminance: what is left of the target
+ * beside the rest, or, where that alone is above it, little beside that. */
+static double rest_wanted(const struct rounds *r)
+{
+    const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
+    const double rest = error * error - fixed * fixed;
+    return rest > 0.0 ? rest : REST_LEAST * fixed * fixed;
+}
+
+/* What the target is thought to take in the end, and this round. */
+static void foresee(struct rounds *r, const struct level *level)
+{
+    double expected = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        for (int kind = 0; kind < KINDS; kind++) {
+            const struct kind *k = &t->kinds[kind];
+            const double in_all = growth(r, k, kind, level) * k->n, now = k->n + k->more;
+            expected += t->area * (in_all > now ? in_all : now);
+            *(kind == PATHS ? &r->report.paths : &r->report.bounces) += (uint64_t)t->area * k->more;
+        }
+    }
+    r->report.expected = expected;
+}
+
+static double mean_luminance(const struct rounds *r, const struct rounds_error *errors)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) sum += errors[i].luminance;
+    return sum / r->pixels;
+}
+
+bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t *more_passes)
+{
+    const double mean = mean_luminance(r, errors);
+    end_round(r, errors);
+    for (uint32_t i = 0; i < r->count; i++) more_passes[i] = 0;
+    if (r->report.met || r->report.rounds >= ROUNDS_MOST) return false;
+    const double wanted = rest_wanted(r), reached = r->report.reached, fixed = r->report.fixed;
+    if (reached * reached - fixed * fixed <= wanted) return false;
+    struct level level = solve(r, wanted * mean * mean * r->pixels);
+    uint64_t passes = deal(r, &level, more_passes);
+    for (int i = 0; i < 64 && passes == 0; i++) {
+        level = level_at(0.5 * level.lambda);
+        passes = deal(r, &level, more_passes);
+    }
+    r->report.threshold = mean > 0.0 ? sqrt(level.lambda) / mean : 0.0;
+    foresee(r, &level);
+    return passes > 0;
+}
+
+struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t number)
+{
+    const struct rounds_tile *t = &r->tiles[tile];
+    if (number < plan_pass_count(r->plan)) return plan_scheduled_pass(r->plan, number);
+    const uint32_t before = (number - t->first_pass) * CHUNK;
+    const struct kind *paths = &t->kinds[PATHS], *bounces = &t->kinds[BOUNCES];
+    struct plan_pass pass = {.number = number, .first = paths->n + before};
+    const uint32_t paths_left = paths->more > before ? paths->more - before : 0;
+    const uint32_t bounces_left = bounces->more > before ? bounces->more - before : 0;
+    pass.count = paths_left < CHUNK ? paths_left : CHUNK;
+    pass.strata = side_of(bounces_left < CHUNK ? bounces_left : CHUNK);
+    if (pass.count == 0) pass.first = 0;
+    return pass;
+}
+
+struct rounds_report rounds_report(const struct rounds *r)
+{
+    return r->report;
+}

@@ -1,0 +1,56 @@
+#pragma once
+/* Sampling until a target error is reached: which tiles get how many more samples, round by round.
+ *
+ * The plan's schedule is the first round. When all of a frame is reconstructed, each tile's summed
+ * squared error is known, by what would lower it: more paths, more bounce rays, neither. Squared
+ * errors are taken to fall with the number of paths, and of bounce rays as the power 2/3 (their
+ * filter gets narrower meanwhile; filters.md section 3). The least cost for the target is where one
+ * sample more gains the same everywhere: with V the squared error of a tile of `area` pixels, n its
+ * samples a pixel and r the factor by which they grow,
+ *
+ *   paths     V / r          falls at V / (area n r^2)        = lambda
+ *   bounces   V / r^(2/3)    falls at 2 V / (3 area n r^(5/3)) = lambda
+ *
+ * Bounce rays bring as many of glossy lobes with them, and V of both is one: counts of their own
+ * would save 3 to 12 % of the samples of a floor like varnish, 0 to 4 % where little is glossy.
+ *
+ * wherever r > 1; what gains less than lambda already gets nothing. Lambda is solved for so that
+ * the frame's squared errors add up to the target. (Bringing all tiles down to one error instead
+ * costs as many samples as giving all the same.)
+ *
+ * A round multiplies samples by 4 at most, so that errors that were estimated from few are not
+ * trusted too far. All is a function of the errors alone, and these of the plan. */
+#include <stdbool.h>
+
+#include "proto/plan.h"
+#include "server/reconstruct/compose/block_squares.h"
+
+/* Of one tile, over its pixels. */
+struct rounds_error {
+    double square[SOURCE_COUNT]; /* mean over R, G, B, summed */
+    double luminance;            /* summed */
+};
+
+struct rounds;
+
+/* The plan, which has a target, is borrowed. ERR_MEMORY, ERR_RANGE. */
+int rounds_create(const struct plan *plan, struct rounds **out);
+void rounds_destroy(struct rounds **rounds);
+
+/* The errors of all tiles are those: how many passes each tile gets more. Returns whether any gets
+ * one; the others' pictures stand. `more_passes` has room for all tiles. */
+bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t *more_passes);
+
+/* What pass `number` of a tile traces: the schedule's, or one of the round's. */
+struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t number);
+
+struct rounds_report {
+    uint32_t rounds;         /* that have ended */
+    uint64_t paths, bounces; /* samples of the rounds that were decided on, over all pixels */
+    double expected;         /* all samples that the target is thought to take */
+    double reached;          /* estimated error over mean luminance, after the last round */
+    double threshold;        /* root of what a sample must gain to be taken, over mean luminance */
+    double fixed;            /* the part of `reached` that no sample lowers */
+    bool met;                /* reached <= target */
+};
+struct rounds_report rounds_report(const struct rounds *r);

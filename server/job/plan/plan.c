@@ -1,0 +1,324 @@
+#include "server/job/plan/plan.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "proto/link/message.h"
+#include "proto/plan_check.h"
+#include "proto/samples.h"
+
+/* Scene units between which pictures are sure to be right. */
+#define RADIUS_LEAST 1e-6
+#define RADIUS_MOST  1e12
+
+/* Bounce rays beside as many paths are not worth their while: the first pass traces them all. */
+#define SAMPLES_BESIDE_MOST 256
+
+void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
+{
+    va_list args;
+    if (report->skip_count == PLAN_SKIPS) return;
+    struct plan_skip *skip = &report->skipped[report->skip_count++];
+    snprintf(skip->what, sizeof skip->what, "%s", what);
+    va_start(args, format);
+    vsnprintf(skip->why, sizeof skip->why, format, args);
+    va_end(args);
+}
+
+void plan_warn(struct plan_report *report, const char *format, ...)
+{
+    va_list args;
+    if (report->warning_count == LIMIT_WARNINGS) return;
+    va_start(args, format);
+    vsnprintf(report->warnings[report->warning_count++], LIMIT_DETAIL_BYTES, format, args);
+    va_end(args);
+}
+
+/* The importer's warnings are the job's, too. */
+static void copy_warnings(const struct scene *scene, struct plan_report *report)
+{
+    const char *at = scene->warnings;
+    const char *end = at ? at + scene->count[SCENE_WARNINGS] : at;
+    while (at < end) {
+        size_t length = strnlen(at, (size_t)(end - at));
+        if (length > 0) plan_warn(report, "%.*s", (int)(length < 500 ? length : 500), at);
+        at += length + 1;
+    }
+}
+
+/* Visibility and slopes, for the filter that reads them and the layers that show them. */
+void plan_strata_planes(struct plan *plan, struct plan_report *report)
+{
+    static const char no_reader[] = "no filter or layer of this plan reads it";
+    static const char no_area[] = "no light has area";
+    bool area = false, filtered = plan->shadow_filter != SHADOW_FILTER_NONE;
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        area = area || plan->lights[k].type == LIGHT_RECTANGLE;
+    if (area && (filtered || (report->layers & LAYER_VISIBILITY)))
+        plan->light_planes |= 1u << LIGHT_PLANE_VISIBILITY;
+    else
+        plan_skip(report, "plane visibility", "%s", area ? no_reader : no_area);
+    if (area && (filtered || (report->layers & (LAYER_SLOPE_MIN | LAYER_SLOPE_MAX))))
+        plan->light_planes |= 1u << LIGHT_PLANE_SLOPES;
+    else
+        plan_skip(report, "plane slopes", "%s", area ? no_reader : no_area);
+    if (plan->light_planes & ~(1u << LIGHT_PLANE_IRRADIANCE))
+        plan->capabilities |= CAPABILITY_VISIBILITY;
+}
+
+static int check_strata(const struct job *job, const struct plan *plan, struct fault *fault)
+{
+    uint32_t l = job_strata_per_axis(job->light_spp ? job->light_spp : job->spp);
+    if (plan->light_planes <= 1u << LIGHT_PLANE_IRRADIANCE || l <= LIMIT_PLANE_STRATA_PER_AXIS)
+        return 0;
+    return fault_set(fault, ERR_LIMIT, job->light_spp ? "/sampling/light_spp" : "/sampling/spp",
+                     "%u samples a light: the layers visibility and slope_* take at most %d", l * l,
+                     LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS);
+}
+
+/* A tile's samples must fit one frame on the wire: many lights ask for smaller tiles. Lone
+ * sub-samples are shaded by squares of LIMIT_TILE_SIDE_MIN_PX, which tiles must not cut. */
+static int fit_tile(struct plan *plan, struct plan_report *report, struct fault *fault)
+{
+    struct samples_layout layout;
+    int32_t asked = plan->tile_px;
+    while (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) {
+        plan->tile_px /= 2;
+        if (plan->tile_px < LIMIT_TILE_SIDE_MIN_PX)
+            return fault_set(fault, ERR_LIMIT, "/sampling/spp",
+                             "the samples of the smallest tile do not fit a message");
+    }
+    if (plan->planes & PLANE_BIT(LONE)) plan->tile_px -= plan->tile_px % LIMIT_TILE_SIDE_MIN_PX;
+    if (plan->tile_px < asked - asked % LIMIT_TILE_SIDE_MIN_PX)
+        plan_warn(report, "tiles of %d px would hold too many samples; they are %d px", asked,
+                  plan->tile_px);
+    return 0;
+}
+
+/* All samples of a frame that has rounds stay until the last. Second sets through the lens are no
+ * reason to refuse it. */
+static int fit_memory(struct plan *plan, struct plan_report *report, struct fault *fault)
+{
+    char why[PLAN_WHY_BYTES];
+    struct samples_layout layout;
+    const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
+    const char *place = plan->target_error > 0.0f ? "/sampling/target_error" : "/filter/indirect";
+    if (!plan_has_rounds(plan)) return 0;
+    if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
+    const uint64_t each = layout.total_bytes / (LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
+    const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    if (each * pixels <= LIMIT_TARGET_BYTES) return 0;
+    snprintf(why, sizeof why,
+             "%" PRIu64 " pixels keep %" PRIu64
+             " bytes each until all their samples are known: above %llu in all",
+             pixels, each, LIMIT_TARGET_BYTES);
+    if (plan->lens_extra == 0) return fault_set(fault, ERR_LIMIT, place, "%s", why);
+    plan_lens_one_set(why, plan, report);
+    return 0;
+}
+
+/* Paths alone: no filter runs. `indirect_why` is said of indirect light, `why` of light fields. */
+static void choose_paths(const struct job *job, const char *filter_why, const char *indirect_why,
+                         const char *why, struct plan_report *report)
+{
+    report->integrator = INTEGRATOR_PATHS;
+    plan_filter_none(job, filter_why, report);
+    plan_indirect_none(job, indirect_why, report);
+    plan_skip(report, "light fields", "%s", why);
+}
+
+/* Whether there are so many paths, and bounce rays beside them, that nobody asked to filter these.
+ * Paths alone then converge in passes, over whole pixels and not at their centres. */
+static bool is_plenty(const struct job *job, char why[PLAN_WHY_BYTES])
+{
+    const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MOST;
+    const bool asked = job->indirect != INDIRECT_AUTO || job->method == FILTER_AVERAGE ||
+                       (job->indirect_spp > 0 && job->indirect_spp <= most);
+    if (asked || l * l <= most) return false;
+    snprintf(why, PLAN_WHY_BYTES, "%u samples a pixel are above %u: paths alone show little noise",
+             l * l, most);
+    return true;
+}
+
+/* Light fields cannot do it alone. */
+static void choose_beside(const struct job *job, const struct plan *plan, const char *why,
+                          struct plan_report *report)
+{
+    char filter_why[PLAN_FILTER_WHY_BYTES], plenty[PLAN_WHY_BYTES];
+    bool indirect = job->indirect_bounces > 0 && plan_is_lit(plan, report);
+    bool occlusion = (report->layers & LAYER_OCCLUSION) != 0;
+    if (!indirect && !occlusion) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, plan_nothing_to_filter, why, report);
+        return;
+    }
+    if (is_plenty(job, plenty)) {
+        choose_paths(job, plenty, plenty, plenty, report);
+        return;
+    }
+    report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
+    snprintf(filter_why, sizeof filter_why, "direct light comes along paths, unfiltered: %s", why);
+    plan_filter_none(job, filter_why, report);
+    plan_skip(report, "light fields of lights", "%s", why);
+}
+
+/* There is a lens. */
+static void choose_lens(const struct job *job, const struct plan *plan, struct plan_report *report)
+{
+    char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
+    if (!plan_lens_possible(job, plan, why)) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, filter_why, why, report);
+        plan_lens_none(job, why, report);
+        return;
+    }
+    report->integrator = INTEGRATOR_LENS_FIELD;
+}
+
+/* Without one. */
+static void choose_pinhole(const struct job *job, const struct scene *scene,
+                           const struct plan *plan, struct plan_report *report)
+{
+    char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
+    plan_lens_none(job, "the camera is a pinhole", report);
+    if (!plan_light_field_possible(job, scene, why)) {
+        snprintf(filter_why, sizeof filter_why,
+                 "paths make the picture, as light fields cannot: %s", why);
+        choose_paths(job, filter_why, filter_why, why, report);
+    } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
+        choose_beside(job, plan, why, report);
+    } else {
+        report->integrator = INTEGRATOR_LIGHT_FIELD;
+        plan_skip(report, "paths", "light fields cover the scene and the layers");
+    }
+}
+
+/* Who makes the picture; the report says why not the others. */
+static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
+                   struct plan_report *report)
+{
+    static const char none[] = "filter.method is none: samples are averaged";
+    if (job->method == FILTER_NONE) {
+        choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
+        plan_lens_none(job, none, report);
+    } else if (plan->camera.aperture_radius > 0) {
+        choose_lens(job, plan, report);
+    } else {
+        choose_pinhole(job, scene, plan, report);
+    }
+}
+
+/* All that comes of the choice. */
+static void arrange(const struct job *job, const struct scene *scene, struct plan *plan,
+                    struct plan_report *report)
+{
+    plan_bounces(job, plan, report);
+    const enum plan_integrator who = report->integrator;
+    if (who == INTEGRATOR_LIGHT_FIELD || who == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
+        plan_indirect(job, plan, report);
+    if (who == INTEGRATOR_LENS_FIELD) plan_lens_light(job, scene, plan, report);
+    plan_glossy(job, scene, plan, report);
+    if (who == INTEGRATOR_LIGHT_FIELD)
+        plan_light_field(job, plan, report);
+    else if (who == INTEGRATOR_LENS_FIELD)
+        plan_lens(job, plan, report);
+    else
+        plan_paths(job, plan, report);
+    plan_lone(plan, report);
+    if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&
+        plan->indirect_filter == INDIRECT_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE)
+        plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");
+}
+
+static void tell_emitters(const struct job *job, struct plan_report *report)
+{
+    if (!(report->emitters.flux > 0)) {
+        plan_skip(report, "effect emitters", "no mesh shines besides the lights");
+        return;
+    }
+    report->effects |= EFFECT_EMITTERS;
+    if (!job->scene_lights)
+        plan_warn(report,
+                  "scene.lights is false, but meshes that shine and are no lights (%" PRIu64
+                  " of them) light the scene all the same: their materials say so",
+                  report->emitters.instances);
+}
+
+static void tell_occlusion(const struct job *job, struct plan_report *report)
+{
+    if (report->layers & LAYER_OCCLUSION) return;
+    plan_skip(report, "effect occlusion", "the layer occlusion is not asked for");
+    if (job->occlusion_distance > 0)
+        plan_warn(report, "effects.ambient_occlusion has a distance, but \"layers\" does not name "
+                          "\"occlusion\": nothing shows it");
+}
+
+/* Embree's floats: a triangle's coordinates come to nothing when twice its area is below 1e-18, and
+ * distances overflow with the cube of lengths. */
+static void tell_scale(const struct scene *scene, struct plan_report *report)
+{
+    const double radius = plan_scene_radius(scene);
+    if (radius >= RADIUS_LEAST && radius <= RADIUS_MOST) return;
+    plan_warn(report, "the scene's radius is %.3g units: %s; scale it to between %g and %g", radius,
+              radius < RADIUS_LEAST ? "triangles so small lose their normals and textures"
+                                    : "rays miss triangles so large",
+              RADIUS_LEAST, RADIUS_MOST);
+}
+
+static void tell_darkness(struct plan_report *report)
+{
+    if (report->effects & (EFFECT_DIRECT | EFFECT_EMISSION)) return;
+    plan_warn(report, "nothing lights this scene: the picture will be black; add \"lights\" or an "
+                      "\"environment\"");
+}
+
+/* All that stands before the integrator. */
+static int gather(const struct job *job, const struct plan_source *source, struct plan *plan,
+                  struct plan_report *report, float environment_mean[3], struct fault *fault)
+{
+    copy_warnings(source->scene, report);
+    int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
+    if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
+    if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);
+    if (error) return error;
+    plan_set_scales(source->scene, environment_mean, plan);
+    if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
+    plan_find_emitters(source->scene, &report->emitters);
+    tell_emitters(job, report);
+    tell_occlusion(job, report);
+    tell_scale(source->scene, report);
+    return 0;
+}
+
+int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
+              struct plan *plan, struct plan_report *report, struct fault *fault)
+{
+    struct fault inner = {0};
+    float environment_mean[3];
+    *plan = (struct plan){.scene = source->scene_blob,
+                          .width_px = job->width_px,
+                          .height_px = job->height_px,
+                          .tile_px = job->tile_px,
+                          .pattern = {.seed = job->seed, .frame = (uint32_t)frame},
+                          .target_error = job->target_error,
+                          .spp_most = job->max_spp,
+                          .mu = job->mu};
+    memset(report, 0, sizeof *report);
+    report->layers = job->layers;
+    int error = gather(job, source, plan, report, environment_mean, fault);
+    if (error) return error;
+    choose(job, source->scene, plan, report);
+    arrange(job, source->scene, plan, report);
+    plan_set_powers(source->scene, &report->emitters, environment_mean, plan);
+    tell_darkness(report);
+    error = check_strata(job, plan, fault);
+    if (!error) error = fit_tile(plan, report, fault);
+    if (!error) error = fit_memory(plan, report, fault);
+    if (!error && plan_check(plan, &inner) != 0)
+        error = fault_set(fault, inner.code, "", "%s: %s", inner.pointer, inner.detail);
+    return error;
+}

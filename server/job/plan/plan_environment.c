@@ -1,0 +1,63 @@
+/* The environment that a job means. */
+#include <math.h>
+
+#include "proto/link/message.h"
+#include "server/job/plan/plan.h"
+
+/* What lies above this after the factor no sample may hold. */
+static int check_brightness(const struct job_environment *e, const struct environment_header *map,
+                            struct fault *fault)
+{
+    for (int c = 0; c < 3; c++) {
+        double most = (double)map->maximum[c] * (double)e->intensity;
+        if (most > (double)LIMIT_RADIANCE)
+            return fault_set(fault, ERR_RANGE, "/environment/intensity",
+                             "%.9g times the map's brightest texel, %.9g, is above %.9g",
+                             (double)e->intensity, (double)map->maximum[c], (double)LIMIT_RADIANCE);
+    }
+    return 0;
+}
+
+static int set_map(const struct job_environment *e, const struct plan_source *source,
+                   struct plan_environment *out, float mean[3], struct fault *fault)
+{
+    int error = check_brightness(e, source->map, fault);
+    if (error) return error;
+    for (int c = 0; c < 3; c++) {
+        out->radiance[c] = e->intensity;
+        mean[c] = source->map->mean[c] * e->intensity;
+    }
+    out->map = source->map_blob;
+    out->rotation_rad = (float)(remainder((double)e->rotation_deg, 360) * (M_PI / 180));
+    return 0;
+}
+
+int plan_set_environment(const struct job *job, const struct plan_source *source, struct plan *plan,
+                         struct plan_report *report, float mean[3], struct fault *fault)
+{
+    const struct job_environment *e = &job->environment;
+    struct plan_environment out = {.kind = e->kind};
+    for (int c = 0; c < 3; c++) mean[c] = 0;
+    plan->environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
+    if (e->kind == ENVIRONMENT_NONE) {
+        plan_skip(report, "effect environment", "the job has none");
+        return 0;
+    }
+    if (e->kind == ENVIRONMENT_MAP) {
+        int error = set_map(e, source, &out, mean, fault);
+        if (error) return error;
+    } else {
+        for (int c = 0; c < 3; c++) out.radiance[c] = mean[c] = e->radiance[c];
+    }
+    if (!(plan_luminance(mean) > 0)) {
+        plan_skip(report, "effect environment", "its radiance is black");
+        return 0;
+    }
+    plan->environment = out;
+    report->soft_sky = e->kind != ENVIRONMENT_MAP ||
+                       plan_luminance(source->map->maximum) <=
+                           (double)PLAN_SKY_SOFT_TIMES * plan_luminance(source->map->mean);
+    report->effects |= EFFECT_ENVIRONMENT;
+    plan->capabilities |= CAPABILITY_ENVIRONMENT;
+    return 0;
+}

@@ -1,0 +1,230 @@
+/* Diffuse indirect light and ambient occlusion as light fields of pixel centres: their planes and
+ * the filter that makes pictures of them. */
+#include <math.h>
+#include <stdio.h>
+
+#include "proto/link/message.h"
+#include "proto/samples.h"
+#include "server/job/plan/plan.h"
+
+#define PLANES_CENTRE (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
+#define PLANES_BOUNCE                                                                              \
+    (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) |          \
+     PLANE_BIT(OPEN))
+
+/* Samples from which on linear fits have less error than weighted means (filters.md section 3) in a
+ * room, and at most a tenth more in other scenes. Their error falls with every step of samples. */
+#define SAMPLES_LINEAR 36
+
+/* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays
+ * of a pixel at mu = 1 and below. In the paper the latter grow with mu, and what a filter sees of
+ * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
+ * With the square of mu they fall; and no less than what every pixel gets (indirect_rate.h). */
+#define ADAPTIVE_FIRST 4
+#define ADAPTIVE_MOST  100.0
+
+const char plan_nothing_to_filter[] = "there is neither indirect light nor occlusion to filter";
+
+bool plan_is_lit(const struct plan *plan, const struct plan_report *report)
+{
+    return plan->light_count > 0 || plan->environment.kind != ENVIRONMENT_NONE ||
+           report->emitters.flux > 0 || report->emitters.any_unlit;
+}
+
+void plan_bounces(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (!plan_is_lit(plan, report)) {
+        plan_skip(report, "effect indirect", "nothing lights the scene");
+    } else if (job->indirect_bounces == 0) {
+        plan_skip(report, "effect indirect", "effects.indirect_bounces is 0");
+    } else {
+        plan->bounces = job->indirect_bounces;
+        report->effects |= EFFECT_INDIRECT;
+    }
+}
+
+void plan_surfaces(struct plan *plan, struct plan_report *report)
+{
+    plan->planes |= PLANES_CENTRE | PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) |
+                    PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID);
+    plan->sub_samples = LIMIT_SUB_SAMPLES;
+    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+}
+
+/* Rays of a pixel, in both sets. */
+static uint32_t adaptive_most(const struct job *job)
+{
+    const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
+    const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, least = first * mu * mu * mu;
+    const double most = fmax(ADAPTIVE_MOST * mu * mu, least);
+    if (job->indirect_spp > 0) return job->indirect_spp > first ? job->indirect_spp : first;
+    return most < LIMIT_SPP ? (uint32_t)most : LIMIT_SPP;
+}
+
+static uint32_t choose_by_samples(uint32_t samples, char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    if (samples >= SAMPLES_LINEAR) {
+        snprintf(why, n, "%u bounce rays: linear fits blur less than means do", samples);
+        return INDIRECT_FILTER_LINEAR;
+    }
+    snprintf(why, n, "%u bounce ray%s: weighted means need the fewest", samples,
+             samples > 1 ? "s" : "");
+    return INDIRECT_FILTER_CONSTANT;
+}
+
+uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *plan,
+                                     char why[PLAN_FILTER_WHY_BYTES])
+{
+    static const uint32_t filters[] = {
+        [INDIRECT_CONSTANT] = INDIRECT_FILTER_CONSTANT, [INDIRECT_LINEAR] = INDIRECT_FILTER_LINEAR,
+        [INDIRECT_BLEND] = INDIRECT_FILTER_BLEND,       [INDIRECT_ADAPTIVE] = INDIRECT_FILTER_RATE,
+        [INDIRECT_SHEARED] = INDIRECT_FILTER_SHEARED,
+    };
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    const uint32_t l = plan->indirect_strata_per_axis;
+    if (!(plan->planes & PLANES_BOUNCE)) {
+        snprintf(why, n, "%s", plan_nothing_to_filter);
+        return INDIRECT_FILTER_NONE;
+    }
+    if (job->indirect == INDIRECT_AVERAGE ||
+        (job->indirect == INDIRECT_AUTO && job->method == FILTER_AVERAGE)) {
+        snprintf(why, n, "filter.%s is average",
+                 job->indirect == INDIRECT_AVERAGE ? "indirect" : "method");
+        return INDIRECT_FILTER_NONE;
+    }
+    /* What is asked for by shear, but has no strata. */
+    const bool parts = (plan->planes & PLANE_BIT(INDIRECT_STRATA)) != 0;
+    if (job->indirect == INDIRECT_AUTO || (job->indirect == INDIRECT_SHEARED && !parts))
+        return choose_by_samples(l * l, why);
+    if (job->indirect == INDIRECT_ADAPTIVE)
+        snprintf(why, n,
+                 "filter.indirect asks for it: %u rays a pixel, then as many as their distances "
+                 "call for, %u at most",
+                 l * l, adaptive_most(job));
+    else
+        snprintf(why, n, "filter.indirect asks for it");
+    return filters[job->indirect];
+}
+
+const char *plan_indirect_filter_name(uint32_t filter)
+{
+    static const char *const names[] = {
+        [INDIRECT_FILTER_NONE] = "none",     [INDIRECT_FILTER_CONSTANT] = "constant",
+        [INDIRECT_FILTER_LINEAR] = "linear", [INDIRECT_FILTER_BLEND] = "blend",
+        [INDIRECT_FILTER_RATE] = "adaptive", [INDIRECT_FILTER_SHEARED] = "sheared",
+    };
+    return names[filter];
+}
+
+/* Who asked for a filter is told that none runs. */
+static void tell_none(const struct job *job, struct plan_report *report)
+{
+    plan_skip(report, "filter of indirect light", "%.*s", (int)PLAN_WHY_BYTES - 1,
+              report->indirect_filter_why);
+    if (job->indirect != INDIRECT_AUTO && job->indirect != INDIRECT_AVERAGE)
+        plan_warn(report, "filter.indirect is %s, but indirect light is not filtered: %s",
+                  indirect_method_name(job->indirect), report->indirect_filter_why);
+}
+
+void plan_indirect_none(const struct job *job, const char *why, struct plan_report *report)
+{
+    snprintf(report->indirect_filter_why, sizeof report->indirect_filter_why, "%s", why);
+    tell_none(job, report);
+}
+
+/* mu is the rate's: it makes rays more and filters narrower. Those of shadows stay as they are. */
+static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
+    plan->rate = (struct plan_rate){.mu = job->mu, .rays_most = adaptive_most(job)};
+    plan->mu = 1.0f;
+    plan->planes |= PLANE_BIT(REFLECTOR_FAR);
+    plan->capabilities |= CAPABILITY_SIDES;
+    if (job->indirect_spp > 0 && job->indirect_spp < first)
+        plan_warn(
+            report,
+            "sampling.indirect_spp is the most rays of a pixel under adaptive sampling, which "
+            "begins with %u: every pixel has these and no more",
+            first);
+}
+
+static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
+    if (plan->indirect_filter == INDIRECT_FILTER_RATE)
+        plan_adaptive(job, plan, report);
+    else
+        plan_skip(report, "plane reflector_far", "no filter of this plan reads it");
+    const bool axes = plan->indirect_filter != INDIRECT_FILTER_SHEARED;
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) tell_none(job, report);
+    if (job->indirect == INDIRECT_SHEARED && plan_wants_error(job) &&
+        plan->indirect_filter != INDIRECT_FILTER_NONE)
+        plan_warn(report,
+                  "filter.indirect is sheared, which does not tell of errors: the filter is %s",
+                  plan_indirect_filter_name(plan->indirect_filter));
+    else if (job->indirect == INDIRECT_SHEARED && axes &&
+             plan->indirect_filter != INDIRECT_FILTER_NONE)
+        plan_warn(report,
+                  "filter.indirect is sheared, which takes single rays of indirect light, at most "
+                  "%d a pixel: the filter is %s",
+                  LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS,
+                  plan_indirect_filter_name(plan->indirect_filter));
+    /* Errors are smoothed over surfaces, too. */
+    if (plan->indirect_filter != INDIRECT_FILTER_NONE ||
+        (plan->planes & PLANE_BIT(INDIRECT_HALVES)))
+        plan->planes |= PLANE_BIT(REFLECTOR);
+    else
+        plan_skip(report, "plane reflector", "no filter of this plan reads it");
+}
+
+/* Single rays for the filter that reads them, else means, or halves that tell of their error. */
+static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
+                       struct plan_report *report)
+{
+    const bool error = plan_wants_error(job);
+    const bool parts =
+        job->indirect == INDIRECT_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS && !error;
+    if (plan->bounces == 0) {
+        plan_skip(report, "plane indirect_mean", "there is no indirect light");
+        return;
+    }
+    plan_surfaces(plan, report);
+    plan->planes |= parts   ? PLANE_BIT(INDIRECT_STRATA)
+                    : error ? PLANE_BIT(INDIRECT_HALVES)
+                            : PLANE_BIT(INDIRECT_MEAN);
+    if (parts) plan->capabilities |= CAPABILITY_STRATA;
+    if (parts || error)
+        plan_skip(report, "plane indirect_mean", "it is made of the %s",
+                  parts ? "strata" : "halves");
+    if (!error) plan_skip(report, "plane indirect_halves", "nobody asks for errors");
+    if (!parts) plan_skip(report, "plane indirect_strata", "no filter of this plan reads it");
+    if (error && l < 2) plan_warn(report, "one bounce ray a pixel tells nothing of its error");
+}
+
+static void plan_occlusion(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    if (!(report->layers & LAYER_OCCLUSION)) {
+        plan_skip(report, "plane open", "no layer of this plan reads it");
+        return;
+    }
+    plan->occlusion_distance = job->occlusion_distance;
+    plan->planes |= PLANES_CENTRE | PLANE_BIT(OPEN);
+    report->effects |= EFFECT_PRIMARY | EFFECT_OCCLUSION;
+}
+
+void plan_indirect(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t l = job->indirect == INDIRECT_ADAPTIVE
+                           ? ADAPTIVE_FIRST
+                           : job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    plan_light(job, l, plan, report);
+    plan_occlusion(job, plan, report);
+    if (plan->planes & PLANES_BOUNCE) {
+        plan->indirect_strata_per_axis = l;
+        plan->capabilities |= CAPABILITY_INDIRECT;
+    } else if (job->indirect_spp) {
+        plan_skip(report, "sampling.indirect_spp", "there is neither indirect light nor occlusion");
+    }
+    plan_filter_planes(job, plan, report);
+}

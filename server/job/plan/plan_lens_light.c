@@ -1,0 +1,183 @@
+/* Which light of lens samples comes of light fields of pixel centres, and these fields' planes. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "proto/samples.h"
+#include "server/job/plan/plan.h"
+#include "server/reconstruct/block.h"
+
+/* What a resolve of sub-samples reads: lens samples make the picture. */
+#define PLANES_RESOLVE                                                                             \
+    (PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |    \
+     PLANE_BIT(SUB_ID))
+
+static bool is_indirect_filtered(const struct job *job, const struct plan *plan)
+{
+    const bool averaged = job->indirect == INDIRECT_AVERAGE ||
+                          (job->indirect == INDIRECT_AUTO && job->method == FILTER_AVERAGE);
+    return plan->bounces > 0 && !averaged;
+}
+
+/* What a thread needs at least to light samples of the lens: at most so much. */
+static uint64_t block_bytes(const struct job *job, const struct plan *plan)
+{
+    char unused[PLAN_FILTER_WHY_BYTES];
+    struct plan lit = *plan;
+    lit.lens_light = LENS_LIGHT_DIFFUSE;
+    lit.lens_strata_per_axis = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
+    lit.lens_filter = plan_choose_lens_filter(job, unused);
+    lit.planes |= PLANES_LENS_ALL | PLANES_GLOSSY_LIGHT | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) |
+                  PLANE_BIT(NORMAL);
+    lit.light_planes = LIGHT_PLANES_STRATA;
+    lit.indirect_strata_per_axis =
+        job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    if (job->indirect == INDIRECT_SHEARED &&
+        lit.indirect_strata_per_axis <= LIMIT_PLANE_STRATA_PER_AXIS)
+        lit.planes |= PLANE_BIT(INDIRECT_STRATA);
+    lit.shadow_filter = plan_choose_filter(job, &lit, unused);
+    lit.indirect_filter = plan_choose_indirect_filter(job, &lit, unused);
+    return block_patch_bytes_least(&lit);
+}
+
+/* Whether fields could light lens samples at all; else why not. */
+static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
+                        char why[PLAN_WHY_BYTES])
+{
+    char unused[PLAN_FILTER_WHY_BYTES];
+    const uint64_t bytes =
+        plan_lens_bytes(job, true) * (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    if (plan_choose_lens_filter(job, unused) == LENS_FILTER_NONE)
+        snprintf(why, PLAN_WHY_BYTES, "no filter of the lens runs: its samples are averaged");
+    else if (job->indirect == INDIRECT_ADAPTIVE)
+        snprintf(why, PLAN_WHY_BYTES, "filter.indirect is adaptive, which has no place for a lens");
+    else if (bytes > LIMIT_LENS_BYTES)
+        snprintf(why, PLAN_WHY_BYTES,
+                 "%" PRIu64 " bytes of lens samples with their surfaces are above %llu", bytes,
+                 LIMIT_LENS_BYTES);
+    else if (block_bytes(job, plan) > LIMIT_PATCH_BYTES)
+        snprintf(why, PLAN_WHY_BYTES,
+                 "a block's lens samples with their surfaces are above %llu bytes",
+                 LIMIT_PATCH_BYTES);
+    else
+        return plan_light_field_possible(job, scene, why);
+    return false;
+}
+
+uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene,
+                                const struct plan *plan, const struct plan_emitters *emitters,
+                                char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    char unused[PLAN_FILTER_WHY_BYTES], but[PLAN_WHY_BYTES];
+    if (!is_possible(job, scene, plan, but)) {
+        snprintf(why, n, "%s", but);
+        return LENS_LIGHT_OWN;
+    }
+    const bool covers = plan_light_field_covers(job, scene, plan, emitters, but);
+    const bool indirect = is_indirect_filtered(job, plan);
+    const bool shadows = plan_choose_filter(job, plan, unused) != SHADOW_FILTER_NONE;
+    if (covers && (indirect || shadows)) {
+        snprintf(why, n, "%s filtered first, at pixel centres",
+                 !indirect ? "soft shadows are"
+                 : shadows ? "soft shadows and indirect light are"
+                           : "indirect light is");
+        return LENS_LIGHT_DIFFUSE;
+    }
+    if (!covers && indirect && plan->environment.kind != ENVIRONMENT_NONE) {
+        snprintf(why, n, "indirect light and the sky's come filtered; others by paths: %s", but);
+        return LENS_LIGHT_SKY;
+    }
+    if (!covers && indirect) {
+        snprintf(why, n, "indirect light is filtered first; direct comes along paths: %s", but);
+        return LENS_LIGHT_INDIRECT;
+    }
+    if (covers)
+        snprintf(why, n, "there is neither a soft shadow nor indirect light to filter");
+    else
+        snprintf(why, n, "no indirect light to filter; direct comes along paths: %s", but);
+    return LENS_LIGHT_OWN;
+}
+
+const char *plan_lens_light_name(uint32_t light)
+{
+    static const char *const names[] = {
+        [LENS_LIGHT_OWN] = "own",
+        [LENS_LIGHT_INDIRECT] = "indirect",
+        [LENS_LIGHT_DIFFUSE] = "diffuse",
+        [LENS_LIGHT_SKY] = "sky",
+    };
+    return names[light];
+}
+
+/* Every lens sample is lit by its own path. */
+static void plan_own(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    static const char each[] = "with a lens every sample is a path, with light of its own";
+    const char *why = report->lens_light_why;
+    plan_filter_none(job, each, report);
+    plan_indirect_none(job, each, report);
+    plan_skip(report, "light fields of pixel centres", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
+    plan_path_lights(job, plan, report);
+    if (job->indirect_spp)
+        plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
+}
+
+/* Whether points of the material may be a mirror's: worker/trace/path/mirrors.c decides at each. */
+static bool may_mirror(const struct scene_material *m)
+{
+    if (m->normal_texture.texture != SCENE_NONE || (m->flags & MATERIAL_UNLIT)) return false;
+    if (m->emission[0] > 0 || m->emission[1] > 0 || m->emission[2] > 0) return false;
+    return m->model == MODEL_MIRROR ||
+           (m->model == MODEL_GLTF && m->metallic >= 1 && !(m->roughness > 0) &&
+            m->metallic_roughness_texture.texture == SCENE_NONE);
+}
+
+static bool has_mirror(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        if (may_mirror(&scene->materials[mesh->material])) return true;
+    }
+    return false;
+}
+
+/* How often samples are followed from mirror to mirror. */
+static void plan_mirrors(const struct scene *scene, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t shown = report->layers & (LAYER_DEPTH | LAYER_NORMAL | LAYER_ID);
+    const char *why = NULL;
+    if (!has_mirror(scene))
+        why = "no material is a smooth mirror";
+    else if (shown)
+        why = "a layer shows the mirrors' own depth, normal or id";
+    else if (plan->indirect_filter == INDIRECT_FILTER_SHEARED)
+        why = "the sheared filter of indirect light knows no mirror image";
+    if (why)
+        plan_skip(report, "images in mirrors", "%s", why);
+    else
+        plan->lens_mirrors = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
+}
+
+void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
+                     struct plan_report *report)
+{
+    plan->lens_light =
+        plan_choose_lens_light(job, scene, plan, &report->emitters, report->lens_light_why);
+    if (plan->lens_light == LENS_LIGHT_OWN) {
+        plan_own(job, plan, report);
+        return;
+    }
+    plan_indirect(job, plan, report);
+    plan->planes &= ~PLANES_RESOLVE;
+    plan->sub_samples = 0;
+    plan->planes |= PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANES_LENS_SURFACE;
+    plan_skip(report, "planes of sub-samples", "lens samples make the picture");
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) {
+        plan_filter(job, plan, report);
+        plan_direct(plan, report);
+        return;
+    }
+    plan_filter_none(job, "direct light comes along the paths of lens samples", report);
+    plan_path_lights(job, plan, report);
+    plan_mirrors(scene, plan, report);
+}

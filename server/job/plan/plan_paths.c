@@ -1,0 +1,102 @@
+/* A plan of paths, alone or beside light fields: spp of them a pixel, and planes that the layers
+ * need. */
+#include <stdio.h>
+
+#include "proto/link/message.h"
+#include "proto/samples.h"
+#include "server/job/plan/plan.h"
+
+#define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
+
+/* The layers that read a plane. Those of the pixel's centre tell by the depth whether there is a
+ * surface. */
+static const struct {
+    const char *name;
+    uint32_t plane;
+    uint32_t layers;
+} readers[] = {
+    {"depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM},
+    {"normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
+    {"id", PLANE_BIT(ID), LAYER_ID},
+    {"path_spread", PLANE_BIT(PATH_SPREAD), LAYER_ERROR},
+    {"path_split", PLANE_BIT(PATH_SPLIT), LAYER_ERROR},
+    {"path_emission", PLANE_BIT(PATH_EMISSION), LAYER_EMISSION},
+    {"path_direct", PLANE_BIT(PATH_DIRECT), LAYER_DIRECT},
+    {"path_indirect", PLANE_BIT(PATH_INDIRECT), LAYER_INDIRECT},
+    {"path_diffuse_direct", PLANE_BIT(PATH_DIFFUSE_DIRECT), LAYER_DIFFUSE_DIRECT},
+    {"path_diffuse_indirect", PLANE_BIT(PATH_DIFFUSE_INDIRECT), LAYER_DIFFUSE_INDIRECT},
+    {"path_albedo", PLANE_BIT(PATH_ALBEDO), LAYER_ALBEDO},
+    {"path_coverage", PLANE_BIT(PATH_COVERAGE), LAYER_BEAUTY},
+    {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
+};
+
+/* What light fields beside the paths bring in place of a plane. */
+static bool is_brought(const struct plan *plan, uint32_t plane)
+{
+    return (plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect) ||
+           (plane == PLANE_BIT(PATH_OCCLUSION) && (plan->planes & PLANE_BIT(OPEN)));
+}
+
+static void plan_planes(struct plan *plan, struct plan_report *report)
+{
+    char what[64];
+    plan->planes |= PLANE_BIT(PATH_RADIANCE);
+    for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
+        const bool error = (readers[i].layers & LAYER_ERROR) && plan->target_error > 0.0f;
+        const bool read = (report->layers & readers[i].layers) != 0 || error;
+        const bool brought = is_brought(plan, readers[i].plane);
+        if (plan->planes & readers[i].plane) continue;
+        if (read && !brought) {
+            plan->planes |= readers[i].plane;
+            continue;
+        }
+        snprintf(what, sizeof what, "plane %s", readers[i].name);
+        plan_skip(report, what,
+                  read ? "a light field brings it" : "no layer of this plan reads it");
+    }
+}
+
+void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan_strata_planes(plan, report);
+    if (plan->light_planes) return;
+    for (uint32_t k = 0; k < plan->light_count; k++) plan->lights[k].strata_per_axis = 1;
+    if (job->light_spp)
+        plan_skip(report, "sampling.light_spp", "paths take one point of one light each");
+}
+
+void plan_path_effects(struct plan *plan, struct plan_report *report)
+{
+    const bool environment = plan->environment.kind != ENVIRONMENT_NONE;
+    report->effects |= EFFECT_PRIMARY | EFFECT_ANTIALIAS;
+    if (plan->light_count > 0 || environment || report->emitters.flux > 0)
+        report->effects |= EFFECT_SHADOWS;
+    if (environment || report->emitters.any_seen) report->effects |= EFFECT_EMISSION;
+    if (plan_is_lit(plan, report))
+        report->effects |= EFFECT_DIRECT;
+    else
+        plan_skip(report, "effect direct", "nothing lights the scene");
+}
+
+void plan_paths(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    uint32_t l = job_strata_per_axis(job->spp);
+    plan->paths.spp = l * l;
+    plan->paths.pixel_filter = job->pixel_filter;
+    plan->paths.without_diffuse_indirect =
+        (plan->planes &
+         (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
+    plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
+    plan->capabilities |= CAPABILITY_PATHS;
+    plan_planes(plan, report);
+    plan_path_lights(job, plan, report);
+    plan_path_effects(plan, report);
+    if (job->indirect_spp && report->integrator == INTEGRATOR_PATHS)
+        plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
+    if (report->layers & LAYER_OCCLUSION) {
+        plan->occlusion_distance = job->occlusion_distance;
+        report->effects |= EFFECT_OCCLUSION;
+    }
+    if ((report->layers & LAYER_ERROR) && plan->paths.spp < 2)
+        plan_warn(report, "one path a pixel tells nothing of its error: the layer error is 0");
+}

@@ -1,0 +1,31 @@
+#pragma once
+/* One run of shearwater-import: a fenced child in a folder of its own that turns a scene's files
+ * into a blob, and is killed when it takes too long. */
+#include <uv.h>
+
+#include "proto/job/job.h"
+#include "server/store/objects.h"
+#include "server/team/team.h"
+
+struct import_process;
+
+struct import_options {
+    uv_loop_t *loop;
+    struct team *team;             /* prepares files, hashes the blob */
+    const struct objects *objects; /* where assets are and the blob goes */
+    const char *program;
+    uint64_t limit_ms; /* of wall time */
+};
+
+/* fault NULL: *blob is an object, held (objects.h): the caller releases it. cpu_us: of the child.
+ */
+typedef void (*import_done)(void *ctx, const struct fault *fault, const struct digest *blob,
+                            uint64_t cpu_us);
+
+/* The scene is copied. `done` comes later, once. ERR_MEMORY. */
+int import_process_start(const struct import_options *options, const struct job *scene,
+                         import_done done, void *ctx, struct import_process **out);
+
+/* Kills the child; `done` is not called. Memory goes when all handles are closed. Nulls the
+ * pointer. */
+void import_process_cancel(struct import_process **process);

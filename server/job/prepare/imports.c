@@ -1,0 +1,323 @@
+#include "server/job/prepare/imports.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/build.h"
+
+/* Children at a time: an import may take gigabytes. */
+#define RUNNING_MOST 2
+
+struct import_request {
+    struct import *import;
+    struct import_request *next;
+    import_done done;
+    void *ctx;
+};
+
+/* One scene on its way; in the list until it is told of. */
+struct import {
+    struct imports *imports;
+    struct import *next;
+    struct digest source;
+    struct job scene; /* only scene and files are set; owned */
+    struct import_request *requests;
+    struct import_process *process;
+    bool looking;   /* the store is being asked */
+    bool beginning; /* ... for the first time: nobody waits yet */
+    bool waiting;   /* for a process */
+};
+
+struct imports {
+    struct import_options options;
+    struct job_store *store;
+    struct import *list; /* oldest first */
+    unsigned running;
+    bool stopped;
+};
+
+int imports_create(const struct import_options *options, struct job_store *store,
+                   struct imports **out)
+{
+    struct imports *s = calloc(1, sizeof *s);
+    if (!s) return ERR_MEMORY;
+    s->options = *options;
+    s->store = store;
+    *out = s;
+    return 0;
+}
+
+static int compare_files(const void *a, const void *b)
+{
+    const struct job_file *p = a, *q = b;
+    return strcmp(p->path, q->path);
+}
+
+static int hash_files(struct digest_state *state, const struct job *scene)
+{
+    int error = 0;
+    if (scene->file_count == 0) return 0;
+    struct job_file *sorted = calloc(scene->file_count, sizeof *sorted); /* borrows the paths */
+    if (!sorted) return ERR_MEMORY;
+    memcpy(sorted, scene->files, scene->file_count * sizeof *sorted);
+    qsort(sorted, scene->file_count, sizeof *sorted, compare_files);
+    for (uint32_t i = 0; !error && i < scene->file_count; i++) {
+        error = digest_update(state, sorted[i].path, strlen(sorted[i].path) + 1);
+        if (!error) error = digest_update(state, sorted[i].asset.bytes, DIGEST_BYTES);
+    }
+    free(sorted);
+    return error;
+}
+
+int imports_source(const struct job *scene, struct digest *out)
+{
+    struct digest_state *state = digest_begin();
+    if (!state) return ERR_MEMORY;
+    int error = digest_update(state, build_id(), strlen(build_id()) + 1);
+    if (!error) error = digest_update(state, scene->scene.bytes, DIGEST_BYTES);
+    if (!error) error = hash_files(state, scene);
+    digest_finish(&state, out);
+    return error;
+}
+
+static void unlink_import(struct import *import)
+{
+    struct import **at = &import->imports->list;
+    while (*at && *at != import) at = &(*at)->next;
+    if (*at) *at = import->next;
+}
+
+static void destroy(struct import *import)
+{
+    unlink_import(import);
+    job_fini(&import->scene);
+    free(import);
+}
+
+/* Tells all who wait; they may ask for the next at once. */
+static void tell(struct import *import, const struct fault *fault, const struct digest *blob,
+                 uint64_t cpu_us)
+{
+    struct import_request *request;
+    unlink_import(import);
+    import->looking = true; /* held: who is told may forget another request */
+    while ((request = import->requests)) {
+        import->requests = request->next;
+        request->done(request->ctx, fault, blob, cpu_us);
+        free(request);
+        cpu_us = 0;
+    }
+    destroy(import);
+}
+
+static void start_waiting(struct imports *s);
+
+/* A blob that is held until the store has it on record. */
+struct remembering {
+    const struct objects *objects;
+    struct digest blob;
+};
+
+static void on_remembered(void *ctx, int error)
+{
+    struct remembering *one = ctx;
+    (void)error; /* a memory only */
+    objects_release(one->objects, &one->blob);
+    free(one);
+}
+
+/* Without memory the import runs again another time. */
+static void remember(const struct import *import, const struct digest *blob)
+{
+    const struct imports *s = import->imports;
+    const struct job *scene = &import->scene;
+    struct remembering *one = malloc(sizeof *one);
+    struct digest *assets = calloc((size_t)scene->file_count + 1, sizeof *assets);
+    if (one && assets) {
+        *one = (struct remembering){.objects = s->options.objects, .blob = *blob};
+        assets[0] = scene->scene;
+        for (uint32_t i = 0; i < scene->file_count; i++) assets[i + 1] = scene->files[i].asset;
+        job_store_remember_blob(s->store, &import->source, blob, assets,
+                                (size_t)scene->file_count + 1, on_remembered, one);
+    } else {
+        objects_release(s->options.objects, blob);
+        free(one);
+    }
+    free(assets);
+}
+
+static void on_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                        uint64_t cpu_us)
+{
+    struct import *import = ctx;
+    struct imports *s = import->imports;
+    import->process = NULL;
+    s->running--;
+    if (!fault) remember(import, blob);
+    tell(import, fault, blob, cpu_us);
+    start_waiting(s);
+}
+
+static void start(struct import *import)
+{
+    struct fault fault;
+    struct imports *s = import->imports;
+    import->waiting = false;
+    int error =
+        import_process_start(&s->options, &import->scene, on_imported, import, &import->process);
+    if (error) {
+        fault_set(&fault, error, "", "no memory to import the scene");
+        tell(import, &fault, NULL, 0);
+        return;
+    }
+    s->running++;
+}
+
+static struct import *first_waiting(const struct imports *s)
+{
+    struct import *import = s->list;
+    while (import && !import->waiting) import = import->next;
+    return import;
+}
+
+static void start_waiting(struct imports *s)
+{
+    struct import *import;
+    while (!s->stopped && s->running < RUNNING_MOST && (import = first_waiting(s))) start(import);
+}
+
+static void on_found(void *ctx, int error, const struct digest *blob)
+{
+    struct import *import = ctx;
+    struct imports *s = import->imports;
+    import->looking = false;
+    if (import->beginning) return; /* the store had no memory to ask */
+    if (s->stopped || !import->requests) {
+        destroy(import);
+        return;
+    }
+    if (!error && blob && objects_have(s->options.objects, blob, NULL)) {
+        tell(import, NULL, blob, 0);
+        return;
+    }
+    import->waiting = true;
+    start_waiting(s);
+}
+
+static int copy_scene(const struct job *scene, struct job *out)
+{
+    out->scene = scene->scene;
+    out->files = calloc(scene->file_count + 1, sizeof *out->files);
+    if (!out->files) return ERR_MEMORY;
+    for (uint32_t i = 0; i < scene->file_count; i++) {
+        out->files[i].asset = scene->files[i].asset;
+        out->files[i].path = strdup(scene->files[i].path);
+        if (!out->files[i].path) return ERR_MEMORY;
+        out->file_count++;
+    }
+    return 0;
+}
+
+static int begin(struct imports *s, const struct job *scene, const struct digest *source,
+                 struct import **out)
+{
+    struct import *import = calloc(1, sizeof *import);
+    if (!import) return ERR_MEMORY;
+    import->imports = s;
+    import->source = *source;
+    if (copy_scene(scene, &import->scene) != 0) {
+        job_fini(&import->scene);
+        free(import);
+        return ERR_MEMORY;
+    }
+    struct import **end = &s->list;
+    while (*end) end = &(*end)->next;
+    *end = import;
+    import->looking = import->beginning = true;
+    job_store_find_blob(s->store, source, on_found, import);
+    import->beginning = false;
+    if (!import->looking) {
+        destroy(import);
+        return ERR_MEMORY;
+    }
+    *out = import;
+    return 0;
+}
+
+static struct import *find(struct imports *s, const struct digest *source)
+{
+    struct import *import = s->list;
+    while (import && !digest_equal(&import->source, source)) import = import->next;
+    return import;
+}
+
+int imports_request(struct imports *s, const struct job *scene, import_done done, void *ctx,
+                    struct import_request **out)
+{
+    struct digest source;
+    int error = imports_source(scene, &source);
+    struct import_request *request = calloc(1, sizeof *request);
+    if (error || !request) goto fail;
+    struct import *import = find(s, &source);
+    if (!import && begin(s, scene, &source, &import) != 0) goto fail;
+    *request = (struct import_request){.import = import, .done = done, .ctx = ctx};
+    struct import_request **end = &import->requests;
+    while (*end) end = &(*end)->next;
+    *end = request;
+    *out = request;
+    return 0;
+fail:
+    free(request);
+    return ERR_MEMORY;
+}
+
+/* Nobody waits: ends the import, unless the store still holds on to it. */
+static void abandon(struct import *import)
+{
+    struct imports *s = import->imports;
+    if (import->process) {
+        import_process_cancel(&import->process);
+        s->running--;
+    }
+    if (!import->looking) destroy(import);
+    start_waiting(s);
+}
+
+void imports_forget(struct import_request **request)
+{
+    struct import_request *r = *request;
+    *request = NULL;
+    if (!r) return;
+    struct import *import = r->import;
+    struct import_request **at = &import->requests;
+    while (*at && *at != r) at = &(*at)->next;
+    if (*at) *at = r->next;
+    free(r);
+    if (!import->requests) abandon(import);
+}
+
+void imports_stop(struct imports *s)
+{
+    struct import *next;
+    s->stopped = true;
+    for (struct import *import = s->list; import; import = next) {
+        next = import->next;
+        while (import->requests) {
+            struct import_request *request = import->requests;
+            import->requests = request->next;
+            free(request);
+        }
+        import->waiting = false;
+        abandon(import);
+    }
+}
+
+void imports_destroy(struct imports **imports)
+{
+    struct imports *s = *imports;
+    *imports = NULL;
+    if (!s) return;
+    assert(!s->list);
+    free(s);
+}

@@ -1,0 +1,30 @@
+#pragma once
+/* From scenes and environment maps to blobs: looked up, or imported once however many ask. */
+#include "proto/job/job.h"
+#include "server/job/prepare/import_process.h"
+#include "server/store/job_store.h"
+
+struct imports;
+struct import_request; /* one who waits */
+
+int imports_create(const struct import_options *options, struct job_store *store,
+                   struct imports **out);
+
+/* Kills what runs and tells nobody more. */
+void imports_stop(struct imports *imports);
+
+/* After imports_stop, once store and team have let go. Nulls the pointer. */
+void imports_destroy(struct imports **imports);
+
+/* Of `scene` only the main file and its files count: an environment map is a scene of one file. It
+ * is borrowed for the call. `done` comes later, once, unless forgotten; the request is gone then.
+ * The blob is held, if at all, by the imports: nothing is to be released. cpu_us is charged to the
+ * first who asked. ERR_MEMORY: nothing has begun, and nobody will be told. */
+int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
+                    struct import_request **out);
+
+/* An import that nobody waits for any more is killed. Nulls the pointer. */
+void imports_forget(struct import_request **request);
+
+/* What a blob depends on: the importer's build, the main file, and each file's name and bytes. */
+int imports_source(const struct job *scene, struct digest *out);

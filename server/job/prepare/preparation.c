@@ -1,0 +1,220 @@
+#include "server/job/prepare/preparation.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct preparation {
+    struct team_task task; /* first */
+    struct team *team;
+    struct imports *imports;
+    const struct objects *objects;
+    struct import_request *request;
+    struct prepared *prepared; /* owned until told */
+    struct digest scene_blob, map_blob;
+    struct fault fault;
+    bool planning; /* on the team */
+    bool cancelled;
+    preparation_done done;
+    void *ctx;
+};
+
+static bool has_map(const struct preparation *p)
+{
+    return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
+}
+
+static void destroy(struct preparation *p)
+{
+    prepared_destroy(&p->prepared);
+    free(p);
+}
+
+/* A blob that cannot be used is the asset's fault. The importer tells scenes and maps apart by
+ * themselves: one in place of the other comes this far. */
+static int blame(struct preparation *p, const char *pointer, const char *kind)
+{
+    const struct fault inner = p->fault;
+    if (inner.code == ERR_MAGIC)
+        return fault_set(&p->fault, ERR_MAGIC, pointer, "this file is %s", kind);
+    return fault_set(&p->fault, inner.code, pointer, "its blob: %s: %s", inner.pointer,
+                     inner.detail);
+}
+
+struct plan_source prepared_source(const struct prepared *prepared)
+{
+    const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
+    return (struct plan_source){.scene = &prepared->scene,
+                                .scene_blob = prepared->plan.scene,
+                                .map = has_environment ? prepared->map.header : NULL,
+                                .map_blob = prepared->plan.environment.map};
+}
+
+/* map: the header of the job's map, or NULL. */
+static int plan_scene(struct preparation *p, const struct environment_header *map)
+{
+    struct scene scene;
+    struct prepared *out = p->prepared;
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(p->objects, &p->scene_blob, path);
+    if (scene_map(path, &scene, &p->fault) != 0)
+        return blame(p, "/scene/asset", "an environment map, no scene");
+    const struct plan_source source = {
+        .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
+    int error =
+        plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report, &p->fault);
+    if (!error && out->job.live)
+        out->scene = scene;
+    else
+        scene_unmap(&scene);
+    return error;
+}
+
+static int plan_with_map(struct preparation *p)
+{
+    struct environment_blob map;
+    char path[OBJECTS_PATH_BYTES];
+    if (!has_map(p)) return plan_scene(p, NULL);
+    objects_path(p->objects, &p->map_blob, path);
+    if (environment_map(path, &map, &p->fault) != 0)
+        return blame(p, "/environment/asset", "a scene, no environment map (.hdr or .exr)");
+    int error = plan_scene(p, map.header);
+    if (!error && p->prepared->job.live)
+        p->prepared->map = map;
+    else
+        environment_unmap(&map);
+    return error;
+}
+
+static void plan_run(struct team_task *task)
+{
+    struct preparation *p = (struct preparation *)task;
+    p->fault.code = plan_with_map(p);
+}
+
+static void tell(struct preparation *p)
+{
+    struct prepared *prepared = p->fault.code ? NULL : p->prepared;
+    if (prepared) p->prepared = NULL;
+    p->done(p->ctx, p->fault.code ? &p->fault : NULL, prepared);
+    destroy(p);
+}
+
+static void plan_done(struct team_task *task)
+{
+    struct preparation *p = (struct preparation *)task;
+    if (p->cancelled) {
+        destroy(p);
+        return;
+    }
+    p->prepared->plan_cpu_us = task->cpu_us;
+    tell(p);
+}
+
+static void start_planning(struct preparation *p)
+{
+    p->planning = true;
+    p->task = (struct team_task){.run = plan_run, .done = plan_done};
+    team_submit(p->team, &p->task);
+}
+
+/* What the imports say of a scene's asset is said of the map's. */
+static void blame_map(struct fault *fault)
+{
+    static const char scene[] = "/scene/asset";
+    if (strcmp(fault->pointer, scene) == 0)
+        snprintf(fault->pointer, sizeof fault->pointer, "/environment/asset");
+}
+
+static void map_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                         uint64_t cpu_us)
+{
+    struct preparation *p = ctx;
+    p->request = NULL;
+    if (fault) {
+        p->fault = *fault;
+        blame_map(&p->fault);
+        tell(p);
+        return;
+    }
+    p->map_blob = *blob;
+    p->prepared->import_cpu_us += cpu_us;
+    start_planning(p);
+}
+
+/* A map is imported as a scene of one file is. */
+static void import_map(struct preparation *p)
+{
+    struct job file = {.scene = p->prepared->job.environment.asset};
+    int error = imports_request(p->imports, &file, map_imported, p, &p->request);
+    if (!error) return;
+    fault_set(&p->fault, error, "", "no memory to import the environment");
+    tell(p);
+}
+
+static void scene_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                           uint64_t cpu_us)
+{
+    struct preparation *p = ctx;
+    p->request = NULL;
+    if (fault) {
+        p->fault = *fault;
+        tell(p);
+        return;
+    }
+    p->scene_blob = *blob;
+    p->prepared->import_cpu_us = cpu_us;
+    if (has_map(p))
+        import_map(p);
+    else
+        start_planning(p);
+}
+
+int preparation_start(struct imports *imports, struct team *team, const struct objects *objects,
+                      struct job *job, preparation_done done, void *ctx, struct preparation **out)
+{
+    struct preparation *p = calloc(1, sizeof *p);
+    struct prepared *prepared = calloc(1, sizeof *prepared);
+    if (!p || !prepared) {
+        free(p);
+        free(prepared);
+        job_fini(job);
+        return ERR_MEMORY;
+    }
+    prepared->job = *job;
+    memset(job, 0, sizeof *job);
+    *p = (struct preparation){.team = team,
+                              .imports = imports,
+                              .objects = objects,
+                              .prepared = prepared,
+                              .done = done,
+                              .ctx = ctx};
+    int error = imports_request(imports, &prepared->job, scene_imported, p, &p->request);
+    if (error) {
+        destroy(p);
+        return error;
+    }
+    *out = p;
+    return 0;
+}
+
+void preparation_cancel(struct preparation **preparation)
+{
+    struct preparation *p = *preparation;
+    *preparation = NULL;
+    if (!p) return;
+    p->cancelled = true;
+    if (p->request) imports_forget(&p->request);
+    if (!p->planning) destroy(p);
+}
+
+void prepared_destroy(struct prepared **prepared)
+{
+    if (*prepared) {
+        scene_unmap(&(*prepared)->scene);
+        environment_unmap(&(*prepared)->map);
+        job_fini(&(*prepared)->job);
+    }
+    free(*prepared);
+    *prepared = NULL;
+}

@@ -1,0 +1,34 @@
+#pragma once
+/* A job on its way from a document to something that can be traced: its scene and its environment
+ * map imported or found, mapped, planned. */
+#include "server/job/plan/plan.h"
+#include "server/job/prepare/imports.h"
+
+struct preparation;
+
+/* What came of it. Owned by who was told; prepared_destroy frees it. */
+struct prepared {
+    struct job job;
+    struct plan plan; /* of the job's first frame; others differ in pattern.frame */
+    struct plan_report report;
+    /* Of a live job, which is planned again with each move; else zero. */
+    struct scene scene;
+    struct environment_blob map;
+    uint64_t import_cpu_us;
+    uint64_t plan_cpu_us;
+};
+
+/* fault NULL: `prepared` is handed over. Else it is NULL. */
+typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
+
+/* Takes the job (leaves it empty), also on failure. `done` comes later, once. ERR_MEMORY. */
+int preparation_start(struct imports *imports, struct team *team, const struct objects *objects,
+                      struct job *job, preparation_done done, void *ctx, struct preparation **out);
+
+/* What of a live job's preparation plans are made of: borrows its scene and map. */
+struct plan_source prepared_source(const struct prepared *prepared);
+
+/* `done` is not called. Nulls the pointer. */
+void preparation_cancel(struct preparation **preparation);
+
+void prepared_destroy(struct prepared **prepared);

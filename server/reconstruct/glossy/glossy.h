@@ -1,0 +1,46 @@
+#pragma once
+/* The light field of glossy lobes from few samples.
+ *
+ * Virtual hits (filters.md section 7): a pixel's lobe, seen as a Gaussian around the mirrored
+ * direction, looks at points as far away as the mean of 1 / distance says; neighbours count as much
+ * as their lobes see the same points as widely. Along x, then along y, each with the receiving
+ * pixel's lobe and distance; light and weights travel, and the quotient at the end is the mean
+ * radiance that the lobe sees. With n samples, mu being the plan's,
+ *
+ *   weight = similarity^(2 / c^2) exp(-px^2 / (2 cap^2)),  c = 0.42 mu (16 / n)^0.3,
+ *   cap = 5 mu (16 / n)^(1/6) px * height / 512: both shrink, so that errors fall to nothing.
+ *
+ * Bandlimits (Mehta et al. 2013, "Axis-aligned filtering for interactive physically-based diffuse
+ * indirect lighting", section 5): rule A of indirect.h with a bandlimit of 3.6 + 0.084 m in place
+ * of a clamped cosine's 2.8. That is Blinn and Phong's, whose facets are spread as GGX's are for m
+ * = 2 / alpha^2 - 2 (Walter et al. 2007); z is 1 / the mean of 1 / distance. Kept to be compared
+ * with: it knows neither how lobes turn with normals nor edges of roughness.
+ *
+ * Under a plan that has rounds n is the receiving pixel's own.
+ *
+ * What comes out is radiance that the reflectance multiplies. A pure function of its arguments; any
+ * thread. */
+#include "server/reconstruct/patch/patch.h"
+
+struct glossy_statistics {
+    uint64_t pixels_filtered;
+    uint64_t pixels_skipped; /* no glossy lobe, or seen at grazing angles */
+    uint64_t blocks_skipped; /* of only such pixels: no pass ran */
+};
+
+/* Pixels around a block that the plan's filter reads; 0 for GLOSSY_FILTER_NONE. It depends on the
+ * plan alone and is at most 1.5 GLOSSY_REACH_MAX_PX, or what indirect.h says for bandlimits. */
+int32_t glossy_halo_px(const struct plan *plan);
+
+/* Filters over `inner`, which lies in patch->rect; the patch needs depth, normal, id and the planes
+ * of glossy lobes. Writes out[c] for the pixels of `inner`, 0 where there is no lobe, and adds to
+ * *statistics. The plain average is what was measured, weights left aside. ERR_MEMORY; ERR_RANGE of
+ * another filter, a plane that is not there or an `inner` outside. */
+int glossy_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
+                  float *const out[3], struct glossy_statistics *statistics);
+
+/* The same, and square[c], squared standard errors of out[c] (glossy_squares.h), for a plan of
+ * which patch_knows_glossy_errors. */
+int glossy_filter_with_error(const struct plan *plan, const struct patch *patch, struct rect inner,
+                             float *const out[3], float *const square[3],
+                             struct glossy_statistics *statistics);

@@ -1,0 +1,221 @@
+#include "server/reconstruct/glossy/glossy_field.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "server/reconstruct/patch/surface.h"
+
+#define TINY          1e-30f
+#define COSINE_LEAST  0.05f
+#define ALPHA_LEAST   0.002f
+#define SIGMA         0.665190105f /* 1 / sqrt(2.26): of GGX facets over alpha */
+#define OFF_PX        2.0f         /* neighbours may be so far off the tangent plane */
+#define NEARNESS_MOST 1e15f
+
+_Static_assert(sizeof(int32_t) == sizeof(float), "objects are carved like numbers");
+
+enum own_array {
+    POINT = 0,
+    NORMAL = 3,
+    MIRROR = 6,
+    ALONG = 9,
+    ACROSS = 12,
+    SHARPNESS = 15,
+    NEARNESS = 16,
+    NEAR_PLANE = 17,
+    LIKENESS = 18,
+    DISTANCE = 19,
+    FOOTPRINT = 20,
+    OWN_ARRAYS = 21
+};
+
+/* The natural logarithm of a normal number above 0, as glossy_lanes.h has it: the C library's bits
+ * hang on the CPU. */
+static float natural_log(float x)
+{
+    uint32_t bits;
+    float m;
+    memcpy(&bits, &x, sizeof bits);
+    int32_t e = (int32_t)(bits >> 23) - 127;
+    bits = (bits & 0x007fffffu) | 0x3f800000u;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.41421356f) m *= 0.5f, e++;
+    const float t = (m - 1.0f) / (m + 1.0f), s = t * t;
+    const float tail = 1.0f / 3 + s * (1.0f / 5 + s * (1.0f / 7 + s * (1.0f / 9)));
+    return (float)e * 0.693147181f + 2.0f * (t + t * s * tail);
+}
+
+static int32_t rounded(int32_t count)
+{
+    return (count + GLOSSY_LANES - 1) / GLOSSY_LANES * GLOSSY_LANES;
+}
+
+static int carve(struct glossy_place *p, int32_t reach)
+{
+    const int32_t room = rounded(reach);
+    p->field.stride = rounded(room + rect_width(p->rect) + GLOSSY_LANES + room);
+    p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
+    p->origin = (size_t)room;
+    const bool halves = p->channels == GLOSSY_MEASURED;
+    const size_t arrays = OWN_ARRAYS + 1 + (halves ? 3 : 2) * p->channels;
+    const size_t bytes = arrays * p->area * sizeof(float);
+    p->memory = scratch_take(p->scratch, bytes); /* on a cache line, as vectors want */
+    if (!p->memory) return ERR_MEMORY;
+    memset(p->memory, 0, bytes);
+    float *next = p->memory;
+    for (int k = 0; k < OWN_ARRAYS; k++, next += p->area) p->own[k] = next;
+    for (uint32_t c = 0; c < p->channels; c++, next += p->area) p->channel[c] = next;
+    for (uint32_t c = 0; c < p->channels; c++, next += p->area) p->between[c] = next;
+    for (uint32_t c = 0; c < p->channels && halves; c++, next += p->area) p->wide[c] = next;
+    p->object = (int32_t *)(void *)next;
+    return 0;
+}
+
+static void show(struct glossy_place *p)
+{
+    struct glossy_field *f = &p->field;
+    for (int k = 0; k < 3; k++) {
+        f->point[k] = p->own[POINT + k];
+        f->normal[k] = p->own[NORMAL + k];
+        f->mirror[k] = p->own[MIRROR + k];
+        f->along[k] = p->own[ALONG + k];
+        f->across[k] = p->own[ACROSS + k];
+    }
+    f->sharpness = p->own[SHARPNESS];
+    f->nearness = p->own[NEARNESS];
+    f->near_plane = p->own[NEAR_PLANE];
+    f->object = p->object;
+}
+
+/* The unit direction from the point back to the camera; false where it lies in the eye. */
+static bool look_back(const struct surface_view *view, const float *const own[OWN_ARRAYS], size_t i,
+                      float out[3])
+{
+    float squared = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        out[k] = view->orthographic ? -view->camera->forward[k] : -own[POINT + k][i];
+        squared += out[k] * out[k];
+    }
+    if (!(squared > TINY)) return false;
+    const float length = sqrtf(squared);
+    for (int k = 0; k < 3; k++) out[k] /= length;
+    return true;
+}
+
+/* A unit vector at right angles to unit n, in the plane of v where that is another. */
+static void tangent(const float n[3], const float v[3], float cosine, float out[3])
+{
+    float squared = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        out[k] = v[k] - cosine * n[k];
+        squared += out[k] * out[k];
+    }
+    if (!(squared > 1e-12f)) {
+        const bool x = fabsf(n[0]) < 0.6f;
+        const float along = x ? n[0] : n[1];
+        squared = 1.0f - along * along;
+        for (int k = 0; k < 3; k++) out[k] = -along * n[k];
+        out[x ? 0 : 1] += 1.0f;
+    }
+    const float length = sqrtf(squared > TINY ? squared : TINY);
+    for (int k = 0; k < 3; k++) out[k] /= length;
+}
+
+/* The lobe of pixel i, which has a point and a normal; false where it takes no part. */
+static bool set_lobe(const struct surface_view *view, float alpha, size_t i, float *const *own)
+{
+    float v[3], t[3];
+    const float n[3] = {own[NORMAL][i], own[NORMAL + 1][i], own[NORMAL + 2][i]};
+    if (!look_back(view, (const float *const *)own, i, v)) return false;
+    const float cosine = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
+    if (!(cosine >= COSINE_LEAST)) return false;
+    const float wide = 2.0f * SIGMA * (alpha > ALPHA_LEAST ? alpha : ALPHA_LEAST);
+    tangent(n, v, cosine, t);
+    const float sine = v[0] * t[0] + v[1] * t[1] + v[2] * t[2];
+    const float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2],
+                        n[0] * t[1] - n[1] * t[0]};
+    for (int k = 0; k < 3; k++) {
+        own[MIRROR + k][i] = 2.0f * cosine * n[k] - v[k];
+        own[ALONG + k][i] = wide * (sine * n[k] + cosine * t[k]);
+        own[ACROSS + k][i] = wide * cosine * b[k];
+    }
+    /* the determinant is wide^4 cosine^2 */
+    own[SHARPNESS][i] = 0.5f * natural_log(wide * wide * cosine);
+    return true;
+}
+
+static void load_row(const struct surface_view *view, const struct patch *patch, int32_t y,
+                     struct glossy_place *p)
+{
+    const size_t to = glossy_place_index(p, p->rect.x0, y);
+    const size_t from = patch_pixel(patch, p->rect.x0, y);
+    const size_t count = (size_t)rect_width(p->rect);
+    surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->own[POINT] + to,
+                   p->own[POINT + 1] + to, p->own[POINT + 2] + to);
+    for (size_t i = 0; i < count; i++) {
+        const size_t q = from + i, at = to + i;
+        const float near = patch->glossy_nearness[q];
+        for (int k = 0; k < 3; k++) {
+            p->own[NORMAL + k][at] = patch->normal[k][q];
+            p->channel[k][at] = patch->glossy[k][q];
+        }
+        p->channel[3][at] = patch->glossy_weight[q];
+        if (p->channels == GLOSSY_MEASURED) {
+            for (int k = 0; k < 3; k++) p->channel[4 + k][at] = patch->glossy_half[k][q];
+            p->channel[7][at] = patch->glossy_half_weight[q];
+        }
+        p->own[NEARNESS][at] = near < NEARNESS_MOST ? near : NEARNESS_MOST;
+        p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
+        if (patch_is_glossy(patch, q) && set_lobe(view, patch->glossy_alpha[q], at, p->own))
+            p->object[at] = (int32_t)patch->id[q];
+    }
+}
+
+int glossy_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
+                        int32_t reach, bool halves, struct glossy_place *out)
+{
+    struct surface_view view;
+    *out = (struct glossy_place){.rect = rect,
+                                 .channels = halves ? GLOSSY_MEASURED : GLOSSY_CHANNELS,
+                                 .scratch = patch->scratch};
+    const int error = carve(out, reach);
+    if (error) return error;
+    show(out);
+    surface_view_init(&view, plan);
+    for (int32_t y = rect.y0; y < rect.y1; y++) load_row(&view, patch, y, out);
+    return 0;
+}
+
+void glossy_place_fini(struct glossy_place *place)
+{
+    scratch_give(place->scratch, place->memory);
+    *place = (struct glossy_place){0};
+}
+
+void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule)
+{
+    place->own[LIKENESS][i] = rule->likeness;
+    place->own[DISTANCE][i] = rule->distance;
+    place->own[FOOTPRINT][i] = rule->footprint;
+    place->field.likeness = place->own[LIKENESS];
+    place->field.distance = place->own[DISTANCE];
+    place->field.footprint = place->own[FOOTPRINT];
+}
+
+void glossy_place_one_rule(struct glossy_place *place)
+{
+    place->field.likeness = place->field.distance = place->field.footprint = NULL;
+}
+
+struct glossy_run glossy_place_run(const struct glossy_place *place, struct rect rect, int32_t y,
+                                   bool along_x, int32_t reach)
+{
+    const int32_t above = y - place->rect.y0, below = place->rect.y1 - 1 - y;
+    return (struct glossy_run){
+        .first = glossy_place_index(place, rect.x0, y),
+        .count = (uint32_t)rounded(rect_width(rect)),
+        .step = along_x ? 1 : place->field.stride,
+        .before = along_x || above > reach ? reach : above,
+        .after = along_x || below > reach ? reach : below,
+    };
+}

@@ -1,0 +1,48 @@
+#pragma once
+/* A block and its surroundings as the virtual-hit filter reads them: where pixels lie and what
+ * their glossy lobes look at. */
+#include "server/reconstruct/glossy/glossy_kernels.h"
+#include "server/reconstruct/patch/patch.h"
+
+#define GLOSSY_CHANNELS 4 /* light over reflectance, rgb; weight over reflectance */
+#define GLOSSY_MEASURED (2 * GLOSSY_CHANNELS) /* of all rays; of half of them */
+
+struct glossy_place {
+    struct rect rect; /* in image pixels: what the field knows */
+    struct glossy_field field;
+    uint32_t channels; /* GLOSSY_CHANNELS, or GLOSSY_MEASURED with halves */
+    float *channel[GLOSSY_MEASURED], *between[GLOSSY_MEASURED];
+    float *wide[GLOSSY_MEASURED]; /* with halves: for what is filtered once more */
+    size_t area;                  /* numbers of an array */
+    size_t origin;                /* where the rect's first pixel lies in it */
+    float *own[21];               /* the field's arrays */
+    int32_t *object;
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
+};
+
+/* All of `rect`, which lies in the patch's, with room for runs that look `reach` pixels beyond it;
+ * with the halves of what was measured, if these are wanted.
+ *
+ * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, its
+ * Gaussian sigma = alpha / sqrt(2.26), at least that of alpha 0.002; mirrored, twice as wide in the
+ * plane of incidence, and n.v times that across. ERR_MEMORY. */
+int glossy_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
+                        int32_t reach, bool halves, struct glossy_place *out);
+void glossy_place_fini(struct glossy_place *place);
+
+static inline size_t glossy_place_index(const struct glossy_place *place, int32_t x, int32_t y)
+{
+    return place->origin + (size_t)(y - place->rect.y0) * (size_t)place->field.stride +
+           (size_t)(x - place->rect.x0);
+}
+
+/* Gives pixel i of the place's arrays a rule of its own. All pixels of the place need one, or none.
+ */
+void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule);
+void glossy_place_one_rule(struct glossy_place *place); /* takes these back */
+
+/* The runs of a row of `rect` from its first pixel on. They may pass the row's end by GLOSSY_LANES
+ * - 1 pixels. */
+struct glossy_run glossy_place_run(const struct glossy_place *place, struct rect rect, int32_t y,
+                                   bool along_x, int32_t reach);

@@ -1,0 +1,105 @@
+#include "server/reconstruct/glossy/glossy_pass.h"
+
+#include <math.h>
+
+#include "server/reconstruct/indirect/indirect_width.h"
+
+#define LINES        512.0f /* what the cap is counted at */
+#define SAMPLES      16.0f
+#define WIDTH        0.42f /* of the lobe's own blur, at SAMPLES */
+#define CAP_PX       5.0f
+#define REACH        2.5f /* caps */
+#define FOOTPRINT_PX 0.7f /* at SAMPLES */
+#define RULES        61   /* that are kept at a time */
+
+/* Squared errors vary less than light does: lobes may differ, if they are of one surface. */
+#define SMOOTH_PX       8.0f
+#define SMOOTH_LEAST_PX 4.0f
+#define SMOOTH_MOST_PX  12.0f
+#define SMOOTH_LIKENESS 0.1f
+
+static struct glossy_rule filter_rule(const struct plan *plan, float n, float width)
+{
+    const float sixth = indirect_root(n / SAMPLES, 6), tenth = indirect_root(n / SAMPLES, 10);
+    const float wide = width * WIDTH * plan->mu / (tenth * tenth * tenth);
+    const float asked = CAP_PX * plan->mu / sixth * (float)plan->height_px / LINES;
+    const float cap = width * fminf(asked, GLOSSY_REACH_MAX_PX / REACH);
+    const float footprint = width * FOOTPRINT_PX * plan->mu / sixth;
+    return (struct glossy_rule){
+        .likeness = 2.0f / (wide * wide),
+        .distance = 0.5f / (cap * cap),
+        .footprint = 0.5f / (footprint * footprint),
+        .reach = (int32_t)ceilf(REACH * cap),
+    };
+}
+
+static struct glossy_rule smooth_rule(const struct plan *plan)
+{
+    const float asked = SMOOTH_PX * (float)plan->height_px / LINES;
+    const float px = fminf(fmaxf(asked, SMOOTH_LEAST_PX), SMOOTH_MOST_PX);
+    return (struct glossy_rule){
+        .likeness = SMOOTH_LIKENESS,
+        .distance = 0.5f / (px * px),
+        .footprint = 0.5f / (px * px),
+        .reach = (int32_t)ceilf(REACH * px),
+    };
+}
+
+static struct glossy_rule rule_of(const struct glossy_pass *pass, float n)
+{
+    return pass->smooth ? smooth_rule(pass->plan) : filter_rule(pass->plan, n, pass->width);
+}
+
+/* Rays that every pixel has. */
+static float least_rays(const struct plan *plan)
+{
+    const float l = (float)plan->indirect_strata_per_axis;
+    return fmaxf(l * l, 1.0f);
+}
+
+int32_t glossy_pass_reach(const struct glossy_pass *pass)
+{
+    return rule_of(pass, least_rays(pass->plan)).reach;
+}
+
+/* Each pixel's rule by its own rays, of which there are few different numbers. */
+static void set_rules(const struct glossy_pass *pass, struct glossy_place *place)
+{
+    const float *rays = pass->patch->glossy_rays, least = least_rays(pass->plan);
+    struct glossy_rule known[RULES] = {{0}};
+    float of[RULES] = {0};
+    for (int32_t y = place->rect.y0; y < place->rect.y1; y++) {
+        const size_t to = glossy_place_index(place, place->rect.x0, y);
+        const size_t from = patch_pixel(pass->patch, place->rect.x0, y);
+        for (size_t i = 0; i < (size_t)rect_width(place->rect); i++) {
+            const float n = fmaxf(rays[from + i], least);
+            const uint32_t k = (uint32_t)n % RULES;
+            if (of[k] != n) known[k] = rule_of(pass, of[k] = n);
+            glossy_place_rule(place, to + i, &known[k]);
+        }
+    }
+}
+
+static void run_rows(const struct glossy_place *place, const struct glossy_rule *rule,
+                     struct rect rect, bool along_x, uint32_t count, float *const *in,
+                     float *const *out)
+{
+    const struct glossy_kernels *kernels = glossy_kernels_best();
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const struct glossy_run run = glossy_place_run(place, rect, y, along_x, rule->reach);
+        kernels->spread(&place->field, rule, &run, count, (const float *const *)in, out);
+    }
+}
+
+void glossy_pass_run(const struct glossy_pass *pass, struct glossy_place *place, struct rect rect,
+                     uint32_t count, float *const *in, float *const *between, float *const *out)
+{
+    const struct glossy_rule rule = rule_of(pass, least_rays(pass->plan));
+    struct rect tall = rect;
+    tall.y0 -= rule.reach;
+    tall.y1 += rule.reach;
+    glossy_place_one_rule(place);
+    if (pass->patch->glossy_rays && !pass->smooth) set_rules(pass, place);
+    run_rows(place, &rule, rect_intersect(tall, place->rect), true, count, in, between);
+    run_rows(place, &rule, rect, false, count, between, out);
+}

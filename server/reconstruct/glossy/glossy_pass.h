@@ -1,0 +1,21 @@
+#pragma once
+/* One run of the virtual-hit filter over a block: along x, then along y, each pixel by the rule of
+ * the rays it has. */
+#include "server/reconstruct/glossy/glossy_field.h"
+
+struct glossy_pass {
+    const struct plan *plan;
+    const struct patch *patch; /* tells how many rays pixels have */
+    float width;               /* times that of the rule: at most 1 */
+    bool smooth;               /* not the filter, but what smooths its squared errors */
+};
+
+/* Pixels to both sides that a pass reads: as far as any pixel's rule goes, that of the fewest rays.
+ */
+int32_t glossy_pass_reach(const struct glossy_pass *pass);
+
+/* `count` channels of the place, as `in`, over `rect`; `between` holds what is between the two
+ * lines and is neither `in` nor `out`, which may be the same. The place's rules become the pass's.
+ */
+void glossy_pass_run(const struct glossy_pass *pass, struct glossy_place *place, struct rect rect,
+                     uint32_t count, float *const *in, float *const *between, float *const *out);

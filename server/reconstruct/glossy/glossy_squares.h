@@ -1,0 +1,19 @@
+#pragma once
+/* Squared standard errors of filtered light of glossy lobes, from what half of the rays measured:
+ * the formula of indirect_squares.h, with F a quotient of light and weights. */
+#include "server/reconstruct/glossy/glossy_pass.h"
+
+struct glossy_squares {
+    const struct plan *plan;
+    const struct patch *patch;
+    struct glossy_place *place; /* channels: what was measured, all and halves */
+    bool filtered;              /* place->wide is F of them; else nothing was filtered */
+};
+
+/* Pixels around `rect` that F must be known for. */
+int32_t glossy_squares_reach(const struct plan *plan);
+
+/* Finds the squares over `rect`, from F over `wide`, and writes square[c] of the patch's pixels
+ * there whose lobes take part. The place's channels and rules are overwritten. */
+void glossy_squares_find(const struct glossy_squares *s, struct rect wide, struct rect rect,
+                         float *const square[3]);

@@ -1,0 +1,257 @@
+#include "server/reconstruct/indirect/indirect.h"
+
+#include "proto/samples.h"
+#include "server/reconstruct/indirect/indirect_blend.h"
+#include "server/reconstruct/indirect/indirect_lone.h"
+#include "server/reconstruct/indirect/indirect_squares.h"
+
+/* Of lone pixels' windows, in the filter's largest widths: within what it looks at. */
+#define LONE_REACH 2.0f
+
+/* One call: `count` channels over `inner`. */
+struct indirect {
+    const struct plan *plan;
+    const struct patch *patch;
+    struct rect inner;
+    uint32_t count;
+    const float *const *in;
+    float *const *out;
+    float *width_px;                    /* may be NULL */
+    const struct indirect_error *error; /* may be NULL */
+};
+
+/* Channels that are filtered: halves come after the others. */
+static uint32_t channels_of(const struct indirect *f)
+{
+    return f->error ? f->count + 3 : f->count;
+}
+
+static const float *channel_of(const struct indirect *f, uint32_t c)
+{
+    return c < f->count ? f->in[c] : f->error->half[c - f->count];
+}
+
+int32_t indirect_halo_px(const struct plan *plan)
+{
+    const struct indirect_rule r = indirect_rule_of(plan);
+    if (!(r.most_px > 0.0f || r.smooth_most_px > 0.0f)) return 0;
+    return indirect_reach_px(r.most_px) + indirect_reach_px(r.smooth_most_px) + INDIRECT_NEAR_PX;
+}
+
+static bool can_filter(const struct indirect *f)
+{
+    const struct patch *p = f->patch;
+    const struct rect common = rect_intersect(f->inner, p->rect);
+    const bool known = f->plan->indirect_filter <= INDIRECT_FILTER_SHEARED;
+    return known && p->depth && p->normal[0] && p->id && p->reflector && !rect_is_empty(f->inner) &&
+           rect_area(common) == rect_area(f->inner) && channels_of(f) <= INDIRECT_CHANNELS_MAX;
+}
+
+/* What was measured, as it is. */
+static void copy(const struct indirect *f)
+{
+    for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
+        const size_t first = patch_pixel(f->patch, f->inner.x0, y);
+        for (size_t i = first; i < first + (size_t)rect_width(f->inner); i++) {
+            const bool measured = patch_is_measured(f->patch, i);
+            for (uint32_t c = 0; c < f->count; c++) f->out[c][i] = measured ? f->in[c][i] : 0.0f;
+            if (f->width_px) f->width_px[i] = 0.0f;
+            for (uint32_t c = 0; c < 3 && f->error; c++) f->error->square[c][i] = 0.0f;
+        }
+    }
+}
+
+/* to[i] = where there is a pixel from[i] by it, 0 elsewhere. */
+static void move_row(const float *pixel, size_t count, const float *from, float *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        const float value = from[i];
+        to[i] = pixel[i] > 0.0f ? value : 0.0f;
+    }
+}
+
+/* A plane of the patch into an array of the place. */
+static void load_plane(const struct indirect *f, const struct indirect_place *place,
+                       const float *plane, float *out)
+{
+    const struct rect r = place->rect;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        const size_t to = indirect_place_index(place, r.x0, y);
+        move_row(place->pixel + to, (size_t)rect_width(r), plane + patch_pixel(f->patch, r.x0, y),
+                 out + to);
+    }
+}
+
+/* Channel c into a spare of the place. */
+static void load(const struct indirect *f, const struct indirect_place *place, uint32_t c,
+                 uint32_t spare)
+{
+    load_plane(f, place, channel_of(f, c), indirect_place_spare(place, spare));
+}
+
+static void store(const struct indirect *f, const struct indirect_place *place, const float *beta)
+{
+    const size_t count = (size_t)rect_width(f->inner);
+    for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
+        const size_t from = indirect_place_index(place, f->inner.x0, y);
+        const size_t to = patch_pixel(f->patch, f->inner.x0, y);
+        const float *pixel = place->pixel + from;
+        for (uint32_t c = 0; c < f->count; c++)
+            move_row(pixel, count, indirect_place_spare(place, c) + from, f->out[c] + to);
+        for (size_t i = 0; f->width_px && i < count; i++)
+            f->width_px[to + i] = pixel[i] > 0.0f ? beta[from + i] / pixel[i] : 0.0f;
+    }
+}
+
+/* Rules A and B. Spares: the channels, beta, what is between the passes. */
+static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
+                     const struct indirect_kernels *kernels, struct rect rect,
+                     struct indirect_place *place)
+{
+    const uint32_t count = channels_of(f);
+    const struct indirect_pass pass = {
+        .kernels = kernels,
+        .lines = f->plan->indirect_filter == INDIRECT_FILTER_LINEAR,
+        .reach = indirect_reach_px(rule->most_px),
+        .count = count,
+    };
+    const struct rect tall = indirect_pass_tall(place, rect, pass.reach);
+    float *channels[INDIRECT_CHANNELS_MAX], *between[INDIRECT_CHANNELS_MAX];
+    float *beta = indirect_place_spare(place, count);
+    float *counts = f->patch->bounces ? indirect_place_spare(place, count + 1) : NULL;
+    for (uint32_t c = 0; c < count; c++) {
+        channels[c] = indirect_place_spare(place, c);
+        between[c] = indirect_place_spare(place, count + 1 + c);
+    }
+    if (counts) load_plane(f, place, f->patch->bounces, counts); /* before it is between */
+    indirect_widths(rule, kernels, place, counts, tall, beta);
+    indirect_set_widths(rule, place, tall, beta, 1.0f);
+    indirect_pass_run(&pass, place, rect, (const float *const *)channels, between, channels);
+}
+
+/* Where the filter's own spares end and those of errors begin. */
+static uint32_t filter_spares(const struct indirect *f)
+{
+    const uint32_t count = channels_of(f);
+    return f->plan->indirect_filter == INDIRECT_FILTER_BLEND ? indirect_blend_spares(count)
+                                                             : 2 * count + 1;
+}
+
+static void run_filter(const struct indirect *f, const struct indirect_rule *rule,
+                       const struct indirect_kernels *kernels, struct rect rect,
+                       struct indirect_place *place)
+{
+    float *counts;
+    switch (f->plan->indirect_filter) {
+    case INDIRECT_FILTER_NONE:
+        break;
+    case INDIRECT_FILTER_BLEND:
+        counts = f->patch->bounces ? indirect_place_spare(place, filter_spares(f) - 1) : NULL;
+        if (counts) load_plane(f, place, f->patch->bounces, counts);
+        indirect_blend(rule, kernels, place, counts, rect, channels_of(f), f->count);
+        break;
+    default:
+        run_rule(f, rule, kernels, rect, place);
+        break;
+    }
+}
+
+static void run_error(const struct indirect *f, const struct indirect_rule *rule,
+                      const struct indirect_kernels *kernels, struct rect wide,
+                      struct indirect_place *place)
+{
+    const uint32_t count = channels_of(f), more = filter_spares(f);
+    const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
+    struct indirect_squares s = {.plan = f->plan,
+                                 .rule = rule,
+                                 .kernels = kernels,
+                                 .place = place,
+                                 .mean = 0,
+                                 .half = f->count,
+                                 .width = count,
+                                 .ratio = blend ? rule->ratio : 0.5f,
+                                 .own = more + 6};
+    for (uint32_t k = 0; k < 6; k++) {
+        const uint32_t c = k < 3 ? k : f->count + k - 3;
+        s.narrower[k] = blend ? indirect_blend_narrower(count, c) : more + k;
+        if (!blend) load(f, place, c, s.narrower[k]);
+    }
+    indirect_squares_find(&s, wide, f->inner);
+    for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
+        const size_t from = indirect_place_index(place, f->inner.x0, y);
+        const size_t to = patch_pixel(f->patch, f->inner.x0, y);
+        for (uint32_t c = 0; c < 3; c++)
+            move_row(place->pixel + from, (size_t)rect_width(f->inner),
+                     indirect_squares_of(&s, c) + from, f->error->square[c] + to);
+    }
+}
+
+/* What bounce rays brought to lone pixels goes through lens samples, which show it as it is. Under
+ * a pinhole errors are told, which know of no windows. */
+static void fill_lone(const struct indirect *f, const struct indirect_rule *rule,
+                      const struct indirect_place *place, uint64_t *lone)
+{
+    float *const out[3] = {indirect_place_spare(place, 0), indirect_place_spare(place, 1),
+                           indirect_place_spare(place, 2)};
+    const bool lens = f->plan->lens_light != LENS_LIGHT_OWN;
+    if (!lens || f->error || f->count < 3 || f->patch->bounces) return;
+    *lone += indirect_lone_fill(f->plan, f->patch, place, f->inner,
+                                (int32_t)(LONE_REACH * rule->most_px), f->in, out);
+}
+
+static int run(const struct indirect *f, uint64_t *lone)
+{
+    const struct indirect_rule rule = indirect_rule_of(f->plan);
+    const struct indirect_kernels *kernels = indirect_kernels_best();
+    const int32_t halo = indirect_halo_px(f->plan);
+    const int32_t beyond = f->error ? indirect_squares_reach(&rule) : 0;
+    const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
+    const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
+    struct indirect_place place;
+    const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_SQUARES_SPARES : 0);
+    const int error = indirect_place_create(f->plan, f->patch, seen, halo, spares, &place);
+    if (error) return error;
+    for (uint32_t c = 0; c < channels_of(f); c++) load(f, &place, c, c);
+    run_filter(f, &rule, kernels, wide, &place);
+    fill_lone(f, &rule, &place, lone);
+    store(f, &place, indirect_place_spare(&place, channels_of(f)));
+    if (f->error) run_error(f, &rule, kernels, wide, &place);
+    indirect_place_fini(&place);
+    return 0;
+}
+
+static int filter(const struct indirect *f, struct indirect_statistics *statistics)
+{
+    if (!can_filter(f)) return ERR_RANGE;
+    const uint64_t measured = patch_count_measured(f->patch, f->inner);
+    const bool filtered = f->plan->indirect_filter != INDIRECT_FILTER_NONE && measured > 0;
+    int error = 0;
+    if (filtered || (f->error && measured > 0))
+        error = run(f, &statistics->pixels_lone);
+    else
+        copy(f);
+    if (error) return error;
+    statistics->pixels_filtered += filtered ? measured : 0;
+    statistics->pixels_skipped += (uint64_t)rect_area(f->inner) - (filtered ? measured : 0);
+    statistics->blocks_skipped += measured == 0 ? 1 : 0;
+    return 0;
+}
+
+int indirect_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
+                    uint32_t count, const float *const *in, float *const *out, float *width_px,
+                    struct indirect_statistics *statistics)
+{
+    const struct indirect f = {plan, patch, inner, count, in, out, width_px, NULL};
+    return filter(&f, statistics);
+}
+
+int indirect_filter_with_error(const struct plan *plan, const struct patch *patch,
+                               struct rect inner, uint32_t count, const float *const *in,
+                               float *const *out, float *width_px,
+                               const struct indirect_error *error,
+                               struct indirect_statistics *statistics)
+{
+    const struct indirect f = {plan, patch, inner, count, in, out, width_px, error};
+    if (count < 3 || !patch_knows_errors(plan)) return ERR_RANGE;
+    return filter(&f, statistics);
+}

@@ -1,0 +1,38 @@
+#pragma once
+/* Squared standard errors of filtered indirect light, from what half of the samples measured:
+ *
+ *   S (F(half) - F(mean))^2 + max(0, S (F - F')^2 - S (noise of F - F')^2) / (1 - r^2)^2
+ *
+ * F is the filter, F' the same at r times its width: where light is smooth, bias grows with the
+ * square of the width. A half is off the mean by as much as the mean is off the truth. Where F and
+ * F' differ by more than their noise, of which the halves tell again, the filter is biased. S is a
+ * mean over the surface around. */
+#include "server/reconstruct/indirect/indirect_pass.h"
+
+/* Squares to find: in spares of the place. */
+struct indirect_squares {
+    const struct plan *plan;
+    const struct indirect_rule *rule;
+    const struct indirect_kernels *kernels;
+    struct indirect_place *place;
+    uint32_t mean, half;  /* F of three channels, and of their halves */
+    uint32_t width;       /* of F, in scene units */
+    float ratio;          /* r < 1 */
+    uint32_t narrower[6]; /* F' of the same; in rules A and B their own, which hold the channels as
+                             they were measured and become F' */
+    uint32_t own;         /* the first of INDIRECT_SQUARES_SPARES that it may use */
+};
+
+#define INDIRECT_SQUARES_SPARES 13
+
+/* Pixels around `rect` that F must be known for. */
+int32_t indirect_squares_reach(const struct indirect_rule *rule);
+
+/* Finds the squares over `rect`, from F over `wide`. Widths of the place are overwritten. */
+void indirect_squares_find(const struct indirect_squares *s, struct rect wide, struct rect rect);
+
+/* The result: of channel c < 3. */
+static inline const float *indirect_squares_of(const struct indirect_squares *s, uint32_t c)
+{
+    return indirect_place_spare(s->place, s->own + c);
+}

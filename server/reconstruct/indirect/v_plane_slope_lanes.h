@@ -1,0 +1,227 @@
+#pragma once
+/* v_plane_kernels' strata, slopes, average and records: pixels of a row side by side, in
+ * vectors or plain loops that the compiler vectorises. */
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern.h"
+#include "proto/v_plane.h"
+#include "server/reconstruct/indirect/v_plane_kernels.h"
+#include "server/reconstruct/simd/fused.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/lanes_vector.h"
+
+#define V_PLANE_TURN 6.28318531f
+
+static inline float v_plane_stratum(float jitter, uint32_t l, uint32_t k)
+{
+    const float in =
+        ((float)k + (jitter < PATTERN_JITTER_MAX ? jitter : PATTERN_JITTER_MAX)) / (float)l;
+    const float low = in > V_PLANE_END ? in : V_PLANE_END;
+    return low < 1.0f - V_PLANE_END ? low : 1.0f - V_PLANE_END;
+}
+
+/* The cube root of x > 0 by a third of its exponent and Newton's steps, to the float's digits. */
+static inline float v_plane_cube_root(float x)
+{
+    uint32_t bits;
+    float r;
+    memcpy(&bits, &x, sizeof bits);
+    bits = bits / 3 + 0x2a5119f2u;
+    memcpy(&r, &bits, sizeof r);
+    for (int i = 0; i < 3; i++) r = fused(x / (r * r) - r, 1.0f / 3, r);
+    return r;
+}
+
+/* Sine and cosine of theta / 2 with theta + sin theta = pi (2 v - 1). With e = pi - |theta|, q = e
+ * - sin e = 2 pi min(v, 1 - v) and r = (6 q)^(1/3), sin(e/2) / r and cos(e/2) are smooth in r^2:
+ * polynomials through Chebyshev's points of [0, (6 pi)^(2/3)], errors of 2e-6. */
+static inline void v_plane_turn(float v, float *sine, float *cosine)
+{
+    const float rest = v < 0.5f ? v : 1.0f - v;
+    const float r = v_plane_cube_root(6.0f * V_PLANE_TURN * rest), s = r * r;
+    float a = -7.08597701e-8f, b = -1.17282310e-7f;
+    a = fused(a, s, 8.22200095e-7f);
+    b = fused(b, s, 1.27012153e-6f);
+    a = fused(a, s, -6.59736996e-6f);
+    b = fused(b, s, -1.15529153e-5f);
+    a = fused(a, s, -7.59296824e-6f);
+    b = fused(b, s, -3.85386801e-5f);
+    a = fused(a, s, -4.42152837e-4f);
+    b = fused(b, s, -1.59102468e-3f);
+    a = fused(a, s, -1.24917729e-2f);
+    b = fused(b, s, -1.24987011e-1f);
+    a = fused(a, s, 4.99999402e-1f);
+    b = fused(b, s, 9.99999056e-1f);
+    *sine = v < 0.5f ? -b : b;
+    *cosine = r * a;
+}
+
+static void kernel_strata(const struct v_plane_strata *s, const float *jitter_u,
+                          const float *jitter_v)
+{
+    for (uint32_t i = 0; i < s->l; i++) {
+        float *height = s->height + i * s->stride;
+        float *sine = s->sine + i * s->stride, *cosine = s->cosine + i * s->stride;
+        for (uint32_t k = 0; k < s->count; k++) {
+            const float u = v_plane_stratum(jitter_u[k], s->l, i);
+            height[k] = 2.0f * sqrtf(u * (1.0f - u));
+        }
+        for (uint32_t k = 0; k < s->count; k++)
+            v_plane_turn(v_plane_stratum(jitter_v[k], s->l, i), &sine[k], &cosine[k]);
+    }
+}
+
+/* The first `n` lanes, all of them where the compiler knows so; 0 beyond. */
+LANES_INLINE lanes_vector v_plane_load(const float *from, size_t n)
+{
+    lanes_vector out = {0};
+    memcpy(&out, from, n * sizeof *from);
+    return out;
+}
+
+LANES_INLINE lanes_mask v_plane_load_mask(const int32_t *from, size_t n)
+{
+    lanes_mask out = {0};
+    memcpy(&out, from, n * sizeof *from);
+    return out;
+}
+
+static inline lanes_vector v_plane_root(lanes_vector x)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_sqrt_ps((__m512)x);
+#elif defined __AVX__
+    return (lanes_vector)_mm256_sqrt_ps((__m256)x);
+#else
+    return (lanes_vector)_mm_sqrt_ps((__m128)x);
+#endif
+}
+
+/* What pixels' samples add up to. */
+struct v_plane_sums {
+    lanes_vector weight, mean, square;
+};
+
+/* Stratum (column, row) of `n` pixels from `at` on. */
+LANES_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
+                                     const struct v_plane_planes *planes, uint32_t column,
+                                     uint32_t row, size_t at, size_t n, lanes_vector inverse,
+                                     float least, struct v_plane_sums *sums)
+{
+    const float *r = planes->first + 4 * (size_t)(row * s->l + column) * planes->stride + at;
+    const float *g = r + planes->stride, *b = g + planes->stride;
+    const lanes_vector t = v_plane_load(b + planes->stride, n), lowest = lanes_all(least).v[0];
+    const lanes_vector z = v_plane_load(s->height + column * s->stride + at, n) *
+                           v_plane_load(s->cosine + row * s->stride + at, n);
+    const lanes_vector up = t * inverse * z, met = 1.0f / lanes_select(up > lowest, up, lowest);
+    const lanes_mask hit = t > 0.0f, bright = (v_plane_load(r, n) > 0.0f) |
+                                              (v_plane_load(g, n) > 0.0f) |
+                                              (v_plane_load(b, n) > 0.0f);
+    const lanes_vector a = lanes_where(hit, met), w = lanes_where(hit | bright, z * z);
+    sums->weight += w;
+    sums->mean = lanes_fused(w, a, sums->mean);
+    sums->square = lanes_fused(w * a, a, sums->square);
+}
+
+/* `n` pixels from `at` on, of a vector at most. */
+LANES_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
+                                        const struct v_plane_planes *planes,
+                                        const struct v_plane_source *sources, float least_px,
+                                        size_t at, size_t n, float *mean, float *deviation)
+{
+    const lanes_vector zero = {0}, one = lanes_all(1.0f).v[0];
+    struct v_plane_sums sums = {zero, zero, zero};
+    float pixel[LANES_PER_VECTOR] = {0};
+    for (size_t k = 0; k < n; k++) pixel[k] = sources[at + k].pixel;
+    const lanes_vector size = lanes_load_vector(pixel);
+    const lanes_mask measured = size > 0.0f; /* then it is not 0 */
+    const lanes_vector inverse = lanes_where(measured, one / lanes_select(measured, size, one));
+    for (uint32_t row = 0; row < s->l; row++)
+        for (uint32_t column = 0; column < s->l; column++)
+            v_plane_add_slopes(s, planes, column, row, at, n, inverse, least_px, &sums);
+    const lanes_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
+    const lanes_vector scale = lanes_where(any, one / lanes_select(any, sums.weight, one));
+    const lanes_vector m = sums.mean * scale, square = lanes_fused(sums.square, scale, -m * m);
+    const lanes_vector root = v_plane_root(lanes_where(any & (square > 0.0f), square));
+    const lanes_vector answer = lanes_select(any, m, zero - one);
+    memcpy(mean + at, &answer, n * sizeof *mean);
+    memcpy(deviation + at, &root, n * sizeof *deviation);
+}
+
+static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_planes *planes,
+                          const struct v_plane_source *sources, float least_px, float *mean,
+                          float *deviation)
+{
+    size_t at = 0;
+    for (; at + LANES_PER_VECTOR <= s->count; at += LANES_PER_VECTOR)
+        v_plane_slopes_vector(s, planes, sources, least_px, at, LANES_PER_VECTOR, mean, deviation);
+    if (at < s->count)
+        v_plane_slopes_vector(s, planes, sources, least_px, at, s->count - at, mean, deviation);
+}
+
+/* `n` pixels from p on, of a vector at most. */
+LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n,
+                                         float *mean, float *deviation)
+{
+    const float *const *normal = in->normal;
+    const lanes_vector own[3] = {v_plane_load(normal[0] + p, n), v_plane_load(normal[1] + p, n),
+                                 v_plane_load(normal[2] + p, n)};
+    const lanes_mask object = v_plane_load_mask(in->object + p, n);
+    lanes_vector m = {0}, d = {0};
+    lanes_mask counts = {0};
+    for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
+        for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
+            const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
+            const lanes_vector other[3] = {v_plane_load(normal[0] + q, n),
+                                           v_plane_load(normal[1] + q, n),
+                                           v_plane_load(normal[2] + q, n)};
+            const lanes_vector alike = lanes_dot(own, other);
+            const lanes_vector near = v_plane_load(in->mean + q, n);
+            const lanes_mask same = (v_plane_load_mask(in->object + q, n) == object) &
+                                    (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
+            m += lanes_where(same, near);
+            d += lanes_where(same, v_plane_load(in->deviation + q, n));
+            counts -= same;
+        }
+    }
+    const lanes_mask none = counts == 0; /* then sums are 0 */
+    const lanes_vector scale = 1.0f / __builtin_convertvector(counts - none, lanes_vector);
+    m *= scale;
+    d *= scale;
+    memcpy(mean + p, &m, n * sizeof *mean);
+    memcpy(deviation + p, &d, n * sizeof *deviation);
+}
+
+static void kernel_average(const struct v_plane_slopes_field *in, size_t first, uint32_t count,
+                           float *mean, float *deviation)
+{
+    size_t at = 0;
+    for (; at + LANES_PER_VECTOR <= count; at += LANES_PER_VECTOR)
+        v_plane_average_vector(in, first + at, LANES_PER_VECTOR, mean, deviation);
+    if (at < count) v_plane_average_vector(in, first + at, count - at, mean, deviation);
+}
+
+static void kernel_records(const struct v_plane_strata *s, const struct v_plane_planes *planes,
+                           uint32_t lanes, const uint8_t *needs, uint8_t mask, float scale,
+                           float *out)
+{
+    const size_t size = V_PLANE_RECORD * (size_t)lanes, stride = planes->stride;
+    for (uint32_t i = 0; i < s->l * s->l; i++) {
+        const float *sample = planes->first + 4 * (size_t)i * stride;
+        const float *height = s->height + i % s->l * s->stride;
+        const float *sine = s->sine + i / s->l * s->stride;
+        const float *cosine = s->cosine + i / s->l * s->stride;
+        float *to = out + i / s->l * v_plane_row_lanes(s->l) + i % s->l;
+        for (uint32_t k = 0; k < s->count; k++, to += size) {
+            if (!(needs[k] & mask)) continue;
+            const float z = height[k] * cosine[k];
+            to[0] = 2.0f * sine[k] * z;
+            to[lanes] = z * z;
+            to[2 * lanes] = cosine[k] * cosine[k];
+            to[3 * lanes] = sample[k] * scale;
+            to[4 * lanes] = sample[stride + k] * scale;
+            to[5 * lanes] = sample[2 * stride + k] * scale;
+        }
+    }
+}

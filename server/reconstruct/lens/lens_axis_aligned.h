@@ -1,0 +1,9 @@
+#pragma once
+/* Pixels' averages over the lens under Gaussians, as wide as the least slope of their samples lets
+ * them be: along x, then along y, with the receiving pixel's width (filters.md section 4). */
+#include "server/reconstruct/lens/lens.h"
+
+#define LENS_AXIS_ALIGNED_REACH_PX 16
+
+int lens_axis_aligned(const struct plan *plan, const struct patch *patch, struct rect inner,
+                      float *const out[3], float *width_px, struct lens_statistics *statistics);

@@ -1,0 +1,216 @@
+/* What pixels see of a layer. */
+#include <immintrin.h>
+#include <math.h>
+#include <string.h>
+
+#include "server/reconstruct/lens/lens_cells.h"
+
+#define TAPS_MOST 1024 /* a disc of 17 cells' radius */
+#define EVEN      0x88 /* of eight numbers */
+#define ODD       0xdd
+
+struct tap {
+    struct lens_tap tap;
+    uint32_t group;
+    bool inner;
+};
+
+/* A row's pixels of one phase: those that lie in the same place of their cells. */
+struct look {
+    struct lens_field *f;
+    const struct lens_cells *c;
+    struct lens_tap taps[TAPS_MOST];
+    struct lens_gather gather;
+    struct lens_composite composite;
+    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES]; /* of some pixels of a row */
+};
+
+/* Which part of the lens groups of taps are, at the layer's middle. */
+static void find_shares(struct look *look)
+{
+    const struct lens_cells *c = look->c;
+    const float middle = c->fixed ? c->most : fabsf(c->middle);
+    const float reach = middle * c->scale * look->f->shape.inradius + 0.5f;
+    float all = 0.0f;
+    float *share = look->composite.share;
+    uint32_t tap = 0;
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) {
+        share[g] = 0.0f;
+        for (; tap < look->gather.end[g]; tap++) {
+            const float in = reach - look->taps[tap].distance;
+            share[g] += in > 1.0f ? 1.0f : in > 0.0f ? in : 0.0f;
+        }
+        all += share[g];
+    }
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) share[g] /= all; /* the nearest tap is in */
+    memcpy(look->composite.lens, look->f->shape.share, sizeof look->composite.lens);
+}
+
+/* Cells around that of a pixel, whose centre is px cells to the right and py down of the corner of
+ * its first cell, that any slope of the layer takes there. */
+static uint32_t list_taps(const struct look *look, float px, float py, struct tap taps[TAPS_MOST])
+{
+    const struct lens_cells *c = look->c;
+    const float size = c->scale * look->f->shape.inradius;
+    const float most = c->most * size + 0.5f, least = c->least * size - 0.5f;
+    const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
+    const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
+    uint32_t n = 0;
+    for (int32_t y = -reach; y <= reach; y++) {
+        for (int32_t x = -reach; x <= reach; x++) {
+            const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
+            const float distance = lens_shape_distance(&look->f->shape, dx, dy);
+            if (distance >= most || n == TAPS_MOST) continue;
+            taps[n].group = lens_shape_group(dx, dy);
+            taps[n].inner = distance <= least;
+            taps[n].tap.at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
+            taps[n++].tap.distance = distance;
+        }
+    }
+    return n;
+}
+
+/* Taps of one group, after the first n: those that are within the reach of every slope of the
+ * layer, or the others. */
+static uint32_t add_taps(struct look *look, const struct tap *taps, uint32_t count, uint32_t group,
+                         bool inner, uint32_t n)
+{
+    for (uint32_t k = 0; k < count; k++)
+        if (taps[k].group == group && taps[k].inner == inner) look->taps[n++] = taps[k].tap;
+    return n;
+}
+
+static void find_taps(struct look *look, float px, float py)
+{
+    struct tap taps[TAPS_MOST];
+    const uint32_t count = list_taps(look, px, py, taps);
+    uint32_t n = 0;
+    for (uint32_t g = 0; g < LENS_GROUPS; g++) {
+        n = add_taps(look, taps, count, g, true, n);
+        look->gather.inner[g] = n;
+        n = add_taps(look, taps, count, g, false, n);
+        look->gather.end[g] = n;
+    }
+    find_shares(look);
+}
+
+/* Bits of those of LENS_LANES pixels that are near the layer: their cells are every 2^fine-th from
+ * `column` on, those before `end`. */
+static uint32_t near_lanes(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
+{
+    const uint8_t *tiles =
+        c->near + (size_t)((row >> 3) - c->tiles.y0) * (size_t)rect_width(c->tiles);
+    uint32_t near = 0;
+    for (int32_t k = column >> 3; k <= (end - 1) >> 3; k++) {
+        const int32_t from = k * LENS_TILE > column ? k * LENS_TILE - column : 0;
+        const int32_t to = (k + 1) * LENS_TILE < end ? (k + 1) * LENS_TILE - column : end - column;
+        const uint32_t first = (uint32_t)(from + c->phase) >> c->fine;
+        const uint32_t last = (uint32_t)(to + c->phase) >> c->fine;
+        if (tiles[k - c->tiles.x0]) near |= (1u << last) - (1u << first);
+    }
+    return near;
+}
+
+/* A plane's pixels, `step` apart, of `count` lanes; others are 0. */
+static void load_lanes(const float *from, size_t step, size_t count, float to[LENS_LANES])
+{
+    if (count < LENS_LANES) {
+        for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+    } else if (step == 1) {
+        memcpy(to, from, LENS_LANES * sizeof *to);
+    } else if (step == 2) {
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            _mm_storeu_ps(to + i, _mm_shuffle_ps(_mm_loadu_ps(from + 2 * i),
+                                                 _mm_loadu_ps(from + 2 * i + 4), EVEN));
+    } else {
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            _mm_storeu_ps(to + i, _mm_setr_ps(from[i * step], from[(i + 1) * step],
+                                              from[(i + 2) * step], from[(i + 3) * step]));
+    }
+}
+
+/* Every second number; those between stay. */
+static void store_second(const float from[LENS_LANES], float *to)
+{
+    for (size_t i = 0; i < LENS_LANES; i += 4) {
+        float *at = to + 2 * i;
+        const __m128 new = _mm_loadu_ps(from + i);
+        const __m128 old = _mm_shuffle_ps(_mm_loadu_ps(at), _mm_loadu_ps(at + 4), ODD);
+        _mm_storeu_ps(at, _mm_unpacklo_ps(new, old));
+        _mm_storeu_ps(at + 4, _mm_unpackhi_ps(new, old));
+    }
+}
+
+/* The reverse. What lies between pixels may be written as it was. */
+static void store_lanes(const float from[LENS_LANES], size_t step, size_t count, float *to)
+{
+    if (count < LENS_LANES) {
+        for (size_t i = 0; i < count; i++) to[i * step] = from[i];
+    } else if (step == 1) {
+        memcpy(to, from, LENS_LANES * sizeof *to);
+    } else if (step == 2) {
+        store_second(from, to);
+    } else {
+        for (size_t i = 0; i < LENS_LANES; i += 4)
+            for (size_t k = 0; k < 4; k++) to[(i + k) * step] = from[i + k];
+    }
+}
+
+/* What pixels have seen: of which the first is pixel p of `wide`. Does any of them see on? */
+static bool load_seen(const struct look *look, size_t count, size_t p,
+                      float seen[LENS_VIEWS][LENS_LANES])
+{
+    const struct lens_field *f = look->f;
+    const size_t step = (size_t)1 << look->c->coarse;
+    __m128 through = _mm_setzero_ps();
+    for (int g = 0; g < LENS_GROUPS; g++) {
+        load_lanes(f->through[g] + p, step, count, seen[g]);
+        for (int i = 0; i < LENS_LANES; i += 4)
+            through = _mm_or_ps(through, _mm_loadu_ps(seen[g] + i));
+    }
+    if (_mm_movemask_ps(_mm_cmpgt_ps(through, _mm_setzero_ps())) == 0) return false;
+    for (int k = LENS_GROUPS; k < LENS_VIEWS; k++) load_lanes(f->view[k] + p, step, count, seen[k]);
+    return true;
+}
+
+/* Pixels x, x + step, ... of row y. Those that see nothing through what is nearer are done. */
+static void look_row(struct look *look, int32_t x, int32_t y)
+{
+    const struct lens_cells *c = look->c;
+    const struct rect targets = c->targets;
+    const int32_t step = 1 << c->coarse, row = y >> c->coarse << c->fine;
+    const struct lens_kernels *kernels = look->f->kernels;
+    for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
+        const int32_t column = first >> c->coarse << c->fine;
+        const int32_t left = (targets.x1 - first + step - 1) / step;
+        const int32_t count = left < LENS_LANES ? left : LENS_LANES;
+        const size_t p = lens_wide(look->f, first, y);
+        float seen[LENS_VIEWS][LENS_LANES];
+        look->composite.near = near_lanes(c, column, column + (count << c->fine), row);
+        if (!look->composite.near || !load_seen(look, (size_t)count, p, seen)) continue;
+        const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
+                          (size_t)((column - c->rect.x0) >> c->fine);
+        kernels->gather(&look->gather, at, LENS_LANES, look->sums, LENS_LANES);
+        kernels->composite(&look->composite, seen);
+        for (int k = 0; k < LENS_VIEWS; k++)
+            store_lanes(seen[k], (size_t)step, (size_t)count, look->f->view[k] + p);
+    }
+}
+
+void lens_cells_look(struct lens_field *f, const struct lens_cells *c)
+{
+    struct look look = {.f = f, .c = c};
+    const int32_t step = 1 << c->coarse;
+    for (int k = 0; k < LENS_CELL_PLANES; k++) look.gather.plane[k] = c->plane[k];
+    look.gather.taps = look.taps;
+    look.composite.sums = look.sums;
+    look.composite.slope = fabsf(c->fixed ? c->most : c->middle);
+    for (int32_t py = 0; py < step; py++) {
+        for (int32_t px = 0; px < step; px++) {
+            find_taps(&look, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);
+            for (int32_t y = c->targets.y0 + ((py - c->targets.y0) & (step - 1)); y < c->targets.y1;
+                 y += step)
+                look_row(&look, c->targets.x0 + ((px - c->targets.x0) & (step - 1)), y);
+        }
+    }
+}

@@ -1,0 +1,23 @@
+#pragma once
+/* The aperture as a measure of lengths: how large a copy of it, around the origin, a point lies on
+ * the edge of. */
+#include "proto/lens_pattern.h"
+#include "server/reconstruct/lens/lens_kernels.h"
+
+struct lens_shape {
+    uint32_t edges; /* 0: round */
+    float normal[2 * LIMIT_LENS_BLADES][2];
+    float inradius;           /* distance of the edges from the centre; 1 when round */
+    float share[LENS_GROUPS]; /* of the area, by quarters; added in turn they are 1 */
+};
+
+void lens_shape_init(struct lens_shape *out, const struct lens_aperture *aperture);
+
+/* Of point (x, y), right and down: inradius times the scale of the copy whose edge it is on. */
+float lens_shape_distance(const struct lens_shape *shape, float x, float y);
+
+/* The quarter that a point is in. */
+static inline uint32_t lens_shape_group(float x, float y)
+{
+    return (x >= 0.0f ? 1u : 0u) + (y >= 0.0f ? 2u : 0u);
+}

@@ -1,0 +1,353 @@
+#include "server/reconstruct/lighting/lighting.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "server/reconstruct/indirect/v_plane_filter.h"
+
+#define INVERSE_PI 0.318309886183790672f
+
+/* A run of pixels in the patch's arrays. */
+struct run {
+    size_t first, count;
+};
+
+static struct run row_of(const struct patch *patch, struct rect lit, int32_t y)
+{
+    size_t width = (size_t)rect_width(patch->rect);
+    return (struct run){(size_t)(y - patch->rect.y0) * width + (size_t)(lit.x0 - patch->rect.x0),
+                        (size_t)rect_width(lit)};
+}
+
+static void add_light(const struct plan_light *light, const float *irradiance, struct run run,
+                      float *const direct[3])
+{
+    for (int c = 0; c < 3; c++) {
+        float scale = light->color[c] * INVERSE_PI;
+        float *out = direct[c] + run.first;
+        if (!(scale > 0.0f)) continue;
+        for (size_t i = 0; i < run.count; i++) {
+            float lit = irradiance[run.first + i] * scale;
+            out[i] +=
+                lit < LIGHTING_MAX ? lit : LIGHTING_MAX; /* also where the product overflows */
+        }
+    }
+}
+
+/* Mean over all samples from the means over the even and the odd ones (samples.h). */
+static void add_halves(const struct plan *plan, const struct patch *patch, struct run run,
+                       float *const out[3])
+{
+    uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    /* With bounces n is at least 1. */
+    uint32_t odd_count = n / 2, even_count = n - odd_count;
+    float even = (float)even_count / (float)n, odd = (float)odd_count / (float)n;
+    const float more =
+        (float)even_count - (float)odd_count; /* later samples fall into equal halves */
+    for (int c = 0; c < 3; c++) {
+        for (size_t i = run.first; i < run.first + run.count; i++) {
+            if (patch->bounces) {
+                even = 0.5f * (patch->bounces[i] + more) / patch->bounces[i]; /* at least 1 */
+                odd = 0.5f * (patch->bounces[i] - more) / patch->bounces[i];
+            }
+            out[c][i] = patch->indirect_even[c][i] * even + patch->indirect_odd[c][i] * odd;
+        }
+    }
+}
+
+static void add_strata(const struct plan *plan, const struct patch *patch, struct run run,
+                       float *const out[3])
+{
+    size_t area = (size_t)rect_area(patch->rect);
+    uint32_t n = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
+    float share = 1.0f / (float)n; /* with bounces n is at least 1 */
+    for (int c = 0; c < 3; c++) {
+        float *sum = out[c] + run.first;
+        for (uint32_t s = 0; s < n; s++) {
+            const float *in = patch->indirect_strata + (s * 4 + (uint32_t)c) * area + run.first;
+            for (size_t i = 0; i < run.count; i++) sum[i] += in[i];
+        }
+        for (size_t i = 0; i < run.count; i++) sum[i] *= share;
+    }
+}
+
+static void fill_indirect(const struct plan *plan, const struct patch *patch, struct run run,
+                          float *const out[3])
+{
+    if (patch->indirect[0]) {
+        for (int c = 0; c < 3; c++)
+            memcpy(out[c] + run.first, patch->indirect[c] + run.first, run.count * sizeof(float));
+    } else if (patch->indirect_even[0]) {
+        add_halves(plan, patch, run, out);
+    } else if (patch->indirect_strata) {
+        add_strata(plan, patch, run, out);
+    }
+}
+
+static void fill_unfiltered(const struct plan *plan, const struct patch *patch, struct run run,
+                            const struct lighting *out)
+{
+    fill_indirect(plan, patch, run, out->indirect);
+    if (patch->open)
+        memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
+}
+
+/* What needs no filter. */
+static void fill_plain(const struct plan *plan, const struct patch *patch, struct run run,
+                       const struct lighting *out)
+{
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const float *irradiance = patch->lights[k].irradiance;
+        if (irradiance) add_light(&plan->lights[k], irradiance, run, out->direct);
+    }
+    if (plan->indirect_filter == INDIRECT_FILTER_NONE) fill_unfiltered(plan, patch, run, out);
+}
+
+static void widen(const float *width_px, struct run run, float *most_px)
+{
+    for (size_t i = run.first; i < run.first + run.count; i++)
+        most_px[i] = width_px[i] > most_px[i] ? width_px[i] : most_px[i];
+}
+
+static void widen_rows(const struct patch *patch, struct rect lit, const float *width_px,
+                       float *most_px)
+{
+    for (int32_t y = lit.y0; y < lit.y1; y++) widen(width_px, row_of(patch, lit, y), most_px);
+}
+
+static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
+                         const struct lighting *out, struct shadow_statistics *shadow)
+{
+    size_t area = (size_t)rect_area(patch->rect);
+    float *irradiance = scratch_take(patch->scratch, area * 2 * sizeof *irradiance);
+    int error = irradiance ? 0 : ERR_MEMORY;
+    for (uint32_t k = 0; !error && k < plan->light_count; k++) {
+        float *width_px = irradiance + area;
+        if (plan->lights[k].type != LIGHT_RECTANGLE) continue;
+        error = shadow_filter(plan, k, patch, lit, irradiance, width_px, shadow);
+        for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
+            struct run run = row_of(patch, lit, y);
+            add_light(&plan->lights[k], irradiance, run, out->direct);
+            widen(width_px, run, out->width_px);
+        }
+    }
+    scratch_give(patch->scratch, irradiance);
+    return error;
+}
+
+/* What bounce rays have measured, all over the patch: as it lies there, or as a mean of its parts
+ * in `means`, three arrays. */
+struct measured {
+    const float *in[4];
+    float *out[4];
+    uint32_t count;
+};
+
+static void add_channel(struct measured *m, const float *in, float *out)
+{
+    m->in[m->count] = in;
+    m->out[m->count++] = out;
+}
+
+static void measure(const struct plan *plan, const struct patch *patch, const struct lighting *out,
+                    float *means, struct measured *m)
+{
+    const struct run all = {0, (size_t)rect_area(patch->rect)};
+    float *const mean[3] = {means, means + all.count, means + 2 * all.count};
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
+    const bool in_parts = !sheared && (patch->indirect_even[0] || patch->indirect_strata);
+    m->count = 0;
+    if (!patch->indirect[0] && in_parts) {
+        memset(means, 0, 3 * all.count * sizeof *means);
+        fill_indirect(plan, patch, all, mean);
+    }
+    for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
+        add_channel(m, patch->indirect[0] ? patch->indirect[c] : mean[c], out->indirect[c]);
+    if (patch->open) add_channel(m, patch->open, out->open);
+}
+
+/* Of every pixel one half of its samples, in turn like a chessboard's fields: what the cut between
+ * halves brings into them is the other way round at the next pixel and goes in the filter. */
+static void take_halves(const struct patch *patch, float *const half[3])
+{
+    const size_t width = (size_t)rect_width(patch->rect);
+    for (int32_t y = patch->rect.y0; y < patch->rect.y1; y++)
+        for (int c = 0; c < 3; c++) {
+            const size_t first = (size_t)(y - patch->rect.y0) * width;
+            const float *of[2] = {patch->indirect_even[c] + first, patch->indirect_odd[c] + first};
+            for (size_t x = 0; x < width; x++)
+                half[c][first + x] = of[(patch->rect.x0 + y + (int32_t)x) & 1][x];
+        }
+}
+
+/* Standard errors of squared ones; `error` may be `square`. */
+static void root(const struct patch *patch, struct rect lit, float *const square[3],
+                 float *const error[3])
+{
+    for (int32_t y = lit.y0; y < lit.y1; y++) {
+        const struct run run = row_of(patch, lit, y);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = run.first; i < run.first + run.count; i++)
+                error[c][i] = sqrtf(square[c][i]);
+    }
+}
+
+/* What was measured, with its error; `more` has room for six arrays. What no filter runs over stays
+ * as it came. */
+static int filter_halves(const struct plan *plan, const struct patch *patch, struct rect lit,
+                         const struct measured *m, float *more, float *width_px,
+                         const struct lighting *out, struct indirect_statistics *statistics)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    float *const half[3] = {more, more + area, more + 2 * area};
+    const struct indirect_error e = {.half = {half[0], half[1], half[2]},
+                                     .square = {more + 3 * area, more + 4 * area, more + 5 * area}};
+    take_halves(patch, half);
+    const int error = indirect_filter_with_error(plan, patch, lit, m->count, m->in, m->out,
+                                                 width_px, &e, statistics);
+    if (error) return error;
+    root(patch, lit, e.square, out->error);
+    for (int32_t y = lit.y0; y < lit.y1 && plan->indirect_filter == INDIRECT_FILTER_NONE; y++)
+        fill_unfiltered(plan, patch, row_of(patch, lit, y), out);
+    return 0;
+}
+
+static int filter_indirect(const struct plan *plan, const struct patch *patch, struct rect lit,
+                           const struct lighting *out, struct indirect_statistics *statistics)
+{
+    struct measured m;
+    struct indirect_statistics again = {0}; /* of pixels that are counted already */
+    int error = 0;
+    size_t area = (size_t)rect_area(patch->rect);
+    const bool halves = out->error[0] != NULL;
+    float *memory = scratch_take(patch->scratch, area * (halves ? 10 : 4) * sizeof *memory);
+    if (!memory) return ERR_MEMORY;
+    float *width_px = memory + 3 * area;
+    measure(plan, patch, out, memory, &m);
+    const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED && patch->indirect_strata;
+    if (sheared) {
+        error = v_plane_filter(plan, patch, lit, out->indirect, width_px, statistics);
+        if (!error) widen_rows(patch, lit, width_px, out->width_px);
+    }
+    if (!error && halves)
+        error = filter_halves(plan, patch, lit, &m, memory + 4 * area, width_px, out, statistics);
+    else if (!error && m.count > 0)
+        error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px,
+                                sheared ? &again : statistics);
+    if (!error && m.count > 0) widen_rows(patch, lit, width_px, out->width_px);
+    scratch_give(patch->scratch, memory);
+    return error;
+}
+
+/* Surfaces without a lobe lend what they see all around. */
+static void lend_indirect(const struct patch *patch, struct run run, const struct lighting *out)
+{
+    for (int c = 0; c < 3; c++)
+        for (size_t i = run.first; i < run.first + run.count; i++) {
+            if (patch_is_glossy(patch, i)) continue;
+            out->glossy[c][i] = out->indirect[c][i];
+            if (out->glossy_error[c])
+                out->glossy_error[c][i] = out->error[c] ? out->error[c][i] : 0;
+        }
+}
+
+static int fill_glossy(const struct plan *plan, const struct patch *patch, struct rect lit,
+                       const struct lighting *out, struct glossy_statistics *statistics)
+{
+    float *const *square = out->glossy_error;
+    const int error =
+        square[0] ? glossy_filter_with_error(plan, patch, lit, out->glossy, square, statistics)
+                  : glossy_filter(plan, patch, lit, out->glossy, statistics);
+    if (!error && square[0]) root(patch, lit, square, square);
+    for (int32_t y = lit.y0; !error && y < lit.y1; y++)
+        lend_indirect(patch, row_of(patch, lit, y), out);
+    return error;
+}
+
+static uint64_t thread_cpu_us(void)
+{
+    struct timespec t;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+static int filter(const struct plan *plan, const struct patch *patch, struct rect lit,
+                  const struct lighting *out, struct lighting_statistics *statistics)
+{
+    int error = 0;
+    uint64_t start_us = thread_cpu_us();
+    if (plan->shadow_filter != SHADOW_FILTER_NONE) {
+        error = filter_lights(plan, patch, lit, out, &statistics->shadow);
+        uint64_t now_us = thread_cpu_us();
+        statistics->shadow_cpu_us += now_us - start_us;
+        start_us = now_us;
+    }
+    if (!error && patch_has_far_indirect(plan)) {
+        error = filter_indirect(plan, patch, lit, out, &statistics->indirect);
+        uint64_t now_us = thread_cpu_us();
+        statistics->indirect_cpu_us += now_us - start_us;
+        start_us = now_us;
+    }
+    if (!error && out->glossy[0]) {
+        error = fill_glossy(plan, patch, lit, out, &statistics->glossy);
+        statistics->glossy_cpu_us += thread_cpu_us() - start_us;
+    }
+    return error;
+}
+
+static void fill_total(const struct lighting *l, struct run run)
+{
+    for (int c = 0; c < 3; c++) {
+        for (size_t i = run.first; i < run.first + run.count; i++)
+            l->total[c][i] = l->direct[c][i] + l->indirect[c][i];
+    }
+}
+
+static int allocate(const struct plan *plan, const struct patch *patch, struct lighting *out)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    const bool halves = patch_knows_errors(plan);
+    const bool glossy = patch->glossy[0] != NULL;
+    const bool lobe_halves = glossy && patch_knows_glossy_errors(plan);
+    const size_t lobes = halves ? 14 : 11;
+    const size_t arrays = lobes + (glossy ? 3 : 0) + (lobe_halves ? 3 : 0);
+    const size_t bytes = area * arrays * sizeof(float);
+    float *memory = scratch_take(patch->scratch, bytes);
+    *out = (struct lighting){.scratch = patch->scratch, .memory = memory};
+    if (!memory) return ERR_MEMORY;
+    memset(memory, 0, bytes);
+    for (size_t c = 0; c < 3; c++) {
+        out->direct[c] = memory + c * area;
+        out->indirect[c] = memory + (3 + c) * area;
+        out->total[c] = memory + (6 + c) * area;
+    }
+    out->open = memory + 9 * area;
+    out->width_px = memory + 10 * area;
+    for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
+    for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;
+    for (size_t c = 0; c < 3 && lobe_halves; c++)
+        out->glossy_error[c] = memory + (lobes + 3 + c) * area;
+    return 0;
+}
+
+int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
+                    struct lighting *out, struct lighting_statistics *statistics)
+{
+    int error = allocate(plan, patch, out);
+    if (error) return error;
+    for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
+    error = filter(plan, patch, lit, out, statistics);
+    if (error) {
+        lighting_fini(out);
+        return error;
+    }
+    for (int32_t y = lit.y0; y < lit.y1; y++) fill_total(out, row_of(patch, lit, y));
+    return 0;
+}
+
+void lighting_fini(struct lighting *lighting)
+{
+    scratch_give(lighting->scratch, lighting->memory);
+    *lighting = (struct lighting){0};
+}

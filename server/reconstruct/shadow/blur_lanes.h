@@ -1,0 +1,93 @@
+#pragma once
+/* shadow_kernels' blur. */
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "server/reconstruct/shadow/compatible_lanes.h"
+#include "server/reconstruct/simd/gaussian_lanes.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+
+#define BLUR_TOGETHER 16 /* taps that are met before any is weighed: short steps, many in work */
+
+/* Exponents of SHADOW_LANES pixels' weights at tap k; infinite where they do not take it. */
+LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
+                            float out[SHADOW_LANES])
+{
+    const struct shadow_pixels *pixels = f->pixels;
+    const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
+    const float *nx = pixels->normal[0], *ny = pixels->normal[1], *nz = pixels->normal[2];
+    const float *plane_least = pixels->plane_least, *distance_most2 = pixels->distance_most2;
+    const float *falloff = f->falloff, *refusal = f->refusal;
+    const int32_t *reach = f->reach, beyond = (k < 0 ? -k : k) - 1;
+    const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
+    for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+        const size_t p = at + lane, q = to + lane;
+        const struct asker asker = {
+            {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
+        float squared;
+        const int32_t same =
+            compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
+        const float exponent = squared * falloff[p];
+        const int32_t kept =
+            same & (reach[p] > beyond) & (exponent <= SHADOW_AXIS_CUT) & (squared <= refusal[q]);
+        out[lane] = kept ? exponent : INFINITY;
+    }
+}
+
+/* Adds `count` taps, of which the first looks at `values`, to sums of weights times those and of
+ * weights. */
+LANES_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
+                           ptrdiff_t step, struct lanes *sum, struct lanes *weights)
+{
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const size_t aside = (size_t)v * LANES_PER_VECTOR;
+        lanes_vector all = sum->v[v], whole = weights->v[v];
+        for (int32_t k = 0; k < count; k++) {
+            const lanes_vector w =
+                gaussian_exp_minus_lanes(lanes_load_vector(exponents[k] + aside));
+            all = lanes_fused(w, lanes_load_vector(values + k * step + aside), all);
+            whole += w;
+        }
+        sum->v[v] = all, weights->v[v] = whole;
+    }
+}
+
+/* SHADOW_LANES pixels side by side from `at` on, `most` taps to both sides. */
+static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
+                              float out[SHADOW_LANES])
+{
+    const float *seen = f->seen + at;
+    _Alignas(64) float exponents[BLUR_TOGETHER][SHADOW_LANES];
+    struct lanes sum = lanes_all(0.0f), weights = sum;
+    for (int32_t first = -most, n; first <= most; first += n) {
+        const int32_t left = most + 1 - first;
+        n = left < BLUR_TOGETHER ? left : BLUR_TOGETHER;
+        for (int32_t k = 0; k < n; k++) blur_meet(f, step, at, first + k, exponents[k]);
+        blur_add(exponents, n, seen + (ptrdiff_t)first * step, step, &sum, &weights);
+    }
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const size_t aside = (size_t)v * LANES_PER_VECTOR;
+        const lanes_vector all = weights.v[v], one = lanes_same(1.0f);
+        const lanes_vector mean = sum.v[v] / lanes_select(all > 0.0f, all, one);
+        *(lanes_stored *)(out + aside) =
+            lanes_select(all > 0.0f, mean, lanes_load_vector(seen + aside));
+    }
+}
+
+static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first, uint32_t count,
+                        float *out)
+{
+    for (uint32_t i = 0; i < count; i += SHADOW_LANES) {
+        const uint32_t left = count - i, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+        int32_t most = 0;
+        _Alignas(64) float group[SHADOW_LANES];
+        for (uint32_t k = 0; k < n; k++)
+            most = most > f->reach[first + i + k] ? most : f->reach[first + i + k];
+        if (most > 0)
+            blur_group(f, step, first + i, most, group);
+        else
+            memcpy(group, f->seen + first + i, n * sizeof *group);
+        memcpy(out + i, group, n * sizeof *group);
+    }
+}

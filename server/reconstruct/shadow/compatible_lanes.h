@@ -1,0 +1,72 @@
+#pragma once
+/* Do two pixels show one smooth surface, near enough for each other (filters.md section 2)? */
+#include <math.h>
+
+#include "server/reconstruct/shadow/shadow_lanes.h"
+#include "server/reconstruct/simd/fused.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/lanes_vector.h"
+
+_Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
+
+/* What of a pixel asks its neighbours. */
+struct asker {
+    float point[3], normal[3];
+    float plane_least, distance_most2;
+};
+
+static inline struct asker asker_of(const struct shadow_pixels *p, size_t i)
+{
+    return (struct asker){{p->point[0][i], p->point[1][i], p->point[2][i]},
+                          {p->normal[0][i], p->normal[1][i], p->normal[2][i]},
+                          p->plane_least[i],
+                          p->distance_most2[i]};
+}
+
+/* 1 if what lies at (x, y, z) with the normal (nx, ny, nz) is compatible, else 0; *squared becomes
+ * the distance's square. */
+LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, float z, float nx,
+                                      float ny, float nz, float *squared)
+{
+    const float *n = p->normal;
+    const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];
+    const float off = fabsf(fused(dz, n[2], fused(dy, n[1], dx * n[0])));
+    const float d2 = fused(dz, dz, fused(dy, dy, dx * dx));
+    const float alike = fused(n[2], nz, fused(n[1], ny, n[0] * nx));
+    const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
+    *squared = d2;
+    return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
+           ((off <= p->plane_least) | (off * off <= share * d2));
+}
+
+/* What the lanes of one vector ask. */
+struct asker_lanes {
+    lanes_vector point[3], normal[3];
+    lanes_vector plane_least, distance_most2;
+};
+
+static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, size_t first)
+{
+    struct asker_lanes a;
+    for (int k = 0; k < 3; k++) {
+        a.point[k] = lanes_load_vector(p->point[k] + first);
+        a.normal[k] = lanes_load_vector(p->normal[k] + first);
+    }
+    a.plane_least = lanes_load_vector(p->plane_least + first);
+    a.distance_most2 = lanes_load_vector(p->distance_most2 + first);
+    return a;
+}
+
+/* compatible_point of each lane. */
+LANES_INLINE lanes_chosen compatible_chosen(const struct asker_lanes *p,
+                                            const lanes_vector point[3],
+                                            const lanes_vector normal[3])
+{
+    lanes_vector d[3];
+    for (int k = 0; k < 3; k++) d[k] = point[k] - p->point[k];
+    const lanes_vector off = lanes_positive(lanes_dot(d, p->normal)), d2 = lanes_dot(d, d);
+    const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
+    return lanes_up_to(lanes_same(SHADOW_COS_NORMALS), lanes_dot(p->normal, normal)) &
+           lanes_up_to(d2, p->distance_most2) &
+           (lanes_up_to(off, p->plane_least) | lanes_up_to(off * off, share * d2));
+}

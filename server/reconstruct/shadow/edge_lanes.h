@@ -1,0 +1,336 @@
+#pragma once
+/* shadow_kernels' filter_edges. */
+#include <math.h>
+
+#include "proto/pattern.h"
+#include "server/reconstruct/shadow/edge_window_lanes.h"
+#include "server/reconstruct/simd/fused.h"
+#include "server/reconstruct/simd/gaussian_lanes.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+
+#define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
+#define EDGE_PARTS         2    /* of sums: neighbours go to them in turn */
+#define EDGE_EXPONENT_MOST 3.0f /* 2.4 sigma */
+
+/* I / cov along an axis of the light: at the nodes but the last, and from there to the next. */
+struct edge_weights {
+    _Alignas(32) float even[EDGE_NODES], rise[EDGE_NODES];
+};
+
+/* Neighbours that count, side by side, and whole lanes that stand for none after them. */
+struct edge_neighbours {
+    _Alignas(64) float exponents[EDGE_AROUND]; /* of all around */
+    int32_t near[EDGE_AROUND];                 /* which of those count; what follows is theirs */
+    int32_t at[EDGE_AROUND];
+    int32_t bits[EDGE_AROUND]; /* of the first 32 strata */
+    float exponent[EDGE_AROUND], u[2][EDGE_AROUND], jitter[2][EDGE_AROUND];
+    size_t count;
+};
+_Static_assert(SHADOW_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
+
+/* I / cov of filters.md section 2 at both axes' nodes side by side, but the last. */
+static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct edge_windows *w,
+                                    uint32_t lane, struct edge_weights out[2])
+{
+    typedef float eight __attribute__((vector_size(32), aligned(4), may_alias));
+    const float reach[] = {w->reach[0][lane], w->reach[1][lane]};
+    const float inverse[] = {w->inverse[0][lane], w->inverse[1][lane]};
+    const float all[] = {w->all[0][lane], w->all[1][lane]};
+    const float rest[] = {w->rest[0][lane], w->rest[1][lane]};
+    _Alignas(64) float at[SHADOW_LANES];
+    for (int i = 0; i < SHADOW_LANES; i++) {
+        const int second = i >= EDGE_NODES, node = i % EDGE_NODES;
+        const struct coverage_shear s = {second ? reach[1] : reach[0],
+                                         second ? inverse[1] : inverse[0], second ? all[1] : all[0],
+                                         second ? rest[1] : rest[0]};
+        at[i] = fixed->profile[i] / coverage_at(&s, (float)node / EDGE_NODES);
+    }
+    for (int k = 0; k < 2; k++) {
+        const eight even = *(const eight *)(at + (ptrdiff_t)EDGE_NODES * k);
+        const eight last = w->last[k][lane] - (eight){0};
+        *(eight *)out[k].even = even;
+        *(eight *)out[k].rise = __builtin_shufflevector(even, last, 1, 2, 3, 4, 5, 6, 7, 8) - even;
+    }
+}
+
+/* Which neighbours are in the window, in order; exponents of all. They count in pairs opposite each
+ * other, so that what changes linearly cancels. */
+static inline void edge_choose(const struct edge_fixed *fixed, const struct edge_view *v,
+                               const struct edge_windows *w, uint32_t lane,
+                               struct edge_neighbours *out)
+{
+    const int32_t told = w->told[lane];
+    const float ax = w->across[0][lane], ay = w->across[1][lane];
+    const float across_falloff = w->falloff[0][lane], along_falloff = w->falloff[1][lane];
+    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+        const int32_t *same = edge_same(v) + row;
+        const int32_t *opposite = edge_same(v) + (EDGE_SIDE - 1) * (SHADOW_LANES + 1) - row;
+        for (int i = 0; i < SHADOW_LANES; i++) {
+            const float x = fixed->x[row + i], y = fixed->y[row + i];
+            const float across = fused(y, ay, x * ax), along = fused(y, ax, -x * ay);
+            const float exponent =
+                fused(across * across, across_falloff, along * along * along_falloff);
+            out->exponents[row + i] = exponent;
+            out->near[row + i] = told & same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MOST);
+        }
+    }
+}
+
+/* edge_load: what neighbours that count show. Lanes past the end, up to whole ones, stand at the
+ * pixel itself and weigh nothing. */
+
+#ifdef __AVX512F__
+
+/* The lanes of `kept` of 16 numbers, beside each other. */
+LANES_INLINE void edge_keep(__mmask16 kept, const void *numbers, void *out)
+{
+    _mm512_storeu_si512(out,
+                        _mm512_maskz_compress_epi32(kept, _mm512_maskz_loadu_epi32(kept, numbers)));
+}
+
+/* The 16 neighbours from q on. */
+static inline void edge_load_row(const struct edge_field *f, size_t q, const float *exponents,
+                                 __mmask16 kept, struct edge_neighbours *n)
+{
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i at = _mm512_add_epi32(_mm512_set1_epi32((int32_t)q), lane);
+    const size_t to = n->count;
+    _mm512_storeu_si512(n->at + to, _mm512_maskz_compress_epi32(kept, at));
+    edge_keep(kept, exponents, n->exponent + to);
+    edge_keep(kept, f->bits + q, n->bits + to);
+    for (int k = 0; k < 2; k++) {
+        edge_keep(kept, f->pixels->u[k] + q, n->u[k] + to);
+        edge_keep(kept, f->jitter[k] + q, n->jitter[k] + to);
+    }
+    n->count += (size_t)__builtin_popcount(kept);
+}
+
+static inline void edge_load(const struct edge_field *f, const struct edge_fixed *fixed,
+                             size_t pixel, struct edge_neighbours *n)
+{
+    n->count = 0;
+    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+        const __m512i near = _mm512_load_si512(n->near + row);
+        const __mmask16 kept = _mm512_test_epi32_mask(near, near);
+        const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
+        if (kept != 0) edge_load_row(f, q, n->exponents + row, kept, n);
+    }
+    const size_t end = n->count;
+    _mm512_storeu_si512(n->at + end, _mm512_set1_epi32((int32_t)pixel));
+    _mm512_storeu_si512(n->bits + end, _mm512_set1_epi32((int32_t)f->bits[pixel]));
+    _mm512_storeu_ps(n->exponent + end, _mm512_set1_ps(INFINITY));
+    for (int k = 0; k < 2; k++) {
+        _mm512_storeu_ps(n->u[k] + end, _mm512_set1_ps(f->pixels->u[k][pixel]));
+        _mm512_storeu_ps(n->jitter[k] + end, _mm512_set1_ps(f->jitter[k][pixel]));
+    }
+}
+
+#else
+
+static inline void edge_load(const struct edge_field *f, const struct edge_fixed *fixed,
+                             size_t pixel, struct edge_neighbours *n)
+{
+    int32_t kept[EDGE_AROUND];
+    n->count = lanes_kept(n->near, EDGE_AROUND, kept);
+    for (size_t i = 0; i < n->count || i % SHADOW_LANES != 0; i++) {
+        const bool has = i < n->count;
+        const size_t q = (size_t)((ptrdiff_t)pixel + (has ? fixed->to[kept[i]] : 0));
+        n->at[i] = (int32_t)q;
+        n->exponent[i] = has ? n->exponents[kept[i]] : INFINITY;
+        n->bits[i] = (int32_t)f->bits[q];
+        for (int k = 0; k < 2; k++) {
+            n->u[k][i] = f->pixels->u[k][q];
+            n->jitter[k][i] = f->jitter[k][q];
+        }
+    }
+}
+
+#endif
+
+/* Numbers 0 .. 7 of a table. */
+static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mask numbers)
+{
+#ifdef __AVX512F__
+    const __m512 all = _mm512_castps256_ps512(_mm256_load_ps(table));
+    return (lanes_vector)_mm512_permutexvar_ps((__m512i)numbers, all);
+#elif defined __AVX2__
+    return (lanes_vector)_mm256_permutevar8x32_ps(_mm256_load_ps(table), (__m256i)numbers);
+#else
+    lanes_vector out = {0};
+    for (int i = 0; i < LANES_PER_VECTOR; i++) out[i] = table[numbers[i]];
+    return out;
+#endif
+}
+
+/* As far as pattern_axis lets them. */
+static inline struct lanes edge_jitter(const float *from)
+{
+    struct lanes jitter = lanes_load(from);
+    const struct lanes most = lanes_all(PATTERN_JITTER_MAX);
+    for (int v = 0; v < LANES_VECTORS; v++) jitter.v[v] = lanes_least(jitter.v[v], most.v[v]);
+    return jitter;
+}
+
+/* w_i of filters.md section 2 at the k-th of l strata, where pattern_axis has it; 0 off the light.
+ */
+static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma, uint32_t l,
+                                      uint32_t k, lanes_vector jitter, lanes_vector shift)
+{
+    const lanes_vector y = 2.0f * (((float)k + jitter) / (float)l) - 1.0f + shift;
+    const lanes_vector at = lanes_positive(y) * (float)EDGE_NODES;
+    const lanes_mask inside = at <= (float)EDGE_NODES;
+    const lanes_mask below = __builtin_convertvector(lanes_where(inside, at), lanes_mask);
+    const lanes_mask node = below + (below == EDGE_NODES); /* the last node has no next one */
+    const lanes_vector rest = at - __builtin_convertvector(node, lanes_vector);
+    const lanes_vector weight =
+        lanes_fused(edge_look_up(w->rise, node), rest, edge_look_up(w->even, node));
+    return lanes_where(inside, weight * lanes_fused(y, lanes_same(gamma), lanes_same(1.0f)));
+}
+
+/* Around a pixel: numbers that all its neighbours share. */
+struct edge_centre {
+    const struct edge_weights *weights; /* of both axes */
+    float u[2], normal[2], move[2], gamma[2], distance;
+    uint32_t strata;
+};
+
+static inline struct edge_centre edge_centre_of(const struct edge_field *f, size_t pixel,
+                                                const struct edge_windows *w, uint32_t lane,
+                                                const struct edge_weights weights[2])
+{
+    const struct shadow_pixels *p = f->pixels;
+    struct edge_centre c = {
+        .weights = weights, .distance = p->distance[pixel], .strata = f->light->strata};
+    for (int k = 0; k < 2; k++) {
+        c.u[k] = p->u[k][pixel];
+        c.normal[k] = w->normal[k][lane];
+        c.move[k] = p->eta[pixel] * c.normal[k] / f->light->rectangle.half[k];
+        c.gamma[k] = p->gamma[k][pixel];
+    }
+    return c;
+}
+
+/* The words that have stratum k of neighbours. */
+static inline struct lanes_whole edge_bits(const struct edge_field *f, uint32_t k,
+                                           const int32_t *at)
+{
+    const uint32_t *word = f->bits + k / 32 * f->stride;
+    _Alignas(64) int32_t bits[SHADOW_LANES];
+    for (size_t i = 0; i < SHADOW_LANES; i++) bits[i] = (int32_t)word[at[i]];
+    return lanes_load_whole(bits);
+}
+
+/* Sums over neighbours that were put in the same lane. */
+struct edge_sums {
+    struct lanes seen, all;
+};
+
+/* Adds stratum `bit` of the words. */
+static inline void edge_count(const struct lanes *column, const struct lanes *row,
+                              const struct lanes_whole *bits, uint32_t bit, struct edge_sums *sums)
+{
+    const int32_t own = (int32_t)(1u << bit);
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        const lanes_vector whole = column->v[v] * row->v[v];
+        sums->seen.v[v] += lanes_where((bits->v[v] & own) != 0, whole);
+        sums->all.v[v] += whole;
+    }
+}
+
+/* Adds the strata of neighbours from number `first` on, moved on to where the pixel has them: seen
+ * ones, all. */
+static inline void edge_add(const struct edge_field *f, const struct edge_centre *c,
+                            const struct edge_neighbours *n, size_t first, struct edge_sums *sums)
+{
+    const uint32_t l = c->strata;
+    const float *u = n->u[0] + first, *v = n->u[1] + first;
+    struct lanes column[SHADOW_STRATA_MAX], shift[2], weight;
+    struct lanes_whole bits = lanes_load_whole(n->bits + first);
+    weight = lanes_load(n->exponent + first);
+    for (int i = 0; i < LANES_VECTORS; i++) weight.v[i] = gaussian_exp_minus_lanes(weight.v[i]);
+    for (int i = 0; i < LANES_VECTORS; i++) {
+        const lanes_vector du = lanes_load_vector(u + i * LANES_PER_VECTOR) - c->u[0];
+        const lanes_vector dv = lanes_load_vector(v + i * LANES_PER_VECTOR) - c->u[1];
+        const lanes_vector apart =
+            c->distance * lanes_fused(dv, lanes_same(c->normal[1]), du * c->normal[0]);
+        for (int k = 0; k < 2; k++) shift[k].v[i] = c->move[k] * apart;
+    }
+    struct lanes jitter = edge_jitter(n->jitter[0] + first);
+    for (uint32_t a = 0; a < l; a++)
+        for (int i = 0; i < LANES_VECTORS; i++)
+            column[a].v[i] = weight.v[i] * edge_weigh(&c->weights[0], c->gamma[0], l, a,
+                                                      jitter.v[i], shift[0].v[i]);
+    jitter = edge_jitter(n->jitter[1] + first);
+    for (uint32_t k = 0, b = 0; b < l; b++) {
+        struct lanes row;
+        for (int i = 0; i < LANES_VECTORS; i++)
+            row.v[i] = edge_weigh(&c->weights[1], c->gamma[1], l, b, jitter.v[i], shift[1].v[i]);
+        for (uint32_t a = 0; a < l; a++, k++) {
+            if (k > 0 && k % 32 == 0) bits = edge_bits(f, k, n->at + first);
+            edge_count(&column[a], &row, &bits, k % 32, sums);
+        }
+    }
+}
+
+static inline float edge_total(const struct lanes *a, const struct lanes *b)
+{
+    struct lanes both;
+    _Alignas(64) float all[SHADOW_LANES];
+    for (int v = 0; v < LANES_VECTORS; v++) both.v[v] = a->v[v] + b->v[v];
+    lanes_store(&both, all);
+    return lanes_sum(all);
+}
+
+static inline float edge_sum(const struct edge_field *f, const struct edge_centre *centre,
+                             const struct edge_neighbours *near)
+{
+    struct edge_sums sums[EDGE_PARTS] = {{{{{0}}}, {{{0}}}}};
+    for (size_t first = 0; first < near->count; first += SHADOW_LANES)
+        edge_add(f, centre, near, first, &sums[first / SHADOW_LANES % EDGE_PARTS]);
+    const float whole = edge_total(&sums[0].all, &sums[1].all);
+    const float share = edge_total(&sums[0].seen, &sums[1].seen);
+    return whole > 0.0f ? share / whole : -1.0f;
+}
+
+/* EDGE_TOGETHER pixels from number `first` of the windows on: what is loaded number by number is
+ * read as vectors long after it. */
+static inline void edge_filter_some(const struct edge_field *f, const struct edge_fixed *fixed,
+                                    const uint32_t *pixels, uint32_t first, uint32_t end,
+                                    const struct edge_view *views, const struct edge_windows *w,
+                                    float *out)
+{
+    struct edge_neighbours near[EDGE_TOGETHER];
+    struct edge_weights weights[EDGE_TOGETHER][2];
+    for (uint32_t i = first; i < end; i++) {
+        struct edge_neighbours *own = &near[i - first];
+        edge_weigh_nodes(fixed, w, i, weights[i - first]);
+        edge_choose(fixed, &views[i], w, i, own);
+        edge_load(f, fixed, pixels[i], own);
+    }
+    for (uint32_t i = first; i < end; i++) {
+        const struct edge_centre centre = edge_centre_of(f, pixels[i], w, i, weights[i - first]);
+        out[i] = edge_sum(f, &centre, &near[i - first]);
+    }
+}
+
+/* Windows are made for pixels side by side: all look around before any asks what it saw, since
+ * numbers beside each other are read across what was written, which has to be in the cache then. */
+static void kernel_filter_edges(const struct edge_field *f, const uint32_t *pixels,
+                                const float *sigma_px, uint32_t count, float *out)
+{
+    struct edge_fixed fixed;
+    struct edge_view views[SHADOW_LANES] = {0};
+    struct edge_windows windows = {0};
+    edge_fix(f, &fixed);
+    for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
+        const uint32_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+        for (uint32_t i = 0; i < n; i++) edge_look(f, &fixed, pixels[first + i], &views[i]);
+        for (uint32_t i = 0; i < n; i++)
+            edge_ask(f, &fixed, pixels[first + i], sigma_px[first + i], i, &views[i], &windows);
+        edge_make_windows(f, &fixed, &windows);
+        for (uint32_t i = 0; i < n; i += EDGE_TOGETHER)
+            edge_filter_some(f, &fixed, pixels + first, i,
+                             n - i < EDGE_TOGETHER ? n : i + EDGE_TOGETHER, views, &windows,
+                             out + first);
+    }
+}

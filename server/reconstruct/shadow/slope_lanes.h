@@ -1,0 +1,111 @@
+#pragma once
+/* shadow_kernels' sum_slopes, of pixels side by side. */
+#include <stddef.h>
+
+#include "server/reconstruct/shadow/compatible_lanes.h"
+#include "server/reconstruct/shadow/shadow_lanes.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/lanes_vector.h"
+
+#define SLOPES_SIDE    5
+#define SLOPES_REACH   (SLOPES_SIDE / 2)
+#define SLOPES_COLUMNS (SHADOW_LANES + SLOPES_SIDE - 1) /* that pixels side by side look at */
+/* Of a pixel at least SLOPES_REACH from the edges they reach SHADOW_LANES - 1 past the planes. */
+_Static_assert(SHADOW_LANES - 1 <= SHADOW_PLANE_PAD, "vectors of all lanes");
+
+/* Neighbours in a row: where it begins. */
+struct slopes_row {
+    const float *shown[6]; /* points and normals */
+    const float *a, *b;
+};
+
+/* How many pixels of `most` in the list, from the first on, are among SHADOW_LANES in a row. */
+static inline uint32_t slopes_count(const uint32_t *pixels, uint32_t most)
+{
+    uint32_t count = 1;
+    while (count < most && pixels[count] > pixels[count - 1] &&
+           pixels[count] - pixels[0] < SHADOW_LANES)
+        count++;
+    return count;
+}
+
+static inline struct slopes_row slopes_look(const struct shadow_pixels *p, size_t from,
+                                            const float *a, const float *b)
+{
+    return (struct slopes_row){{p->point[0] + from, p->point[1] + from, p->point[2] + from,
+                                p->normal[0] + from, p->normal[1] + from, p->normal[2] + from},
+                               a + from,
+                               b + from};
+}
+
+/* Does any of the neighbours have values? The last vector overlaps the one before. */
+static inline bool slopes_has_values(const struct slopes_row *row)
+{
+    lanes_mask has = {0};
+    for (size_t i = 0; i + LANES_PER_VECTOR <= SLOPES_COLUMNS; i += LANES_PER_VECTOR)
+        has |= ~(lanes_load_vector(row->a + i) < 0.0f);
+    has |= ~(lanes_load_vector(row->a + SLOPES_COLUMNS - LANES_PER_VECTOR) < 0.0f);
+    return lanes_signs(has) != 0;
+}
+
+/* Of the lanes of one vector: how many, sum of a, sum of b. */
+struct slopes_sums {
+    lanes_vector count, a, b;
+};
+
+/* Adds a row's neighbours of the lanes from `first` on. */
+LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slopes_row *row,
+                             size_t first, struct slopes_sums *out)
+{
+#pragma GCC unroll 5
+    for (size_t x = first; x < first + SLOPES_SIDE; x++) {
+        lanes_vector point[3], normal[3];
+        for (int k = 0; k < 3; k++) {
+            point[k] = lanes_load_vector(row->shown[k] + x);
+            normal[k] = lanes_load_vector(row->shown[3 + k] + x);
+        }
+        const lanes_vector a = lanes_load_vector(row->a + x), b = lanes_load_vector(row->b + x);
+        const lanes_chosen taken =
+            compatible_chosen(asker, point, normal) & lanes_up_to(lanes_same(0.0f), a);
+        out->count = lanes_add_to(out->count, taken, lanes_same(1.0f));
+        out->a = lanes_add_to(out->a, taken, a);
+        out->b = lanes_add_to(out->b, taken, b);
+    }
+}
+
+/* Of pixels side by side from `first` on: how many neighbours, sums of a and of b. */
+static inline void slopes_sum(const struct shadow_field *f, size_t first, const float *a,
+                              const float *b, float out[3][SHADOW_LANES])
+{
+    struct slopes_sums sums[LANES_VECTORS] = {0};
+    struct asker_lanes asker[LANES_VECTORS];
+    for (size_t v = 0; v < LANES_VECTORS; v++)
+        asker[v] = asker_lanes_of(f->pixels, first + v * LANES_PER_VECTOR);
+    for (ptrdiff_t y = -SLOPES_REACH; y <= SLOPES_REACH; y++) {
+        const ptrdiff_t from = (ptrdiff_t)first + y * f->width - SLOPES_REACH;
+        const struct slopes_row row = slopes_look(f->pixels, (size_t)from, a, b);
+        if (!slopes_has_values(&row)) continue;
+        for (size_t v = 0; v < LANES_VECTORS; v++)
+            slopes_add(&asker[v], &row, v * LANES_PER_VECTOR, &sums[v]);
+    }
+    for (size_t v = 0; v < LANES_VECTORS; v++) {
+        *(lanes_stored *)(out[0] + v * LANES_PER_VECTOR) = sums[v].count;
+        *(lanes_stored *)(out[1] + v * LANES_PER_VECTOR) = sums[v].a;
+        *(lanes_stored *)(out[2] + v * LANES_PER_VECTOR) = sums[v].b;
+    }
+}
+
+/* Up to SHADOW_LANES pixels side by side at once, the last of which may be none of the list's. */
+static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
+                              const float *a, const float *b, float *out)
+{
+    _Alignas(64) float sums[3][SHADOW_LANES];
+    for (uint32_t k = 0, n; k < count; k += n) {
+        const size_t first = pixels[k];
+        n = slopes_count(pixels + k, count - k);
+        slopes_sum(f, first, a, b, sums);
+        for (uint32_t i = 0; i < n; i++, out += 3) {
+            for (size_t j = 0; j < 3; j++) out[j] = sums[j][pixels[k + i] - first];
+        }
+    }
+}

@@ -1,0 +1,216 @@
+#pragma once
+/* What the taps of sixteen pixels give: their cells from columns, their shares from rows. One tap
+ * of all pixels comes after the other: what a pixel's next tap adds to has long been written then,
+ * and sums of several pixels do not wait for each other. A pixel's own are added in their order. */
+#include <string.h>
+
+#include "server/reconstruct/shadow/walk_taps_lanes.h"
+#include "server/reconstruct/simd/fused.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+
+typedef float walk_two __attribute__((vector_size(8), may_alias));
+
+/* To the sums of each phase of each pixel what two neighbouring nodes give. Taps that a pixel does
+ * not have weigh nothing. */
+LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
+                           const struct walk_taps *taps, uint32_t n, float *sums)
+{
+#pragma GCC unroll 4
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        const float *c = f->columns + taps->at[n][i];
+        float *to = sums + taps->phase[n][i];
+        const walk_two w = ((const walk_two *)taps->weight[n])[i];
+        for (uint32_t b = 0; b < lanes; b += 4)
+            *(shadow_four *)(to + b) +=
+                w[0] * *(const shadow_four *)(c + b) + w[1] * *(const shadow_four *)(c + lanes + b);
+    }
+}
+
+LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
+                                 const struct walk_taps *taps, float *sums)
+{
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        walk_add(f, lanes, taps, taps->first[s], sums);
+        walk_add(f, lanes, taps, taps->first[s] + 1, sums);
+    }
+}
+
+/* Pair i of a tap's weights, each of them four times. What is read behind the last pair is of
+ * struct walk_taps, too. */
+LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
+{
+#ifdef __AVX2__
+    const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+    *w = (fused_eight)_mm256_permutevar8x32_ps(_mm256_loadu_ps(pairs + 2 * (size_t)i), half);
+#else
+    const walk_two pair = ((const walk_two *)pairs)[i];
+    *w = __builtin_shufflevector(pair, pair, 0, 0, 0, 0, 1, 1, 1, 1);
+#endif
+}
+
+/* The same of nodes of four numbers: both of them are added to eight sums. */
+static inline void walk_add_both(const struct shadow_field *f, const struct walk_taps *taps,
+                                 uint32_t n, float *sums)
+{
+    const uint32_t *at = taps->at[n], *phase = taps->phase[n];
+    const float *pairs = taps->weight[n];
+#pragma GCC unroll 16
+    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+        fused_eight w;
+        walk_weights(pairs, i, &w);
+        fused_add_8((const fused_eight *)(f->columns + at[i]), &w,
+                    (fused_eight *)(sums + phase[i]));
+    }
+}
+
+static inline void walk_add_steps_both(const struct shadow_field *f, const struct walk_taps *taps,
+                                       float *sums)
+{
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        walk_add_both(f, taps, taps->first[s], sums);
+        walk_add_both(f, taps, taps->first[s] + 1, sums);
+    }
+}
+
+/* From sums a phase to (numerator, denominator) a cell. */
+static inline void walk_cells(const struct shadow_field *f, const float *sums, float *out)
+{
+    const uint32_t l = f->strata, cells = 2 * f->scale, each = l * f->phases / cells;
+    uint32_t phase = 0, row = 0;
+    for (uint32_t c = 0; c < cells; c++) {
+        float numerator = 0.0f, denominator = 0.0f;
+        for (uint32_t k = 0; k < each; k++) {
+            numerator += sums[phase * f->lanes + row];
+            denominator += sums[phase * f->lanes + l];
+            if (++phase == f->phases) {
+                phase = 0;
+                row++;
+            }
+        }
+        out[2 * c] = numerator;
+        out[2 * c + 1] = denominator;
+    }
+}
+
+/* The same of nine samples a light: 16 phases of three rows and a denominator, 16 cells of three
+ * numbers that follow each other row by row. */
+
+#ifdef __AVX512F__
+
+/* Sums at[0] .. at[15] of 64. */
+static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
+{
+    const __m512i places = (__m512i)at;
+    const __m512 low = _mm512_permutex2var_ps(sums[0], places, sums[1]);
+    const __m512 high = _mm512_permutex2var_ps(sums[2], places, sums[3]);
+    return _mm512_mask_mov_ps(low, _mm512_cmpgt_epi32_mask(places, _mm512_set1_epi32(31)), high);
+}
+
+/* Four phases' sums, of both nodes. */
+static inline __m512 walk_four_phases(const float *sums)
+{
+    const __m512 low = _mm512_load_ps(sums), high = _mm512_load_ps(sums + 16);
+    return _mm512_add_ps(_mm512_shuffle_f32x4(low, high, 0x88),
+                         _mm512_shuffle_f32x4(low, high, 0xdd));
+}
+
+static inline void walk_cells_three(const float *sums, float *out)
+{
+    const lanes_mask cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+    __m512 in[4], n[3], d[3];
+    for (int r = 0; r < 4; r++) in[r] = walk_four_phases(sums + (size_t)r * 32);
+    for (int k = 0; k < 3; k++) {
+        const lanes_mask number = 3 * cell + k, phase = number & 15;
+        n[k] = walk_pick(in, 4 * phase + (number >> 4));
+        d[k] = walk_pick(in, 4 * phase + 3);
+    }
+    const __m512 numerator = _mm512_add_ps(_mm512_add_ps(n[0], n[1]), n[2]);
+    const __m512 denominator = _mm512_add_ps(_mm512_add_ps(d[0], d[1]), d[2]);
+    _mm512_storeu_ps(out, _mm512_permutex2var_ps(numerator, low, denominator));
+    _mm512_storeu_ps(out + 16, _mm512_permutex2var_ps(numerator, high, denominator));
+}
+
+#else
+
+static inline void walk_cells_three(const float *sums, float *out)
+{
+    float in[16][4];
+    for (size_t k = 0; k < 16; k++)
+        *(fused_four *)in[k] =
+            *(const fused_four *)(sums + 8 * k) + *(const fused_four *)(sums + 8 * k + 4);
+#pragma GCC unroll 16
+    for (uint32_t c = 0; c < 16; c++) {
+        const uint32_t j = 3 * c, k = j + 1, l = j + 2;
+        out[2 * c] = in[j & 15][j >> 4] + in[k & 15][k >> 4] + in[l & 15][l >> 4];
+        out[2 * c + 1] = in[j & 15][3] + in[k & 15][3] + in[l & 15][3];
+    }
+}
+
+#endif
+
+/* Cells of the group's pixels, 4 r numbers each. */
+static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
+                                    float *out)
+{
+    const size_t each = f->phases * walk_phase_sums(f); /* SHADOW_SUMS_MAX at most */
+    const uint32_t pixels = taps->group.count;
+    _Alignas(64) float sums[SHADOW_LANES * SHADOW_SUMS_MAX];
+    memset(sums, 0, SHADOW_LANES * each * sizeof *sums);
+    if (f->strata == 3) {
+        walk_add_steps_both(f, taps, sums);
+        for (uint32_t i = 0; i < pixels; i++) walk_cells_three(sums + i * each, out + i * 32);
+        return;
+    }
+    walk_add_steps(f, f->lanes, taps, sums);
+    for (uint32_t i = 0; i < pixels; i++)
+        walk_cells(f, sums + i * each, out + (size_t)i * 4 * f->scale);
+}
+
+/* Pixels whose sums fit into registers. */
+#ifdef __AVX512F__
+#define WALK_ROWS 8
+#else
+#define WALK_ROWS 4
+#endif
+
+/* Adds what a tap gives: two nodes' (numerator, denominator), which start on 8 bytes, weighted. */
+static inline shadow_four walk_nodes(const float *nodes, walk_two w, shadow_four sum)
+{
+    return fused_4(*(const fused_four *)nodes, __builtin_shufflevector(w, w, 0, 0, 1, 1), sum);
+}
+
+/* Of WALK_ROWS pixels from `first` on. */
+static inline void walk_sum_few(const struct shadow_field *f, const struct walk_taps *taps,
+                                uint32_t first, shadow_four all[WALK_ROWS])
+{
+    const float *rows = f->rows;
+    shadow_four even[WALK_ROWS] = {{0}}, odd[WALK_ROWS] = {{0}};
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        const uint32_t n = taps->first[s];
+        const walk_two *w = (const walk_two *)taps->weight[n] + first;
+        const uint32_t *at = taps->at[n] + first;
+#pragma GCC unroll 8
+        for (uint32_t i = 0; i < WALK_ROWS; i++) {
+            even[i] = walk_nodes(rows + at[i], w[i], even[i]);
+            odd[i] = walk_nodes(rows + at[SHADOW_LANES + i], w[SHADOW_LANES + i], odd[i]);
+        }
+    }
+    for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];
+}
+
+/* (numerator, denominator) of the group's pixels. */
+static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
+                                 float *out)
+{
+    const uint32_t pixels = taps->group.count;
+    for (uint32_t first = 0; first < pixels; first += WALK_ROWS) {
+        shadow_four all[WALK_ROWS];
+        walk_sum_few(f, taps, first, all);
+        for (uint32_t i = 0; i < WALK_ROWS && first + i < pixels; i++) {
+            out[2 * (first + i)] = all[i][0] + all[i][2];
+            out[2 * (first + i) + 1] = all[i][1] + all[i][3];
+        }
+    }
+}

@@ -1,0 +1,265 @@
+#pragma once
+/* The taps of sixteen pixels' walks: where they lie, who counts of what lies there, what it weighs.
+ * What a pixel gets does not depend on those beside it. */
+#include <stddef.h>
+#include <string.h>
+
+#include "server/reconstruct/shadow/compatible_lanes.h"
+#include "server/reconstruct/shadow/walk_group_lanes.h"
+#include "server/reconstruct/simd/gaussian_lanes.h"
+#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/lanes_vector.h"
+
+#define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
+
+/* What a tap reads of its neighbours, in the order of these. */
+enum walk_number {
+    WALK_POINT = 0,
+    WALK_NORMAL = 3,
+    WALK_U = 6,
+    WALK_ETA,
+    WALK_SPREAD,
+    WALK_SLOT,
+    WALK_PHASE,
+    WALK_NUMBERS,
+};
+
+/* What a pixel asks with: the same up to eta, then these. */
+enum walk_asked {
+    WALK_PLANE_LEAST = WALK_SPREAD,
+    WALK_DISTANCE_MOST2,
+    WALK_DISTANCE,
+    WALK_FALLOFF,
+    WALK_ASKED,
+};
+
+/* Taps of sixteen pixels from the walks' negative ends on; the nearer pixel in rows or columns
+ * first. All are placed, then all met and weighed: steps so short that the CPU has several taps in
+ * work at once. Steps of which no pixel keeps a tap are left out of all that follows. */
+struct walk_taps {
+    struct walk_group group;
+    uint32_t steps;                  /* that some pixel keeps */
+    uint32_t first[SHADOW_TAPS / 2]; /* of each: its nearer tap */
+    _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
+    float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
+                                                    first; when they are balanced, lane by lane */
+    uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* the lower one: its place among all sums */
+    uint32_t phase[SHADOW_TAPS]
+                  [SHADOW_LANES]; /* of the neighbour: its place among all pixels' sums */
+};
+
+/* What the pixels of a vector ask with. */
+struct walk_asks {
+    struct asker_lanes who;
+    lanes_vector u, eta, distance, falloff;
+    lanes_mask sums; /* where each pixel's begin */
+};
+
+/* Constants of a walk's taps. */
+struct walk_rule {
+    float per_length, refusal, centre;
+    int32_t stride, slot_sums, phase_sums; /* sums of a node, of a slot, of a phase */
+};
+
+/* Sums kept of a phase. Of three rows and a denominator those of both nodes are: to add to eight
+ * sums takes fewer instructions than to add four to four first. */
+static inline uint32_t walk_phase_sums(const struct shadow_field *f)
+{
+    return f->strata == 3 ? 8 : f->lanes;
+}
+
+static inline struct walk_rule walk_rule_of(const struct shadow_field *f, uint32_t axis,
+                                            uint32_t stride)
+{
+    return (struct walk_rule){.per_length = f->nodes_per_length[axis],
+                              .refusal = f->refusal[axis],
+                              .centre = (float)f->scale,
+                              .stride = (int32_t)stride,
+                              .slot_sums = (int32_t)(shadow_nodes(f) * stride),
+                              .phase_sums = (int32_t)walk_phase_sums(f)};
+}
+
+static inline struct walk_asks walk_asks_of(float own[WALK_ASKED][SHADOW_LANES], uint32_t first,
+                                            uint32_t sums)
+{
+    struct walk_asks a;
+    for (int k = 0; k < 3; k++) {
+        a.who.point[k] = lanes_load_vector(own[WALK_POINT + k] + first);
+        a.who.normal[k] = lanes_load_vector(own[WALK_NORMAL + k] + first);
+    }
+    a.who.plane_least = lanes_load_vector(own[WALK_PLANE_LEAST] + first);
+    a.who.distance_most2 = lanes_load_vector(own[WALK_DISTANCE_MOST2] + first);
+    a.u = lanes_load_vector(own[WALK_U] + first);
+    a.eta = lanes_load_vector(own[WALK_ETA] + first);
+    a.distance = lanes_load_vector(own[WALK_DISTANCE] + first);
+    a.falloff = lanes_load_vector(own[WALK_FALLOFF] + first);
+    for (uint32_t k = 0; k < LANES_PER_VECTOR; k++) a.sums[k] = (int32_t)((first + k) * sums);
+    return a;
+}
+
+static inline lanes_mask walk_whole(const lanes_number *plane, uint32_t first)
+{
+    return *(const lanes_stored_mask *)(const void *)(plane + first);
+}
+
+/* Who counts of what shows `number`: `delta` away on the light, read at `node`. Spreads below 0 are
+ * of those that nobody refuses. */
+LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct walk_asks *own,
+                                      const lanes_vector number[WALK_SLOT], lanes_vector delta,
+                                      lanes_vector node)
+{
+    const lanes_vector shear = lanes_positive(number[WALK_ETA] - own->eta) + number[WALK_SPREAD];
+    return compatible_chosen(&own->who, number + WALK_POINT, number + WALK_NORMAL) &
+           lanes_up_to(lanes_positive(delta) * shear, lanes_same(rule->refusal)) &
+           lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node);
+}
+
+/* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to: of
+ * the lanes of one vector, from `first` on. Returns who. */
+LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
+                                           const struct walk_asks *own,
+                                           const lanes_number *const q[WALK_NUMBERS], int32_t n,
+                                           uint32_t first, struct walk_taps *taps)
+{
+    lanes_vector number[WALK_SLOT];
+    for (int k = 0; k < WALK_SLOT; k++) number[k] = *(const lanes_stored *)(q[k] + first);
+    const lanes_vector delta = own->distance * (number[WALK_U] - own->u);
+    const lanes_vector node =
+        lanes_fused(-own->eta * delta, lanes_same(rule->per_length), lanes_same(rule->centre));
+    const lanes_vector share = lanes_load_vector(taps->tap[n].share + first);
+    const lanes_vector all = share * gaussian_exp_minus_lanes(delta * delta * own->falloff);
+    /* weights of 0 go with the others: where a node lies is found before what it weighs is */
+    const lanes_chosen kept =
+        walk_counts(rule, own, number, delta, node) & lanes_below(lanes_same(0.0f), share);
+    const lanes_vector counted = lanes_only(kept, all), at = lanes_only(kept, node);
+    const lanes_vector whole = gaussian_floor(at), rest = at - whole;
+    const lanes_mask to = walk_whole(q[WALK_SLOT], first) * rule->slot_sums +
+                          __builtin_convertvector(whole, lanes_mask) * rule->stride;
+    *(lanes_stored *)(taps->weight[n] + first) = lanes_fused(-counted, rest, counted);
+    *(lanes_stored *)(taps->weight[n] + SHADOW_LANES + first) = counted * rest;
+    *(lanes_stored_mask *)(taps->at[n] + first) = lanes_only_whole(kept, to);
+    if (axis == 0) {
+        const lanes_mask phase = walk_whole(q[WALK_PHASE], first) * rule->phase_sums;
+        *(lanes_stored_mask *)(taps->phase[n] + first) = lanes_only_whole(kept, phase) + own->sums;
+    }
+    return kept;
+}
+
+/* Returns whether any pixel keeps the tap. */
+LANES_INLINE bool walk_meet(const struct walk_rule *rule, uint32_t axis,
+                            const struct walk_asks own[LANES_VECTORS],
+                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
+                            struct walk_taps *taps)
+{
+    lanes_chosen kept = walk_meet_vector(rule, axis, own, q, n, 0, taps);
+#pragma GCC unroll 4
+    for (uint32_t v = 1; v < LANES_VECTORS; v++)
+        kept |= walk_meet_vector(rule, axis, &own[v], q, n, v * LANES_PER_VECTOR, taps);
+    return lanes_some(kept);
+}
+
+/* The same of planes of what pixels show. */
+LANES_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
+                            const struct walk_asks own[LANES_VECTORS],
+                            const void *const shown[WALK_NUMBERS], int32_t n,
+                            struct walk_taps *taps)
+{
+    const lanes_number *q[WALK_NUMBERS];
+    ptrdiff_t start;
+    if (lanes_follow(taps->tap[n].to, &start)) { /* the common case: as they lie there */
+        for (int k = 0; k < WALK_NUMBERS; k++) q[k] = (const lanes_number *)shown[k] + start;
+        return walk_meet(rule, axis, own, q, n, taps);
+    }
+    _Alignas(64) float taken[WALK_NUMBERS][SHADOW_LANES];
+    lanes_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, taken);
+    for (int k = 0; k < WALK_NUMBERS; k++) q[k] = taken[k];
+    return walk_meet(rule, axis, own, q, n, taps);
+}
+
+static inline float walk_step(const struct walk_group *g, uint32_t n)
+{
+    return (float)((int32_t)(n >> 1) - g->reach_most);
+}
+
+/* What tap n weighs, not balanced yet. */
+static inline lanes_vector walk_weight(const struct walk_taps *taps, uint32_t n, int v)
+{
+    const float *lower = taps->weight[n] + v * LANES_PER_VECTOR;
+    return lanes_load_vector(lower) + lanes_load_vector(lower + SHADOW_LANES);
+}
+
+/* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
+ * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
+ * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
+ * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
+{
+    struct lanes first = lanes_all(0.0f), second = first, slope;
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        const uint32_t n = taps->first[s];
+        const float k = walk_step(&taps->group, n);
+        for (int v = 0; v < LANES_VECTORS; v++) {
+            const lanes_vector both = walk_weight(taps, n, v) + walk_weight(taps, n + 1, v);
+            first.v[v] = lanes_fused(both, lanes_same(k), first.v[v]);
+            second.v[v] = lanes_fused(both, lanes_same(k * k), second.v[v]);
+        }
+    }
+    /* S2 is a sum of squares, and 0 only where S1 is. */
+    const struct lanes one = lanes_all(1.0f);
+    for (int v = 0; v < LANES_VECTORS; v++)
+        slope.v[v] =
+            WALK_LINEAR * first.v[v] / (second.v[v] + lanes_where(second.v[v] <= 0.0f, one.v[v]));
+    return slope;
+}
+
+/* Weights become pairs, lane by lane. */
+static inline void walk_balance(struct walk_taps *taps)
+{
+    const struct lanes slope = walk_balance_slopes(taps);
+    for (uint32_t s = 0; s < taps->steps; s++) {
+        const uint32_t first = taps->first[s];
+        struct lanes factor;
+        for (int v = 0; v < LANES_VECTORS; v++)
+            factor.v[v] = lanes_fused(slope.v[v], lanes_same(-walk_step(&taps->group, first)),
+                                      lanes_same(1.0f));
+        for (uint32_t n = first; n < first + 2; n++) {
+            const struct lanes lower = lanes_load(taps->weight[n]);
+            const struct lanes upper = lanes_load(taps->weight[n] + SHADOW_LANES);
+            for (int v = 0; v < LANES_VECTORS; v++)
+                lanes_store_pairs(factor.v[v] * lower.v[v], factor.v[v] * upper.v[v],
+                                  taps->weight[n] + 2 * v * LANES_PER_VECTOR);
+        }
+    }
+}
+
+/* Weighs the walks of up to sixteen of the `left` pixels. */
+LANES_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t stride,
+                            const uint32_t *pixels, uint32_t left, struct walk_taps *taps)
+{
+    const struct shadow_pixels *p = f->pixels;
+    const void *const shown[WALK_NUMBERS] = {p->point[0],  p->point[1],  p->point[2], p->normal[0],
+                                             p->normal[1], p->normal[2], p->u[axis],  p->eta,
+                                             p->spread,    p->slot,      p->phase};
+    const void *const asked[WALK_ASKED] = {p->point[0],       p->point[1],  p->point[2],
+                                           p->normal[0],      p->normal[1], p->normal[2],
+                                           p->u[axis],        p->eta,       p->plane_least,
+                                           p->distance_most2, p->distance,  p->walk[axis].falloff};
+    const struct walk_rule rule = walk_rule_of(f, axis, stride);
+    _Alignas(64) float numbers[WALK_ASKED][SHADOW_LANES];
+    struct walk_asks own[LANES_VECTORS];
+    walk_group_load(f, axis, pixels, left, &taps->group);
+    lanes_take(asked, WALK_ASKED, taps->group.pixel, numbers);
+    for (uint32_t v = 0; v < LANES_VECTORS; v++)
+        own[v] = walk_asks_of(numbers, v * LANES_PER_VECTOR, f->phases * walk_phase_sums(f));
+    const int32_t reach = taps->group.reach_most;
+    for (int32_t k = -reach; k <= reach; k++)
+        walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);
+    taps->steps = 0;
+    for (int32_t n = 0; n < walk_group_taps(&taps->group); n += 2) {
+        const bool nearer = walk_look(&rule, axis, own, shown, n, taps);
+        const bool farther = walk_look(&rule, axis, own, shown, n + 1, taps);
+        taps->first[taps->steps] = (uint32_t)n;
+        taps->steps += nearer | farther;
+    }
+    walk_balance(taps);
+}

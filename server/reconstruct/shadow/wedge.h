@@ -1,0 +1,41 @@
+#pragma once
+/* The slopes of what shades a pixel, and the filter that follows from them (filters.md sections 1
+ * and 2: "Widths", "Slopes per pixel"). */
+#include "server/reconstruct/shadow/coverage.h"
+#include "server/reconstruct/shadow/receiver.h"
+
+/* What finding slopes reads around a pixel. */
+#define WEDGE_FILL_PX 6
+
+/* Range of 1/slope of each pixel of the receivers' rect; -1 without wedge. One allocation. */
+struct wedges {
+    float *most, *least;
+    struct scratch *scratch; /* the patch's */
+    void *memory;            /* owned; from there */
+};
+
+/* Does pixel i of the patch have an occluded sample of its own? */
+bool wedge_is_occluded(const struct receiver_light *light, const struct patch *patch, size_t i);
+
+/* Own ranges, and those of neighbours where no own sample is occluded: right for pixels that are
+ * at least WEDGE_FILL_PX within the receivers' rect or the image. ERR_MEMORY. */
+int wedges_create(const struct receiver_light *light, const struct patch *patch,
+                  const struct receivers *receivers, const struct shadow_kernels *kernels,
+                  struct wedges *out);
+void wedges_fini(struct wedges *wedges);
+
+/* Filter widths at l strata an axis: m(N) mu. */
+float wedge_scale(const struct plan *plan, uint32_t strata);
+
+/* What shearing needs to know beside a receiver. */
+struct wedge_shear {
+    const struct receiver_light *light;
+    float scale;         /* wedge_scale */
+    float width_most_px; /* the widest filter */
+    float rho_most;      /* of the coverage table */
+};
+
+/* Sets eta, spread, walks, widths and weight rows of all lit receivers with a wedge. ERR_MEMORY. */
+int wedges_shear(const struct receiver_light *light, const struct wedges *wedges,
+                 const struct shadow_kernels *kernels, struct coverage *coverage,
+                 struct receivers *receivers);

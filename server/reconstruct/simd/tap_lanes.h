@@ -1,0 +1,73 @@
+#pragma once
+/* What sixteen receiving pixels side by side take of their neighbours on one line, and the means
+ * that come of it. Channels go together where they can: each tap's weights are then looked at once,
+ * and sums of several channels need not wait for each other. */
+#include <stddef.h>
+
+#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/lanes_vector.h"
+
+#define TAPS_MOST     128
+#define TAPS_CHANNELS 4 /* that go together, at most */
+
+struct taps {
+    _Alignas(64) float weight[TAPS_MOST][LANES_COUNT];
+    ptrdiff_t at[TAPS_MOST]; /* of the neighbours' first */
+    uint32_t count;
+};
+
+static inline void taps_add(struct taps *taps, size_t at, const struct lanes *weight)
+{
+    lanes_store(weight, taps->weight[taps->count]);
+    taps->at[taps->count++] = (ptrdiff_t)at;
+}
+
+/* Sums of vector v of `channels` channels: of weights times differences from the receiving pixel's
+ * own value, and of the weights, that of the pixel itself included, which is 1. */
+LANES_INLINE void taps_sum(const struct taps *taps, const float *const *in, size_t p, int v,
+                           uint32_t channels, lanes_vector own[TAPS_CHANNELS],
+                           lanes_vector sum[TAPS_CHANNELS], lanes_vector *weights)
+{
+    const size_t aside = (size_t)v * LANES_PER_VECTOR;
+    *weights = lanes_same(1.0f);
+    for (uint32_t c = 0; c < channels; c++) {
+        own[c] = lanes_load_vector(in[c] + p + aside);
+        sum[c] = (lanes_vector){0};
+    }
+    for (uint32_t t = 0; t < taps->count; t++) {
+        const lanes_vector weight = lanes_load_vector(taps->weight[t] + aside);
+        const size_t from = (size_t)taps->at[t] + aside;
+        *weights += weight;
+        for (uint32_t c = 0; c < channels; c++)
+            sum[c] = lanes_fused(weight, lanes_load_vector(in[c] + from) - own[c], sum[c]);
+    }
+}
+
+LANES_INLINE void taps_mean_of(const struct taps *taps, const float *const *in, size_t p,
+                               uint32_t channels, float *const *out)
+{
+    for (int v = 0; v < LANES_VECTORS; v++) {
+        lanes_vector own[TAPS_CHANNELS], sum[TAPS_CHANNELS], weights;
+        taps_sum(taps, in, p, v, channels, own, sum, &weights);
+        const lanes_vector inverse = 1.0f / weights;
+        for (uint32_t c = 0; c < channels; c++)
+            *(lanes_stored *)(out[c] + p + (size_t)v * LANES_PER_VECTOR) =
+                lanes_fused(sum[c], inverse, own[c]);
+    }
+}
+
+/* out[c] of sixteen pixels from p on: means of in[c]; no array is both. Sums run over
+ * differences from the receiving pixel's own value: a constant channel comes out constant to the
+ * last bit. */
+static inline void taps_mean(const struct taps *taps, uint32_t count, const float *const *in,
+                             size_t p, float *const *out)
+{
+    uint32_t c = 0;
+    for (; c + TAPS_CHANNELS <= count; c += TAPS_CHANNELS)
+        taps_mean_of(taps, in + c, p, TAPS_CHANNELS, out + c);
+    if (c + 3 <= count) {
+        taps_mean_of(taps, in + c, p, 3, out + c);
+        c += 3;
+    }
+    for (; c < count; c++) taps_mean_of(taps, in + c, p, 1, out + c);
+}

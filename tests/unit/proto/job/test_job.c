@@ -1,0 +1,331 @@
+/* Job documents: each folder of tests/json is a case. valid/CASE/job.json reads, and so does what
+ * is written of it, to the same job (canonical.json, where present, is what must be written).
+ * invalid/CASE/job.json is refused as invalid/CASE/expect says: "CODE /pointer". */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <dirent.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "proto/job/job.h"
+
+#define VALID      "tests/json/valid"
+#define INVALID    "tests/json/invalid"
+#define CASES_MAX  1024
+#define PATH_BYTES 512
+
+static char *read_file(const char *folder, const char *name, size_t *size_bytes)
+{
+    char path[PATH_BYTES];
+    char *text = malloc(LIMIT_JOB_BYTES + 1);
+    assert_non_null(text);
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "rb");
+    if (!file) fail_msg("%s cannot be opened", path);
+    *size_bytes = fread(text, 1, LIMIT_JOB_BYTES, file);
+    text[*size_bytes] = '\0';
+    fclose(file);
+    return text;
+}
+
+/* Memory of exactly the size, so that a sanitizer sees a read beyond. */
+static int read_exact(const char *text, size_t size_bytes, struct job *job, struct fault *fault)
+{
+    char *exact = malloc(size_bytes + (size_bytes == 0));
+    assert_non_null(exact);
+    memcpy(exact, text, size_bytes);
+    const int error = job_read(exact, size_bytes, job, fault);
+    free(exact);
+    return error;
+}
+
+static void check_same(const struct job *a, const struct job *b)
+{
+    assert_int_equal(a->file_count, b->file_count);
+    for (uint32_t i = 0; i < a->file_count; i++) {
+        assert_string_equal(a->files[i].path, b->files[i].path);
+        assert_true(digest_equal(&a->files[i].asset, &b->files[i].asset));
+    }
+    struct job x = *a, y = *b;
+    x.files = y.files = NULL;
+    assert_memory_equal(&x.camera, &y.camera, sizeof x.camera);
+    assert_memory_equal(x.lights, y.lights, sizeof x.lights);
+    assert_memory_equal(&x.scene, &y.scene, sizeof x.scene);
+    assert_true(x.width_px == y.width_px && x.height_px == y.height_px);
+    assert_true(x.pixel_type == y.pixel_type && x.pixel_filter == y.pixel_filter &&
+                x.scene_lights == y.scene_lights);
+    assert_true(x.light_count == y.light_count && x.indirect_bounces == y.indirect_bounces);
+    assert_true(x.spp == y.spp && x.light_spp == y.light_spp);
+    assert_true(x.indirect_spp == y.indirect_spp && x.seed == y.seed && x.mu == y.mu);
+    assert_true(x.method == y.method && x.indirect == y.indirect);
+    assert_true(x.layers == y.layers && x.priority == y.priority);
+    assert_true(x.first_frame == y.first_frame && x.last_frame == y.last_frame);
+    assert_true(x.tile_px == y.tile_px);
+    assert_memory_equal(&x.environment, &y.environment, sizeof x.environment);
+    assert_true(x.aperture_radius == y.aperture_radius && x.focus_distance == y.focus_distance);
+    assert_true(x.blades == y.blades && x.blade_rotation_deg == y.blade_rotation_deg);
+    assert_true(x.occlusion_distance == y.occlusion_distance);
+}
+
+/* Lights of a job must pass as lights of a plan. */
+static void check_lights(const struct job *job)
+{
+    struct fault fault = {0};
+    for (uint32_t k = 0; k < job->light_count; k++)
+        if (plan_light_check(&job->lights[k], "light", &fault))
+            fail_msg("%s: %s", fault.pointer, fault.detail);
+}
+
+static void check_canonical(const char *folder, const char *written)
+{
+    char path[PATH_BYTES];
+    size_t size_bytes;
+    snprintf(path, sizeof path, "%s/canonical.json", folder);
+    if (access(path, R_OK) != 0) return;
+    char *canonical = read_file(folder, "canonical.json", &size_bytes);
+    assert_string_equal(canonical, written);
+    free(canonical);
+}
+
+static char *write_text(const struct job *job)
+{
+    json_t *document = job_write(job);
+    assert_non_null(document);
+    char *text = json_dumps(document, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
+    json_decref(document);
+    assert_non_null(text);
+    text = realloc(text, strlen(text) + 2);
+    assert_non_null(text);
+    return strcat(text, "\n");
+}
+
+static void document_is_valid(void **state)
+{
+    static struct job job, again;
+    const char *folder = *state;
+    struct fault fault = {0};
+    size_t size_bytes;
+    char *text = read_file(folder, "job.json", &size_bytes);
+    if (read_exact(text, size_bytes, &job, &fault))
+        fail_msg("%s at \"%s\": %s", error_name(fault.code), fault.pointer, fault.detail);
+    check_lights(&job);
+    char *written = write_text(&job);
+    check_canonical(folder, written);
+    json_t *full = job_write(&job);
+    char *exact = json_dumps(full, 0);
+    assert_int_equal(read_exact(exact, strlen(exact), &again, &fault), 0);
+    check_same(&job, &again);
+    job_fini(&again);
+    assert_int_equal(read_exact(written, strlen(written), &again, &fault), 0);
+    char *twice = write_text(&again);
+    assert_string_equal(written, twice);
+    job_fini(&again);
+    job_fini(&job);
+    json_decref(full);
+    free(twice);
+    free(exact);
+    free(written);
+    free(text);
+}
+
+static void check_printable(const char *text)
+{
+    for (; *text; text++)
+        if (*text < 0x20 || *text > 0x7e) fail_msg("byte %d in a fault", *text);
+}
+
+static void document_is_refused(void **state)
+{
+    static struct job job;
+    const char *folder = *state;
+    struct fault fault = {0};
+    size_t size_bytes, expect_bytes;
+    char found[PATH_BYTES];
+    char *text = read_file(folder, "job.json", &size_bytes);
+    char *expect = read_file(folder, "expect", &expect_bytes);
+    if (expect_bytes > 0) expect[expect_bytes - 1] = '\0'; /* its newline */
+    const int error = read_exact(text, size_bytes, &job, &fault);
+    if (!error) fail_msg("it is accepted");
+    assert_int_equal(error, fault.code);
+    snprintf(found, sizeof found, "%s%s%s", error_name(error), fault.pointer[0] ? " " : "",
+             fault.pointer);
+    if (strcmp(found, expect) != 0)
+        fail_msg("expected \"%s\", found \"%s\": %s", expect, found, fault.detail);
+    assert_true(fault.detail[0] != '\0');
+    check_printable(fault.pointer);
+    check_printable(fault.detail);
+    free(expect);
+    free(text);
+}
+
+/* A fault that could be told needs no place to put it. */
+static void faults_are_optional(void **state)
+{
+    static struct job job;
+    (void)state;
+    assert_int_equal(read_exact("{\"scene\": {}}", 13, &job, NULL), ERR_MISSING);
+    assert_int_equal(read_exact("{", 1, &job, NULL), ERR_SYNTAX);
+}
+
+static void large_documents_are_refused(void **state)
+{
+    static struct job job;
+    struct fault fault = {0};
+    (void)state;
+    char *text = malloc(LIMIT_JOB_BYTES + 1);
+    assert_non_null(text);
+    memset(text, ' ', LIMIT_JOB_BYTES + 1);
+    assert_int_equal(read_exact(text, LIMIT_JOB_BYTES + 1, &job, &fault), ERR_LIMIT);
+    assert_int_equal(read_exact(text, LIMIT_JOB_BYTES, &job, &fault), ERR_SYNTAX);
+    free(text);
+}
+
+static void sentences_help(void **state)
+{
+    static const struct {
+        const char *folder, *words;
+    } cases[] = {
+        {"unknown-slip", "did you mean \"lights\"?"},
+        {"sampling-slip", "did you mean \"spp\"?"},
+        {"light-type-slip", "did you mean \"point\"?"},
+        {"layers-unknown", "did you mean \"beauty\"?"},
+        {"width-0", "0 is below 1"},
+        {"width-16385", "16385 is above 16384"},
+        {"width-1e99", "1e+99 is not in 1..16384"},
+        {"bounces-65", "65 is above 64"},
+        {"environment-both", "give one of the two"},
+        {"environment-empty", "(the same from everywhere)"},
+        {"environment-file", "submit with the command line"},
+        {"lens-no-focus", "has to be focused"},
+        {"lens-blades-2", "neither 0 (round) nor from 3 to 32"},
+        {"lens-slip", "did you mean \"aperture_radius\"?"},
+        {"ambient-occlusion", "give {\"distance\": ...}"},
+        {"layers-occlusion", "needs {\"distance\": ...}"},
+        {"width-string", "it is a string and must be a whole number"},
+        {"json-cut", "line 1"},
+        {"depth-65-arrays", "65 deep"},
+    };
+    static struct job job;
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char folder[PATH_BYTES];
+        struct fault fault = {0};
+        size_t size_bytes;
+        snprintf(folder, sizeof folder, INVALID "/%s", cases[i].folder);
+        char *text = read_file(folder, "job.json", &size_bytes);
+        assert_true(job_read(text, size_bytes, &job, &fault) != 0);
+        if (!strstr(fault.detail, cases[i].words)) fail_msg("%s: %s", folder, fault.detail);
+        free(text);
+    }
+}
+
+static int read_text(const char *text, struct job *job)
+{
+    return job_read(text, strlen(text), job, NULL);
+}
+
+#define SCENE "\"scene\": {\"asset\": \"" ASSET "\"}"
+#define ASSET "3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f"
+
+static void environments_and_lenses_are_read(void **state)
+{
+    static struct job job;
+    (void)state;
+    assert_int_equal(read_text("{" SCENE "}", &job), 0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_NONE);
+    assert_true(job.aperture_radius == 0 && job.occlusion_distance == 0);
+    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"asset\": \"" ASSET "\"}}", &job),
+                     0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_MAP);
+    assert_int_equal(job.environment.asset.bytes[31], 0x3f);
+    assert_true(job.environment.intensity == 1 && job.environment.rotation_deg == 0);
+    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"radiance\": [1, 2, 3]}}", &job), 0);
+    assert_int_equal(job.environment.kind, ENVIRONMENT_CONSTANT);
+    assert_true(job.environment.radiance[2] == 3);
+    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0.5, "
+                               "\"focus_distance\": 2, \"blades\": 6}}",
+                               &job),
+                     0);
+    assert_true(job.aperture_radius == 0.5f && job.focus_distance == 2 && job.blades == 6);
+    /* A closed aperture leaves no lens behind that would make equal pictures differ. */
+    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0, "
+                               "\"focus_distance\": 2, \"blades\": 6}}",
+                               &job),
+                     0);
+    assert_true(job.focus_distance == 0 && job.blades == 0);
+}
+
+static void words_have_names(void **state)
+{
+    (void)state;
+    for (uint32_t bit = 1; bit <= LAYER_DIFFUSE_INDIRECT; bit <<= 1) {
+        assert_non_null(layer_name(bit));
+        assert_int_equal(layer_from_name(layer_name(bit)), bit);
+    }
+    assert_null(layer_name(0));
+    assert_int_equal(layer_from_name("nothing"), 0);
+    assert_string_equal(filter_method_name(FILTER_AUTO), "auto");
+    for (int i = INDIRECT_AUTO; i <= INDIRECT_SHEARED; i++)
+        assert_non_null(indirect_method_name((enum indirect_method)i));
+    assert_string_equal(indirect_method_name(INDIRECT_CONSTANT), "constant");
+    assert_int_equal(job_strata_per_axis(1), 1);
+    assert_int_equal(job_strata_per_axis(9), 3);
+    assert_int_equal(job_strata_per_axis(10), 4);
+    assert_int_equal(job_strata_per_axis(LIMIT_SPP), LIMIT_STRATA_PER_AXIS);
+}
+
+static void paths_stay_inside(void **state)
+{
+    static const char *const good[] = {"a", "a/b", "..a", "...", "a b", ".a", "\xc3\xa4"};
+    static const char *const bad[] = {"",     "/",    "/a",  "a/",   "..",   ".",
+                                      "a//b", "a/..", "./a", "a\\b", "a\nb", "a/./b"};
+    (void)state;
+    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) assert_true(path_is_inside(good[i]));
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) assert_false(path_is_inside(bad[i]));
+}
+
+static int is_visible(const struct dirent *entry)
+{
+    return entry->d_name[0] != '.';
+}
+
+/* Adds a test for each folder. */
+static size_t add_folders(struct CMUnitTest *tests, size_t count, const char *parent,
+                          CMUnitTestFunction function)
+{
+    struct dirent **entries;
+    const int found = scandir(parent, &entries, is_visible, alphasort);
+    for (int i = 0; i < found && count < CASES_MAX; i++) {
+        char *folder = malloc(PATH_BYTES);
+        snprintf(folder, PATH_BYTES, "%s/%s", parent, entries[i]->d_name);
+        tests[count++] = (struct CMUnitTest){folder, function, NULL, NULL, folder};
+        free(entries[i]);
+    }
+    if (found >= 0) free(entries);
+    return count;
+}
+
+int main(void)
+{
+    static struct CMUnitTest tests[CASES_MAX] = {
+        cmocka_unit_test(faults_are_optional), cmocka_unit_test(large_documents_are_refused),
+        cmocka_unit_test(sentences_help),      cmocka_unit_test(words_have_names),
+        cmocka_unit_test(paths_stay_inside),   cmocka_unit_test(environments_and_lenses_are_read),
+    };
+    const size_t fixed = 6;
+    const size_t valid = add_folders(tests, fixed, VALID, document_is_valid);
+    const size_t all = add_folders(tests, valid, INVALID, document_is_refused);
+    if (valid - fixed < 15 || all - valid < 60) {
+        fprintf(stderr, "tests/json is not whole; run from the root of the sources\n");
+        return 1;
+    }
+    const int failed = _cmocka_run_group_tests("job", tests, all, NULL, NULL);
+    for (size_t i = fixed; i < all; i++) free(tests[i].initial_state);
+    return failed;
+}

@@ -1,0 +1,137 @@
+/* The legal steps of jobs and frames, and the death of an illegal one. */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "server/job/frame/state.h"
+#include "server/job/frame/statistics.h"
+#include "server/job/job_id.h"
+
+static void names_go_both_ways(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < JOB_STATE_COUNT; i++) {
+        enum job_state back;
+        assert_true(job_state_from_name(job_state_name((enum job_state)i), &back));
+        assert_int_equal(back, i);
+    }
+    for (unsigned i = 0; i < FRAME_STATE_COUNT; i++) {
+        enum frame_state back;
+        assert_true(frame_state_from_name(frame_state_name((enum frame_state)i), &back));
+        assert_int_equal(back, i);
+    }
+    enum job_state none;
+    assert_false(job_state_from_name("paused", &none));
+}
+
+static void steps_are_those_of_the_table(void **state)
+{
+    (void)state;
+    static const char *const legal[JOB_STATE_COUNT] = {
+        [JOB_QUEUED] = "importing failed cancelled",
+        [JOB_IMPORTING] = "queued running failed cancelled",
+        [JOB_RUNNING] = "queued resting finished failed cancelled",
+        [JOB_RESTING] = "queued running finished failed cancelled",
+        [JOB_FINISHED] = "",
+        [JOB_FAILED] = "",
+        [JOB_CANCELLED] = "",
+    };
+    for (unsigned from = 0; from < JOB_STATE_COUNT; from++) {
+        for (unsigned to = 0; to < JOB_STATE_COUNT; to++) {
+            bool expected = strstr(legal[from], job_state_name((enum job_state)to)) != NULL;
+            assert_int_equal(job_state_may((enum job_state)from, (enum job_state)to), expected);
+        }
+        assert_int_equal(job_state_is_final((enum job_state)from), from >= JOB_FINISHED);
+    }
+    assert_true(frame_state_may(FRAME_RENDERING, FRAME_QUEUED));
+    assert_false(frame_state_may(FRAME_FINISHED, FRAME_QUEUED));
+    assert_false(frame_state_may(FRAME_QUEUED, FRAME_ENCODING));
+}
+
+static void an_illegal_step_dies(void **state)
+{
+    (void)state;
+    int status;
+    pid_t child = fork();
+    if (child == 0) {
+        enum job_state s = JOB_FINISHED;
+        fclose(stderr);
+        signal(SIGABRT, SIG_DFL);
+        job_state_go(&s, JOB_RUNNING);
+        _exit(0);
+    }
+    waitpid(child, &status, 0);
+    assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT);
+}
+
+static void ids_sort_by_time(void **state)
+{
+    (void)state;
+    struct job_id_source source = {0};
+    char last[JOB_ID_BYTES] = "", id[JOB_ID_BYTES];
+    static const uint64_t times[] = {
+        1000, 1000,          1000,          1001,          999,
+        5,    1700000000000, 1700000000000, 1699999999999, (1ull << 48) - 1};
+    for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
+        assert_int_equal(job_id_next(&source, times[i], id), 0);
+        assert_true(job_id_is_valid(id));
+        assert_true(strcmp(last, id) < 0);
+        memcpy(last, id, sizeof last);
+    }
+    assert_false(job_id_is_valid("short"));
+    assert_false(job_id_is_valid("01M7YYD0NA0FFWACW3MMCPWBCQ"));
+    assert_false(job_id_is_valid("01m7yyd0na0ffwacw3mmcpwbc/"));
+}
+
+/* A millisecond's random part that is all ones carries into the time. */
+static void ids_grow_over_a_full_random_part(void **state)
+{
+    (void)state;
+    struct job_id_source source = {.last_ms = 77};
+    char before[JOB_ID_BYTES], after[JOB_ID_BYTES];
+    memset(source.random, 0xff, sizeof source.random);
+    source.random[9] = 0xfe;
+    assert_int_equal(job_id_next(&source, 77, before), 0);
+    assert_int_equal(job_id_next(&source, 77, after), 0);
+    assert_true(strcmp(before, after) < 0);
+}
+
+static void statistics_survive_json(void **state)
+{
+    (void)state;
+    struct statistics in, out;
+    uint64_t *words = (uint64_t *)&in;
+    for (size_t i = 0; i < sizeof in / sizeof *words; i++) words[i] = 1000 + 17 * i;
+    memset(&in.counters_resumed, 0,
+           sizeof in.counters_resumed); /* about this run alone: not kept */
+    json_t *json = statistics_json(&in);
+    assert_non_null(json);
+    assert_true(json_is_real(json_object_get(json_object_get(json, "cpu_s"), "total")));
+    assert_int_equal(json_integer_value(json_object_get(json_object_get(json, "rays"), "shadow")),
+                     in.counters.value[COUNTER_RAYS_SHADOW]);
+    statistics_read(json, &out);
+    assert_memory_equal(&in, &out, sizeof in);
+    json_decref(json);
+    statistics_read(NULL, &out);
+    assert_int_equal(out.tiles_done, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(names_go_both_ways),
+        cmocka_unit_test(steps_are_those_of_the_table),
+        cmocka_unit_test(an_illegal_step_dies),
+        cmocka_unit_test(ids_sort_by_time),
+        cmocka_unit_test(ids_grow_over_a_full_random_part),
+        cmocka_unit_test(statistics_survive_json),
+    };
+    return cmocka_run_group_tests_name("job_state", tests, NULL, NULL);
+}

@@ -1,0 +1,265 @@
+/* Rounds of samples: on errors that fall as they are expected to, the target is reached with the
+ * least cost; caps hold; passes are what the wire can carry. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "server/job/frame/rounds.h"
+#include "tests/unit/server/reconstruct/synthetic_paths.h"
+
+#define TILES 64 /* of a picture of 256 x 256 in tiles of 32 */
+
+/* A picture whose tiles err differently: squared errors of one sample, a pixel. */
+struct world {
+    struct plan plan;
+    struct rounds *rounds;
+    double paths[TILES], bounces[TILES]; /* of one sample */
+    double fixed;
+    double luminance;
+    uint32_t n[TILES][2]; /* paths and bounce rays so far */
+    uint32_t passes[TILES], more[TILES];
+    struct rounds_error errors[TILES];
+};
+
+static void begin(struct world *w, float target, uint32_t most)
+{
+    *w = (struct world){.luminance = 0.5};
+    synthetic_target_plan(&w->plan, 256, 256, 32, target);
+    w->plan.spp_most = most;
+    assert_int_equal(rounds_create(&w->plan, &w->rounds), 0);
+    for (uint32_t t = 0; t < TILES; t++) {
+        w->n[t][0] = w->n[t][1] = 9;
+        w->passes[t] = plan_pass_count(&w->plan);
+        w->paths[t] = 0.001 * pow(1.17, t % 30);
+        w->bounces[t] = t % 4 == 0 ? 0.002 : 0.00001;
+    }
+}
+
+static void measure(struct world *w)
+{
+    for (uint32_t t = 0; t < TILES; t++) {
+        w->errors[t].square[SOURCE_PATHS] = 1024 * w->paths[t] / w->n[t][0];
+        /* what bounce rays lower, of diffuse surfaces and of glossy lobes */
+        const double square = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
+        w->errors[t].square[SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
+        w->errors[t].square[SOURCE_LOBES] = (1 - (t % 3) * 0.5) * square;
+        w->errors[t].square[SOURCE_CENTRES] = 1024 * w->fixed;
+        w->errors[t].luminance = 1024 * w->luminance;
+    }
+}
+
+static double error_of(const struct world *w)
+{
+    double sum = 0;
+    for (uint32_t t = 0; t < TILES; t++)
+        for (int s = 0; s < SOURCE_COUNT; s++) sum += w->errors[t].square[s];
+    return sqrt(sum / 65536) / w->luminance;
+}
+
+/* Traces what a round asks for, and checks that it can. */
+static void trace(struct world *w)
+{
+    for (uint32_t t = 0; t < TILES; t++) {
+        uint32_t paths = 0, bounces = 0;
+        for (uint32_t p = 0; p < w->more[t]; p++) {
+            const struct plan_pass pass = rounds_pass(w->rounds, t, w->passes[t] + p);
+            assert_int_equal(pass.number, w->passes[t] + p);
+            assert_int_equal(plan_pass_check(&w->plan, &pass), 0);
+            if (pass.count > 0) assert_int_equal(pass.first, w->n[t][0] + paths);
+            paths += pass.count;
+            bounces += pass.strata * pass.strata;
+        }
+        assert_true(paths <= 3 * w->n[t][0] + w->n[t][0] / 4 + 4);
+        assert_true(bounces <= 3 * w->n[t][1] + 64);
+        w->n[t][0] += paths;
+        w->n[t][1] += bounces;
+        w->passes[t] += w->more[t];
+        assert_true(w->n[t][0] <= w->plan.spp_most && w->n[t][1] <= w->plan.spp_most);
+    }
+}
+
+static unsigned run(struct world *w)
+{
+    unsigned count = 1;
+    for (measure(w); rounds_decide(w->rounds, w->errors, w->more); measure(w), count++) {
+        assert_true(fabs(rounds_report(w->rounds).reached - error_of(w)) < 1e-9);
+        trace(w);
+        assert_true(count < 40);
+    }
+    assert_int_equal(rounds_report(w->rounds).rounds, count);
+    return count;
+}
+
+static double samples_of(const struct world *w)
+{
+    double sum = 0;
+    for (uint32_t t = 0; t < TILES; t++) sum += 1024.0 * (w->n[t][0] + w->n[t][1]);
+    return sum;
+}
+
+/* As many samples of both kinds for all tiles as reach an error. */
+static double uniform_samples(const struct world *w, double error)
+{
+    struct world u = *w;
+    for (uint32_t n = 1;; n++) {
+        for (uint32_t t = 0; t < TILES; t++) u.n[t][0] = u.n[t][1] = n;
+        measure(&u);
+        if (error_of(&u) <= error) return 65536.0 * 2 * n;
+    }
+}
+
+static void targets_are_reached_at_less_cost(void **state)
+{
+    static const float targets[] = {0.06f, 0.03f, 0.02f};
+    (void)state;
+    for (size_t k = 0; k < sizeof targets / sizeof targets[0]; k++) {
+        struct world w;
+        begin(&w, targets[k], 4096);
+        assert_true(run(&w) <= 6);
+        const struct rounds_report report = rounds_report(w.rounds);
+        assert_true(report.met && report.reached <= (double)targets[k]);
+        assert_true(report.reached > 0.9 * (double)targets[k]);
+        assert_true((double)(report.paths + report.bounces) == samples_of(&w));
+        assert_true(report.threshold > 0 && report.expected >= samples_of(&w));
+        assert_true(samples_of(&w) < 0.8 * uniform_samples(&w, report.reached));
+        rounds_destroy(&w.rounds);
+        assert_null(w.rounds);
+    }
+}
+
+static void what_gains_most_gets_most(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.02f, 4096);
+    run(&w);
+    assert_true(w.n[29][0] > 2 * w.n[1][0]);
+    assert_true(w.n[4][1] > 2 * w.n[5][1]);
+    assert_int_equal(w.n[5][1], 9); /* next to nothing to gain */
+    rounds_destroy(&w.rounds);
+}
+
+static void caps_end_it(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.0001f, 100);
+    run(&w);
+    struct rounds_report report = rounds_report(w.rounds);
+    assert_false(report.met);
+    for (uint32_t t = 0; t < TILES; t++) {
+        assert_int_equal(w.n[t][0], 100);
+        assert_true(w.n[t][1] > 96); /* squares of even numbers */
+    }
+    rounds_destroy(&w.rounds);
+    begin(&w, 0.02f, 64);
+    w.fixed = 0.0004; /* 0.04 of what no sample lowers */
+    run(&w);
+    report = rounds_report(w.rounds);
+    assert_true(!report.met && fabs(report.fixed - 0.04) < 1e-6 && w.n[3][0] == 64);
+    rounds_destroy(&w.rounds);
+}
+
+/* Once the rest is small beside what no sample lowers, more of them are in vain. */
+static void nothing_is_sampled_in_vain(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.02f, 65536);
+    w.fixed = 0.0025; /* 0.1 */
+    run(&w);
+    const struct rounds_report report = rounds_report(w.rounds);
+    assert_true(!report.met && report.fixed > 0.09 && report.reached < 1.2 * report.fixed);
+    for (uint32_t t = 0; t < TILES; t++) assert_true(w.n[t][0] < 65536 && w.n[t][1] < 16384);
+    rounds_destroy(&w.rounds);
+}
+
+/* A target that is out of reach costs no kind of samples their share. */
+static void kinds_share_what_is_out_of_reach(void **state)
+{
+    static const uint32_t caps[] = {1024, 16384, 65536};
+    struct world w;
+    (void)state;
+    for (size_t i = 0; i < sizeof caps / sizeof *caps; i++) {
+        begin(&w, 1e-4f, caps[i]);
+        run(&w);
+        for (uint32_t t = 0; t < TILES; t++)
+            assert_true(w.n[t][0] > caps[i] / 2 &&
+                        w.n[t][1] > (caps[i] < 16384 ? caps[i] : 16384) / 2);
+        rounds_destroy(&w.rounds);
+    }
+}
+
+static void what_is_met_costs_nothing(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.5f, 4096);
+    measure(&w);
+    assert_false(rounds_decide(w.rounds, w.errors, w.more));
+    struct rounds_report report = rounds_report(w.rounds);
+    assert_true(report.met && report.paths == 9 * 65536 && report.bounces == 9 * 65536);
+    rounds_destroy(&w.rounds);
+    begin(&w, 0.01f, 4096); /* a black picture has no error over its mean */
+    w.luminance = 0;
+    memset(w.paths, 0, sizeof w.paths);
+    memset(w.bounces, 0, sizeof w.bounces);
+    measure(&w);
+    assert_false(rounds_decide(w.rounds, w.errors, w.more));
+    assert_true(rounds_report(w.rounds).met);
+    rounds_destroy(&w.rounds);
+}
+
+/* Errors that do not fall as expected: too good to be true, hopeless, or beyond all measure. */
+static void odd_errors_end(void **state)
+{
+    static const double factors[] = {0.0, 1e-30, 1.0, 1e37};
+    (void)state;
+    for (size_t k = 0; k < sizeof factors / sizeof factors[0]; k++) {
+        struct world w;
+        unsigned count = 0;
+        begin(&w, 0.01f, 4096);
+        measure(&w);
+        for (uint32_t t = 0; t < TILES; t++) w.errors[t].square[SOURCE_PATHS] *= factors[k];
+        while (rounds_decide(w.rounds, w.errors, w.more)) {
+            trace(&w);
+            assert_true(++count < 40);
+        }
+        rounds_destroy(&w.rounds);
+    }
+}
+
+static void the_schedule_stands(void **state)
+{
+    struct world w;
+    (void)state;
+    begin(&w, 0.02f, 4096);
+    const struct plan_pass pass = rounds_pass(w.rounds, 7, 0);
+    assert_int_equal(pass.count, 9);
+    assert_int_equal(pass.strata, 3);
+    assert_int_equal(plan_pass_check(&w.plan, &pass), 0);
+    rounds_destroy(&w.rounds);
+    w.plan.tile_px = 3;
+    assert_int_equal(rounds_create(&w.plan, &w.rounds), ERR_RANGE);
+    assert_null(w.rounds);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(targets_are_reached_at_less_cost),
+        cmocka_unit_test(what_gains_most_gets_most),
+        cmocka_unit_test(caps_end_it),
+        cmocka_unit_test(nothing_is_sampled_in_vain),
+        cmocka_unit_test(kinds_share_what_is_out_of_reach),
+        cmocka_unit_test(what_is_met_costs_nothing),
+        cmocka_unit_test(odd_errors_end),
+        cmocka_unit_test(the_schedule_stands),
+    };
+    return cmocka_run_group_tests_name("rounds", tests, NULL, NULL);
+}

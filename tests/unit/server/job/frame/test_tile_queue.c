@@ -1,0 +1,570 @@
+/* Every tile is given once while its lease holds, and a result counts only under it. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "proto/error.h"
+#include "server/job/frame/tile_queue.h"
+
+#define ALICE 101u
+#define BOB   102u
+#define CAROL 103u
+
+static struct tile_queue *make_windows(int32_t width, int32_t height, int32_t side, int32_t cell,
+                                       uint32_t passes, uint32_t window)
+{
+    struct tile_grid grid;
+    struct tile_queue *q = NULL;
+    assert_int_equal(tile_grid_init(&grid, width, height, side), 0);
+    assert_int_equal(tile_queue_create(&grid, cell, passes, window, &q), 0);
+    return q;
+}
+
+static struct tile_queue *make_passes(int32_t width, int32_t height, int32_t side, int32_t cell,
+                                      uint32_t passes)
+{
+    return make_windows(width, height, side, cell, passes, UINT32_MAX);
+}
+
+static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int32_t cell)
+{
+    return make_passes(width, height, side, cell, 1);
+}
+
+static void gives_each_tile_once(void **state)
+{
+    (void)state;
+    static const int32_t sizes[][3] = {{720, 720, 32}, {1000, 37, 16},  {9, 700, 8},
+                                       {333, 517, 24}, {640, 480, 256}, {1, 1, 8}};
+    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
+        struct tile_queue *q = make(sizes[s][0], sizes[s][1], sizes[s][2], 64);
+        uint32_t count = tile_queue_count(q), tile, generation;
+        bool *seen = calloc(count, sizeof *seen);
+        for (uint32_t i = 0; i < count; i++) {
+            assert_int_equal(tile_queue_waiting(q), count - i);
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            assert_true(tile < count && !seen[tile]);
+            assert_int_equal(generation, 1);
+            seen[tile] = true;
+        }
+        assert_false(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_reissued(q), 0);
+        free(seen);
+        tile_queue_destroy(&q);
+        assert_null(q);
+    }
+}
+
+/* Cells of 64 px with tiles of 32: four leases in a row fill one cell, and cells go row by row. */
+static void fills_cell_after_cell(void **state)
+{
+    (void)state;
+    struct tile_grid grid;
+    struct tile_queue *q = make(512, 512, 32, 64);
+    tile_grid_init(&grid, 512, 512, 32);
+    for (int cell = 0; cell < 64; cell++) {
+        for (int i = 0; i < 4; i++) {
+            uint32_t tile, generation;
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            struct rect r = tile_grid_rect(&grid, tile);
+            assert_int_equal(r.x0 / 64, cell % 8);
+            assert_int_equal(r.y0 / 64, cell / 8);
+        }
+    }
+    tile_queue_destroy(&q);
+}
+
+static void counts_a_result_once(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t tile, generation;
+    assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+    assert_int_equal(tile_queue_receive(q, BOB, tile, generation), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation + 1), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, 4, 1), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, 0), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_DUPLICATE);
+    tile_queue_land(q, tile);
+    assert_int_equal(tile_queue_receive(q, ALICE, tile, generation), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_landed(q), 1);
+    /* A return after the result is void. */
+    assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_int_equal(tile_queue_waiting(q), 3);
+    tile_queue_destroy(&q);
+}
+
+static void passes_a_lease_on(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t first, again, generation, next;
+    assert_true(tile_queue_lease(q, ALICE, &first, &generation));
+    assert_int_equal(tile_queue_return(q, BOB, first, generation, TILE_GIVEN_BACK),
+                     TILE_GOES_ON); /* not his: ignored */
+    assert_int_equal(tile_queue_waiting(q), 3);
+    assert_int_equal(tile_queue_return(q, ALICE, first, generation, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_true(tile_queue_lease(q, BOB, &again, &next));
+    assert_int_equal(again, first); /* what came back goes first */
+    assert_int_equal(next, generation + 1);
+    assert_int_equal(tile_queue_reissued(q), 1);
+    assert_int_equal(tile_queue_receive(q, ALICE, first, generation), VERDICT_STALE);
+    assert_int_equal(tile_queue_receive(q, BOB, first, next), VERDICT_ACCEPTED);
+    tile_queue_reject(q, first);
+    assert_int_equal(tile_queue_waiting(q), 4);
+    assert_true(tile_queue_lease(q, CAROL, &again, &next));
+    assert_int_equal(again, first);
+    assert_int_equal(next, generation + 2);
+    tile_queue_destroy(&q);
+}
+
+/* A worker whose link broke comes back as another one, with the result in its hand. */
+static void takes_a_late_result_of_a_waiting_tile(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 64, 32, 64);
+    uint32_t tiles[3], generation, again;
+    for (int i = 0; i < 3; i++) assert_true(tile_queue_lease(q, ALICE, &tiles[i], &generation));
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(tile_queue_return(q, ALICE, tiles[i], 1, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 2), VERDICT_FOREIGN);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[1], 1), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_waiting(q), 3);
+    tile_queue_land(q, tiles[1]);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_int_equal(again, tiles[2]);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_int_equal(again, tiles[0]);
+    assert_int_equal(tile_queue_receive(q, CAROL, tiles[0], 1), VERDICT_STALE);
+    assert_true(tile_queue_lease(q, BOB, &again, &generation));
+    assert_false(tile_queue_lease(q, BOB, &again, &generation));
+    tile_queue_destroy(&q);
+}
+
+static bool fault_once(struct tile_queue *q, uint64_t worker)
+{
+    uint32_t tile, generation;
+    assert_true(tile_queue_lease(q, worker, &tile, &generation));
+    assert_int_equal(tile, 0);
+    return tile_queue_fault(q, worker, tile, generation);
+}
+
+static void fails_by_three_different_workers(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    assert_true(fault_once(q, ALICE));
+    assert_false(fault_once(q, CAROL));
+    assert_false(fault_once(q, 104)); /* and stays failed */
+    tile_queue_destroy(&q);
+}
+
+static void fails_when_a_tile_never_stays(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (int i = 1; i <= TILE_QUEUE_RETURNS; i++) {
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK),
+                         i < TILE_QUEUE_RETURNS ? TILE_GOES_ON : TILE_CAME_BACK_OFTEN);
+    }
+    tile_queue_destroy(&q);
+}
+
+static void a_tile_that_ends_its_workers_is_deadly(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(64, 32, 32, 64); /* two tiles */
+    uint32_t tile, generation, other, unused;
+    assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+    assert_false(tile_queue_gives_suspect(q));
+    assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
+    assert_true(tile_queue_gives_suspect(q) && tile_queue_is_suspect(q, tile));
+    for (int death = 2; death <= TILE_QUEUE_DEATHS; death++) {
+        assert_true(tile_queue_lease(q, BOB, &other, &generation));
+        assert_int_equal(other, tile);
+        assert_false(tile_queue_gives_suspect(q));
+        assert_false(tile_queue_copy(q, CAROL, tile, generation, &unused)); /* one at a time */
+        assert_int_equal(tile_queue_return(q, BOB, tile, generation, TILE_DIED),
+                         death < TILE_QUEUE_DEATHS ? TILE_GOES_ON : TILE_IS_DEADLY);
+    }
+    tile_queue_destroy(&q);
+}
+
+static void who_comes_back_has_not_died(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (uint64_t worker = 100; worker < 108; worker++) {
+        assert_true(tile_queue_lease(q, worker, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, worker, tile, generation, TILE_DIED), TILE_GOES_ON);
+        tile_queue_survived(q, worker);
+        assert_false(tile_queue_is_suspect(q, tile));
+    }
+    tile_queue_destroy(&q);
+}
+
+static void what_lands_is_no_suspect(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make(32, 32, 32, 64);
+    uint32_t tile, generation;
+    for (int i = 0; i < 2; i++) {
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
+    }
+    assert_true(tile_queue_lease(q, BOB, &tile, &generation));
+    assert_int_equal(tile_queue_receive(q, BOB, tile, generation), VERDICT_ACCEPTED);
+    tile_queue_land(q, tile);
+    assert_false(tile_queue_is_suspect(q, tile));
+    tile_queue_extend(q, tile, 1);
+    assert_false(tile_queue_gives_suspect(q));
+    for (int i = 0; i < 2; i++) { /* the next pass has its own count */
+        assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+        assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_DIED), TILE_GOES_ON);
+    }
+    tile_queue_destroy(&q);
+}
+
+static void lease(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation,
+                  uint32_t pass)
+{
+    uint32_t got, under;
+    assert_true(tile_queue_lease(q, worker, &got, &under));
+    assert_int_equal(got, tile);
+    assert_int_equal(under, generation);
+    assert_int_equal(tile_queue_pass(q, got), pass);
+}
+
+static void finish(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation)
+{
+    assert_int_equal(tile_queue_receive(q, worker, tile, generation), VERDICT_ACCEPTED);
+    tile_queue_land(q, tile);
+}
+
+/* All tiles' first pass in their order, then all tiles' second: also when tiles land in
+ * another order. */
+static void gives_pass_after_pass(void **state)
+{
+    (void)state;
+    enum { PASSES = 5, TILES = 63 };
+    struct tile_queue *q = make_passes(9 * 16, 7 * 16, 16, 32, PASSES);
+    uint32_t order[TILES], again, generation;
+    assert_int_equal(tile_queue_count(q), TILES * PASSES);
+    for (uint32_t pass = 0; pass < PASSES; pass++) {
+        assert_int_equal(tile_queue_waiting(q), TILES);
+        for (uint32_t i = 0; i < TILES; i++) {
+            assert_true(tile_queue_lease(q, ALICE, &again, &generation));
+            if (pass == 0) order[i] = again;
+            assert_int_equal(again, order[i]);
+            assert_int_equal(generation, pass + 1);
+            assert_int_equal(tile_queue_pass(q, again), pass);
+        }
+        assert_false(tile_queue_lease(q, ALICE, &again, &generation)); /* one lease a tile */
+        assert_false(tile_queue_complete(q));
+        for (uint32_t i = 0; i < TILES; i++)
+            finish(q, ALICE, order[(i * 37 + 11) % TILES], pass + 1);
+        assert_int_equal(tile_queue_landed(q), TILES * (pass + 1));
+    }
+    assert_true(tile_queue_complete(q));
+    assert_int_equal(tile_queue_pass(q, 0), PASSES);
+    assert_int_equal(tile_queue_reissued(q), 0);
+    assert_false(tile_queue_lease(q, ALICE, &again, &generation));
+    tile_queue_destroy(&q);
+}
+
+/* One worker brings each window to its end before it opens the next. */
+static void ends_window_after_window(void **state)
+{
+    (void)state;
+    enum { PASSES = 3, TILES = 63, WINDOW = 10 };
+    struct tile_queue *q = make_windows(9 * 16, 7 * 16, 16, 32, PASSES, WINDOW);
+    uint32_t tile, generation, begun = 0, ended = 0;
+    while (tile_queue_lease(q, ALICE, &tile, &generation)) {
+        begun += tile_queue_pass(q, tile) == 0;
+        finish(q, ALICE, tile, generation);
+        ended += tile_queue_pass(q, tile) == PASSES;
+        assert_in_range(begun - ended, 0, WINDOW);
+    }
+    assert_true(tile_queue_complete(q) && ended == TILES);
+    tile_queue_destroy(&q);
+}
+
+/* Who has nothing left in a window begins the next one. */
+static void idle_workers_open_the_next_window(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_windows(64, 32, 32, 64, 2, 1);
+    lease(q, ALICE, 0, 1, 0);
+    lease(q, BOB, 1, 1, 0);
+    finish(q, BOB, 1, 1);
+    finish(q, ALICE, 0, 1);
+    lease(q, BOB, 0, 2, 1);
+    lease(q, ALICE, 1, 2, 1);
+    tile_queue_destroy(&q);
+}
+
+/* Whoever is left behind goes before those that are further. */
+static void slow_tiles_catch_up(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(64, 32, 32, 64, 4);
+    lease(q, ALICE, 0, 1, 0);
+    lease(q, BOB, 1, 1, 0);
+    finish(q, BOB, 1, 1);
+    lease(q, BOB, 1, 2, 1);
+    finish(q, BOB, 1, 2);
+    finish(q, ALICE, 0, 1);
+    lease(q, ALICE, 0, 2, 1); /* tile 1 is at pass 2 */
+    finish(q, ALICE, 0, 2);
+    lease(q, ALICE, 0, 3, 2);
+    lease(q, BOB, 1, 3, 2);
+    tile_queue_destroy(&q);
+}
+
+/* A pass that came back keeps its pass; what was sent for an earlier one is a duplicate. */
+static void leases_hold_in_every_pass(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 3);
+    lease(q, ALICE, 0, 1, 0);
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 1, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_int_equal(tile_queue_receive(q, CAROL, 0, 1), VERDICT_ACCEPTED); /* late, not begun */
+    tile_queue_land(q, 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while it waits */
+    assert_int_equal(tile_queue_waiting(q), 1);
+    lease(q, ALICE, 0, 2, 1);
+    assert_int_equal(tile_queue_reissued(q), 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE); /* while leased */
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 2, TILE_GIVEN_BACK), TILE_GOES_ON);
+    lease(q, BOB, 0, 3, 1);
+    assert_int_equal(tile_queue_reissued(q), 1);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 2), VERDICT_STALE);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 3), VERDICT_ACCEPTED);
+    tile_queue_reject(q, 0);
+    lease(q, CAROL, 0, 4, 1);
+    finish(q, CAROL, 0, 4);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 2), VERDICT_DUPLICATE);
+    lease(q, BOB, 0, 5, 2);
+    finish(q, BOB, 0, 5);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 5), VERDICT_DUPLICATE);
+    assert_true(tile_queue_complete(q));
+    tile_queue_destroy(&q);
+}
+
+/* Of two leases of a tile the first result counts, whoever sends it; either may come back. */
+static void a_copy_is_as_good(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 4);
+    uint32_t copy;
+    assert_false(tile_queue_copy(q, BOB, 0, 1, &copy)); /* not leased */
+    lease(q, ALICE, 0, 1, 0);
+    assert_false(tile_queue_copy(q, ALICE, 0, 1, &copy)); /* has it */
+    assert_false(tile_queue_copy(q, BOB, 0, 2, &copy));
+    assert_false(tile_queue_copy(q, BOB, 9, 1, &copy));
+    assert_true(tile_queue_copy(q, BOB, 0, 1, &copy));
+    assert_int_equal(copy, 2);
+    assert_false(tile_queue_copy(q, CAROL, 0, 1, &copy)); /* one is enough */
+    finish(q, BOB, 0, 2);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 1), VERDICT_DUPLICATE);
+    /* The first lease comes back: the copy stays, and is not given again. */
+    lease(q, ALICE, 0, 3, 1);
+    assert_true(tile_queue_copy(q, BOB, 0, 3, &copy));
+    assert_int_equal(tile_queue_return(q, ALICE, 0, 3, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_int_equal(tile_queue_waiting(q), 0);
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 3), VERDICT_STALE);
+    assert_true(tile_queue_copy(q, CAROL, 0, 4, &copy)); /* it is the tile's own now */
+    assert_true(tile_queue_fault(q, BOB, 0, 4));
+    finish(q, CAROL, 0, 5);
+    /* A result that is refused leaves the tile to the other one; both gone, it waits. */
+    lease(q, ALICE, 0, 6, 2);
+    assert_true(tile_queue_copy(q, BOB, 0, 6, &copy));
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 6), VERDICT_ACCEPTED);
+    tile_queue_reject(q, 0);
+    assert_int_equal(tile_queue_waiting(q), 0);
+    assert_int_equal(tile_queue_return(q, BOB, 0, 7, TILE_GIVEN_BACK), TILE_GOES_ON);
+    assert_int_equal(tile_queue_waiting(q), 1);
+    lease(q, ALICE, 0, 8, 2);
+    assert_true(tile_queue_copy(q, BOB, 0, 8, &copy));
+    assert_int_equal(tile_queue_receive(q, ALICE, 0, 8), VERDICT_ACCEPTED);
+    assert_int_equal(tile_queue_receive(q, BOB, 0, 9), VERDICT_DUPLICATE);
+    tile_queue_reject(q, 0);
+    assert_int_equal(tile_queue_waiting(q), 1);
+    assert_int_equal(tile_queue_copied(q), 5);
+    tile_queue_destroy(&q);
+}
+
+/* A long frame may lose many leases, but not of one pass. */
+static void each_pass_has_its_own_patience(void **state)
+{
+    (void)state;
+    struct tile_queue *q = make_passes(32, 32, 32, 64, 8);
+    uint32_t tile, generation;
+    for (uint32_t pass = 0; pass < 8; pass++) {
+        for (int i = 1; i < TILE_QUEUE_RETURNS; i++) {
+            assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
+            assert_int_equal(tile_queue_return(q, ALICE, tile, generation, TILE_GIVEN_BACK),
+                             TILE_GOES_ON);
+        }
+        assert_true(tile_queue_lease(q, BOB, &tile, &generation));
+        assert_int_equal(tile_queue_pass(q, tile), pass);
+        finish(q, BOB, tile, generation);
+    }
+    assert_true(tile_queue_complete(q));
+    tile_queue_destroy(&q);
+    q = make_passes(32, 32, 32, 64, 2);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    lease(q, CAROL, 0, 3, 0);
+    finish(q, CAROL, 0, 3);
+    assert_true(fault_once(q, ALICE));
+    assert_true(fault_once(q, BOB));
+    assert_false(fault_once(q, CAROL));
+    tile_queue_destroy(&q);
+}
+
+/* Random workers that finish, return, fault and send late: in the end every tile landed
+ * once, or once in each pass. */
+static void survive(uint32_t passes)
+{
+    struct tile_queue *q = make_passes(300, 200, 16, 64, passes);
+    uint32_t count = tile_queue_count(q), landed = 0, seed = 7;
+    struct {
+        uint32_t tile, generation;
+        uint64_t worker;
+    } held[64];
+    unsigned holding = 0;
+    while (!tile_queue_complete(q)) {
+        seed = seed * 1664525u + 1013904223u;
+        uint64_t worker = 1 + (seed >> 20) % 5;
+        if (holding < 64 && (seed >> 28) < 9) {
+            uint32_t tile, generation;
+            if (tile_queue_lease(q, worker, &tile, &generation)) {
+                held[holding].tile = tile;
+                held[holding].generation = generation;
+                held[holding++].worker = worker;
+                continue;
+            }
+        }
+        if (holding == 0) continue;
+        unsigned at = (seed >> 8) % holding;
+        uint32_t tile = held[at].tile, generation = held[at].generation;
+        worker = held[at].worker;
+        unsigned what = (seed >> 16) % 8;
+        /* Some come back and are sent late: at once, by another name, or after others were leased.
+         */
+        if (what == 0)
+            assert_int_equal(tile_queue_return(q, worker, tile, generation, TILE_GIVEN_BACK),
+                             TILE_GOES_ON);
+        if (what == 0 && seed & 64) continue;
+        if (what == 0) worker = 9;
+        if (tile_queue_receive(q, worker, tile, generation) == VERDICT_ACCEPTED) {
+            if (what == 1)
+                tile_queue_reject(q, tile);
+            else {
+                tile_queue_land(q, tile);
+                landed++;
+            }
+        }
+        held[at] = held[--holding];
+    }
+    assert_int_equal(landed, count);
+    assert_int_equal(tile_queue_landed(q), count);
+    tile_queue_destroy(&q);
+}
+
+static void survives_any_order(void **state)
+{
+    (void)state;
+    survive(1);
+    survive(7);
+}
+
+static bool is_even(void *ctx, uint32_t tile)
+{
+    (void)ctx;
+    return tile % 2 == 0;
+}
+
+/* Results that are there already: their tiles are given to nobody, in whatever order they land. */
+static void tiles_are_taken(void **state)
+{
+    struct tile_grid grid;
+    struct tile_queue *q;
+    uint32_t taken[16], order[16], tile, generation;
+    (void)state;
+    assert_int_equal(tile_grid_init(&grid, 64, 64, 16), 0);
+    assert_int_equal(tile_queue_create(&grid, 32, 2, 16, &q), 0);
+    for (uint32_t i = 0; i < 16; i++) {
+        assert_true(tile_queue_lease(q, 1, &order[i], &generation));
+        assert_int_equal(tile_queue_passes(q, order[i]), 2);
+    }
+    tile_queue_destroy(&q);
+    assert_int_equal(tile_queue_create(&grid, 32, 2, 16, &q), 0);
+    assert_int_equal(tile_queue_take(q, is_even, NULL, taken), 8);
+    assert_int_equal(tile_queue_waiting(q), 8);
+    for (uint32_t i = 0, even = 0; i < 16; i++)
+        if (order[i] % 2 == 0) assert_int_equal(taken[even++], order[i]);
+    assert_int_equal(tile_queue_receive(q, 1, taken[0], 1), VERDICT_FOREIGN);
+    /* One has both passes there, one the first, one is not there after all. */
+    tile_queue_land_and_take(q, taken[0]);
+    tile_queue_land(q, taken[0]);
+    tile_queue_land(q, taken[1]);
+    tile_queue_give_up(q, taken[2]);
+    for (uint32_t i = 3; i < 8; i++) {
+        tile_queue_land_and_take(q, taken[i]);
+        assert_int_equal(tile_queue_pass(q, taken[i]), 1);
+        tile_queue_land(q, taken[i]);
+    }
+    /* Eight odd ones and the third have two passes to go, the second one. */
+    unsigned leases = 0;
+    while (tile_queue_lease(q, 1, &tile, &generation)) {
+        assert_true(tile % 2 == 1 || tile == taken[1] || tile == taken[2]);
+        assert_int_equal(tile_queue_receive(q, 1, tile, generation), VERDICT_ACCEPTED);
+        tile_queue_land(q, tile);
+        leases++;
+    }
+    assert_int_equal(leases, 19);
+    assert_true(tile_queue_complete(q));
+    assert_true(tile_queue_reissued(q) == 0);
+    tile_queue_destroy(&q);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gives_each_tile_once),
+        cmocka_unit_test(fills_cell_after_cell),
+        cmocka_unit_test(counts_a_result_once),
+        cmocka_unit_test(passes_a_lease_on),
+        cmocka_unit_test(takes_a_late_result_of_a_waiting_tile),
+        cmocka_unit_test(fails_by_three_different_workers),
+        cmocka_unit_test(fails_when_a_tile_never_stays),
+        cmocka_unit_test(a_tile_that_ends_its_workers_is_deadly),
+        cmocka_unit_test(who_comes_back_has_not_died),
+        cmocka_unit_test(what_lands_is_no_suspect),
+        cmocka_unit_test(gives_pass_after_pass),
+        cmocka_unit_test(ends_window_after_window),
+        cmocka_unit_test(idle_workers_open_the_next_window),
+        cmocka_unit_test(slow_tiles_catch_up),
+        cmocka_unit_test(leases_hold_in_every_pass),
+        cmocka_unit_test(a_copy_is_as_good),
+        cmocka_unit_test(each_pass_has_its_own_patience),
+        cmocka_unit_test(survives_any_order),
+        cmocka_unit_test(tiles_are_taken),
+    };
+    return cmocka_run_group_tests_name("tile_queue", tests, NULL, NULL);
+}

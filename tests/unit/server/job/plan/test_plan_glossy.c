@@ -1,0 +1,181 @@
+/* When glossy lobes have a light field, and which filter it takes. */
+#include "tests/unit/server/job/plan/plan_stage.h"
+
+#include "proto/samples.h"
+
+#define BIT(plane) PLANE_BIT(plane)
+
+static void must_make(struct stage *s)
+{
+    const struct plan_source source = {.scene = &s->scene, .map = &s->map};
+    if (plan_make(&s->job, &source, 1, &s->plan, &s->report, &s->fault) != 0)
+        fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+}
+
+static void varnish(struct stage *s)
+{
+    s->material.specular = 1;
+    s->material.roughness = 0.3f;
+}
+
+static const uint64_t half = PLANE_BIT(GLOSSY_HALF);
+
+static void expect_field(struct stage *s, uint32_t filter, const char *why)
+{
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANES_GLOSSY & ~half, PLANES_GLOSSY & ~half);
+    assert_int_equal(s->plan.paths.without_glossy_indirect, 1);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, 1);
+    assert_int_equal(s->plan.glossy_filter, filter);
+    assert_string_equal(s->report.glossy_filter_why, why);
+}
+
+static void expect_none(struct stage *s, const char *why)
+{
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANES_GLOSSY, 0);
+    assert_int_equal(s->plan.paths.without_glossy_indirect, 0);
+    assert_int_equal(s->plan.glossy_filter, GLOSSY_FILTER_NONE);
+    assert_string_equal(s->report.glossy_filter_why, why);
+}
+
+static void lobes_have_a_field(void **state)
+{
+    struct stage *s = *state;
+    varnish(s);
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT,
+                 "9 rays a lobe: neighbours whose lobes see the same points need the fewest");
+    s->material.specular = 0;
+    s->material.metallic = 1;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT,
+                 "9 rays a lobe: neighbours whose lobes see the same points need the fewest");
+}
+
+static void filters_are_taken_as_asked(void **state)
+{
+    struct stage *s = *state;
+    varnish(s);
+    s->job.glossy = GLOSSY_BANDLIMIT;
+    expect_field(s, GLOSSY_FILTER_BANDLIMIT, "filter.glossy asks for it");
+    s->job.glossy = GLOSSY_VIRTUAL_HIT;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, "filter.glossy asks for it");
+    s->job.glossy = GLOSSY_AVERAGE;
+    expect_field(s, GLOSSY_FILTER_NONE, "filter.glossy is average");
+    s->job.glossy = GLOSSY_AUTO;
+    s->job.method = FILTER_AVERAGE;
+    expect_field(s, GLOSSY_FILTER_NONE, "filter.method is average");
+    s->job.glossy = GLOSSY_BANDLIMIT;
+    expect_field(s, GLOSSY_FILTER_BANDLIMIT, "filter.glossy asks for it");
+}
+
+/* Their distances are sent where rays are dealt by them. */
+static void spans_are_for_adaptive_sampling(void **state)
+{
+    struct stage *s = *state;
+    varnish(s);
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANE_BIT(GLOSSY_SPAN), 0);
+    s->job.indirect = INDIRECT_ADAPTIVE;
+    must_make(s);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+    assert_true(s->plan.planes & PLANE_BIT(GLOSSY_SPAN));
+    assert_int_equal(plan_side_maps(&s->plan), 2);
+    s->material.specular = s->material.metallic = 0;
+    must_make(s);
+    assert_int_equal(s->plan.planes & PLANE_BIT(GLOSSY_SPAN), 0);
+    assert_int_equal(plan_side_maps(&s->plan), s->plan.indirect_filter == INDIRECT_FILTER_RATE);
+}
+
+/* Nothing is traced or sent for lobes that no surface has. */
+static void other_surfaces_have_none(void **state)
+{
+    struct stage *s = *state;
+    static const char none[] = "no surface has a glossy lobe, isotropic and not too sharp";
+    varnish(s);
+    s->material.transmission_texture.texture = s->material.anisotropy_texture.texture = SCENE_NONE;
+    s->material.roughness = 0.09f;
+    expect_none(s, none);
+    s->material.roughness = 0.3f;
+    s->material.anisotropy = 0.5f;
+    expect_none(s, none);
+    s->material.anisotropy = 0;
+    s->material.transmission = 1;
+    expect_none(s, none);
+    s->material.transmission = 0;
+    s->material.model = MODEL_BLINN_PHONG;
+    expect_none(s, none);
+    s->job.glossy = GLOSSY_BANDLIMIT;
+    must_make(s);
+    bool warned = false;
+    for (uint32_t i = 0; i < s->report.warning_count; i++)
+        warned |= strstr(s->report.warnings[i], "filter.glossy is bandlimit, but") != NULL;
+    assert_true(warned);
+}
+
+/* Halves tell of errors, and cost nothing where nobody asks. */
+static void halves_are_for_errors(void **state)
+{
+    struct stage *s = *state;
+    static const char four[] =
+        "4 rays a lobe: neighbours whose lobes see the same points need the fewest";
+    varnish(s);
+    s->job.spp = 4;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_false(s->plan.planes & half);
+    s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_true(s->plan.planes & half);
+    s->job.layers = LAYER_BEAUTY;
+    s->job.target_error = 0.02f;
+    s->job.max_spp = 64;
+    expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, four);
+    assert_true(s->plan.planes & half);
+    s->job.glossy = GLOSSY_AVERAGE;
+    must_make(s);
+    assert_true(s->plan.planes & half);
+}
+
+static void other_plans_have_none(void **state)
+{
+    struct stage *s = *state;
+    expect_none(s, "glossy lobes have a field beside paths and light fields only");
+    varnish(s);
+    s->job.method = FILTER_NONE;
+    expect_none(s, "glossy lobes have a field beside paths and light fields only");
+    s->job.method = FILTER_AUTO;
+    s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    s->job.indirect_bounces = 0;
+    expect_none(s, "there is no indirect light");
+}
+
+static void reports_it_as_json(void **state)
+{
+    struct stage *s = *state;
+    varnish(s);
+    must_make(s);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_string_equal(json_string_value(json_object_get(json, "glossy_filter")), "virtual_hit");
+    assert_string_equal(json_string_value(json_object_get(json, "glossy_filter_why")),
+                        s->report.glossy_filter_why);
+    const json_t *planes = json_object_get(json, "planes");
+    const size_t count = json_array_size(planes);
+    assert_string_equal(json_string_value(json_array_get(planes, count - 2)), "sub_reflectance");
+    assert_string_equal(json_string_value(json_array_get(planes, count - 1)), "lone");
+    json_decref(json);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(lobes_have_a_field, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(filters_are_taken_as_asked, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(spans_are_for_adaptive_sampling, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(other_surfaces_have_none, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(halves_are_for_errors, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(other_plans_have_none, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(reports_it_as_json, set_up, tear_down),
+    };
+    return cmocka_run_group_tests_name("plan_glossy", tests, NULL, NULL);
+}

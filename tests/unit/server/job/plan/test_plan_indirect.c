@@ -1,0 +1,467 @@
+/* What a plan decides about indirect light and occlusion: who brings them, their planes and their
+ * filter, and why. */
+#include "proto/link/message.h"
+#include "proto/plan_check.h"
+#include "proto/samples.h"
+#include "tests/unit/server/job/plan/plan_stage.h"
+
+#define BIT(plane)    PLANE_BIT(plane)
+#define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
+#define PLANES_SURFACE                                                                             \
+    (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) |            \
+     BIT(SUB_ID) | BIT(LONE))
+
+static void must_make(struct stage *s)
+{
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    assert_int_equal(plan_check(&s->plan, &s->fault), 0);
+}
+
+static void light_fields_bounce_often(void **state)
+{
+    struct stage *s = *state;
+    static const uint32_t bounces[] = {1, 2, 64};
+    for (int i = 0; i < 3; i++) {
+        s->job.indirect_bounces = bounces[i];
+        must_make(s);
+        assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+        assert_int_equal(s->plan.bounces, bounces[i]);
+        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR));
+        assert_int_equal(s->plan.paths.spp, 0);
+        assert_int_equal(s->plan.indirect_strata_per_axis, 3);
+        assert_true(s->plan.occlusion_distance == 0);
+        assert_true(s->plan.capabilities & CAPABILITY_INDIRECT);
+        assert_string_equal(why(s, "plane indirect_halves"), "nobody asks for errors");
+        assert_string_equal(why(s, "plane indirect_strata"), "no filter of this plan reads it");
+        assert_string_equal(why(s, "plane open"), "no layer of this plan reads it");
+        assert_null(why(s, "filter of indirect light"));
+    }
+    s->job.indirect_bounces = 0;
+    s->job.indirect_spp = 4;
+    must_make(s);
+    assert_int_equal(s->plan.planes, PLANES_SURFACE);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_NONE);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 0);
+    assert_string_equal(why(s, "plane indirect_mean"), "there is no indirect light");
+    assert_string_equal(why(s, "effect indirect"), "effects.indirect_bounces is 0");
+    assert_string_equal(why(s, "filter of indirect light"),
+                        "there is neither indirect light nor occlusion to filter");
+    assert_non_null(why(s, "sampling.indirect_spp"));
+    assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_SHEARED);
+}
+
+static void expect_beside(struct stage *s, const char *sentence)
+{
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_int_equal(s->plan.paths.spp, 9);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, 1);
+    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) |
+                                         BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.light_planes, 0);
+    assert_int_equal(s->plan.sub_samples, LIMIT_SUB_SAMPLES);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 3);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_CONSTANT);
+    assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_NONE);
+    assert_int_equal(s->report.method, FILTER_NONE);
+    assert_true((s->plan.capabilities & (CAPABILITY_PATHS | CAPABILITY_INDIRECT)) ==
+                (CAPABILITY_PATHS | CAPABILITY_INDIRECT));
+    assert_string_equal(why(s, "light fields of lights"), sentence);
+    assert_non_null(strstr(s->report.filter_why, sentence));
+    assert_null(why(s, "light fields"));
+    assert_null(why(s, "paths"));
+    assert_null(why(s, "plane depth"));
+    assert_string_equal(why(s, "plane path_diffuse_indirect"), "no layer of this plan reads it");
+}
+
+/* One thing after the other that light fields cannot do alone. */
+static void paths_take_what_light_fields_cannot(void **state)
+{
+    struct stage *s = *state;
+    const struct scene_material lambert = s->material;
+    const struct job job = s->job;
+#define BESIDE(sentence)                                                                           \
+    do {                                                                                           \
+        expect_beside(s, sentence);                                                                \
+        s->material = lambert;                                                                     \
+        s->job = job;                                                                              \
+    } while (0)
+    s->material.metallic = 0.5f;
+    BESIDE("material 0 \"main\" is not Lambert");
+    s->material.specular = 1;
+    s->job.indirect_bounces = 5;
+    BESIDE("material 0 \"main\" is not Lambert");
+    s->material.transmission = 0.1f;
+    BESIDE("material 0 \"main\" is not Lambert");
+    s->material.model = MODEL_PHONG;
+    BESIDE("material 0 \"main\" is not Lambert");
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    BESIDE("there is an environment");
+    s->material.emission[2] = 1;
+    BESIDE("meshes shine that are no rectangular lights");
+#undef BESIDE
+}
+
+/* Nobody asks to filter so many, and paths show them pass by pass. */
+static void many_samples_are_paths_alone(void **state)
+{
+    struct stage *s = *state;
+    s->material.specular = 1;
+    s->job.spp = 256;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.spp = 257;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_string_equal(why(s, "light fields"),
+                        "289 samples a pixel are above 256: paths alone show little noise");
+    assert_string_equal(s->report.indirect_filter_why, why(s, "light fields"));
+    s->job.indirect_spp = 64;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.indirect_spp = 1024;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    /* Who asks has them, and so do light fields alone. */
+    s->job.indirect = INDIRECT_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.indirect = INDIRECT_AUTO;
+    s->job.method = FILTER_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    s->job.method = FILTER_AUTO;
+    s->material.specular = 0;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+}
+
+static void shadows_beside_paths_are_not_filtered(void **state)
+{
+    struct stage *s = *state;
+    s->material.specular = 1;
+    s->job.method = FILTER_SHEARED;
+    s->job.layers = LAYER_BEAUTY | LAYER_FILTER_WIDTH;
+    must_make(s);
+    assert_true(has_warning(s, "filter.method is sheared, but shadows are not filtered: direct "
+                               "light comes along paths"));
+    assert_false(has_warning(s, "filter_width"));
+    s->job.method = FILTER_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_NONE);
+    assert_true(has_warning(s, "the layer filter_width is 0 everywhere"));
+    assert_string_equal(why(s, "plane reflector"), "no filter of this plan reads it");
+}
+
+static void layers_beside_paths_come_from_either(void **state)
+{
+    static const struct {
+        uint32_t layer, planes;
+    } cases[] = {
+        {LAYER_DIRECT, BIT(PATH_DIRECT)},
+        {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
+        {LAYER_EMISSION, BIT(PATH_EMISSION)},
+        {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
+        {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
+        {LAYER_DIFFUSE_INDIRECT, 0},
+        {LAYER_OCCLUSION, BIT(OPEN)},
+        {LAYER_SAMPLES | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID | LAYER_FILTER_WIDTH, 0},
+    };
+    struct stage *s = *state;
+    s->material.specular = 1;
+    s->job.occlusion_distance = 2;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.layers = cases[i].layer;
+        must_make(s);
+        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) |
+                                             BIT(PATH_RADIANCE) | cases[i].planes);
+        assert_true(s->plan.occlusion_distance ==
+                    (cases[i].layer == LAYER_OCCLUSION ? 2.0f : 0.0f));
+    }
+    s->job.layers = LAYERS_AVAILABLE & ~LAYER_ERROR;
+    must_make(s);
+    assert_string_equal(why(s, "plane path_diffuse_indirect"), "a light field brings it");
+    assert_string_equal(why(s, "plane path_occlusion"), "a light field brings it");
+    assert_null(why(s, "plane open"));
+    /* Halves of both tell of errors. */
+    s->job.layers = LAYERS_AVAILABLE;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(REFLECTOR));
+    assert_true(s->plan.planes & BIT(PATH_SPREAD) && s->plan.planes & BIT(PATH_SPLIT));
+    assert_false(s->plan.planes & BIT(INDIRECT_MEAN));
+    assert_string_equal(why(s, "plane indirect_mean"), "it is made of the halves");
+}
+
+static void occlusion_stands_alone(void **state)
+{
+    struct stage *s = *state;
+    s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
+    s->job.occlusion_distance = 0.5f;
+    s->job.indirect_bounces = 0;
+    s->job.indirect_spp = 64;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(OPEN) | BIT(REFLECTOR));
+    assert_int_equal(s->plan.indirect_strata_per_axis, 8);
+    assert_int_equal(s->plan.bounces, 0);
+    assert_true(s->plan.occlusion_distance == 0.5f);
+    assert_int_equal(s->report.effects & (EFFECT_OCCLUSION | EFFECT_INDIRECT), EFFECT_OCCLUSION);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);
+    s->material.specular = 1;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_int_equal(s->plan.planes, PLANES_CENTRE | BIT(OPEN) | BIT(REFLECTOR) |
+                                         BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, 0);
+    assert_int_equal(s->plan.sub_samples, 0);
+    /* In the dark there is still something to see of it. */
+    s->scene.count[SCENE_LIGHTS] = 0;
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.planes & BIT(OPEN));
+    s->job.indirect = INDIRECT_AVERAGE;
+    must_make(s);
+    assert_false(s->plan.planes & BIT(REFLECTOR));
+}
+
+static void expect_filter(struct stage *s, uint32_t filter, const char *sentence)
+{
+    must_make(s);
+    assert_int_equal(s->plan.indirect_filter, filter);
+    assert_string_equal(s->report.indirect_filter_why, sentence);
+    assert_true((filter == INDIRECT_FILTER_NONE) == (why(s, "filter of indirect light") != NULL));
+    assert_true((filter != INDIRECT_FILTER_NONE) == ((s->plan.planes & BIT(REFLECTOR)) != 0));
+}
+
+static void auto_filters_by_samples(void **state)
+{
+    struct stage *s = *state;
+    static const struct {
+        uint32_t spp, filter;
+        const char *why;
+    } cases[] = {
+        {1, INDIRECT_FILTER_CONSTANT, "1 bounce ray: weighted means need the fewest"},
+        {4, INDIRECT_FILTER_CONSTANT, "4 bounce rays: weighted means need the fewest"},
+        {25, INDIRECT_FILTER_CONSTANT, "25 bounce rays: weighted means need the fewest"},
+        {26, INDIRECT_FILTER_LINEAR, "36 bounce rays: linear fits blur less than means do"},
+        {49, INDIRECT_FILTER_LINEAR, "49 bounce rays: linear fits blur less than means do"},
+        {64, INDIRECT_FILTER_LINEAR, "64 bounce rays: linear fits blur less than means do"},
+        {65536, INDIRECT_FILTER_LINEAR, "65536 bounce rays: linear fits blur less than means do"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.spp = 9;
+        s->job.indirect_spp = cases[i].spp;
+        expect_filter(s, cases[i].filter, cases[i].why);
+        s->job.spp = cases[i].spp;
+        s->job.indirect_spp = 0;
+        expect_filter(s, cases[i].filter, cases[i].why);
+    }
+}
+
+static void filters_are_taken_as_asked(void **state)
+{
+    struct stage *s = *state;
+    static const char asked[] = "filter.indirect asks for it";
+    for (int glossy = 0; glossy < 2; glossy++) {
+        s->material.specular = (float)glossy;
+        s->job.method = FILTER_AUTO;
+        s->job.indirect = INDIRECT_CONSTANT;
+        expect_filter(s, INDIRECT_FILTER_CONSTANT, asked);
+        s->job.indirect = INDIRECT_LINEAR;
+        expect_filter(s, INDIRECT_FILTER_LINEAR, asked);
+        s->job.indirect = INDIRECT_BLEND;
+        expect_filter(s, INDIRECT_FILTER_BLEND, asked);
+        s->job.indirect = INDIRECT_AVERAGE;
+        expect_filter(s, INDIRECT_FILTER_NONE, "filter.indirect is average");
+        /* Of filter.method only average speaks of indirect light, and only where nothing else is
+         * asked for. */
+        s->job.indirect = INDIRECT_AUTO;
+        s->job.method = FILTER_AXIS_ALIGNED;
+        expect_filter(s, INDIRECT_FILTER_CONSTANT, "9 bounce rays: weighted means need the fewest");
+        s->job.method = FILTER_AVERAGE;
+        expect_filter(s, INDIRECT_FILTER_NONE, "filter.method is average");
+        s->job.indirect = INDIRECT_LINEAR;
+        expect_filter(s, INDIRECT_FILTER_LINEAR, asked);
+    }
+}
+
+/* Adaptive sampling begins with 16 rays, whatever spp is; indirect_spp is the most. */
+static void rates_follow_mu(void **state)
+{
+    struct stage *s = *state;
+    static const struct {
+        float mu;
+        uint32_t indirect_spp, most;
+    } cases[] = {{1, 0, 100}, {0.5f, 0, 100}, {2, 0, 400},     {100, 0, LIMIT_SPP},
+                 {2, 64, 64}, {1, 16, 16},    {1, 1024, 1024}, {1, 9, 16}};
+    s->job.indirect = INDIRECT_ADAPTIVE;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.mu = cases[i].mu;
+        s->job.indirect_spp = cases[i].indirect_spp;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+        assert_int_equal(s->plan.indirect_strata_per_axis, 4);
+        assert_true(s->plan.rate.mu == cases[i].mu && s->plan.mu == 1.0f);
+        assert_int_equal(s->plan.rate.rays_most, cases[i].most);
+        assert_int_equal(s->plan.planes,
+                         PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) | BIT(REFLECTOR_FAR));
+        assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+        assert_true(plan_has_rounds(&s->plan));
+        assert_int_equal(s->report.warning_count, cases[i].indirect_spp == 9 ? 1 : 0);
+    }
+    s->job.mu = 1;
+    s->job.indirect_spp = 0;
+    must_make(s);
+    assert_string_equal(s->report.indirect_filter_why,
+                        "filter.indirect asks for it: 16 rays a pixel, then as many as their "
+                        "distances call for, 100 at most");
+    json_t *report = plan_report_json(&s->plan, &s->report);
+    json_t *adaptive = json_object_get(json_object_get(report, "samples"), "indirect_most");
+    assert_int_equal(json_integer_value(adaptive), 100);
+    json_decref(report);
+    s->material.specular = 1; /* beside paths */
+    must_make(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+    assert_int_equal(s->plan.paths.spp, 9);
+    s->job.indirect = INDIRECT_AUTO;
+    must_make(s);
+    assert_true(s->plan.rate.mu == 0 && s->plan.rate.rays_most == 0);
+    assert_string_equal(why(s, "plane reflector_far"), "no filter of this plan reads it");
+}
+
+/* Shear reads single rays, as many as travel; whatever else there is is filtered along the axes. */
+static void shear_reads_single_rays(void **state)
+{
+    struct stage *s = *state;
+    s->job.indirect = INDIRECT_SHEARED;
+    for (int glossy = 0; glossy < 2; glossy++) {
+        s->material.specular = (float)glossy;
+        s->job.layers = LAYER_BEAUTY;
+        s->job.indirect_spp = 256;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_SHEARED);
+        assert_int_equal(s->plan.planes & ~(BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE)),
+                         PLANES_SURFACE | BIT(INDIRECT_STRATA) | BIT(REFLECTOR));
+        assert_int_equal(s->plan.paths.without_diffuse_indirect, (uint32_t)glossy);
+        assert_true(s->plan.capabilities & CAPABILITY_STRATA);
+        assert_string_equal(why(s, "plane indirect_mean"), "it is made of the strata");
+        s->job.layers |= LAYER_OCCLUSION;
+        s->job.occlusion_distance = 1;
+        must_make(s);
+        assert_true((s->plan.planes & (BIT(OPEN) | BIT(REFLECTOR))) ==
+                    (BIT(OPEN) | BIT(REFLECTOR)));
+        s->job.indirect_spp = 257;
+        must_make(s);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);
+        assert_true(has_warning(s, "at most 256 a pixel: the filter is linear"));
+        assert_false(s->plan.planes & BIT(INDIRECT_STRATA));
+    }
+}
+
+static void paths_alone_are_not_filtered(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    expect_filter(s, INDIRECT_FILTER_NONE, "filter.method is none: samples are averaged");
+    assert_int_equal(s->report.warning_count, 0);
+    s->job.indirect = INDIRECT_AVERAGE;
+    must_make(s);
+    assert_int_equal(s->report.warning_count, 0);
+    s->job.indirect = INDIRECT_BLEND;
+    must_make(s);
+    assert_true(has_warning(s, "filter.indirect is blend, but indirect light is not filtered: "));
+    s->job.method = FILTER_AUTO;
+    s->job.aperture_radius = 0.1f;
+    s->job.focus_distance = 4;
+    expect_filter(s, INDIRECT_FILTER_BLEND, "filter.indirect asks for it");
+    s->job.lens = LENS_AVERAGE;
+    expect_filter(s, INDIRECT_FILTER_NONE,
+                  "with a lens every sample is a path, with light of its own");
+    assert_true(has_warning(s, "filter.indirect is blend, but"));
+}
+
+/* Who asked for a filter is told that there is nothing to filter, not what light fields cannot do.
+ */
+static void nothing_is_filtered_where_nothing_bounces(void **state)
+{
+    static const char sentence[] = "there is neither indirect light nor occlusion to filter";
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect = INDIRECT_LINEAR;
+    s->job.indirect_bounces = 0;
+    expect_filter(s, INDIRECT_FILTER_NONE, sentence);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_true(has_warning(s, sentence));
+    assert_string_equal(s->report.filter_why, "paths make the picture, as light fields cannot: "
+                                              "material 0 \"main\" is not Lambert");
+}
+
+/* Halves of floats hold what is bounced of an environment, bright or dark. */
+static void scales_follow_the_environment(void **state)
+{
+    struct stage *s = *state;
+    s->scene.count[SCENE_LIGHTS] = 0;
+    static const float radiance[] = {1e-6f, 1, 1e6f};
+    for (int i = 0; i < 3; i++) {
+        s->job.environment = (struct job_environment){
+            .kind = ENVIRONMENT_CONSTANT, .radiance = {radiance[i], radiance[i], radiance[i]}};
+        must_make(s);
+        const float most = 4 * radiance[i] * s->plan.radiance_scale;
+        assert_true(most > 120 && most <= 256);
+    }
+}
+
+static const char *text_of(const json_t *json, const char *key)
+{
+    return json_string_value(json_object_get(json, key));
+}
+
+static void reports_filters_as_json(void **state)
+{
+    struct stage *s = *state;
+    s->material.specular = 1;
+    s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    s->job.indirect_spp = 36;
+    must_make(s);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_string_equal(text_of(json, "integrator"), "paths_and_light_field");
+    assert_string_equal(text_of(json, "filter"), "none");
+    assert_string_equal(text_of(json, "indirect_filter"), "linear");
+    assert_non_null(strstr(text_of(json, "indirect_filter_why"), "36 bounce rays"));
+    const json_t *samples = json_object_get(json, "samples");
+    assert_int_equal(json_integer_value(json_object_get(samples, "indirect")), 36);
+    assert_int_equal(json_integer_value(json_object_get(samples, "antialias")), 3);
+    assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 9);
+    const json_t *planes = json_object_get(json, "planes");
+    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
+                        "open");
+    json_decref(json);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(light_fields_bounce_often),
+        TEST(paths_take_what_light_fields_cannot),
+        TEST(many_samples_are_paths_alone),
+        TEST(shadows_beside_paths_are_not_filtered),
+        TEST(layers_beside_paths_come_from_either),
+        TEST(occlusion_stands_alone),
+        TEST(auto_filters_by_samples),
+        TEST(filters_are_taken_as_asked),
+        TEST(rates_follow_mu),
+        TEST(shear_reads_single_rays),
+        TEST(paths_alone_are_not_filtered),
+        TEST(nothing_is_filtered_where_nothing_bounces),
+        TEST(scales_follow_the_environment),
+        TEST(reports_filters_as_json),
+    };
+    return cmocka_run_group_tests_name("plan_indirect", tests, NULL, NULL);
+}

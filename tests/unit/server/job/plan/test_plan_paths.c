@@ -1,0 +1,184 @@
+/* When a plan is made of paths, why, and what they bring. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <string.h>
+
+#include "proto/link/message.h"
+#include "proto/plan_check.h"
+#include "proto/samples.h"
+#include "tests/unit/server/job/plan/plan_stage.h"
+
+#define BIT(plane) PLANE_BIT(plane)
+
+static void none_is_paths(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.spp = 10;
+    s->job.indirect_bounces = 64;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(plan_check(&s->plan, &s->fault), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->report.method, FILTER_NONE);
+    assert_int_equal(s->plan.paths.spp, 16);
+    assert_int_equal(s->plan.bounces, 64);
+    assert_int_equal(s->plan.indirect_strata_per_axis, 0);
+    assert_int_equal(s->plan.sub_samples, 0);
+    assert_int_equal(s->plan.planes, BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.light_planes, 0);
+    assert_int_equal(s->plan.lights[0].strata_per_axis, 1);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
+    assert_string_equal(why(s, "light fields"), "filter.method is none: every sample is a path");
+    assert_string_equal(why(s, "plane path_spread"), "no layer of this plan reads it");
+    assert_string_equal(why(s, "plane depth"), "no layer of this plan reads it");
+    assert_string_equal(why(s, "effect lens"), "the camera is a pinhole");
+    assert_null(why(s, "paths"));
+    assert_int_equal(s->report.effects, EFFECT_PRIMARY | EFFECT_ANTIALIAS | EFFECT_DIRECT |
+                                            EFFECT_SHADOWS | EFFECT_INDIRECT);
+    s->job.indirect_bounces = 0;
+    s->job.light_spp = s->job.indirect_spp = 4;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.bounces, 0);
+    assert_string_equal(why(s, "effect indirect"), "effects.indirect_bounces is 0");
+    assert_non_null(why(s, "sampling.light_spp"));
+    assert_non_null(why(s, "sampling.indirect_spp"));
+}
+
+static void paths_bring_what_layers_read(void **state)
+{
+    static const struct {
+        uint32_t layer, planes;
+    } cases[] = {
+        {LAYER_BEAUTY, BIT(PATH_COVERAGE)},
+        {LAYER_DIRECT, BIT(PATH_DIRECT)},
+        {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
+        {LAYER_EMISSION, BIT(PATH_EMISSION)},
+        {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
+        {LAYER_ERROR, BIT(PATH_SPREAD) | BIT(PATH_SPLIT)},
+        {LAYER_OCCLUSION, BIT(PATH_OCCLUSION)},
+        {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
+        {LAYER_DIFFUSE_INDIRECT, BIT(PATH_DIFFUSE_INDIRECT)},
+        {LAYER_SAMPLES, 0},
+        {LAYER_DEPTH, BIT(DEPTH)},
+        {LAYER_NORMAL, BIT(DEPTH) | BIT(NORMAL)},
+        {LAYER_ID, BIT(ID)},
+        {LAYER_VISIBILITY, BIT(DEPTH)},
+        {LAYER_SLOPE_MIN, BIT(DEPTH)},
+        {LAYER_SLOPE_MAX, BIT(DEPTH)},
+        {LAYER_FILTER_WIDTH, 0},
+    };
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.occlusion_distance = 2;
+    uint32_t seen = 0;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        s->job.layers = cases[i].layer;
+        seen |= cases[i].layer;
+        if (make(s) != 0) fail_msg("%s: %s", layer_name(cases[i].layer), s->fault.detail);
+        assert_int_equal(s->plan.planes, cases[i].planes | BIT(PATH_RADIANCE));
+        assert_true(s->plan.occlusion_distance ==
+                    (cases[i].layer == LAYER_OCCLUSION ? 2.0f : 0.0f));
+    }
+    assert_int_equal(seen, LAYERS_AVAILABLE);
+    s->job.layers = LAYERS_AVAILABLE;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.planes, PLANES_PATH | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
+}
+
+static void paths_keep_strata_for_their_layers(void **state)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    s->job.spp = 1024;
+    s->job.light_spp = 16;
+    s->job.layers = LAYER_VISIBILITY | LAYER_SLOPE_MAX;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.light_planes, 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES);
+    assert_int_equal(s->plan.lights[0].strata_per_axis, 4);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_VISIBILITY);
+    assert_null(why(s, "sampling.light_spp"));
+    s->job.light_spp = 0;
+    assert_int_equal(make(s), ERR_LIMIT);
+    assert_string_equal(s->fault.pointer, "/sampling/spp");
+}
+
+/* One thing after the other that light fields cannot do. */
+static void auto_tells_why_it_is_paths(void **state)
+{
+    struct stage *s = *state;
+    const struct scene_material lambert = s->material;
+    const struct job job = s->job;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_string_equal(why(s, "paths"), "light fields cover the scene and the layers");
+    assert_null(why(s, "light fields"));
+#define PATHS(sentence)                                                                            \
+    do {                                                                                           \
+        assert_int_equal(make(s), 0);                                                              \
+        assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);                                  \
+        assert_true(s->plan.paths.spp == 9 && s->plan.planes & BIT(PATH_RADIANCE));                \
+        assert_string_equal(why(s, "light fields"), sentence);                                     \
+        s->material = lambert;                                                                     \
+        s->job = job;                                                                              \
+    } while (0)
+    s->material.alpha_mode = ALPHA_BLEND;
+    PATHS("material 0 \"main\" lets light through by its alpha");
+    s->job.pixel_filter = PIXEL_FILTER_TENT;
+    PATHS("image.pixel_filter is not box");
+    s->job.aperture_radius = 0.1f;
+    s->job.focus_distance = 4;
+    s->job.layers |= LAYER_ALBEDO;
+    PATHS("with a lens only paths give the layer albedo");
+    s->job.layers |= LAYER_ERROR;
+    s->job.indirect_bounces = 0;
+    PATHS("only along paths has light from areas a known error");
+    /* Paths bring all light that there is. */
+    s->job.indirect_bounces = 0;
+    s->material.metallic = 0.5f;
+    PATHS("material 0 \"main\" is not Lambert");
+#undef PATHS
+    /* None of these is in its way. */
+    s->material.alpha_mode = ALPHA_MASK;
+    s->mesh.flags = MESH_IS_LIGHT;
+    s->material.emission[2] = 1;
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {0, 0, 0}};
+    s->job.occlusion_distance = 1;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
+    assert_true(s->plan.paths.spp == 0 && s->plan.occlusion_distance == 0);
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    assert_string_equal(why(s, "effect environment"), "its radiance is black");
+    assert_true(has_warning(s, "nothing shows it"));
+    assert_string_equal(why(s, "effect occlusion"), "the layer occlusion is not asked for");
+}
+
+static void warns_of_an_error_without_samples(void **state)
+{
+    struct stage *s = *state;
+    s->job.layers = LAYER_ERROR;
+    s->job.spp = 1;
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "one path a pixel"));
+    s->job.spp = 4;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "one path a pixel"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(none_is_paths),
+        TEST(paths_bring_what_layers_read),
+        TEST(paths_keep_strata_for_their_layers),
+        TEST(auto_tells_why_it_is_paths),
+        TEST(warns_of_an_error_without_samples),
+    };
+    return cmocka_run_group_tests_name("plan_paths", tests, NULL, NULL);
+}

@@ -1,0 +1,97 @@
+/* What is reported of a plan, as JSON. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <string.h>
+
+#include "tests/unit/server/job/plan/plan_stage.h"
+
+static void names_of_materials_stay_ascii(void **state)
+{
+    struct stage *s = *state;
+    memcpy(s->names + 1, "m\xc3\xa4 \xff", 6);
+    s->material.specular = 1;
+    assert_int_equal(make(s), 0);
+    assert_string_equal(why(s, "light fields of lights"),
+                        "material 0 \"m\\xc3\\xa4 \\xff\" is not Lambert");
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    json_decref(json);
+}
+
+static void reports_as_json(void **state)
+{
+    struct stage *s = *state;
+    s->scene.count[SCENE_WARNINGS] = 21;
+    assert_int_equal(make(s), 0);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_int_equal(json_array_size(json_object_get(json, "warnings")), 2);
+    assert_int_equal(json_array_size(json_object_get(json, "lights")), 1);
+    json_t *skip = json_array_get(json_object_get(json, "skipped"), 0);
+    assert_true(json_is_string(json_object_get(skip, "what")));
+    assert_true(json_is_string(json_object_get(skip, "why")));
+    assert_string_equal(json_string_value(json_object_get(json, "integrator")), "light_field");
+    assert_true(json_is_null(json_object_get(json, "environment")));
+    assert_true(json_is_null(json_object_get(json, "emitters")));
+    json_decref(json);
+}
+
+static void has_word(const json_t *list, const char *word)
+{
+    size_t i;
+    json_t *item;
+    json_array_foreach (list, i, item)
+        if (!strcmp(json_string_value(item), word)) return;
+    fail_msg("%s is missing", word);
+}
+
+static void reports_paths_as_json(void **state)
+{
+    struct stage *s = *state;
+    s->material.emission[0] = 1;
+    s->job.spp = 100;
+    s->job.layers = LAYERS_AVAILABLE;
+    s->job.occlusion_distance = 1;
+    s->job.aperture_radius = s->job.focus_distance = 1;
+    s->job.environment = (struct job_environment){.kind = ENVIRONMENT_MAP, .intensity = 1};
+    assert_int_equal(make(s), 0);
+    json_t *json = plan_report_json(&s->plan, &s->report);
+    assert_non_null(json);
+    assert_string_equal(json_string_value(json_object_get(json, "integrator")), "paths");
+    static const char *const effects[] = {"primary",  "antialias",  "direct", "shadows",
+                                          "indirect", "emission",   "lens",   "occlusion",
+                                          "emitters", "environment"};
+    for (size_t i = 0; i < sizeof effects / sizeof effects[0]; i++)
+        has_word(json_object_get(json, "effects"), effects[i]);
+    static const char *const planes[] = {"depth",       "path_radiance", "path_diffuse_indirect",
+                                         "path_albedo", "path_coverage", "path_occlusion"};
+    for (size_t i = 0; i < sizeof planes / sizeof planes[0]; i++)
+        has_word(json_object_get(json, "planes"), planes[i]);
+    const json_t *environment = json_object_get(json, "environment");
+    assert_string_equal(json_string_value(json_object_get(environment, "type")), "map");
+    assert_int_equal(json_string_length(json_object_get(environment, "map")), 64);
+    assert_int_equal(
+        json_integer_value(json_object_get(json_object_get(json, "emitters"), "instances")), 1);
+    const json_t *samples = json_object_get(json, "samples");
+    assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 100);
+    assert_int_equal(json_integer_value(json_object_get(samples, "passes")), 4);
+    assert_true(
+        json_real_value(json_object_get(json_object_get(json, "camera"), "focus_distance")) == 1);
+    json_decref(json);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+        TEST(names_of_materials_stay_ascii),
+        TEST(reports_as_json),
+        TEST(reports_paths_as_json),
+    };
+    return cmocka_run_group_tests_name("plan_report", tests, NULL, NULL);
+}

@@ -1,0 +1,235 @@
+/* Errors of means over paths: of independent samples what their spread says, of better ones what
+ * halves say, and never anything that is no number. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "server/reconstruct/compose/path_error.h"
+#include "tests/unit/server/reconstruct/synthetic_paths.h"
+
+#define SIDE 144
+#define SPP  16
+
+static struct patch *patch;
+static struct block_squares squares;
+
+static int set_up(void **state)
+{
+    struct plan plan;
+    (void)state;
+    synthetic_paths_plan(&plan, SIDE, SIDE, SIDE, SPP);
+    const struct rect all = {0, 0, SIDE, SIDE};
+    return patch_create(&plan, all, &patch) || block_squares_create(all, &squares);
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    patch_destroy(&patch);
+    block_squares_fini(&squares);
+    return 0;
+}
+
+/* Fills the patch from samples value(pixel, k); returns the mean of the means' squared errors over
+ * the pixels, their expectation being 0. */
+static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
+{
+    const struct plan_pass pass = {.count = spp};
+    const struct plan_split parts = plan_pass_split(&pass);
+    struct patch_paths *p = &patch->paths;
+    double sum = 0;
+    for (size_t i = 0; i < SIDE * SIDE; i++) {
+        double mean = 0, spread = 0, split = 0;
+        for (uint32_t k = 0; k < spp; k++) mean += (double)value(i, k) / spp;
+        for (uint32_t k = 0; k < spp; k++) spread += pow((double)value(i, k) - mean, 2);
+        for (uint32_t k = 0; k < parts.length; k++)
+            split += k < parts.length / 2 ? (double)value(i, k) : -(double)value(i, k);
+        for (int c = 0; c < 3; c++) p->spread[c][i] = (float)spread;
+        p->spp[i] = (float)spp;
+        p->split[i] = (float)(3 * split * split);
+        p->split_spp[i] = p->split_length[i] = (float)parts.length;
+        sum += mean * mean / (SIDE * SIDE);
+    }
+    return sum;
+}
+
+static double found(void)
+{
+    double sum = 0;
+    assert_int_equal(path_error_find(patch, &squares), 0);
+    for (size_t i = 0; i < SIDE * SIDE; i++) {
+        assert_true(squares.square[SOURCE_PATHS][1][i] >= 0.0f);
+        assert_true(isfinite(squares.square[SOURCE_PATHS][0][i]));
+        sum += (double)squares.square[SOURCE_PATHS][2][i] / (SIDE * SIDE);
+    }
+    return sum;
+}
+
+static float noise(size_t pixel, uint32_t k)
+{
+    return synthetic_random((int32_t)pixel, 3, k, 77) - 0.5f;
+}
+
+/* Each in its stratum of 16, in an order whose parts are stratified, too. */
+static float stratified(size_t pixel, uint32_t k)
+{
+    const uint32_t pair = (k & 1) << 2 | (k & 2) | (k & 4) >> 2;
+    const uint32_t turned = noise(pixel, 100 + pair) > 0.0f;
+    const uint32_t reversed = pair << 1 | ((k >> 3) ^ turned);
+    return ((float)reversed + noise(pixel, k) + 0.5f) / 16.0f - 0.5f;
+}
+
+static float constant(size_t pixel, uint32_t k)
+{
+    (void)pixel, (void)k;
+    return 3.0f;
+}
+
+static float rare(size_t pixel, uint32_t k)
+{
+    return noise(pixel, k) > 0.45f ? 3.8f : -0.2f;
+}
+
+static void independent_samples_err_by_their_spread(void **state)
+{
+    static const uint32_t counts[] = {4, 9, 16, 64};
+    (void)state;
+    for (size_t k = 0; k < 4; k++) {
+        const double truth = fill(noise, counts[k]), estimate = found();
+        assert_true(estimate > 0.8 * truth && estimate < 1.25 * truth);
+    }
+}
+
+static void stratified_samples_err_less(void **state)
+{
+    (void)state;
+    const double alone = fill(noise, SPP), truth = fill(stratified, SPP), estimate = found();
+    assert_true(truth < 0.05 * alone);
+    assert_true(estimate < 0.1 * alone && estimate > 0.3 * truth && estimate < 4 * truth);
+}
+
+/* Most pixels have met nothing of what is rare; what is around them tells. */
+static void rare_light_is_known_around(void **state)
+{
+    (void)state;
+    uint32_t far_off = 0;
+    const double truth = fill(rare, 4), estimate = found();
+    assert_true(estimate > 0.7 * truth && estimate < 1.4 * truth);
+    for (size_t i = 0; i < SIDE * SIDE; i++) {
+        double mean = 0;
+        for (uint32_t k = 0; k < 4; k++) mean += (double)rare(i, k) / 4;
+        far_off += mean * mean > 4 * (double)squares.square[SOURCE_PATHS][0][i] + 1e-12;
+    }
+    assert_true(far_off < SIDE * SIDE / 10);
+}
+
+static void what_tells_nothing_is_nothing(void **state)
+{
+    (void)state;
+    fill(constant, SPP);
+    assert_true(found() == 0.0);
+    fill(noise, 1);
+    assert_true(found() == 0.0);
+    fill(noise, SPP);
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.split[i] = 0.0f;
+    assert_true(found() < 1e-4);
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.split[i] = INFINITY;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.spread[2][i] = INFINITY;
+    assert_true(isfinite(found()));
+}
+
+/* The pixels [x0, x1) x [y0, y1) of a patch without what lies beyond the halo. */
+static struct patch *cut(struct rect block)
+{
+    struct plan plan;
+    struct patch *part;
+    synthetic_paths_plan(&plan, SIDE, SIDE, SIDE, SPP);
+    const struct rect near = rect_grow(block, path_error_halo_px(&plan));
+    assert_int_equal(patch_create(&plan, rect_intersect(near, patch->rect), &part), 0);
+    for (int32_t y = part->rect.y0; y < part->rect.y1; y++)
+        for (int32_t x = part->rect.x0; x < part->rect.x1; x++) {
+            const size_t from = patch_pixel(patch, x, y), to = patch_pixel(part, x, y);
+            for (int c = 0; c < 3; c++) part->paths.spread[c][to] = patch->paths.spread[c][from];
+            part->paths.spp[to] = patch->paths.spp[from];
+            part->paths.split[to] = patch->paths.split[from];
+            part->paths.split_spp[to] = patch->paths.split_spp[from];
+            part->paths.split_length[to] = patch->paths.split_length[from];
+        }
+    return part;
+}
+
+static float half_stratified(size_t pixel, uint32_t k)
+{
+    return pixel % SIDE < 90 ? stratified(pixel, k) : 2.0f * noise(pixel, k);
+}
+
+/* Blocks of any size that begin where cells do. */
+static void blocks_do_not_show(void **state)
+{
+    static const int32_t sides[] = {32, 64, 96, 128};
+    (void)state;
+    fill(half_stratified, SPP);
+    found();
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++)
+        for (int32_t y = 0; y < SIDE; y += sides[k])
+            for (int32_t x = 0; x < SIDE; x += sides[k]) {
+                struct block_squares part;
+                const struct rect square = {x, y, x + sides[k], y + sides[k]};
+                const struct rect block = rect_intersect(square, patch->rect);
+                struct patch *near = cut(block);
+                assert_int_equal(block_squares_create(block, &part), 0);
+                assert_int_equal(path_error_find(near, &part), 0);
+                for (int32_t v = block.y0; v < block.y1; v++)
+                    assert_memory_equal(part.square[SOURCE_PATHS][0] +
+                                            block_squares_index(&part, block.x0, v),
+                                        squares.square[SOURCE_PATHS][0] +
+                                            block_squares_index(&squares, block.x0, v),
+                                        (size_t)rect_width(block) * sizeof(float));
+                block_squares_fini(&part);
+                patch_destroy(&near);
+            }
+}
+
+/* Where the left third is stratified and the rest is not, errors at the border of a cell step no
+ * more than they do within it. */
+static void cells_do_not_show(void **state)
+{
+    double step[SIDE] = {0};
+    (void)state;
+    fill(half_stratified, SPP);
+    /* The same spread everywhere: what is left of steps is of the shares alone. */
+    for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
+        for (int c = 0; c < 3; c++) patch->paths.spread[c][i] = 1.0f;
+    found();
+    for (int32_t x = 1; x < SIDE; x++)
+        for (int32_t y = 0; y < SIDE; y++) {
+            const float *square = squares.square[SOURCE_PATHS][0];
+            const size_t i = (size_t)y * SIDE + (size_t)x;
+            assert_true(square[i] > 0.0f);
+            step[x] += fabs(log((double)square[i] / (double)square[i - 1])) / SIDE;
+        }
+    double most = 0;
+    for (int32_t x = 1; x < SIDE; x++)
+        if (x % PATH_ERROR_CELL_PX != 0) most = fmax(most, step[x]);
+    assert_true(most > 0.01); /* the shares do differ */
+    for (int32_t x = PATH_ERROR_CELL_PX; x < SIDE; x += PATH_ERROR_CELL_PX)
+        assert_true(step[x] <= 1.1 * most);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(independent_samples_err_by_their_spread, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(stratified_samples_err_less, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(rare_light_is_known_around, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(what_tells_nothing_is_nothing, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(blocks_do_not_show, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(cells_do_not_show, set_up, tear_down),
+    };
+    return cmocka_run_group_tests_name("path_error", tests, NULL, NULL);
+}

@@ -1,0 +1,307 @@
+/* Rows resolved at once, and composed: the bits of pixels resolved one by one. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/job/job.h"
+#include "proto/octahedron.h"
+#include "server/image/image.h"
+#include "server/reconstruct/compose/compose.h"
+#include "server/reconstruct/compose/resolve_run.h"
+#include "tests/random.h"
+
+enum { WIDTH = 61, HEIGHT = 5, AREA = WIDTH * HEIGHT, SUBS = 3 };
+
+static struct random numbers_of = {5};
+
+static uint32_t bits(void)
+{
+    return (uint32_t)random_bits(&numbers_of);
+}
+
+static bool one_in(uint32_t many)
+{
+    return bits() % many == 0;
+}
+
+/* Planes of a patch whose sub-samples show their pixel's surface, another one, or none. */
+static float numbers[80][AREA];
+static uint32_t ids[1 + SUBS][AREA];
+static int planes_taken;
+
+static float *take_plane(float least, float range)
+{
+    float *plane = numbers[planes_taken++];
+    for (int i = 0; i < AREA; i++) plane[i] = least + range * random_unit(&numbers_of);
+    return plane;
+}
+
+static void take_rgb(float *out[3], float range)
+{
+    for (int c = 0; c < 3; c++) out[c] = take_plane(0.0f, range);
+}
+
+static void random_normal(float *const out[3], int i, const float *const like[3])
+{
+    float n[3], sum = 0.0f;
+    for (int c = 0; c < 3; c++) n[c] = (like ? like[c][i] : 0.0f) + 0.1f * random_unit(&numbers_of);
+    if (!like || one_in(6)) n[bits() % 3] += 1.0f;
+    for (int c = 0; c < 3; c++) sum += n[c] * n[c];
+    for (int c = 0; c < 3; c++) out[c][i] = n[c] / sqrtf(sum);
+}
+
+static void make_patch(struct patch *p, bool glossy)
+{
+    memset(p, 0, sizeof *p);
+    planes_taken = 0;
+    p->rect = p->core = (struct rect){7, 3, 7 + WIDTH, 3 + HEIGHT};
+    p->depth = take_plane(4.0f, 0.02f);
+    p->id = ids[SUBS];
+    take_rgb(p->normal, 1.0f);
+    take_rgb(p->albedo, 1.0f);
+    if (glossy) take_rgb(p->reflectance, 1.0f);
+    for (uint32_t k = 0; k < SUBS; k++) {
+        p->sub_depth[k] = take_plane(4.0f, 0.02f);
+        p->sub_id[k] = ids[k];
+        take_rgb(p->sub_normal[k], 1.0f);
+        take_rgb(p->sub_albedo[k], 1.0f);
+        if (glossy && k != 1) take_rgb(p->sub_reflectance[k], 1.0f);
+    }
+    for (int i = 0; i < AREA; i++) {
+        p->id[i] = one_in(5) ? 0x20000u : 9;
+        random_normal(p->normal, i, NULL);
+        if (one_in(9)) p->depth[i] = 0.0f;
+        for (uint32_t k = 0; k < SUBS; k++) {
+            random_normal(p->sub_normal[k], i, (const float *const *)p->normal);
+            p->sub_id[k][i] = one_in(12) ? 7 : surface_sub_id(p->id[i]);
+            if (one_in(12)) p->sub_depth[k][i] = one_in(2) ? 0.0f : 5.0f;
+        }
+    }
+}
+
+static void make_lighting(struct lighting *l, bool glossy)
+{
+    memset(l, 0, sizeof *l);
+    take_rgb(l->direct, 3.0f);
+    take_rgb(l->indirect, 3.0f);
+    take_rgb(l->total, 3.0f);
+    if (glossy) take_rgb(l->glossy, 3.0f);
+    for (int i = 0; i < AREA; i += 7) l->direct[0][i] = -0.0f, l->indirect[1][i] = -1e-30f;
+}
+
+/* Pixels are as wide as surfaces are far where `wide`: points lie near however they face. */
+static void make_plan(struct plan *plan, uint32_t camera, bool wide)
+{
+    memset(plan, 0, sizeof *plan);
+    plan->width_px = plan->height_px = 128;
+    plan->sub_samples = SUBS;
+    plan->length_unit = 1.0f;
+    plan->camera = (struct plan_camera){.type = camera,
+                                        .right = {1, 0, 0},
+                                        .up = {0, 1, 0},
+                                        .forward = {0, 0, -1},
+                                        .half_width = wide ? 100.0f : 0.5f,
+                                        .half_height = wide ? 100.0f : 0.5f};
+}
+
+static void assert_same(const struct resolved *one, const struct resolved_run *run, uint32_t k)
+{
+    for (int c = 0; c < 3; c++) {
+        assert_memory_equal(&one->direct[c], &run->direct[c][k], sizeof(float));
+        assert_memory_equal(&one->indirect[c], &run->indirect[c][k], sizeof(float));
+        assert_memory_equal(&one->total[c], &run->total[c][k], sizeof(float));
+        assert_memory_equal(&one->albedo[c], &run->albedo[c][k], sizeof(float));
+    }
+    assert_memory_equal(&one->coverage, &run->coverage[k], sizeof(float));
+}
+
+/* Of all pixels, in runs of any length; how many were plain. */
+static uint32_t check_runs(const struct resolver *r)
+{
+    uint32_t plain = 0;
+    for (size_t i = 0; i < AREA;) {
+        const size_t left = WIDTH - i % WIDTH;
+        const uint32_t count = 1 + bits() % (uint32_t)left;
+        struct resolved_run run;
+        memset(&run, 0x7f, sizeof run);
+        resolve_run(r, i, count, &run);
+        for (uint32_t k = 0; k < count; k++) {
+            struct resolved one;
+            resolve_pixel(r, i + k, &one);
+            plain += run.plain[k] != 0;
+            if (!run.plain[k]) resolved_run_set(&run, k, &one);
+            assert_same(&one, &run, k);
+        }
+        i += count;
+    }
+    return plain;
+}
+
+static void runs_are_their_pixels(void **state)
+{
+    uint32_t plain = 0, rounds = 200;
+    (void)state;
+    for (uint32_t round = 0; round < rounds; round++) {
+        struct patch patch;
+        struct lighting lighting;
+        struct resolver resolver;
+        struct plan plan;
+        make_plan(&plan, round & 1, round % 3 == 0);
+        make_patch(&patch, round & 2);
+        make_lighting(&lighting, round & 4);
+        if (round % 5 == 0) patch.id = NULL;
+        resolver_init(&resolver, &plan, &patch, &lighting);
+        assert_int_equal(resolver.subs, SUBS);
+        plain += check_runs(&resolver);
+    }
+    assert_in_range(plain, rounds * AREA / 10, rounds * AREA * 9 / 10);
+}
+
+/* Errors are told of one by one. */
+static void nothing_is_plain_where_errors_are_asked_for(void **state)
+{
+    struct patch patch;
+    struct lighting lighting;
+    struct resolver resolver;
+    struct resolved_run run;
+    struct plan plan;
+    (void)state;
+    make_plan(&plan, 0, false);
+    make_patch(&patch, false);
+    make_lighting(&lighting, false);
+    resolver_init(&resolver, &plan, &patch, &lighting);
+    resolver.errors = true;
+    resolve_run(&resolver, 0, WIDTH, &run);
+    for (int k = 0; k < WIDTH; k++) assert_int_equal(run.plain[k], 0);
+}
+
+static void planes_may_be_missing(void **state)
+{
+    struct patch patch;
+    struct lighting lighting;
+    struct resolver resolver;
+    struct plan plan;
+    (void)state;
+    make_plan(&plan, 0, false);
+    make_patch(&patch, false);
+    make_lighting(&lighting, false);
+    patch.albedo[0] = NULL;
+    resolver_init(&resolver, &plan, &patch, &lighting);
+    assert_int_equal(resolver.subs, 0);
+    assert_true(check_runs(&resolver) > AREA / 2);
+    patch.depth = NULL;
+    resolver_init(&resolver, &plan, &patch, &lighting);
+    assert_int_equal(check_runs(&resolver), 0);
+}
+
+/* Beauty, its light apart, and what is left of errors, of a block in the patch. */
+static void check_block(const struct resolver *r, struct rect block)
+{
+    static const char *const rgb[] = {"R", "G", "B"};
+    static const char *const shine[] = {"emission.R", "emission.G", "emission.B"};
+    struct image *image;
+    struct block_squares squares;
+    struct block_statistics statistics = {.pixels_background = 0};
+    const uint32_t layers = LAYER_BEAUTY | LAYER_EMISSION | LAYER_DIRECT;
+    assert_int_equal(image_create(layers, 128, 128, &image), 0);
+    assert_int_equal(block_squares_create(block, &squares), 0);
+    compose_light_field(r, block, image, &squares, &statistics);
+    for (int32_t y = block.y0; y < block.y1; y++)
+        for (int32_t x = block.x0; x < block.x1; x++) {
+            const size_t i = patch_pixel(r->patch, x, y);
+            struct resolved one;
+            resolve_pixel(r, i, &one);
+            for (int c = 0; c < 3; c++) {
+                const float sent = r->patch->emission[c][i];
+                const float left =
+                    squares.square[SOURCE_CENTRES][c][block_squares_index(&squares, x, y)];
+                assert_true(*plane_at(image_plane(image, rgb[c]), x, y) == one.total[c] + sent);
+                assert_true(*plane_at(image_plane(image, shine[c]), x, y) == sent);
+                assert_true(left == (r->errors ? one.spread[c] : 0.0f));
+            }
+        }
+    block_squares_fini(&squares);
+    image_destroy(&image);
+}
+
+static void blocks_are_their_pixels(void **state)
+{
+    (void)state;
+    for (int round = 0; round < 40; round++) {
+        struct patch patch;
+        struct lighting lighting;
+        struct resolver resolver;
+        struct plan plan;
+        make_plan(&plan, 0, false);
+        make_patch(&patch, false);
+        make_lighting(&lighting, false);
+        take_rgb(patch.emission, 2.0f);
+        resolver_init(&resolver, &plan, &patch, &lighting);
+        resolver.errors = round % 2;
+        const int32_t left = (int32_t)(bits() % 9), top = (int32_t)(bits() % 3);
+        check_block(&resolver, (struct rect){patch.rect.x0 + left, patch.rect.y0 + top,
+                                             patch.rect.x1 - 2, patch.rect.y1});
+    }
+}
+
+/* Sub-sample k of pixel i lies and faces as the pixel does from now on, as workers have it of those
+ * that surely show its surface (lone_finder.h). False: it does not. */
+static bool settle(const struct resolver *r, struct patch *p, uint32_t k, size_t i)
+{
+    struct surface_facing facing = {.known = false};
+    float normal[3];
+    if (!surface_surely_same(&r->view, p, i, k, &facing) ||
+        !surface_near_anyhow(&r->view, p->depth[i], p->sub_depth[k][i]))
+        return false;
+    for (int c = 0; c < 3; c++) normal[c] = p->normal[c][i];
+    octahedron_unpack8((uint16_t)octahedron_coarsen(octahedron_pack16(normal)), normal);
+    for (int c = 0; c < 3; c++) p->sub_normal[k][c][i] = normal[c];
+    p->sub_depth[k][i] = p->depth[i];
+    return true;
+}
+
+/* To the last bit, errors too. */
+static void what_is_surely_same_may_be_settled(void **state)
+{
+    uint32_t settled = 0, rounds = 60;
+    (void)state;
+    for (uint32_t round = 0; round < rounds; round++) {
+        struct patch patch;
+        struct lighting lighting;
+        struct resolver resolver;
+        struct plan plan;
+        struct resolved before[AREA];
+        make_plan(&plan, round & 1, round % 3 != 0);
+        make_patch(&patch, round & 2);
+        make_lighting(&lighting, round & 2);
+        resolver_init(&resolver, &plan, &patch, &lighting);
+        resolver.errors = round & 4;
+        for (size_t i = 0; i < AREA; i++) resolve_pixel(&resolver, i, &before[i]);
+        for (size_t i = 0; i < AREA; i++)
+            for (uint32_t k = 0; k < SUBS; k++) settled += settle(&resolver, &patch, k, i);
+        for (size_t i = 0; i < AREA; i++) {
+            struct resolved now;
+            resolve_pixel(&resolver, i, &now);
+            assert_memory_equal(&now, &before[i], sizeof now);
+        }
+    }
+    assert_in_range(settled, rounds * AREA * SUBS / 10, rounds * AREA * SUBS * 9 / 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(runs_are_their_pixels),
+        cmocka_unit_test(nothing_is_plain_where_errors_are_asked_for),
+        cmocka_unit_test(planes_may_be_missing),
+        cmocka_unit_test(blocks_are_their_pixels),
+        cmocka_unit_test(what_is_surely_same_may_be_settled),
+    };
+    return cmocka_run_group_tests_name("resolve_run", tests, NULL, NULL);
+}

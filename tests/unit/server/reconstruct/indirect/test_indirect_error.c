@@ -1,0 +1,174 @@
+/* The error of the axis-aligned filters of indirect light on a room of formulas, and
+ * the energy that they keep. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
+
+/* The yellow box's and the white sphere's contacts with the floor; the blue sphere, the floor and
+ * the red wall behind; the tall box before the far wall. */
+#define CROPS 3
+static const struct rect crops[CROPS] = {
+    {274, 364, 322, 412}, {84, 408, 132, 456}, {196, 204, 244, 252}};
+#define TRUTH_STEP 4
+#define TRUTH_SIDE 80 /* 6400 samples: an error of 0.5 % of the mean */
+#define TRUTHS     (48 / TRUTH_STEP * 48 / TRUTH_STEP)
+
+struct truth {
+    double light[CROPS][TRUTHS][3], albedo[CROPS][TRUTHS][3], mean;
+};
+
+static struct truth truth; /* one for all: it takes a second */
+
+static int truth_init(void **state)
+{
+    (void)state;
+    struct truth *t = &truth;
+    struct plan camera;
+    const struct plan *plan = &camera;
+    room_plan(&camera, LINES, INDIRECT_FILTER_CONSTANT, 4);
+    t->mean = 0.0;
+    for (int c = 0; c < CROPS; c++) {
+        for (int i = 0; i < TRUTHS; i++) {
+            const int32_t x = crops[c].x0 + TRUTH_STEP * (i % (48 / TRUTH_STEP));
+            const int32_t y = crops[c].y0 + TRUTH_STEP * (i / (48 / TRUTH_STEP));
+            const struct room_hit h = room_primary(plan, x, y);
+            room_truth(plan, x, y, TRUTH_SIDE, t->light[c][i]);
+            for (int k = 0; k < 3; k++) {
+                t->albedo[c][i][k] = (double)h.albedo[k];
+                t->mean += t->light[c][i][k] * t->albedo[c][i][k] / (3 * CROPS * TRUTHS);
+            }
+        }
+    }
+    return 0;
+}
+
+/* Adds the squared errors of the light sent on, over its true mean. */
+static void add_errors(const struct truth *t, int crop, const struct patch *patch,
+                       float *const channel[3], double *squares)
+{
+    for (int i = 0; i < TRUTHS; i++) {
+        const int32_t x = crops[crop].x0 + TRUTH_STEP * (i % (48 / TRUTH_STEP));
+        const int32_t y = crops[crop].y0 + TRUTH_STEP * (i / (48 / TRUTH_STEP));
+        for (int k = 0; k < 3; k++) {
+            const double light = (double)channel[k][index_of(patch, x, y)];
+            const double d = (light - t->light[crop][i][k]) * t->albedo[crop][i][k] / t->mean;
+            *squares += d * d;
+        }
+    }
+}
+
+/* Root of the mean squared error of the crops at l x l samples. */
+static void measure(const struct truth *t, uint32_t filter, uint32_t l, double *plain,
+                    double *filtered)
+{
+    struct plan plan;
+    room_plan(&plan, LINES, filter, l);
+    *plain = *filtered = 0.0;
+    for (int c = 0; c < CROPS; c++) {
+        struct picture picture;
+        struct patch *patch = room_patch(&plan, rect_grow(crops[c], indirect_halo_px(&plan)));
+        assert_non_null(patch);
+        picture_init(&picture, patch);
+        filter_blocks(&plan, patch, crops[c], 64, &picture);
+        add_errors(t, c, patch, patch->indirect, plain);
+        add_errors(t, c, patch, picture.channel, filtered);
+        picture_fini(&picture);
+        patch_destroy(&patch);
+    }
+    *plain = sqrt(*plain / (3 * CROPS * TRUTHS));
+    *filtered = sqrt(*filtered / (3 * CROPS * TRUTHS));
+}
+
+static uint32_t filter_for(uint32_t samples)
+{
+    return samples <= 25 ? INDIRECT_FILTER_CONSTANT : INDIRECT_FILTER_LINEAR;
+}
+
+/* With the filter that the plan takes by itself. Measured at 4, 9, 16, 25, 36, 64, 144, 256
+ * samples, plain: 1.07 .77 .57 .47 .36 .27 .16 .12, filtered: .0309 .0262 .0239 .0208 .0143 .0110
+ * .0088 .0078 (the truth's own error is .005): 24 times less than plain at 16 samples, where 10 are
+ * asked for, and steps of 9 % and more. */
+static void error_falls(void **state)
+{
+    (void)state;
+    static const uint32_t strata[] = {2, 3, 4, 5, 6, 8, 12, 16};
+    double last = 1.0;
+    for (size_t i = 0; i < sizeof strata / sizeof *strata; i++) {
+        const uint32_t n = strata[i] * strata[i];
+        double plain, error;
+        measure(&truth, filter_for(n), strata[i], &plain, &error);
+        print_message("%u spp: plain %.4f, filtered %.4f\n", n, plain, error);
+        assert_true(error < last);
+        if (n == 16) assert_true(10.0 * error < plain);
+        last = error;
+    }
+}
+
+/* The blend, with a tenth more than was measured allowed; from 64 samples on it beats linear fits.
+ */
+static void blend_errs_little(void **state)
+{
+    (void)state;
+    static const struct {
+        uint32_t strata;
+        double measured;
+    } cases[] = {{4, .0177}, {6, .0152}, {8, .0106}, {12, .0084}, {16, .0074}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        double plain, linear, blend;
+        measure(&truth, INDIRECT_FILTER_LINEAR, cases[i].strata, &plain, &linear);
+        measure(&truth, INDIRECT_FILTER_BLEND, cases[i].strata, &plain, &blend);
+        print_message("%u spp: linear %.4f, blend %.4f\n", cases[i].strata * cases[i].strata,
+                      linear, blend);
+        assert_true(blend < 1.1 * cases[i].measured);
+        if (cases[i].strata >= 8) assert_true(blend < linear);
+    }
+}
+
+/* Of the whole room, at every eighth pixel of 256 lines. Measured: -0.20 %,
+ * -0.23 % and -0.20 %, where 0.5 % are allowed. */
+static void energy_is_kept(void **state)
+{
+    (void)state;
+    static const uint32_t strata[FILTERS] = {4, 6, 8};
+    static double lights[32 * 32][3];
+    struct plan plan;
+    double mean = 0.0;
+    room_plan(&plan, 256, INDIRECT_FILTER_CONSTANT, 4);
+    for (int32_t i = 0; i < 32 * 32; i++) {
+        room_truth(&plan, 8 * (i % 32) + 4, 8 * (i / 32) + 4, 48, lights[i]);
+        for (int k = 0; k < 3; k++) mean += lights[i][k];
+    }
+    for (size_t f = 0; f < FILTERS; f++) {
+        struct picture picture;
+        double off = 0.0;
+        room_plan(&plan, 256, filters[f], strata[f]);
+        struct patch *patch = room_patch(&plan, (struct rect){0, 0, 256, 256});
+        assert_non_null(patch);
+        picture_init(&picture, patch);
+        filter_blocks(&plan, patch, patch->rect, 128, &picture);
+        for (int32_t i = 0; i < 32 * 32; i++) {
+            const size_t at = index_of(patch, 8 * (i % 32) + 4, 8 * (i / 32) + 4);
+            for (int k = 0; k < 3; k++)
+                off += ((double)picture.channel[k][at] - lights[i][k]) / mean;
+        }
+        print_message("filter %u, %u spp: energy %+.4f\n", filters[f], strata[f] * strata[f], off);
+        assert_true(fabs(off) < 0.005);
+        picture_fini(&picture);
+        patch_destroy(&patch);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(error_falls),
+        cmocka_unit_test(blend_errs_little),
+        cmocka_unit_test(energy_is_kept),
+    };
+    return cmocka_run_group_tests_name("indirect_error", tests, truth_init, NULL);
+}

@@ -1,0 +1,144 @@
+/* Blocks that are kept for all readers of a layer: how much of them is, and that it is given back.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "proto/error.h"
+#include "proto/job/job.h"
+#include "server/stream/pixel_sheet.h"
+
+enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
+
+static struct image *image;
+static struct pixel_changes changes;
+static const struct rect first = {0, 0, 64, 64}, second = {64, 0, 128, 64};
+static const size_t whole_bytes = PIXELS_HEADER_BYTES + (size_t)64 * 64 * 3 * 2; /* a first block */
+
+static int begin(void **state)
+{
+    (void)state;
+    assert_int_equal(image_create(LAYER_BEAUTY, WIDTH, HEIGHT, &image), 0);
+    assert_int_equal(pixel_changes_init(&changes, WIDTH, HEIGHT), 0);
+    pixel_changes_mark(&changes, (struct rect){0, 0, WIDTH, HEIGHT}, 1);
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    pixel_changes_fini(&changes);
+    image_destroy(&image);
+    return 0;
+}
+
+static struct pixel_sheet *sheet_of_two(struct pixel_sheet **list, struct pixel_budget *budget)
+{
+    struct pixel_sheet *sheet = pixel_sheet_join(list, budget, "beauty", PIXELS_F16);
+    assert_non_null(sheet);
+    assert_ptr_equal(pixel_sheet_join(list, budget, "beauty", PIXELS_F16), sheet);
+    return sheet;
+}
+
+static void leave(struct pixel_sheet **list, struct pixel_sheet *sheet)
+{
+    struct pixel_sheet *one = sheet, *two = sheet;
+    pixel_sheet_leave(list, &one);
+    pixel_sheet_leave(list, &two);
+    assert_null(*list);
+}
+
+static void ask(struct pixel_sheet *sheet, struct rect rect)
+{
+    struct pixel_block *block = pixel_sheet_block(sheet, image, &changes, rect);
+    assert_non_null(block);
+    assert_true(block->size_bytes <= whole_bytes);
+    pixel_block_unref(&block);
+}
+
+static void beyond_the_budget_each_reader_makes_its_own(void **state)
+{
+    (void)state;
+    struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
+    struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
+    for (int i = 0; i < 2; i++) ask(sheet, first);
+    assert_int_equal(sheet->made, 1);
+    assert_int_equal(budget.kept_bytes, whole_bytes);
+    for (int i = 0; i < 2; i++) ask(sheet, second);
+    assert_int_equal(sheet->made, 3);
+    assert_int_equal(budget.kept_bytes, whole_bytes);
+    /* What changes takes the place of what was there. */
+    pixel_changes_mark(&changes, first, 2);
+    for (int i = 0; i < 2; i++) ask(sheet, first);
+    assert_int_equal(sheet->made, 4);
+    assert_int_equal(budget.kept_bytes, whole_bytes);
+    pixel_sheet_clear(sheet);
+    assert_int_equal(budget.kept_bytes, 0);
+    for (int i = 0; i < 2; i++) ask(sheet, second);
+    assert_int_equal(sheet->made, 5);
+    leave(&list, sheet);
+    assert_int_equal(budget.kept_bytes, 0);
+}
+
+static void sheets_share_the_budget(void **state)
+{
+    (void)state;
+    struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
+    struct pixel_sheet *lists[2] = {NULL}, *sheets[2];
+    for (int i = 0; i < 2; i++) sheets[i] = sheet_of_two(&lists[i], &budget);
+    ask(sheets[0], first);
+    for (int i = 0; i < 2; i++) ask(sheets[1], first);
+    assert_int_equal(sheets[1]->made, 2);
+    leave(&lists[0], sheets[0]);
+    for (int i = 0; i < 2; i++) ask(sheets[1], first);
+    assert_int_equal(sheets[1]->made, 3);
+    leave(&lists[1], sheets[1]);
+    assert_int_equal(budget.kept_bytes, 0);
+}
+
+static int keep_all(struct pixel_sheet *sheet, size_t room_bytes)
+{
+    struct pixel_blocks wanted;
+    assert_int_equal(pixel_blocks_init(&wanted, WIDTH, HEIGHT), 0);
+    pixel_blocks_mark(&wanted, (struct rect){0, 0, WIDTH, HEIGHT});
+    int error = pixel_sheet_keep(sheet, image, &changes, &wanted, &room_bytes);
+    pixel_blocks_fini(&wanted);
+    return error;
+}
+
+static void what_outlasts_a_picture_is_in_the_budget(void **state)
+{
+    (void)state;
+    struct pixel_budget budget = {.most_bytes = BLOCKS * whole_bytes};
+    struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
+    ask(sheet, first);
+    assert_int_equal(budget.kept_bytes, 0); /* nothing while the picture is in work */
+    assert_int_equal(keep_all(sheet, SIZE_MAX), 0);
+    assert_in_range(budget.kept_bytes, whole_bytes, BLOCKS * whole_bytes);
+    struct pixel_block *block = pixel_sheet_block(sheet, NULL, &changes, second);
+    assert_non_null(block);
+    pixel_block_unref(&block);
+    pixel_sheet_clear(sheet);
+    assert_int_equal(budget.kept_bytes, 0);
+    budget.most_bytes = 2 * whole_bytes - 1;
+    assert_int_equal(keep_all(sheet, SIZE_MAX), ERR_LIMIT);
+    assert_true(budget.kept_bytes <= budget.most_bytes);
+    pixel_sheet_clear(sheet);
+    budget.most_bytes = BLOCKS * whole_bytes;
+    assert_int_equal(keep_all(sheet, 2 * whole_bytes - 1), ERR_LIMIT);
+    leave(&list, sheet);
+    assert_int_equal(budget.kept_bytes, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(beyond_the_budget_each_reader_makes_its_own, begin, end),
+        cmocka_unit_test_setup_teardown(sheets_share_the_budget, begin, end),
+        cmocka_unit_test_setup_teardown(what_outlasts_a_picture_is_in_the_budget, begin, end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,280 @@
+/* The blob cache: what comes in is verified, stays bounded, and what is in use is not evicted. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "worker/session/cache.h"
+
+#define BLOB_BYTES 10000u
+
+static char dir[64];
+
+static struct cache open_cache(uint64_t limit_bytes)
+{
+    struct cache c;
+    struct fault fault = {0};
+    if (cache_open(&c, dir, limit_bytes, &fault) != 0)
+        fail_msg("%s: %s", fault.pointer, fault.detail);
+    return c;
+}
+
+/* Blob number n: all of one byte. */
+static void fill_blob(uint8_t n, uint8_t *data, struct digest *digest)
+{
+    memset(data, n, BLOB_BYTES);
+    digest_of(data, BLOB_BYTES, digest);
+}
+
+static int fetch(const struct cache *c, uint8_t n, struct fault *fault)
+{
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    struct cache_fetch f;
+    fill_blob(n, data, &digest);
+    int e = cache_fetch_begin(c, &digest, &f, fault);
+    if (e) return e;
+    while (e == 0 && !cache_fetch_is_whole(&f)) {
+        uint64_t left = BLOB_BYTES - f.have_bytes;
+        uint32_t part = left < 4096 ? (uint32_t)left : 4096;
+        e = cache_fetch_part(c, &f, BLOB_BYTES, f.have_bytes, data + f.have_bytes, part, fault);
+    }
+    if (e == 0) return cache_fetch_finish(c, &f, fault);
+    cache_fetch_abort(&f);
+    return e;
+}
+
+static bool has(const struct cache *c, uint8_t n)
+{
+    uint8_t data[BLOB_BYTES];
+    char path[CACHE_PATH_BYTES];
+    struct digest digest;
+    struct cache_pin pin;
+    fill_blob(n, data, &digest);
+    if (cache_pin(c, &digest, &pin, path) != 0) return false;
+    cache_unpin(&pin);
+    return true;
+}
+
+/* The file system's clock is coarse: uses must differ in it. */
+static void let_time_pass(void)
+{
+    usleep(12000);
+}
+
+static void what_is_fetched_can_be_used(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    uint8_t data[BLOB_BYTES], found[BLOB_BYTES];
+    char path[CACHE_PATH_BYTES];
+    struct digest digest;
+    struct cache_pin pin;
+    assert_false(has(&c, 1));
+    assert_int_equal(fetch(&c, 1, &fault), 0);
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_pin(&c, &digest, &pin, path), 0);
+    FILE *file = fopen(path, "rb");
+    assert_int_equal(fread(found, 1, BLOB_BYTES, file), BLOB_BYTES);
+    fclose(file);
+    assert_memory_equal(found, data, BLOB_BYTES);
+    cache_unpin(&pin);
+    assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
+}
+
+static void the_longest_unused_goes_first(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(3 * BLOB_BYTES);
+    struct fault fault = {0};
+    for (uint8_t n = 1; n <= 3; n++) {
+        assert_int_equal(fetch(&c, n, &fault), 0);
+        let_time_pass();
+    }
+    assert_true(has(&c, 1)); /* a use */
+    let_time_pass();
+    assert_int_equal(fetch(&c, 4, &fault), 0);
+    assert_false(has(&c, 2));
+    assert_true(has(&c, 1));
+    assert_true(has(&c, 3));
+    assert_true(has(&c, 4));
+    assert_int_equal(cache_used_bytes(&c), 3 * BLOB_BYTES);
+}
+
+static void what_is_pinned_stays(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(2 * BLOB_BYTES);
+    struct fault fault = {0};
+    uint8_t data[BLOB_BYTES];
+    char path[CACHE_PATH_BYTES];
+    struct digest digest;
+    struct cache_pin one, two;
+    assert_int_equal(fetch(&c, 1, &fault), 0);
+    assert_int_equal(fetch(&c, 2, &fault), 0);
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_pin(&c, &digest, &one, path), 0);
+    assert_int_equal(fetch(&c, 3, &fault), 0); /* in place of 2 */
+    fill_blob(3, data, &digest);
+    assert_int_equal(cache_pin(&c, &digest, &two, path), 0);
+    assert_int_equal(fetch(&c, 4, &fault), ERR_FULL);
+    assert_non_null(strstr(fault.detail, "--cache-bytes"));
+    cache_unpin(&one);
+    assert_int_equal(fetch(&c, 4, &fault), 0);
+    assert_true(has(&c, 3));
+    assert_false(has(&c, 1));
+    cache_unpin(&two);
+}
+
+static void a_blob_above_the_bound_is_refused(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(BLOB_BYTES - 1);
+    struct fault fault = {0};
+    assert_int_equal(fetch(&c, 1, &fault), ERR_FULL);
+    assert_false(has(&c, 1));
+}
+
+static void damaged_bytes_are_not_kept(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    struct cache_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    fill_blob(1, data, &digest);
+    data[77] ^= 1;
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
+    assert_int_equal(cache_fetch_finish(&c, &f, &fault), ERR_CHECKSUM);
+    assert_false(has(&c, 1));
+    assert_int_equal(cache_used_bytes(&c), 0);
+    assert_int_equal(fetch(&c, 1, &fault), 0); /* from the start */
+}
+
+static void parts_that_do_not_fit_are_refused(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    struct cache_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, LIMIT_BLOB_BYTES + 1, 0, data, 100, &fault),
+                     ERR_LIMIT);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 100, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 50, data, 100, &fault), ERR_MISMATCH);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES + 1, 100, data, 100, &fault),
+                     ERR_MISMATCH);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 100, data, BLOB_BYTES, &fault),
+                     ERR_MISMATCH);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 100, data, 0, &fault), ERR_MISMATCH);
+    cache_fetch_abort(&f);
+}
+
+static void a_broken_transfer_is_taken_up(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    struct cache_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
+    cache_fetch_abort(&f);
+    c = open_cache(1 << 20); /* another process */
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(f.have_bytes, 4096);
+    assert_int_equal(
+        cache_fetch_part(&c, &f, BLOB_BYTES, 4096, data + 4096, BLOB_BYTES - 4096, &fault), 0);
+    assert_int_equal(cache_fetch_finish(&c, &f, &fault), 0);
+    assert_true(has(&c, 1));
+}
+
+static void two_may_fetch_the_same(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    struct cache_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
+    assert_int_equal(fetch(&c, 1, &fault), 0);
+    assert_true(has(&c, 1));
+    assert_int_equal(cache_fetch_finish(&c, &f, &fault), 0);
+    assert_true(has(&c, 1));
+    assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
+}
+
+static void old_parts_are_swept(void **state)
+{
+    (void)state;
+    struct cache c = open_cache(1 << 20);
+    struct fault fault = {0};
+    struct cache_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+    char old[CACHE_PATH_BYTES], lost[CACHE_PATH_BYTES + 8];
+    fill_blob(1, data, &digest);
+    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
+    snprintf(old, sizeof old, "%s", f.path);
+    snprintf(lost, sizeof lost, "%s.123", f.path);
+    const struct timespec times[2] = {{.tv_sec = time(NULL) - 2 * CACHE_PART_AGE_S},
+                                      {.tv_sec = time(NULL) - 2 * CACHE_PART_AGE_S}};
+    utimensat(AT_FDCWD, old, times, 0);
+    open_cache(1 << 20);
+    assert_int_equal(access(old, F_OK), 0); /* somebody writes it */
+    cache_fetch_abort(&f);
+    fclose(fopen(lost, "wb"));
+    open_cache(1 << 20);
+    assert_int_not_equal(access(old, F_OK), 0);
+    assert_int_not_equal(access(lost, F_OK), 0);
+}
+
+static int make_dir(void **state)
+{
+    (void)state;
+    snprintf(dir, sizeof dir, "/tmp/shearwater-test-cache-XXXXXX");
+    return mkdtemp(dir) ? 0 : -1;
+}
+
+static int remove_dir(void **state)
+{
+    (void)state;
+    char command[128];
+    snprintf(command, sizeof command, "rm -rf %s", dir);
+    return system(command);
+}
+
+#define CASE(name) cmocka_unit_test_setup_teardown(name, make_dir, remove_dir)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        CASE(what_is_fetched_can_be_used),   CASE(the_longest_unused_goes_first),
+        CASE(what_is_pinned_stays),          CASE(a_blob_above_the_bound_is_refused),
+        CASE(damaged_bytes_are_not_kept),    CASE(parts_that_do_not_fit_are_refused),
+        CASE(a_broken_transfer_is_taken_up), CASE(two_may_fetch_the_same),
+        CASE(old_parts_are_swept),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,302 @@
+/* How a worker's session gets scenes and environment maps: from the coordinator in parts, from its
+ * cache or from a folder of blobs; and what becomes of tiles whose blobs are missing or damaged. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "proto/link/message.h"
+#include "tests/unit/worker/session/session_fixture.h"
+
+static void local_blobs_are_mapped_where_they_lie(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, true);
+    char path[300], hex[DIGEST_HEX_BYTES];
+    digest_to_hex(&w->plan.scene, hex);
+    mkdir(w->blobs, 0700);
+    snprintf(path, sizeof path, "%s/%.2s", w->blobs, hex);
+    mkdir(path, 0700);
+    snprintf(path, sizeof path, "%s/%.2s/%s", w->blobs, hex, hex + 2);
+    FILE *file = fopen(path, "wb");
+    fwrite(w->blob, 1, BLOB_BYTES, file);
+    fclose(file);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    assert_int_equal(expect_result(w), 3); /* and no BLOB_GET */
+    assert_int_not_equal(access(w->cache, F_OK), 0);
+    world_close(w);
+}
+
+static void a_cached_blob_is_not_fetched_again(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, true); /* of blobs there is only an empty folder */
+    warm_up(w);
+    drop_link(w);
+    struct session *old = w->session;
+    struct fault fault = {0};
+    const struct session_client client = {w, &w->journal, on_ended, NULL};
+    session_close(old, on_closed, w);
+    while (!w->closed) uv_run(&w->loop, UV_RUN_ONCE);
+    w->closed = false;
+    assert_int_equal(
+        session_create(&w->loop, &w->options, &fake_tracing, &client, &w->session, &fault), 0);
+    session_start(w->session);
+    welcome(w, LIFE | 2);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    assert_int_equal(expect_result(w), 3);
+    world_close(w);
+}
+
+static void a_missing_blob_is_a_fault_of_its_tiles(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_tile_fault fault;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, ERR_NOT_FOUND);
+    assert_int_equal(fault.index, 1);
+    assert_true(told(w, "info work for a job", "trace=4bf92f3577b34da6a3ce929d0e0e4736"));
+    assert_true(told(w, "warning tile cannot be traced", "job=job-nine frame_id=9 tile=1"));
+    assert_true(told(w, "tile cannot be traced", "request=00f067aa0ba902b7"));
+    send_tile(w, 9, 2); /* it tries again */
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 2);
+    world_close(w);
+}
+
+static void a_fetch_goes_on_after_a_reconnect(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    struct message_blob_get get;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    const struct message_blob_part m = {
+        .digest = w->plan.scene, .total_bytes = BLOB_BYTES, .size_bytes = LIMIT_BLOB_PART_BYTES};
+    message_encode_blob_part(&w->w, &m);
+    put(w, MESSAGE_BLOB_PART, w->blob, LIMIT_BLOB_PART_BYTES);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    drop_link(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect(w, MESSAGE_BLOB_GET, &f);
+    assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, &get), 0);
+    assert_int_equal(get.offset, LIMIT_BLOB_PART_BYTES - 1);
+    const struct message_blob_part rest = {.digest = w->plan.scene,
+                                           .total_bytes = BLOB_BYTES,
+                                           .offset = get.offset,
+                                           .size_bytes = BLOB_BYTES - (uint32_t)get.offset};
+    message_encode_blob_part(&w->w, &rest);
+    put(w, MESSAGE_BLOB_PART, w->blob + get.offset, rest.size_bytes);
+    assert_int_equal(expect_result(w), 1);
+    world_close(w);
+}
+
+static void damaged_blobs_are_not_traced(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct frame_view f;
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    w->blob[100] ^= 1;
+    serve_blob(w);
+    serve_blob(w); /* a second try, from the start */
+    expect(w, MESSAGE_FAULT, &f);
+    struct message_tile_fault fault;
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, ERR_CHECKSUM);
+    assert_int_equal(loads, 0);
+    world_close(w);
+}
+
+/* The first questions for a scene and for a map, in whatever order they come. */
+static void expect_both(struct world *w, struct message_blob_get *scene,
+                        struct message_blob_get *map)
+{
+    struct message_blob_get first, second;
+    expect_get(w, &first);
+    expect_get(w, &second);
+    const bool scene_first = digest_equal(&first.digest, &w->plan.scene);
+    *scene = scene_first ? first : second;
+    *map = scene_first ? second : first;
+    assert_true(digest_equal(&scene->digest, &w->plan.scene));
+    assert_true(digest_equal(&map->digest, &w->plan.environment.map));
+}
+
+static void a_map_is_fetched_beside_the_scene(void **state)
+{
+    (void)state;
+    struct world *w = world_open(2, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 3);
+    expect_both(w, &scene, &map);
+    assert_int_equal(answer(w, &map), MAP_BYTES);
+    for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
+    expect_nothing(w); /* the scene is not there yet */
+    assert_int_equal(tracing, 0);
+    answer(w, &scene);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 3);
+    assert_true(traced_map);
+    assert_int_equal(loads, 2);
+    send_ack(w, 9, 3);
+    w->plan.environment.kind = ENVIRONMENT_NONE;
+    send_frame(w, 10);
+    send_tile(w, 10, 4);
+    assert_int_equal(expect_result(w), 4); /* the same scene without */
+    assert_false(traced_map);
+    send_ack(w, 10, 4);
+    w->plan.environment.kind = ENVIRONMENT_MAP;
+    send_frame(w, 11);
+    send_tile(w, 11, 5);
+    assert_int_equal(expect_result(w), 5); /* both are still there */
+    assert_int_equal(loads, 2);
+    world_close(w);
+}
+
+static void expect_fault(struct world *w, int code, const char *part)
+{
+    struct frame_view f;
+    struct message_tile_fault fault;
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, code);
+    if (!strstr(fault.text, part)) fail_msg("\"%s\" lacks \"%s\"", fault.text, part);
+}
+
+static void a_missing_map_is_named(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->map_digest});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect_fault(w, ERR_NOT_FOUND, "environment: the coordinator does not have the blob");
+    answer(w, &scene); /* nobody waits for it any longer */
+    expect_nothing(w);
+    send_tile(w, 9, 2); /* it tries again */
+    expect_both(w, &scene, &map);
+    answer(w, &scene);
+    answer(w, &map);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 2);
+    send_ack(w, 9, 2);
+    expect_nothing(w);
+    world_close(w);
+}
+
+static void a_missing_scene_beside_a_map_is_named(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    answer(w, &map);
+    for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
+    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    expect_fault(w, ERR_NOT_FOUND, "scene: the coordinator does not have the blob");
+    world_close(w);
+}
+
+static void blobs_of_the_wrong_kind_are_faults(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get get;
+    const struct digest scene = w->plan.scene;
+    welcome(w, LIFE | 1);
+    w->plan.scene = w->map_digest;
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_get(w, &get);
+    answer(w, &get);
+    expect_fault(w, ERR_MAGIC, "scene: this is an environment map");
+    w->plan.scene = scene;
+    give_map(w);
+    w->plan.environment.map = scene; /* the same blob twice */
+    send_frame(w, 10);
+    send_tile(w, 10, 1);
+    serve_blob(w);
+    expect_fault(w, ERR_MAGIC, "environment: this is a scene");
+    send_tile(w, 10, 2); /* it is loaded by now */
+    expect_fault(w, ERR_MAGIC, "environment: this is a scene");
+    assert_int_equal(tracing, 0);
+    world_close(w);
+}
+
+static void a_cancelled_frame_lets_both_blobs_go(void **state)
+{
+    (void)state;
+    struct world *w = world_open(1, false);
+    struct message_blob_get scene, map;
+    give_map(w);
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, 1);
+    expect_both(w, &scene, &map);
+    message_encode_cancel(&w->w, &(struct message_cancel){9});
+    put(w, MESSAGE_CANCEL, NULL, 0);
+    expect_nothing(w);
+    answer(w, &map);
+    answer(w, &scene);
+    expect_nothing(w);
+    assert_int_equal(loads, 0);
+    world_close(w);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(local_blobs_are_mapped_where_they_lie),
+        cmocka_unit_test(a_cached_blob_is_not_fetched_again),
+        cmocka_unit_test(a_missing_blob_is_a_fault_of_its_tiles),
+        cmocka_unit_test(a_fetch_goes_on_after_a_reconnect),
+        cmocka_unit_test(damaged_blobs_are_not_traced),
+        cmocka_unit_test(a_map_is_fetched_beside_the_scene),
+        cmocka_unit_test(a_missing_map_is_named),
+        cmocka_unit_test(a_missing_scene_beside_a_map_is_named),
+        cmocka_unit_test(blobs_of_the_wrong_kind_are_faults),
+        cmocka_unit_test(a_cancelled_frame_lets_both_blobs_go),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

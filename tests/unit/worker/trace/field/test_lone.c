@@ -1,0 +1,456 @@
+/* Lone sub-samples: which they are, and their light. */
+#include "proto/half.h"
+#include "proto/octahedron.h"
+#include "proto/surface_match.h"
+#include "tests/unit/worker/tile_fixture.h"
+#include "worker/shade/lanes.h"
+
+#define SIDE 32
+
+static const struct rect whole = {0, 0, SIDE, SIDE};
+
+/* Strips of a fifth of a pixel, leaning, half-way between the floor and the camera; a pixel is 1/16
+ * wide there. */
+static void add_strips(struct scene_fixture *f, uint32_t material)
+{
+    for (int i = 0; i < 9; i++) {
+        const float x = -0.93f + 0.2131f * (float)i;
+        const float lean = 0.05f * sinf(3.0f * (float)i);
+        fixture_panel(f, material, (float[]){x, 2.0f, 0}, (float[]){0.00625f, 0, 0},
+                      (float[]){lean, 0, -0.9f});
+    }
+}
+
+/* The floor under strips, lit by a bulb. */
+static struct plan strips_plan(struct scene_fixture *f, float albedo)
+{
+    struct plan p = floor_plan(f, 4, SIDE);
+    add_strips(f, fixture_material(f, albedo, albedo, albedo));
+    struct plan_light *light = fixture_light(&p, LIGHT_POINT, 1);
+    memcpy(light->position, (float[]){0.3f, 5.0f, 0.2f}, sizeof light->position);
+    memcpy(light->color, (float[]){3, 5, 7}, sizeof light->color);
+    p.sub_samples = 3;
+    p.planes = PLANES_COMPARED | PLANE_BIT(ALBEDO) | PLANE_BIT(LONE);
+    p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    return p;
+}
+
+/* -- which they are -- */
+
+static bool pixel_surface(const struct surface_view *view, const struct samples *s, int32_t x,
+                          int32_t y, struct shown_surface *out)
+{
+    float n[3];
+    if (x < 0 || y < 0 || x >= SIDE || y >= SIDE) return false;
+    const size_t e = (size_t)(y * SIDE + x);
+    const float depth = samples_f32(s, PLANE_DEPTH, 0)[e];
+    if (!(depth > 0.0f)) return false;
+    octahedron_unpack16(samples_u32(s, PLANE_NORMAL, 0)[e], n);
+    shown_surface_init(view, (float)x + 0.5f, (float)y + 0.5f, depth, n,
+                       surface_sub_id(samples_u32(s, PLANE_ID, 0)[e]), out);
+    return true;
+}
+
+/* What the planes have of a sub-sample, and how much that is its own pixel's surface. False: it
+ * shows none. */
+static bool sub_surface(const struct plan *p, const struct surface_view *view,
+                        const struct samples *s, uint32_t place, float at[2],
+                        struct shown_surface *sub, float *own)
+{
+    const int32_t pixel = (int32_t)(place / 3), x = pixel % SIDE, y = pixel / SIDE;
+    const uint32_t k = place % 3;
+    struct shown_surface shown;
+    float n[3];
+    const uint16_t id = samples_u16(s, PLANE_SUB_ID, k)[pixel];
+    if (id == 0) return false;
+    const float depth = samples_f32(s, PLANE_DEPTH, 0)[pixel];
+    const float relative = half_to_float(samples_u16(s, PLANE_SUB_DEPTH, k)[pixel]);
+    octahedron_unpack8(samples_u16(s, PLANE_SUB_NORMAL, k)[pixel], n);
+    pattern_pixel(&p->pattern, x, y, k, 3, at);
+    shown_surface_init(view, (float)x + at[0], (float)y + at[1],
+                       surface_sub_distance(relative, depth, p->length_unit), n, id, sub);
+    *own = pixel_surface(view, s, x, y, &shown) ? surface_match(view, sub, &shown) : 0.0f;
+    return true;
+}
+
+/* By the definition, without any short cut. */
+static bool is_lone(const struct plan *p, const struct samples *s, uint32_t place)
+{
+    const int32_t pixel = (int32_t)(place / 3), x = pixel % SIDE, y = pixel / SIDE;
+    struct surface_view view;
+    struct shown_surface sub, shown;
+    float at[2], own;
+    surface_view_init(&view, p);
+    if (!sub_surface(p, &view, s, place, at, &sub, &own)) return false;
+    float sum = own;
+    for (int32_t dy = -1; dy <= 1; dy++)
+        for (int32_t dx = -1; dx <= 1; dx++)
+            if ((dx || dy) && pixel_surface(&view, s, x + dx, y + dy, &shown))
+                sum +=
+                    (1.0f - own) * surface_share(at, dx, dy) * surface_match(&view, &sub, &shown);
+    return sum < SURFACE_WEIGHT_MIN;
+}
+
+static bool is_listed(const struct lone_list *list, uint32_t place)
+{
+    for (uint32_t e = 0; list && e < list->count; e++)
+        if (list->words[e] == place) return true;
+    return false;
+}
+
+static void those_that_nobody_shows_are_found(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = strips_plan(f, 0.5f);
+    struct traced t = trace_all(f, &p);
+    assert_non_null(t.samples->lone);
+    assert_in_range(t.samples->lone->count, 100, 600);
+    uint32_t shown = 0;
+    for (uint32_t place = 0; place < SIDE * SIDE * 3; place++) {
+        const bool lone = is_lone(&p, t.samples, place);
+        if (lone != is_listed(t.samples->lone, place))
+            fail_msg("sub-sample %u of pixel %u is %s", place % 3, place / 3,
+                     lone ? "missing" : "no lone one");
+        shown += !lone;
+    }
+    assert_true(shown > 0);
+    assert_true(count(&t, COUNTER_RAYS_LONE) > t.samples->lone->count);
+    traced_fini(&t);
+    free(f);
+}
+
+/* Entries of a tile, as places in the whole picture. */
+static void expect_same(const struct samples *tile, struct rect r, const struct lone_list *all,
+                        bool *found)
+{
+    const uint32_t width = (uint32_t)rect_width(r);
+    for (uint32_t e = 0; tile->lone && e < tile->lone->count; e++) {
+        const uint32_t place = tile->lone->words[e], pixel = place / 3;
+        const uint32_t x = (uint32_t)r.x0 + pixel % width, y = (uint32_t)r.y0 + pixel / width;
+        const uint32_t there = (y * SIDE + x) * 3 + place % 3;
+        uint32_t i = 0;
+        while (i < all->count && all->words[i] != there) i++;
+        if (i == all->count) fail_msg("(%u, %u) is lone only in a tile", x, y);
+        found[i] = true;
+        for (uint32_t part = 0; part < LONE_PART_COUNT; part++)
+            for (uint32_t c = 0; c < 3; c++) {
+                const float *a = lone_values(tile->lone, part, c), *b = lone_values(all, part, c);
+                if (a) assert_memory_equal(a + e, b + i, sizeof *a);
+            }
+    }
+}
+
+/* What lies beside a tile is looked at; its borders show nowhere. */
+static void tiles_do_not_matter(void **state)
+{
+    static const int32_t sides[] = {4, 8, 12, 11, 17, 31};
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    fixture_bounces(&p, 2);
+    struct traced all = trace_all(f, &p);
+    const struct lone_list *list = all.samples->lone;
+    assert_non_null(list);
+    assert_int_equal(list->parts,
+                     1u << LONE_DIRECT | 1u << LONE_INDIRECT | 1u << LONE_INDIRECT_HALF);
+    for (size_t i = 0; i < sizeof sides / sizeof sides[0]; i++) {
+        bool found[3 * SIDE * SIDE] = {false};
+        for (int32_t y = 0; y < SIDE; y += sides[i])
+            for (int32_t x = 0; x < SIDE; x += sides[i]) {
+                const struct rect r =
+                    rect_intersect((struct rect){x, y, x + sides[i], y + sides[i]}, whole);
+                struct traced t = trace(f, &p, r);
+                expect_same(t.samples, r, list, found);
+                traced_fini(&t);
+            }
+        for (uint32_t e = 0; e < list->count; e++)
+            if (!found[e])
+                fail_msg("place %u is not lone in tiles of %d", list->words[e], sides[i]);
+    }
+    traced_fini(&all);
+    free(f);
+}
+
+static void plain_surfaces_have_none(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    f->instance_count = 1; /* the floor alone */
+    struct traced t = trace(f, &p, (struct rect){5, 6, 20, 17});
+    assert_null(t.samples->lone);
+    assert_int_equal(count(&t, COUNTER_RAYS_LONE), 0);
+    traced_fini(&t);
+    free(f);
+}
+
+/* Those that reflect nothing need no light. */
+static void black_ones_are_left(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = strips_plan(f, 0.0f);
+    struct traced t = trace_all(f, &p);
+    assert_null(t.samples->lone);
+    traced_fini(&t);
+    free(f);
+}
+
+/* Whether a sub-sample is otherwise in `s` than it was traced: then it lies and faces as its pixel
+ * does, and is that pixel's surface altogether, as it was traced, too. */
+static bool is_settled(const struct plan *p, const struct samples *s, const struct samples *traced,
+                       uint32_t place)
+{
+    const uint32_t pixel = place / 3, k = place % 3;
+    const uint16_t depth = samples_u16(s, PLANE_SUB_DEPTH, k)[pixel];
+    const uint16_t normal = samples_u16(s, PLANE_SUB_NORMAL, k)[pixel];
+    struct surface_view view;
+    struct shown_surface sub;
+    float at[2], own;
+    if (depth == samples_u16(traced, PLANE_SUB_DEPTH, k)[pixel] &&
+        normal == samples_u16(traced, PLANE_SUB_NORMAL, k)[pixel])
+        return false;
+    assert_int_equal(depth, 0);
+    assert_int_equal(normal, octahedron_coarsen(samples_u32(s, PLANE_NORMAL, 0)[pixel]));
+    surface_view_init(&view, p);
+    for (int n = 0; n < 2; n++) {
+        assert_true(sub_surface(p, &view, n ? s : traced, place, at, &sub, &own));
+        assert_true(own == 1.0f);
+    }
+    return true;
+}
+
+/* Without all planes that tell, nothing is settled. */
+static void what_surely_shows_its_pixel_says_only_so(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    uint32_t settled = 0;
+    struct traced all = trace_all(f, &p);
+    p.planes &= ~(PLANE_BIT(LONE) | PLANE_BIT(SUB_ALBEDO));
+    struct traced bare = trace_all(f, &p);
+    for (uint32_t place = 0; place < 3 * SIDE * SIDE; place++) {
+        assert_int_equal(samples_u16(all.samples, PLANE_SUB_ID, place % 3)[place / 3],
+                         samples_u16(bare.samples, PLANE_SUB_ID, place % 3)[place / 3]);
+        settled += is_settled(&p, all.samples, bare.samples, place);
+    }
+    assert_in_range(settled, SIDE * SIDE, 3 * SIDE * SIDE);
+    traced_fini(&all);
+    traced_fini(&bare);
+    free(f);
+}
+
+/* Without the list nothing else is traced, and with it planes stay what they are. */
+static void planes_stay_as_they_are(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    struct traced with = trace_all(f, &p);
+    p.planes &= ~PLANE_BIT(LONE);
+    struct traced without = trace_all(f, &p);
+    assert_null(without.samples->lone);
+    assert_int_equal(count(&without, COUNTER_RAYS_LONE), 0);
+    assert_int_equal(with.samples->layout.total_bytes, without.samples->layout.total_bytes);
+    assert_memory_equal(with.samples->data, without.samples->data,
+                        with.samples->layout.total_bytes);
+    for (uint32_t i = 0; i < COUNTER_COUNT; i++)
+        if (i != COUNTER_RAYS_LONE && i != COUNTER_TRACE_CPU_US)
+            assert_int_equal(with.counters.value[i], without.counters.value[i]);
+    traced_fini(&with);
+    traced_fini(&without);
+    free(f);
+}
+
+/* -- their light -- */
+
+/* The point of a strip that a sub-sample sees: y is 2, and so is the way down to it. */
+static void strip_point(const struct plan *p, uint32_t place, double out[3])
+{
+    float at[2];
+    const int32_t pixel = (int32_t)(place / 3), x = pixel % SIDE, y = pixel / SIDE;
+    pattern_pixel(&p->pattern, x, y, place % 3, 3, at);
+    out[0] = (2.0 * (x + (double)at[0]) / SIDE - 1.0) * 0.5 * 2.0;
+    out[1] = 2.0;
+    out[2] = -(1.0 - 2.0 * (y + (double)at[1]) / SIDE) * 0.5 * 2.0;
+}
+
+static void a_bulb_lights_each_at_its_place(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = strips_plan(f, 0.5f);
+    struct traced t = trace_all(f, &p);
+    const struct lone_list *list = t.samples->lone;
+    assert_non_null(list);
+    for (uint32_t e = 0; e < list->count; e++) {
+        double point[3], squared = 0;
+        const float *bulb = p.lights[0].position;
+        strip_point(&p, list->words[e], point);
+        for (int c = 0; c < 3; c++)
+            squared += ((double)bulb[c] - point[c]) * ((double)bulb[c] - point[c]);
+        const double e_at = ((double)bulb[1] - 2.0) / sqrt(squared) / squared;
+        for (uint32_t c = 0; c < 3; c++) {
+            const double expected = e_at * (double)p.lights[0].color[c] / 3.14159265358979;
+            const double got = (double)lone_values(list, LONE_DIRECT, c)[e];
+            if (fabs(got - expected) > 1e-4 * expected)
+                fail_msg("place %u has %g of %g", list->words[e], got, expected);
+        }
+    }
+    traced_fini(&t);
+    free(f);
+}
+
+/* In the shadow of a lid none is lit. */
+static void shadows_fall_on_them(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    fixture_panel(f, 0, (float[]){0, 4.5f, 0}, (float[]){2, 0, 0}, (float[]){0, 0, -2});
+    struct traced t = trace_all(f, &p);
+    const struct lone_list *list = t.samples->lone;
+    assert_non_null(list);
+    for (uint32_t e = 0; e < list->count; e++)
+        for (uint32_t c = 0; c < 3; c++) assert_true(lone_values(list, LONE_DIRECT, c)[e] == 0.0f);
+    traced_fini(&t);
+    free(f);
+}
+
+/* A sub-sample's numbers are its own: others than its pixel's, and other sub-samples'. */
+/* How much of their light goes with that of the pixel's centre, one sample each: all of it, almost,
+ * if both drew the same numbers. */
+static double correlation_with_pixels(const struct samples *samples, uint32_t subs)
+{
+    const struct lone_list *list = samples->lone;
+    const float *own = lone_values(list, LONE_DIRECT, 0);
+    const float *pixels = samples_light_irradiance(samples, 0);
+    double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+    for (uint32_t e = 0; e < list->count; e++) {
+        const double a = (double)own[e], b = (double)pixels[list->words[e] / subs];
+        if (!(a > 0 && b > 0)) continue;
+        n++, x += a, y += b, xx += a * a, yy += b * b, xy += a * b;
+    }
+    assert_true(n > 20);
+    return (n * xy - x * y) / sqrt((n * xx - x * x) * (n * yy - y * y));
+}
+
+static void noise_is_their_own(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    p.light_count = 0;
+    p.light_planes = 0;
+    fixture_ceiling_light(&p, 0.0f, 5.0f, 0.0f, 1.5f, 1);
+    p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    struct traced t = trace_all(f, &p);
+    const struct lone_list *list = t.samples->lone;
+    assert_non_null(list);
+    double most = 0, least = 1e30, sum = 0;
+    const float *light = lone_values(list, LONE_DIRECT, 0);
+    for (uint32_t e = 0; e < list->count; e++) {
+        most = fmax(most, (double)light[e]);
+        least = fmin(least, (double)light[e]);
+        sum += (double)light[e];
+    }
+    assert_true(sum > 0 && most > 1.5 * least); /* one sample each of a wide light */
+    assert_true(fabs(correlation_with_pixels(t.samples, p.sub_samples)) < 0.5);
+    p.pattern.seed++;
+    struct traced other = trace_all(f, &p);
+    uint32_t same = 0;
+    for (uint32_t e = 0; e < list->count && e < other.samples->lone->count; e++)
+        same += light[e] == lone_values(other.samples->lone, LONE_DIRECT, 0)[e];
+    assert_true(same * 20 < list->count);
+    traced_fini(&other);
+    traced_fini(&t);
+    free(f);
+}
+
+/* As many samples as a pixel has: the more, the less noise. */
+static double noise(uint32_t l)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    p.light_count = 0;
+    fixture_ceiling_light(&p, 0.0f, 5.0f, 0.0f, 1.5f, l);
+    struct traced t = trace_all(f, &p);
+    const struct lone_list *list = t.samples->lone;
+    const float *light = lone_values(list, LONE_DIRECT, 0);
+    double sum = 0, squares = 0;
+    for (uint32_t e = 0; e < list->count; e++) {
+        sum += (double)light[e];
+        squares += (double)light[e] * (double)light[e];
+    }
+    const double mean = sum / list->count;
+    const double spread = sqrt(squares / list->count - mean * mean) / mean;
+    traced_fini(&t);
+    free(f);
+    return spread;
+}
+
+static void more_samples_have_less_noise(void **state)
+{
+    (void)state;
+    const double one = noise(1), many = noise(6);
+    if (!(many < 0.6 * one)) fail_msg("noise is %g with 1 sample and %g with 36", one, many);
+}
+
+static void stops_when_asked(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = strips_plan(f, 0.5f);
+    struct fault fault = {0};
+    struct traced t = {0};
+    _Atomic bool stop = true;
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&t.tracer), 0);
+    assert_int_equal(
+        tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, NULL, &stop, &t.samples, &t.counters),
+        ERR_STATE);
+    assert_null(t.samples);
+    traced_fini(&t);
+    free(f);
+}
+
+/* Direct light alone: rows are told of before lone sub-samples are shaded, each sixteen of which
+ * are progress, too. */
+static void progress_goes_on(void **state)
+{
+    (void)state;
+    struct scene_fixture *f = fixture_new();
+    const struct plan p = strips_plan(f, 0.5f);
+    struct fault fault = {0};
+    struct traced t = {0};
+    _Atomic uint64_t progress = 0;
+    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
+    assert_int_equal(tile_tracer_create(&t.tracer), 0);
+    assert_int_equal(
+        tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, &progress, NULL, &t.samples, &t.counters),
+        0);
+    assert_true(progress >= (uint64_t)rect_height(whole) + t.samples->lone->count / LANES);
+    traced_fini(&t);
+    free(f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(those_that_nobody_shows_are_found),
+        cmocka_unit_test(tiles_do_not_matter),
+        cmocka_unit_test(plain_surfaces_have_none),
+        cmocka_unit_test(black_ones_are_left),
+        cmocka_unit_test(planes_stay_as_they_are),
+        cmocka_unit_test(what_surely_shows_its_pixel_says_only_so),
+        cmocka_unit_test(a_bulb_lights_each_at_its_place),
+        cmocka_unit_test(shadows_fall_on_them),
+        cmocka_unit_test(noise_is_their_own),
+        cmocka_unit_test(more_samples_have_less_noise),
+        cmocka_unit_test(stops_when_asked),
+        cmocka_unit_test(progress_goes_on),
+    };
+    return cmocka_run_group_tests_name("lone", tests, NULL, NULL);
+}

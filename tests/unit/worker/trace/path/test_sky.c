@@ -1,0 +1,167 @@
+/* Skies in lanes: the bits of one direction at a time, on every instruction set, and a direction
+ * lies in the texel that it was placed in. */
+#include "tests/random.h"
+#include "tests/unit/worker/tile_fixture.h"
+#include "tests/unit/worker/trace/isa_fixture.h"
+
+#include "tests/unit/worker/scene/environment_fixture.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_choice.h"
+
+enum { WIDTH = 12, HEIGHT = 7 };
+
+static struct environment_fixture f, night;
+static struct sky sky;
+
+static int open_sky(void **state)
+{
+    static float texels[3 * WIDTH * HEIGHT];
+    struct random r = {1};
+    (void)state;
+    for (size_t i = 0; i < 3 * WIDTH * HEIGHT; i++) texels[i] = random_unit(&r);
+    environment_fixture_open(&f, WIDTH, HEIGHT, texels);
+    static const float dark[3 * WIDTH * HEIGHT];
+    environment_fixture_open(&night, WIDTH, HEIGHT, dark);
+    const struct plan_environment plan = {
+        .kind = ENVIRONMENT_MAP, .rotation_rad = 0.7f, .radiance = {1, 1, 1}};
+    sky_init(&sky, &plan, f.map);
+    return 0;
+}
+
+static int close_sky(void **state)
+{
+    (void)state;
+    environment_fixture_close(&f);
+    environment_fixture_close(&night);
+    return 0;
+}
+
+static float random_signed(struct random *r)
+{
+    return (float)(int32_t)(uint32_t)random_bits(r) * 0x1p-31f;
+}
+
+/* Poles, axes and what is no direction among them. */
+static void random_directions(struct random *r, struct lanes3 *d)
+{
+    static const float odd[][3] = {{0, 1, 0}, {0, -1, 0}, {-1, 0, 0}, {1, -0.0f, -0.0f}, {0, 0, 0}};
+    for (int i = 0; i < LANES; i++) {
+        d->x[i] = random_signed(r), d->y[i] = random_signed(r), d->z[i] = random_signed(r);
+        if (random_bits(r) % 4) continue;
+        const float *v = odd[random_bits(r) % 5];
+        d->x[i] = v[0], d->y[i] = v[1], d->z[i] = v[2];
+    }
+}
+
+static void test_find(void **state)
+{
+    (void)state;
+    struct random r = {2};
+    for (int round = 0; round < 500; round++) {
+        struct lanes3 d;
+        random_directions(&r, &d);
+        for (int k = 0; k < isa_count(); k++) {
+            struct sky_view view;
+            lane_kernels_for(all_isas[k])->find_sky(&sky, d.x, d.y, d.z, &view);
+            for (int i = 0; i < LANES; i++) {
+                const float turned[3] = {sky.cosine * d.x[i] + sky.sine * d.z[i], d.y[i],
+                                         sky.cosine * d.z[i] - sky.sine * d.x[i]};
+                const struct environment_spot spot = environment_find(turned, WIDTH, HEIGHT);
+                assert_true(view.direction.x[i] == turned[0] && view.direction.y[i] == turned[1]);
+                assert_true(view.direction.z[i] == turned[2]);
+                assert_true(view.u[i] == spot.u && view.v[i] == spot.v);
+                assert_true(spot.u >= 0 && spot.u <= WIDTH && spot.v >= 0 && spot.v <= HEIGHT);
+            }
+        }
+    }
+}
+
+static void test_place(void **state)
+{
+    (void)state;
+    struct random r = {3};
+    for (int round = 0; round < 500; round++) {
+        _Alignas(64) float u[LANES], v[LANES];
+        uint32_t texel[LANES];
+        struct sky_texels texels;
+        for (int i = 0; i < LANES; i++) {
+            u[i] = 0.02f + 0.96f * random_unit(&r), v[i] = 0.02f + 0.96f * random_unit(&r);
+            texel[i] = (uint32_t)(random_bits(&r) % (WIDTH * HEIGHT));
+            sky_look(&sky, texel[i], i, &texels);
+        }
+        for (int k = 0; k < isa_count(); k++) {
+            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            struct lanes3 d;
+            struct sky_view view;
+            kernels->place_sky(&sky, &texels, u, v, &d);
+            kernels->find_sky(&sky, d.x, d.y, d.z, &view);
+            for (int i = 0; i < LANES; i++) {
+                float one[3];
+                const float at[2] = {u[i], v[i]};
+                environment_place(environment_texel_of(f.map, texel[i]), WIDTH, at, one);
+                assert_true(d.x[i] == sky.cosine * one[0] - sky.sine * one[2]);
+                assert_true(d.y[i] == one[1]);
+                assert_true(d.z[i] == sky.sine * one[0] + sky.cosine * one[2]);
+                assert_int_equal((uint32_t)view.v[i] * WIDTH + (uint32_t)view.u[i], texel[i]);
+                assert_true(texels.density[i] == sky_pdf(&sky, &view, i));
+            }
+        }
+    }
+}
+
+/* A path's samples of the sky: lanes that chose it have the ray, cosine over density and radiance
+ * of their direction, but where that lies below the surface or the map is black. */
+static void test_path_samples(void **state)
+{
+    (void)state;
+    static struct path_vertex v;
+    struct random r = {4};
+    struct queries q;
+    int traced = 0;
+    queries_init(&q);
+    for (int round = 0; round < 200 * isa_count(); round++) {
+        const bool black = round % 8 == 0;
+        struct sky dark = sky;
+        struct path_choice choice = {.others = true};
+        struct path_light light;
+        const struct path_context c = {.queries = &q, .sky = black ? &dark : &sky};
+        if (black) dark.map = night.map;
+        q.kernels = lane_kernels_for(all_isas[round % isa_count()]);
+        memset(&light, 0, sizeof light);
+        for (int i = 0; i < LANES; i++) {
+            choice.chosen[i] = i % 5 == 0 ? LIGHT_CHOICE_EMITTERS : LIGHT_CHOICE_ENVIRONMENT;
+            choice.pick[i] = random_unit(&r), choice.u[i] = random_unit(&r);
+            choice.v[i] = random_unit(&r);
+            light.packet.skip[i] = 99;
+            v.surface.normal.y[i] = v.surface.facet.y[i] = 1.0f;
+        }
+        path_sample_sky(&c, &v, &choice, &light);
+        const struct RTCRay16 *ray = &light.packet.rays.ray;
+        for (int i = 0; i < LANES; i++) {
+            struct sky_view view;
+            float radiance[3];
+            if (i % 5 == 0) {
+                assert_int_equal(light.packet.skip[i], 99);
+                continue;
+            }
+            if (black) assert_int_equal(light.packet.skip[i], LIGHT_FACING_AWAY);
+            if (light.packet.skip[i] != LIGHT_TRACED) continue;
+            traced++;
+            q.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
+            const float density = sky_pdf(&sky, &view, i);
+            (void)sky_radiance(&sky, &view, i, radiance);
+            assert_true(fabsf(light.packet.density[i] - density) <= 1e-5f * density);
+            assert_true(ray->dir_y[i] > 0.0f && ray->tfar[i] == INFINITY);
+            assert_true(light.packet.irradiance[i] == ray->dir_y[i] / light.packet.density[i]);
+            assert_true(light.color.x[i] == radiance[0] && light.color.z[i] == radiance[2]);
+        }
+    }
+    assert_true(traced > 500);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_find), cmocka_unit_test(test_place),
+                                       cmocka_unit_test(test_path_samples)};
+    return cmocka_run_group_tests(tests, open_sky, close_sky);
+}

@@ -1,0 +1,48 @@
+#pragma once
+/* shearwater-worker --replay: a sample's path, printed. */
+#include <stdio.h>
+
+#include "proto/plan.h"
+#include "worker/options.h"
+#include "worker/replay/field_replay.h"
+#include "worker/scene/render_scene.h"
+#include "worker/trace/path/path_record.h"
+
+/* What is printed, and all that it refers to. */
+struct replay_sheet {
+    const struct plan *plan;
+    const struct scene *scene; /* for names */
+    const char *isa;
+    int32_t x, y;
+    uint32_t sample;
+    const struct path_record *record;
+    const struct field_held *held; /* NULL: of no field of pixel centres */
+};
+
+/* Reads the plan and its blobs, traces options->arguments, prints to `out`. *fault names what is
+ * missing or wrong. */
+int replay_print(const struct options *options, FILE *out, struct fault *fault);
+
+/* Line by line, for people. */
+void replay_print_text(const struct replay_sheet *sheet, FILE *out);
+
+/* One JSON document; numbers have all their digits: as floats they are those that were traced.
+ * ERR_MEMORY, ERR_IO. */
+int replay_print_json(const struct replay_sheet *sheet, FILE *out);
+
+/* Words for both. */
+const char *replay_kind(const struct path_record *record);
+const char *replay_model(const struct path_record_vertex *v);
+/* Why a light sample needed no ray; "" for one that did. */
+const char *replay_skip(const struct path_record_light *light);
+/* Why the path ended at its last vertex. */
+const char *replay_end(const struct replay_sheet *sheet);
+/* Why a field's sample was not traced; "" for one that was. */
+const char *replay_untraced(const struct path_record *record);
+/* Names of an instance (index + 1), of its mesh and of its material; "" for none. */
+struct replay_names {
+    const char *instance, *mesh, *material;
+};
+struct replay_names replay_names(const struct scene *scene, uint32_t instance);
+/* "rectangle", ...; "surface" and "environment" for what has no number. */
+const char *replay_light(const struct plan *plan, uint32_t light);

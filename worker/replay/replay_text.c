@@ -1,0 +1,297 @@
+/* A replayed path for people. */
+#include <math.h>
+
+#include "worker/replay/replay.h"
+#include "worker/scene/light_table.h"
+
+static void vector(FILE *out, const char *before, const float v[3])
+{
+    fprintf(out, "%s(%.9g, %.9g, %.9g)", before, (double)v[0], (double)v[1], (double)v[2]);
+}
+
+/* Names come out of scene files: terminals do not get their control characters. */
+static void name(FILE *out, const char *before, const char *text)
+{
+    if (!text[0]) return;
+    fprintf(out, "%s\"", before);
+    for (; *text; text++) fputc((unsigned char)*text < ' ' || *text == 127 ? '?' : *text, out);
+    fputc('"', out);
+}
+
+static void instance(FILE *out, const struct replay_sheet *s, uint32_t id)
+{
+    const struct replay_names n = replay_names(s->scene, id);
+    if (id == 0) {
+        fputs("something", out);
+        return;
+    }
+    fprintf(out, "instance %u", id - 1);
+    name(out, " ", n.instance);
+    name(out, " of mesh ", n.mesh);
+    name(out, ", material ", n.material);
+}
+
+static void light(FILE *out, const struct replay_sheet *s, uint32_t k)
+{
+    if (k < LIMIT_LIGHTS) {
+        fprintf(out, "light %u", k);
+        name(out, " ", field_choice_name(s->plan, s->scene, k));
+        fputs(", a ", out);
+    }
+    fputs(replay_light(s->plan, k), out);
+}
+
+static void head(FILE *out, const struct replay_sheet *s)
+{
+    const struct plan *p = s->plan;
+    const struct path_record *r = s->record;
+    const struct plan_camera *c = &p->camera;
+    fprintf(out, "pixel %d,%d of %dx%d, %s %u of %u to %u, frame %u, seed %llu, kernels %s\n", s->x,
+            s->y, p->width_px, p->height_px, replay_kind(r), s->sample, r->first, r->last,
+            p->pattern.frame, (unsigned long long)p->pattern.seed, s->isa);
+    fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
+    if (c->aperture_radius > 0.0f && !s->held) vector(out, ", lens point ", r->vertices[0].origin);
+    fputc('\n', out);
+    if (p->paths.without_diffuse_indirect && !s->held)
+        fprintf(out,
+                "light fields bring indirect light of the first surface's diffuse%s lobe: it is "
+                "left out here\n",
+                p->paths.without_glossy_indirect ? " and glossy" : "");
+}
+
+static void surface(FILE *out, const struct path_record_vertex *v)
+{
+    const struct bsdf *b = &v->bsdf;
+    vector(out, "    position ", v->position);
+    vector(out, ", normal ", v->normal);
+    vector(out, ", geometric ", v->facet);
+    fprintf(out, "%s\n    %s, albedo ", v->behind ? ", from behind" : "", replay_model(v));
+    vector(out, "", v->albedo);
+    if (!v->lambert && b->model != BSDF_BLACK && b->model != BSDF_MIRROR)
+        fprintf(out, ", alpha %.9g x %.9g", (double)b->alpha_u, (double)b->alpha_v);
+    if (!v->lambert && b->model == BSDF_GLTF)
+        fprintf(out, ", metallic %.9g, transmission %.9g, specular %.9g, ior %.9g%s",
+                (double)b->metallic, (double)b->transmission, (double)b->specular, (double)b->ior,
+                b->thin     ? ", thin"
+                : b->inside ? ", inside"
+                            : "");
+    else if (!v->lambert && b->model > BSDF_GLTF)
+        vector(out, ", specular ", b->model_specular);
+    if (!v->lambert && b->exponent_u > 0.0f)
+        fprintf(out, ", exponents %.9g, %.9g", (double)b->exponent_u, (double)b->exponent_v);
+    fputc('\n', out);
+}
+
+static void met(FILE *out, const struct replay_sheet *s, const struct path_record_met *m)
+{
+    fputs("    meets ", out);
+    light(out, s, m->light);
+    vector(out, ": radiance ", m->radiance);
+    fprintf(out, ", weight %.9g", (double)m->weight);
+    vector(out, ", adds ", m->value);
+    fputc('\n', out);
+}
+
+static void light_sample(FILE *out, const struct replay_sheet *s, const struct path_record_light *l)
+{
+    fputs("    tries ", out);
+    light(out, s, l->light);
+    fprintf(out, ", chosen with %.9g", (double)l->probability);
+    if (!l->skip) {
+        vector(out, ": towards ", l->direction);
+        fprintf(out, ", distance %.9g, density %.9g, scattering's %.9g, weight %.9g",
+                (double)l->distance, (double)l->density, (double)l->scattered, (double)l->weight);
+    }
+    fputs("\n        ", out);
+    if (!l->traced) {
+        fprintf(out, "no ray: %s\n", replay_skip(l));
+        return;
+    }
+    vector(out, "sends on ", l->reflected);
+    fputs(l->blocked ? "; blocked by " : "; visible", out);
+    if (l->blocked) {
+        instance(out, s, l->blocker);
+        fprintf(out, " at %.9g", (double)l->blocked_at);
+    }
+    vector(out, ", adds ", l->value);
+    fputc('\n', out);
+}
+
+static void scatter(FILE *out, const struct path_record_scatter *c)
+{
+    vector(out, "    scatters to ", c->direction);
+    if (c->pdf > 0.0f)
+        fprintf(out, ", density %.9g", (double)c->pdf);
+    else
+        fputs(", found by no light sample", out);
+    fprintf(out, "%s%s", c->dirac ? ", Dirac lobe" : "", c->transmitted ? ", through" : "");
+    vector(out, "\n        weight ", c->weight);
+    vector(out, " = diffuse ", c->diffuse);
+    vector(out, " + specular ", c->specular);
+    if (c->roulette)
+        fprintf(out, "\n        roulette: %.9g %s %.9g", (double)c->chance,
+                c->goes_on ? "is below" : "is not below", (double)c->survival);
+    fputc('\n', out);
+}
+
+static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
+{
+    const struct path_record_vertex *v = &s->record->vertices[k];
+    fprintf(out, "%u: from ", k);
+    vector(out, "", v->origin);
+    vector(out, " towards ", v->direction);
+    vector(out, ", throughput ", v->throughput);
+    fputs(v->hit ? "\n    hits " : "\n    hits nothing\n", out);
+    if (v->hit) {
+        instance(out, s, v->instance);
+        fprintf(out, ", triangle %u at (%.9g, %.9g), distance %.9g\n", v->triangle, (double)v->u,
+                (double)v->v, (double)v->distance);
+        surface(out, v);
+    }
+    for (uint32_t i = 0; i < v->met_count; i++) met(out, s, &v->met[i]);
+    if (v->is_kept && !v->left) {
+        vector(out, "    what light fields bring is left out: throughput ", v->kept);
+        fputc('\n', out);
+    }
+    if (v->light.tried && !(s->held && k == 0)) light_sample(out, s, &v->light);
+    if (v->scatter.tried && v->scatter.on) scatter(out, &v->scatter);
+}
+
+/* ---- light fields of pixel centres ---- */
+
+static void numbers(FILE *out, const struct path_record *r)
+{
+    const struct path_record_field *f = &r->field;
+    fprintf(out, "%s %u", replay_kind(r), f->sample);
+    if (f->pass > 0) fprintf(out, " of pass %u", f->pass);
+    if (f->drawn && r->kind != PATH_RECORD_GLOSSY)
+        fprintf(out, ": stratum column %u, row %u of %u x %u, jitter (%.9g, %.9g)",
+                f->sample % f->side, f->sample / f->side, f->side, f->side, (double)f->jitter[0],
+                (double)f->jitter[1]);
+    if (f->drawn) fprintf(out, ", at (%.9g, %.9g)", (double)f->u[0], (double)f->u[1]);
+    fputc('\n', out);
+}
+
+static void shadow_ray(FILE *out, const struct replay_sheet *s)
+{
+    const struct path_record_field *f = &s->record->field;
+    const struct path_record_light *l = &s->record->vertices[0].light;
+    if (!l->traced) {
+        fprintf(out, "    no ray: %s\n", replay_untraced(s->record));
+        return;
+    }
+    vector(out, "    towards ", l->direction);
+    fprintf(out, ", distance %.9g: %s", (double)l->distance,
+            l->blocked ? "blocked by " : "visible");
+    if (l->blocked) instance(out, s, l->blocker);
+    if (l->blocked) fprintf(out, " at %.9g", (double)l->blocked_at);
+    if (f->blocked) fprintf(out, ", slope %.9g", (double)f->slope);
+    fputc('\n', out);
+}
+
+static void stratum(FILE *out, const struct replay_sheet *s)
+{
+    const struct path_record_field *f = &s->record->field;
+    const uint32_t planes = s->held->planes;
+    fputs("    of ", out);
+    light(out, s, f->light);
+    if (f->drawn && f->has_point) vector(out, ", point ", f->point);
+    fputc('\n', out);
+    shadow_ray(out, s);
+    fprintf(out, "brings E %.9g of %.9g, one of %u; counts as %s\n", (double)f->arrives,
+            (double)f->irradiance, s->record->last + 1, f->seen ? "seen" : "hidden");
+    if (planes >> LIGHT_PLANE_IRRADIANCE & 1)
+        fprintf(out, "the pixel's E, their mean: %.9g", (double)s->held->irradiance);
+    else
+        fputs("a filter makes the pixel's E of what is seen", out);
+    vector(out, "; irradiance is E times ", s->plan->lights[f->light].color);
+    if (planes >> LIGHT_PLANE_SLOPES & 1)
+        fprintf(out, "; slopes %.9g to %.9g", (double)s->held->slope[0], (double)s->held->slope[1]);
+    fputc('\n', out);
+}
+
+/* How the ray leaves the pixel's surface. */
+static void ray(FILE *out, const struct path_record *r)
+{
+    const struct path_record_field *f = &r->field;
+    if (f->aimed) vector(out, "    towards ", f->direction);
+    if (f->density > 0.0f) fprintf(out, ", density %.9g", (double)f->density);
+    if (r->count > 1) vector(out, ", weight ", f->weight);
+    if (r->kind == PATH_RECORD_GLOSSY && f->aimed) {
+        vector(out, " over reflectance ", f->reflectance);
+        fprintf(out, ", %.9g in all", (double)f->whole);
+    }
+    if (replay_untraced(r)[0])
+        fprintf(out, "%s no ray: %s\n", f->aimed ? ";" : "   ", replay_untraced(r));
+    else
+        fputc('\n', out);
+}
+
+static void ray_brings(FILE *out, const struct replay_sheet *s)
+{
+    const struct path_record *r = s->record;
+    const struct path_record_field *f = &r->field;
+    const bool glossy = r->kind == PATH_RECORD_GLOSSY;
+    if (!f->drawn) {
+        fputs("brings nothing\n", out);
+        return;
+    }
+    vector(out, "brings ", r->stored);
+    if (r->rejected) fputs(" (rejected: it is not finite, and counts as nothing)", out);
+    fprintf(out, ", one of %u, ", r->last + 1);
+    if (f->distance > 0.0f && f->distance < INFINITY)
+        fprintf(out, "distance %.9g", (double)f->distance);
+    else
+        fputs(f->distance > 0.0f ? "meets nothing" : "counts as blocked", out);
+    if (glossy)
+        fprintf(out, "; %s of the pixel's half", f->half ? "one" : "none");
+    else
+        fprintf(out, "; of the %s half", f->half ? "odd" : "even");
+    if (s->held->has_slot) vector(out, "\nthe plane holds ", s->held->slot);
+    const char *const all =
+        f->pass > 0 ? "\nthe pixel's mean of that pass: " : "\nthe pixel's mean of all: ";
+    if (s->held->mean_count > 0)
+        vector(out, s->held->is_half ? "\nthe half's mean: " : all, s->held->mean);
+    if (s->held->mean_count > 3) fprintf(out, ", of weights %.9g", (double)s->held->mean[3]);
+    fputs(glossy ? "; the picture has it times the lobe's reflectance\n"
+                 : "; the picture has it times the albedo\n",
+          out);
+}
+
+static void field(FILE *out, const struct replay_sheet *s)
+{
+    const struct path_record *r = s->record;
+    vertex(out, s, 0);
+    if (r->field.mirrored > 0)
+        fprintf(out, "    seen in %u mirror%s\n", r->field.mirrored,
+                r->field.mirrored > 1 ? "s" : "");
+    numbers(out, r);
+    if (r->kind == PATH_RECORD_LIGHT) {
+        stratum(out, s);
+        return;
+    }
+    ray(out, r);
+    for (uint32_t k = 1; k < r->count; k++) vertex(out, s, k);
+    if (r->count > 1) fprintf(out, "ends: %s\n", replay_end(s));
+    ray_brings(out, s);
+}
+
+void replay_print_text(const struct replay_sheet *s, FILE *out)
+{
+    const struct path_record *r = s->record;
+    head(out, s);
+    if (s->held) {
+        field(out, s);
+        return;
+    }
+    for (uint32_t k = 0; k < r->count; k++) vertex(out, s, k);
+    fprintf(out, "ends: %s\n", replay_end(s));
+    vector(out, "radiance ", r->radiance);
+    vector(out, " = emission ", r->emission);
+    vector(out, " + direct ", r->direct);
+    vector(out, " + indirect ", r->indirect);
+    if (r->kind == PATH_RECORD_LENS && s->plan->lens_light != LENS_LIGHT_OWN)
+        vector(out, "; without what light fields bring ", r->stored);
+    if (r->rejected) fputs("; rejected: it is not finite, and counts as nothing", out);
+    fputc('\n', out);
+}

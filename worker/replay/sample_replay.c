@@ -1,0 +1,199 @@
+#include "worker/replay/sample_replay.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <xmmintrin.h>
+
+#include "proto/pattern_path.h"
+#include "worker/replay/field_choice.h"
+#include "worker/tile/stages.h"
+#include "worker/trace/field/lens.h"
+#include "worker/trace/field/lens_more.h"
+#include "worker/trace/field/lens_surface.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/lens_centres.h"
+
+/* As tiles are traced. */
+#define MXCSR_FLUSH 0x8040u
+
+struct replay {
+    struct queries queries;
+    struct light_table lights;
+    struct sky sky;
+    struct counters counters;
+    struct path_scratch path;
+    struct lens_scratch lens;
+    struct lens_centres centres;
+    size_t slot; /* of the pixel in its block */
+};
+
+/* Which kind a sample's number says that it is, and which there are of that. */
+static void find_kind(const struct plan *plan, uint32_t sample, struct path_record *record)
+{
+    const uint32_t most = plan->spp_most > plan->paths.spp ? plan->spp_most : plan->paths.spp;
+    const uint32_t l = plan->lens_strata_per_axis;
+    record->kind = PATH_RECORD_PATHS;
+    record->last = most - 1;
+    if (plan->paths.spp > 0) return;
+    record->kind = PATH_RECORD_LENS;
+    record->last = l * l - 1;
+    if (plan->lens_extra == 0 || sample < LENS_MORE_FIRST) return;
+    record->kind = PATH_RECORD_LENS_MORE;
+    record->first = LENS_MORE_FIRST;
+    record->last = LENS_MORE_FIRST + PLAN_LENS_SIDE * PLAN_LENS_SIDE - 1;
+}
+
+static int refuse_fields(const struct plan *plan, const struct scene *scene, struct fault *fault)
+{
+    char list[FIELD_CHOICE_TEXT];
+    return fault_set(fault, ERR_UNSUPPORTED, "",
+                     "the plan has no paths: light fields make its picture. Ask for samples of "
+                     "these with --field: %s",
+                     field_choice_list(plan, scene, list));
+}
+
+static int check(const struct plan *plan, const struct scene *scene,
+                 const struct environment *environment, int32_t x, int32_t y, uint32_t sample,
+                 const struct path_record *record, struct fault *fault)
+{
+    if (plan->paths.spp == 0 && plan->lens_strata_per_axis == 0)
+        return refuse_fields(plan, scene, fault);
+    if (x < 0 || y < 0 || x >= plan->width_px || y >= plan->height_px)
+        return fault_set(fault, ERR_RANGE, "pixel", "%d,%d is outside the image of %dx%d", x, y,
+                         plan->width_px, plan->height_px);
+    if (sample < record->first || sample > record->last)
+        return fault_set(fault, ERR_RANGE, "sample", "%u: the plan has samples %u to %u", sample,
+                         record->first, record->last);
+    if (plan->environment.kind == ENVIRONMENT_MAP && !environment)
+        return fault_set(fault, ERR_MISSING, "environment", "the plan has a map");
+    return 0;
+}
+
+static void take(const struct path_rgb *from, size_t slot, float out[3])
+{
+    out[0] = from->r[slot];
+    out[1] = from->g[slot];
+    out[2] = from->b[slot];
+}
+
+/* As path_sums.c adds samples up, and refuses what is not finite. */
+static void sum_up(const struct path_harvest *h, size_t slot, struct path_record *out)
+{
+    float white[2][3];
+    take(&h->emission, slot, out->emission);
+    take(&h->direct, slot, out->direct);
+    take(&h->indirect, slot, out->indirect);
+    take(&h->diffuse_direct, slot, white[0]);
+    take(&h->diffuse_indirect, slot, white[1]);
+    for (int k = 0; k < 3; k++) {
+        const float parts[5] = {out->emission[k], out->direct[k], out->indirect[k], white[0][k],
+                                white[1][k]};
+        for (int i = 0; i < 5; i++) out->rejected |= !(parts[i] < INFINITY);
+        out->radiance[k] = parts[0] + parts[1] + parts[2];
+    }
+    if (out->rejected) memset(out->radiance, 0, sizeof out->radiance);
+}
+
+static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
+                          float pixel[2])
+{
+    float u, v;
+    path_pair(path_key(plan->pattern.seed, plan->pattern.frame, x, y), sample, PATH_PIXEL, &u, &v);
+    pixel[0] = (float)x + path_pixel_offset(plan, u);
+    pixel[1] = (float)y + path_pixel_offset(plan, v);
+}
+
+/* A lens sample travels by itself, without what light fields bring. */
+static void sum_up_lens(const struct path_context *c, struct path_harvest *h, size_t slot,
+                        struct path_record *out)
+{
+    float e[3], d[3], n[3], sum[3];
+    if (c->plan->lens_light != LENS_LIGHT_OWN && out->kind == PATH_RECORD_LENS)
+        lens_surface_take_out(c, slot, h);
+    take(&h->emission, slot, e);
+    take(&h->direct, slot, d);
+    take(&h->indirect, slot, n);
+    for (int k = 0; k < 3; k++) sum[k] = e[k] + d[k] + n[k];
+    out->rejected = !(sum[0] < INFINITY && sum[1] < INFINITY && sum[2] < INFINITY);
+    for (int k = 0; k < 3; k++)
+        out->stored[k] = out->rejected ? 0.0f : fminf(sum[k], LENS_RADIANCE_MAX);
+}
+
+/* What the sample is traced with. */
+static const struct path_context *context_of(const struct stages *stages,
+                                             enum path_record_kind kind)
+{
+    if (kind == PATH_RECORD_LENS) return &stages->through_lens;
+    return kind == PATH_RECORD_PATHS ? &stages->paths : &stages->whole;
+}
+
+static int trace_path(struct replay *t, struct stages *stages, const struct block *block,
+                      uint32_t sample, const struct path_record *record)
+{
+    const struct path_context *c = context_of(stages, record->kind);
+    const struct rect pixel = {block->x_px[t->slot], block->y_px[t->slot], block->x_px[t->slot] + 1,
+                               block->y_px[t->slot] + 1};
+    if (record->kind != PATH_RECORD_LENS) {
+        path_trace(c, block, sample, 1, &t->path);
+        return 0;
+    }
+    const int e = c->centres ? lens_centres_init(&t->centres, &stages->field, pixel) : 0;
+    if (e) return e;
+    lens_scratch_init(&t->lens, c->plan);
+    lens_begin(c, block, sample, &t->lens, &t->path.pools[0]);
+    path_trace_camera(c, &t->path);
+    if (c->centres) lens_centres_fini(&t->centres);
+    return 0;
+}
+
+static int trace(struct replay *t, const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
+                 struct path_record *record)
+{
+    const struct plan_pass pass = plan_scheduled_pass(plan, 0);
+    const struct path_context parts = {.queries = &t->queries,
+                                       .lights = &t->lights,
+                                       .sky = &t->sky,
+                                       .plan = plan,
+                                       .counters = &t->counters};
+    struct stages stages;
+    struct block block;
+    stages_init(&parts, &t->centres, &pass, &stages);
+    stages.paths.record = stages.through_lens.record = stages.whole.record = record;
+    block_init(&block, x & -LANES_ACROSS, y & -LANES_ACROSS, plan->width_px, plan->height_px,
+               (struct rect){x, y, x + 1, y + 1});
+    while (!block.kept.on[t->slot]) t->slot++;
+    const int e = trace_path(t, &stages, &block, sample, record);
+    if (e) return e;
+    sum_up(&t->path.harvest, t->slot, record);
+    memcpy(record->stored, record->radiance, sizeof record->stored);
+    if (record->kind != PATH_RECORD_PATHS)
+        sum_up_lens(context_of(&stages, record->kind), &t->path.harvest, t->slot, record);
+    return 0;
+}
+
+int sample_replay(const struct render_scene *scene, const struct environment *environment,
+                  const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
+                  struct path_record *record, struct fault *fault)
+{
+    memset(record, 0, sizeof *record);
+    find_kind(plan, sample, record);
+    int e = check(plan, scene->blob, environment, x, y, sample, record, fault);
+    if (e) return e;
+    struct replay *t = aligned_alloc(LANES_ALIGN, sizeof *t);
+    if (!t) return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));
+    memset(t, 0, sizeof *t);
+    queries_init(&t->queries);
+    path_scratch_init(&t->path);
+    t->queries.scene = scene;
+    t->queries.kernels = lane_kernels_for(scene->isa);
+    const unsigned int mode = _mm_getcsr();
+    _mm_setcsr(mode | MXCSR_FLUSH);
+    light_table_init(&t->lights, plan, scene->emitters != NULL);
+    sky_init(&t->sky, &plan->environment, environment);
+    find_position(plan, x, y, sample, record->pixel);
+    e = trace(t, plan, x, y, sample, record);
+    _mm_setcsr(mode);
+    free(t);
+    return e ? fault_set(fault, e, "", "%s", error_text(e)) : 0;
+}

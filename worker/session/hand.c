@@ -1,0 +1,477 @@
+#include "worker/session/hand.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/count_map.h"
+#include "worker/session/frame_blobs.h"
+
+struct hand_frame {
+    struct hand_frame *next;
+    uint64_t id;
+    char job[LIMIT_JOB_ID_BYTES]; /* whose it is */
+    struct trace trace;           /* of the request that submitted that; zero: not known */
+    struct frame_blobs blobs;     /* held while tiles are open */
+    uint32_t tiles;               /* all that point here */
+    uint32_t open;                /* of them, not DONE and not dropped */
+    bool gone;                    /* cancelled: freed with its last tile */
+    struct plan plan;
+};
+
+enum tile_state { TILE_WAITING, TILE_QUEUED, TILE_DONE, TILE_DROPPED };
+
+struct hand_tile {
+    struct crew_task task;
+    struct hand_tile *next, *previous;
+    struct hand *hand;
+    struct hand_frame *frame;
+    enum tile_state state;
+    uint64_t request_id;
+    struct message_tile lease;
+    uint8_t *sides; /* owned; of a pass that has them, map after map */
+    _Atomic bool stop;
+    const void *scene, *environment;
+    struct bytes_writer packed;
+    struct counters counters;
+    int error;
+    struct parcel *samples; /* DONE */
+};
+
+struct hand {
+    struct crew *crew;
+    struct shelf *shelf;
+    const struct tracing *tracing;
+    enum packing packing;
+    struct hand_client client;
+    struct hand_frame *frames;
+    struct hand_tile *first, *last; /* in the order of their leases */
+    struct hand_counts counts;
+    _Atomic uint64_t rows;
+};
+
+/* ---- lists ---- */
+
+static struct hand_frame *find_frame(const struct hand *hand, uint64_t id)
+{
+    for (struct hand_frame *f = hand->frames; f; f = f->next)
+        if (f->id == id && !f->gone) return f;
+    return NULL;
+}
+
+static void free_frame(struct hand *hand, struct hand_frame *f)
+{
+    struct hand_frame **at = &hand->frames;
+    while (*at != f) at = &(*at)->next;
+    *at = f->next;
+    frame_blobs_release(&f->blobs, hand->shelf);
+    free(f);
+}
+
+static void append(struct hand *hand, struct hand_tile *t)
+{
+    t->previous = hand->last;
+    if (hand->last)
+        hand->last->next = t;
+    else
+        hand->first = t;
+    hand->last = t;
+}
+
+static void unlink_tile(struct hand *hand, struct hand_tile *t)
+{
+    if (t->previous)
+        t->previous->next = t->next;
+    else
+        hand->first = t->next;
+    if (t->next)
+        t->next->previous = t->previous;
+    else
+        hand->last = t->previous;
+}
+
+/* Frees a tile that no thread has. */
+static void free_tile(struct hand *hand, struct hand_tile *t)
+{
+    struct hand_frame *f = t->frame;
+    unlink_tile(hand, t);
+    bytes_writer_fini(&t->packed);
+    parcel_unref(&t->samples);
+    free(t->sides);
+    free(t);
+    if (--f->tiles == 0 && f->gone) free_frame(hand, f);
+}
+
+/* ---- counts: a tile is open, kept, or neither; blobs are held while tiles are open ---- */
+
+static void leave_open(struct hand *hand, struct hand_tile *t)
+{
+    struct hand_frame *f = t->frame;
+    hand->counts.open--;
+    if (--f->open > 0) return;
+    frame_blobs_release(&f->blobs, hand->shelf);
+}
+
+/* ---- tracing ---- */
+
+static struct hand_tile *tile_of(struct crew_task *task)
+{
+    return (struct hand_tile *)((char *)task - offsetof(struct hand_tile, task));
+}
+
+static void run_tile(struct crew_task *task, void *tracer)
+{
+    struct hand_tile *t = tile_of(task);
+    struct hand *hand = t->hand;
+    t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, t->environment,
+                                    &t->frame->plan, &t->lease.pass, t->lease.rect, &hand->rows,
+                                    &t->stop, hand->packing, &t->packed, &t->counters);
+}
+
+static void send_result(struct hand *hand, const struct hand_tile *t)
+{
+    struct hand_result result = {.request_id = t->request_id,
+                                 .message = {.frame_id = t->lease.frame_id,
+                                             .index = t->lease.index,
+                                             .generation = t->lease.generation,
+                                             .counters = t->counters},
+                                 .samples = t->samples};
+    hand->client.result(hand->client.ctx, &result);
+}
+
+static void note(struct hand *hand, const struct hand_tile *t, enum log_level level,
+                 const char *what, const char *detail)
+{
+    const struct journal_lease lease = {.job = t->frame->job,
+                                        .trace = &t->frame->trace,
+                                        .frame_id = t->lease.frame_id,
+                                        .tile = t->lease.index,
+                                        .generation = t->lease.generation};
+    journal_write_lease(hand->client.journal, level, what, &lease, detail);
+}
+
+/* Tells the coordinator that the tile cannot be rendered, and forgets it. */
+static void give_up(struct hand *hand, struct hand_tile *t, int code, const char *place,
+                    const char *detail)
+{
+    struct message_tile_fault m = {.frame_id = t->lease.frame_id,
+                                   .index = t->lease.index,
+                                   .generation = t->lease.generation,
+                                   .code = code};
+    struct fault text;
+    fault_set(&text, code, "", "%s%s%s", place, place[0] ? ": " : "", detail);
+    for (size_t i = 0; i < sizeof m.text && i < sizeof text.detail; i++) m.text[i] = text.detail[i];
+    m.text[sizeof m.text - 1] = '\0';
+    note(hand, t, LOG_WARNING, "tile cannot be traced", m.text);
+    hand->client.faulted(hand->client.ctx, t->request_id, &m);
+    leave_open(hand, t);
+    free_tile(hand, t);
+}
+
+static void done_tile(struct crew_task *task)
+{
+    struct hand_tile *t = tile_of(task);
+    struct hand *hand = t->hand;
+    if (t->state == TILE_DROPPED) {
+        leave_open(hand, t);
+        free_tile(hand, t);
+        hand->client.moved(hand->client.ctx);
+        return;
+    }
+    if (t->error == 0) {
+        t->samples = parcel_take(&t->packed);
+        if (!t->samples) t->error = ERR_MEMORY;
+    }
+    if (t->error) {
+        give_up(hand, t, t->error, "tile", error_text(t->error));
+    } else {
+        /* What loading cost is told once, with the first result after it. */
+        t->counters.value[COUNTER_BUILD_CPU_US] += frame_blobs_take_cpu_us(&t->frame->blobs);
+        t->state = TILE_DONE;
+        leave_open(hand, t);
+        hand->counts.kept++;
+        send_result(hand, t);
+    }
+    hand->client.moved(hand->client.ctx);
+}
+
+static void queue_tile(struct hand *hand, struct hand_tile *t)
+{
+    t->state = TILE_QUEUED;
+    frame_blobs_loaded(&t->frame->blobs, &t->scene, &t->environment);
+    t->task = (struct crew_task){.run = run_tile, .done = done_tile};
+    crew_submit(hand->crew, &t->task);
+}
+
+/* A waiting tile goes on when its blobs are ready, and is given up when one of them has failed. */
+static void go_on(struct hand *hand, struct hand_tile *t)
+{
+    struct fault fault = {0};
+    const enum shelf_state state = frame_blobs_state(&t->frame->blobs, &fault);
+    if (state == SHELF_READY)
+        queue_tile(hand, t);
+    else if (state == SHELF_FAILED)
+        give_up(hand, t, fault.code, fault.pointer, fault.detail);
+}
+
+void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        const struct frame_blobs *blobs = &t->frame->blobs;
+        if (t->state != TILE_WAITING) continue;
+        if (blobs->scene == blob || blobs->environment == blob) go_on(hand, t);
+    }
+    hand->client.moved(hand->client.ctx);
+}
+
+/* ---- the coordinator's messages ---- */
+
+int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
+                enum packing packing, const struct hand_client *client, struct hand **out)
+{
+    struct hand *hand = calloc(1, sizeof *hand);
+    if (!hand) return ERR_MEMORY;
+    hand->crew = crew;
+    hand->shelf = shelf;
+    hand->tracing = tracing;
+    hand->packing = packing;
+    hand->client = *client;
+    *out = hand;
+    return 0;
+}
+
+void hand_destroy(struct hand **hand)
+{
+    struct hand *h = *hand;
+    *hand = NULL;
+    if (!h) return;
+    for (struct hand_tile *t = h->first, *next; t; t = next) {
+        next = t->next;
+        free_tile(h, t);
+    }
+    while (h->frames) free_frame(h, h->frames);
+    free(h);
+}
+
+/* A job's first frame here is told of, not each view of a live one. */
+static void note_job(struct hand *hand, const struct hand_frame *f)
+{
+    const struct log_field fields[] = {{"job", f->job, 0}, {"frame_id", NULL, (double)f->id}};
+    for (const struct hand_frame *other = hand->frames; other; other = other->next)
+        if (strcmp(other->job, f->job) == 0) return;
+    journal_write_traced(hand->client.journal, LOG_INFO, "work for a job", &f->trace, fields, 2);
+}
+
+int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
+{
+    struct fault fault;
+    if (find_frame(hand, m->frame_id)) return 0;
+    struct hand_frame *f = calloc(1, sizeof *f);
+    if (!f) return ERR_MEMORY;
+    int e = plan_decode(m->plan, m->plan_bytes, &f->plan, &fault);
+    if (e) {
+        free(f);
+        return e;
+    }
+    f->id = m->frame_id;
+    memcpy(f->job, m->job, sizeof f->job);
+    (void)trace_kept(m->trace, &f->trace);
+    note_job(hand, f);
+    f->next = hand->frames;
+    hand->frames = f;
+    return 0;
+}
+
+/* What the lease asks for, with what it leaves to the plan's schedule. */
+static struct plan_pass pass_of(const struct plan *plan, const struct message_tile *m)
+{
+    const bool scheduled = m->pass.first == 0 && m->pass.count == 0 && m->pass.strata == 0;
+    return scheduled ? plan_scheduled_pass(plan, m->pass.number) : m->pass;
+}
+
+static int check_tile(const struct hand *hand, const struct hand_frame *f,
+                      const struct message_tile *m, const struct plan_pass *pass)
+{
+    const struct rect r = m->rect;
+    if (!f) return ERR_STATE;
+    if (r.x0 < 0 || r.y0 < 0 || r.x1 <= r.x0 || r.y1 <= r.y0 || r.x1 > f->plan.width_px ||
+        r.y1 > f->plan.height_px || rect_width(r) > LIMIT_TILE_SIDE_PX ||
+        rect_height(r) > LIMIT_TILE_SIDE_PX)
+        return ERR_RANGE;
+    int e = plan_pass_check(&f->plan, pass);
+    if (!e && pass->sides) e = plan_sides_check(pass, (size_t)rect_area(r));
+    if (e) return e;
+    return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
+}
+
+/* The sides of a lease's pass, map by map as the plan has them; NULL where it has none. */
+static int unpack_sides(const struct plan *plan, const struct message_tile *m, uint8_t **out)
+{
+    const int32_t width = rect_width(m->rect), height = rect_height(m->rect);
+    const uint32_t maps = plan_side_maps(plan);
+    if (m->counts_bytes == 0) return 0;
+    if (maps == 0) return ERR_RANGE;
+    if (width < 1 || height < 1 || width > LIMIT_TILE_SIDE_PX || height > LIMIT_TILE_SIDE_PX)
+        return ERR_RANGE;
+    *out = malloc(maps * (size_t)rect_area(m->rect));
+    if (!*out) return ERR_MEMORY;
+    return count_map_unpack(m->counts, m->counts_bytes, maps, width, height, *out);
+}
+
+static int begin_tile(struct hand *hand, struct hand_frame *f, uint64_t request_id,
+                      const struct message_tile *m, const struct plan_pass *pass, uint8_t *sides)
+{
+    const bool held = frame_blobs_take(&f->blobs, hand->shelf, &f->plan);
+    struct hand_tile *t = held ? calloc(1, sizeof *t) : NULL;
+    if (!t) return ERR_MEMORY;
+    t->hand = hand;
+    t->frame = f;
+    t->lease = *m;
+    t->lease.pass = *pass;
+    t->lease.counts = NULL; /* borrowed from the message */
+    t->sides = sides;
+    t->request_id = request_id;
+    t->state = TILE_WAITING;
+    bytes_writer_init(&t->packed);
+    append(hand, t);
+    f->tiles++;
+    f->open++;
+    hand->counts.open++;
+    go_on(hand, t);
+    return 0;
+}
+
+int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
+{
+    struct hand_frame *f = find_frame(hand, m->frame_id);
+    struct plan_pass pass = {0};
+    uint8_t *sides = NULL;
+    int e = f ? unpack_sides(&f->plan, m, &sides) : ERR_STATE;
+    if (!e) pass = pass_of(&f->plan, m);
+    pass.sides = sides;
+    if (!e && sides && plan_side_maps(&f->plan) > 1) pass.lobes = sides + rect_area(m->rect);
+    if (!e) e = check_tile(hand, f, m, &pass);
+    if (!e) e = begin_tile(hand, f, request_id, m, &pass, sides);
+    if (e) free(sides);
+    return e;
+}
+
+void hand_acknowledge(struct hand *hand, const struct message_ack *m)
+{
+    for (struct hand_tile *t = hand->first; t; t = t->next) {
+        const struct message_tile *lease = &t->lease;
+        if (t->state != TILE_DONE || lease->index != m->index || lease->frame_id != m->frame_id ||
+            lease->generation != m->generation)
+            continue;
+        if (m->verdict == VERDICT_CORRUPT)
+            note(hand, t, LOG_WARNING, "result refused",
+                 "the coordinator found it corrupt: this machine may be at fault");
+        hand->counts.kept--;
+        free_tile(hand, t);
+        return;
+    }
+}
+
+/* Forgets a tile in any state; one that is being traced is stopped and freed when it is done. */
+static void drop(struct hand *hand, struct hand_tile *t)
+{
+    if (t->state == TILE_DROPPED) return;
+    if (t->state == TILE_DONE) {
+        hand->counts.kept--;
+        free_tile(hand, t);
+        return;
+    }
+    if (t->state == TILE_QUEUED && !crew_withdraw(hand->crew, &t->task)) {
+        atomic_store(&t->stop, true);
+        t->state = TILE_DROPPED;
+        return;
+    }
+    leave_open(hand, t);
+    free_tile(hand, t);
+}
+
+static void drop_frame(struct hand *hand, struct hand_frame *f)
+{
+    f->gone = true;
+    f->tiles++; /* holds it while its tiles go */
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        if (t->frame == f) drop(hand, t);
+    }
+    if (--f->tiles == 0) free_frame(hand, f);
+}
+
+void hand_cancel(struct hand *hand, uint64_t frame_id)
+{
+    struct hand_frame *f = find_frame(hand, frame_id);
+    if (f) drop_frame(hand, f);
+}
+
+void hand_drop_all(struct hand *hand)
+{
+    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+        next = f->next;
+        if (!f->gone) drop_frame(hand, f);
+    }
+}
+
+/* ---- leaving and coming back ---- */
+
+static bool is_begun(struct hand *hand, struct hand_tile *t)
+{
+    if (t->state != TILE_QUEUED) return t->state != TILE_WAITING;
+    if (!crew_withdraw(hand->crew, &t->task)) return true;
+    t->state = TILE_WAITING;
+    return false;
+}
+
+void hand_link_lost(struct hand *hand)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        if (!is_begun(hand, t)) drop(hand, t);
+    }
+    /* Frames that come again are told again. */
+    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+        next = f->next;
+        if (f->tiles == 0) free_frame(hand, f);
+    }
+}
+
+void hand_resend(struct hand *hand)
+{
+    for (struct hand_tile *t = hand->first; t; t = t->next)
+        if (t->state == TILE_DONE) send_result(hand, t);
+}
+
+void hand_return(struct hand *hand, bool all)
+{
+    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+        next = t->next;
+        bool begun = is_begun(hand, t);
+        if (begun && (!all || t->state != TILE_QUEUED)) continue;
+        struct message_returned m = {.frame_id = t->lease.frame_id,
+                                     .index = t->lease.index,
+                                     .generation = t->lease.generation};
+        hand->client.returned(hand->client.ctx, t->request_id, &m);
+        drop(hand, t);
+    }
+}
+
+struct hand_counts hand_counts(const struct hand *hand)
+{
+    return hand->counts;
+}
+
+bool hand_is_tracing(const struct hand *hand)
+{
+    for (const struct hand_tile *t = hand->first; t; t = t->next)
+        if (t->state == TILE_QUEUED || t->state == TILE_DROPPED) return true;
+    return false;
+}
+
+uint64_t hand_rows(const struct hand *hand)
+{
+    return atomic_load_explicit(&hand->rows, memory_order_relaxed);
+}

@@ -1,0 +1,63 @@
+#pragma once
+/* The worker's side of the protocol: a table of which message is legal in which state, and the
+ * worker's own comings and goings.
+ *
+ *   OFFLINE --connected--> GREETING --WELCOME--> WORKING <--TILE/DRAIN--> DRAINING
+ *   WORKING, DRAINING --session_stop--> LEAVING (finishes what is traced, says BYE)
+ *   any --link lost--> OFFLINE (dialled again); any --> ENDED
+ *
+ * Results are kept until they are acknowledged and said again after a reconnect to the same
+ * coordinator. All calls on the loop's thread. */
+#include <stdbool.h>
+#include <uv.h>
+
+#include "worker/journal.h"
+#include "worker/options.h"
+#include "worker/session/tracing.h"
+
+#define SESSION_GREETING_MS 10000u /* ms that a coordinator may take to answer HELLO */
+#define SESSION_ACK_MS      5000u  /* ms that a leaving worker waits for acknowledgements */
+/* ms of beats in which a load may use CPU time without a step; so many times that without any. */
+#define SESSION_LOADING_MS    120000u
+#define SESSION_LOADING_WAITS 5u
+
+enum session_state {
+    SESSION_OFFLINE,
+    SESSION_GREETING,
+    SESSION_WORKING,
+    SESSION_DRAINING, /* the coordinator gives no more; a TILE ends it */
+    SESSION_LEAVING,  /* we want no more */
+    SESSION_ENDED,
+    SESSION_STATE_COUNT
+};
+
+enum session_end { SESSION_END_TOLD = 0, SESSION_END_FAILED = 1, SESSION_END_REFUSED = 3 };
+
+struct session;
+
+struct session_client {
+    void *ctx;
+    struct journal *journal; /* what happens is told there; borrowed; NULL: nowhere */
+    /* The session is over; `text` says why ("" when it was told to). Call session_close. */
+    void (*ended)(void *ctx, enum session_end end, const char *text);
+    /* While closing: the last bytes are out, the threads are joined next. With is_loading that may
+     * take as long as a scene loads. May be NULL. */
+    void (*flushed)(void *ctx, bool is_loading);
+};
+
+/* Strings of `options` and `tracing` are borrowed for the session's life. cache_dir and threads
+ * must be set. *fault says what failed. */
+int session_create(uv_loop_t *loop, const struct options *options, const struct tracing *tracing,
+                   const struct session_client *client, struct session **out, struct fault *fault);
+
+/* Dials. */
+void session_start(struct session *s);
+
+/* First call: gives back what is not begun, finishes the rest, leaves. Second: leaves at once. */
+void session_stop(struct session *s);
+
+enum session_state session_state(const struct session *s);
+
+/* Stops tracing, closes the link, joins the threads, frees all; then calls `closed` from the loop.
+ */
+void session_close(struct session *s, void (*closed)(void *ctx), void *ctx);

@@ -1,0 +1,64 @@
+#pragma once
+/* What the files of a session share: session.c has its states and its life, session_say.c what it
+ * sends, session_steps.c what it does with what comes. Nobody else includes this. */
+#include "proto/link/message.h"
+#include "worker/link/link.h"
+#include "worker/session/crew.h"
+#include "worker/session/hand.h"
+#include "worker/session/session.h"
+#include "worker/session/shelf.h"
+
+struct session {
+    const struct options *options;
+    const struct tracing *tracing;
+    struct session_client client;
+    enum session_state state;
+    struct link *link;
+    struct crew *crew;
+    struct shelf *shelf;
+    struct hand *hand;
+    uv_timer_t beat, patience;
+    uint64_t worker_id; /* of the last WELCOME; 0: none yet */
+    uint64_t next_request;
+    uint32_t beat_ms;
+    uint32_t asked; /* tiles asked for that have not come */
+    bool was_told_offline;
+    /* Progress of loading: its steps so far, and beats since the last one; those in which it used
+     * CPU time count as progress. */
+    uint64_t load_steps, load_silent_ms, load_busy_ms, load_beats, cpu_us;
+    uint64_t last_beat_ms; /* 0: none on this link */
+    unsigned open;         /* what must close before the memory goes */
+    bool closing;
+    void (*closed)(void *ctx);
+    void *closed_ctx;
+};
+
+/* ---- session.c ---- */
+
+/* Any other step than a legal one is our own bug, and ends the process. */
+void session_enter(struct session *s, enum session_state next);
+void session_end(struct session *s, enum session_end how, const char *text);
+void session_note(struct session *s, enum log_level level, const char *what, const char *detail);
+/* Welcome, and not ended. */
+bool session_is_on(const struct session *s);
+
+/* ---- session_say.c ---- */
+
+void session_ask_for_tiles(struct session *s);
+void session_say_hello(struct session *s);
+void session_say_goodbye(struct session *s);
+/* Nothing, when the session is not on. */
+void session_say_returned(struct session *s, uint64_t request_id, const struct message_returned *m);
+/* When leaving: says goodbye once there is nothing left to wait for. */
+void session_leave_when_done(struct session *s);
+/* Fewer tiles are held: asks for more, or leaves. */
+void session_moved(struct session *s);
+void session_send_beat(struct session *s);
+/* Sends them every beat_ms from now on. */
+void session_begin_beats(struct session *s);
+
+/* ---- session_steps.c ---- */
+
+/* A message of the coordinator's; ERR_STATE for one that has no place now, else what is wrong with
+ * it. */
+int session_take(struct session *s, const struct frame_view *f);

@@ -1,0 +1,178 @@
+#include "worker/session/tracing.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "proto/link/message.h"
+#include "proto/samples.h"
+#include "proto/scene/environment.h"
+#include "proto/scene/scene.h"
+#include "worker/scene/environment.h"
+#include "worker/scene/render_scene.h"
+#include "worker/tile/tile.h"
+
+/* A BVH over fewer triangles is built faster than threads are woken for it. */
+#define PARALLEL_TRIANGLES 1000000u
+/* Embree's BVH and our tables, per triangle; measured between 60 and 110. */
+#define BYTES_PER_TRIANGLE 100u
+
+struct loaded_scene {
+    struct scene blob;
+    struct render_scene *render;
+};
+
+struct loaded_environment {
+    struct environment_blob blob;
+    struct environment *map;
+};
+
+struct loaded {
+    enum tracing_kind kind;
+    struct loaded_scene scene;
+    struct loaded_environment environment;
+};
+
+static uint64_t cpu_us(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+static const char *embree_version(void *ctx)
+{
+    (void)ctx;
+    return render_embree_version();
+}
+
+/* ---- blobs ---- */
+
+static void unload(void *ctx, void **loaded)
+{
+    (void)ctx;
+    struct loaded *l = *loaded;
+    *loaded = NULL;
+    if (!l) return;
+    render_scene_destroy(&l->scene.render);
+    scene_unmap(&l->scene.blob);
+    environment_destroy(&l->environment.map);
+    environment_unmap(&l->environment.blob);
+    free(l);
+}
+
+/* The first bytes alone; what is neither is left to scene_map to refuse. */
+static enum tracing_kind kind_of(const char *path)
+{
+    char magic[sizeof ENVIRONMENT_MAGIC] = "";
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return TRACING_SCENE;
+    const ssize_t n = pread(fd, magic, sizeof magic, 0);
+    close(fd);
+    return n == (ssize_t)sizeof magic && memcmp(magic, ENVIRONMENT_MAGIC, sizeof magic) == 0
+               ? TRACING_ENVIRONMENT
+               : TRACING_SCENE;
+}
+
+static int load_scene(struct loaded_scene *s, const char *path, unsigned threads,
+                      _Atomic uint64_t *steps, uint64_t *bytes, uint64_t *spent_us,
+                      struct fault *fault)
+{
+    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    int e = scene_map(path, &s->blob, fault);
+    if (e) return e;
+    const uint64_t triangles = s->blob.count[SCENE_TRIANGLES];
+    const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
+    const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
+    const uint64_t build_us = cpu_us(clock), open_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
+    e = render_scene_create(&s->blob, used, steps, &s->render, fault);
+    if (e) return e;
+    *spent_us = open_us + cpu_us(clock) - build_us;
+    *bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles;
+    return 0;
+}
+
+static int load_environment(struct loaded_environment *l, const char *path, uint64_t *bytes,
+                            uint64_t *spent_us, struct fault *fault)
+{
+    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    int e = environment_map(path, &l->blob, fault);
+    if (e) return e;
+    e = environment_create(&l->blob, &l->map);
+    if (e) return fault_set(fault, e, path, "%s", error_text(e));
+    *spent_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
+    *bytes = l->blob.blob_bytes + environment_bytes(l->map);
+    return 0;
+}
+
+static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
+                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *spent_us,
+                struct fault *fault)
+{
+    struct loaded *l = calloc(1, sizeof *l);
+    void *all = l;
+    if (!l) return fault_set(fault, ERR_MEMORY, path, "%s", error_text(ERR_MEMORY));
+    l->kind = *kind = kind_of(path);
+    const int e = l->kind == TRACING_SCENE
+                      ? load_scene(&l->scene, path, threads, steps, bytes, spent_us, fault)
+                      : load_environment(&l->environment, path, bytes, spent_us, fault);
+    if (e)
+        unload(ctx, &all);
+    else
+        *loaded = l;
+    return e;
+}
+
+/* ---- tiles ---- */
+
+static int tracer_create(void *ctx, void **tracer)
+{
+    (void)ctx;
+    struct tile_tracer *t = NULL;
+    int e = tile_tracer_create(&t);
+    *tracer = t;
+    return e;
+}
+
+static void tracer_destroy(void *ctx, void **tracer)
+{
+    (void)ctx;
+    struct tile_tracer *t = *tracer;
+    *tracer = NULL;
+    tile_tracer_destroy(&t);
+}
+
+static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
+                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
+                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
+                 struct bytes_writer *packed, struct counters *counters)
+{
+    (void)ctx;
+    const struct loaded *s = scene, *around = environment;
+    struct samples *samples = NULL;
+    if (s->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
+        return ERR_MAGIC;
+    int e = tile_trace_pass(tracer, s->scene.render, around ? around->environment.map : NULL, plan,
+                            pass, rect, progress, stop, &samples, counters);
+    if (e) return e;
+    uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    e = samples_pack(samples, packing, packed, &dropped);
+    samples_destroy(&samples);
+    counters->value[COUNTER_PACK_CPU_US] += cpu_us(CLOCK_THREAD_CPUTIME_ID) - before_us;
+    counters->value[COUNTER_SKIPPED_EMPTY_PLANE] += dropped;
+    return e;
+}
+
+const struct tracing tracing_embree = {
+    .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY |
+                    CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT |
+                    CAPABILITY_LENS | CAPABILITY_SIDES,
+    .embree_version = embree_version,
+    .load = load,
+    .unload = unload,
+    .tracer_create = tracer_create,
+    .tracer_destroy = tracer_destroy,
+    .trace = trace,
+};

@@ -1,0 +1,266 @@
+/* What is traced of a block of pixels, stage by stage. */
+#include "worker/tile/tile_work.h"
+#include "worker/trace/field/field_record.h"
+#include "worker/trace/hit/block_store.h"
+#include "worker/trace/hit/geometry.h"
+#include "worker/trace/hit/primary.h"
+
+/* Marks lanes whose surface reflects something. */
+static void mark_lit(const struct surface *s, struct lanes_mask *lit)
+{
+    for (int i = 0; i < LANES; i++)
+        lit->on[i] |= -((s->albedo.x[i] >= ALBEDO_BLACK) | (s->albedo.y[i] >= ALBEDO_BLACK) |
+                        (s->albedo.z[i] >= ALBEDO_BLACK));
+}
+
+static void add_emission(const struct surface *s, struct lanes3 *sum)
+{
+    for (int i = 0; i < LANES; i++) {
+        sum->x[i] += s->emission.x[i];
+        sum->y[i] += s->emission.y[i];
+        sum->z[i] += s->emission.z[i];
+    }
+}
+
+static void store_emission(const struct tile_tracer *t, const struct plan *plan,
+                           struct samples *samples)
+{
+    float scale = plan->radiance_scale / (float)(1 + plan->sub_samples);
+    block_store_half(&t->block, t->emission.x, scale, samples_u16(samples, PLANE_EMISSION, 0));
+    block_store_half(&t->block, t->emission.y, scale, samples_u16(samples, PLANE_EMISSION, 1));
+    block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
+}
+
+/* A sub-sample's albedo, and of its glossy lobe, too. */
+static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint32_t k,
+                        struct samples *samples)
+{
+    struct glossy_lobes lobes;
+    if (!stages->glossy) {
+        hit_diffuse_albedo(&t->queries, &t->camera, &t->beside.surface);
+        return;
+    }
+    t->beside.active = t->beside.surface.hit;
+    path_resolve(&stages->field, &t->camera, &t->beside);
+    glossy_find(&t->beside, &lobes);
+    glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
+}
+
+/* Lens samples take the lighting of pixels around what they see, whatever colour these have. */
+static void mark_all_lit(struct tile_tracer *t)
+{
+    t->point.lit = t->bouncing = t->centre.surface.hit;
+}
+
+/* What the surfaces at the centres do to light. Lights only need to know how much of it they
+ * reflect diffusely. */
+static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
+{
+    if (!stages->vertices && !t->point.record) {
+        hit_diffuse_albedo(&t->queries, t->seen, &t->centre.surface);
+        return;
+    }
+    t->centre.active = t->centre.surface.hit;
+    path_resolve(&stages->field, t->seen, &t->centre);
+    if (t->point.record) field_record_centre(t->point.record, &t->block, t->seen, &t->centre);
+}
+
+/* Surfaces that light is lent to by their lobes alone: metals. What pixels lend has to be whole, as
+ * others around may reflect diffusely. */
+static void mark_lobed(struct tile_tracer *t)
+{
+    struct glossy_lobes lobes;
+    glossy_find(&t->centre, &lobes);
+    for (int i = 0; i < LANES; i++) t->bouncing.on[i] |= lobes.on.on[i];
+}
+
+/* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
+ * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
+ * leave those that reflect it diffusely. */
+static void trace_camera(struct tile_tracer *t, const struct stages *stages,
+                         const struct plan *plan, struct primary_packet *camera,
+                         struct samples *samples, struct counters *counters)
+{
+    const struct block *b = &t->block;
+    const bool shines = samples->layout.planes >> PLANE_EMISSION & 1;
+    uint32_t pixels = lanes_count(&b->kept);
+    for (int i = 0; i < LANES; i++) t->point.lit.on[i] = t->bouncing.on[i] = 0;
+    struct surface copy;
+    t->seen = &camera->rays;
+    hit_resolve(&t->queries, &camera->valid, t->seen, &t->centre.surface);
+    t->centre.mirrors.any = false;
+    if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, t->seen, &t->centre);
+    mark_lit(&t->centre.surface, &t->point.lit);
+    resolve_centre(t, stages);
+    if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
+    geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), &t->planes);
+    if (shines) t->emission = t->centre.surface.emission;
+    for (uint32_t k = 0; k < plan->sub_samples; k++) {
+        struct surface *sub = &t->beside.surface;
+        primary_trace_sub(&t->queries, plan, b, k, &t->camera, sub);
+        mark_lit(sub, &t->point.lit);
+        resolve_sub(t, stages, k, samples);
+        if (stages->bounces) mark_lit(sub, &t->bouncing);
+        geometry_store_sub(&t->queries, b, plan->length_unit, &t->centre.surface, sub,
+                           &t->planes.sub[k]);
+        if (shines) add_emission(sub, &t->emission);
+    }
+    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
+    if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
+    if (shines) store_emission(t, plan, samples);
+    counters->value[COUNTER_RAYS_PRIMARY] += pixels;
+    counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
+}
+
+/* Strata of all lights whose field somebody reads. */
+static uint64_t light_rays(const struct plan *plan)
+{
+    uint64_t rays = 0;
+    for (uint32_t k = 0; k < plan->light_count; k++)
+        if (plan_light_planes(plan, k))
+            rays += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
+    return rays;
+}
+
+/* Leaves only lanes with a surface in *lit; counts the tile's own that it does not light, `rays`
+ * each. */
+static void choose(const struct tile_tracer *t, uint64_t rays, struct lanes_mask *lit,
+                   struct counters *counters)
+{
+    uint64_t black = 0;
+    for (int i = 0; i < LANES; i++) {
+        int32_t surface = t->block.inside.on[i] & t->centre.surface.hit.on[i];
+        black += (uint64_t)(t->block.kept.on[i] & surface & ~lit->on[i] & 1);
+        lit->on[i] &= surface;
+    }
+    counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += black * rays;
+}
+
+static void count_background(const struct tile_tracer *t, struct counters *counters)
+{
+    const struct block *b = &t->block;
+    counters->value[COUNTER_SKIPPED_BACKGROUND] +=
+        lanes_count(&b->kept) - lanes_count_both(&b->kept, &t->centre.surface.hit);
+}
+
+/* The lights' fields. */
+static void trace_lights(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
+                         struct counters *counters)
+{
+    struct shading_point *p = &t->point;
+    choose(t, light_rays(plan), &p->lit, counters);
+    for (int i = 0; i < LANES; i++) p->counted.on[i] = p->lit.on[i] & t->block.kept.on[i];
+    p->lit_count = lanes_count(&p->lit);
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        if (!plan_light_planes(plan, k)) continue;
+        if (p->lit_count > 0)
+            shadow_trace(&t->queries, &t->lights.lights[k], k, p, &t->shadow, samples, counters);
+        else
+            shadow_store_unlit(k, p, samples);
+    }
+}
+
+/* The field of indirect light. How open the surroundings are does not depend on a surface's colour:
+ * where that is asked for, rays leave black ones too, and filters need not mind the difference. */
+static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
+                          const struct plan *plan, struct samples *samples,
+                          struct counters *counters)
+{
+    const uint64_t l = stages->field.strata;
+    if (plan->planes >> PLANE_OPEN & 1) t->bouncing = t->centre.surface.hit;
+    choose(t, l * l, &t->bouncing, counters);
+    if (lanes_count(&t->bouncing) > 0)
+        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing, &t->indirect, &t->path,
+                       samples);
+}
+
+/* The field of glossy lobes, of the lanes in *lobed. */
+static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
+                         const struct lanes_mask *lobed, struct samples *samples)
+{
+    glossy_find(&t->centre, &t->glossy.lobes);
+    for (int i = 0; i < LANES; i++) t->glossy.lobes.on.on[i] &= lobed->on[i];
+    if (lanes_count(&t->glossy.lobes.on) > 0)
+        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
+}
+
+/* Which of the kept lanes have a side in the pass's map; the map may be NULL. */
+static void find_asked(const struct block *b, const uint8_t *sides, struct lanes_mask *asked)
+{
+    for (int i = 0; i < LANES; i++)
+        asked->on[i] = sides && b->kept.on[i] && sides[b->element[i]] > 0 ? -1 : 0;
+}
+
+/* A second set of bounce rays, from pixels that reflect something, and of rays of glossy lobes:
+ * only such have any. */
+static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
+                             const struct plan *plan, struct samples *samples,
+                             struct counters *counters)
+{
+    const struct block *b = &t->block;
+    struct lanes_mask asked, lobed, either;
+    find_asked(b, stages->pass.sides, &asked);
+    find_asked(b, stages->pass.lobes, &lobed);
+    for (int i = 0; i < LANES; i++) either.on[i] = asked.on[i] | lobed.on[i];
+    const uint32_t pixels = lanes_count(&either);
+    counters->value[COUNTER_SKIPPED_ENOUGH] += lanes_count(&b->kept) - pixels;
+    if (pixels == 0) return;
+    t->seen = &t->camera;
+    primary_trace(&t->queries, plan, b, t->seen, &t->centre.surface);
+    resolve_centre(t, stages);
+    counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
+    for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
+    if (lanes_count(&t->bouncing) > 0)
+        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
+                       samples);
+    if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, samples);
+}
+
+/* What is seen through pixel centres: surfaces and their light fields. */
+static void trace_centres(struct tile_tracer *t, const struct stages *stages,
+                          const struct plan *plan, struct primary_packet *camera,
+                          struct samples *samples, struct counters *counters)
+{
+    trace_camera(t, stages, plan, camera, samples, counters);
+    count_background(t, counters);
+    t->point.plan = plan;
+    t->point.block = &t->block;
+    t->point.surface = &t->centre.surface;
+    if (stages->lights) trace_lights(t, plan, samples, counters);
+    if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
+    if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
+}
+
+/* The pass's paths, batch by batch. */
+static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
+{
+    const bool splits = samples->layout.planes >> PLANE_PATH_SPLIT & 1;
+    path_sums_init(&t->sums, &stages->pass, splits);
+    for (uint32_t done = 0; done < stages->count;) {
+        uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
+        path_sums_add(&t->sums, &t->path.harvest, n, stages->paths.demodulate,
+                      stages->paths.counters);
+        done += n;
+    }
+    path_sums_store(&t->sums, &t->block, samples);
+}
+
+bool tile_sees_centres(const struct stages *stages)
+{
+    return stages->centres && !stages->more && !stages->pass.sides;
+}
+
+void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
+                      struct primary_packet *camera, struct samples *samples,
+                      struct counters *counters)
+{
+    if (stages->more)
+        lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path, samples);
+    else if (stages->pass.sides)
+        trace_second_set(t, stages, plan, samples, counters);
+    else if (tile_sees_centres(stages))
+        trace_centres(t, stages, plan, camera, samples, counters);
+    if (stages->count > 0) trace_paths(t, stages, samples);
+    if (stages->lens) lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
+}

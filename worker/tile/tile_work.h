@@ -1,0 +1,49 @@
+#pragma once
+/* The tracer of tiles from inside: for tile.c and tile_block.c alone. */
+#include "worker/tile/stages.h"
+#include "worker/tile/tile.h"
+#include "worker/trace/field/glossy.h"
+#include "worker/trace/field/indirect.h"
+#include "worker/trace/field/lens.h"
+#include "worker/trace/field/lens_more.h"
+#include "worker/trace/field/lone.h"
+#include "worker/trace/field/shadow.h"
+#include "worker/trace/hit/geometry.h"
+#include "worker/trace/hit/primary.h"
+#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/path.h"
+#include "worker/trace/path/path_sums.h"
+
+struct tile_tracer {
+    struct queries queries;
+    struct light_table lights;
+    struct path_vertex centre;
+    struct path_vertex beside; /* at a sub-sample */
+    struct lanes3 emission;    /* sum over centre and sub-samples */
+    struct shading_point point;
+    struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
+    struct block block;
+    struct geometry_planes planes;          /* of the tile */
+    struct primary_packet row[PRIMARY_ROW]; /* of the block at hand and its neighbours */
+    struct RTCRayHit16 *seen;               /* of the block's centres */
+    struct RTCRayHit16 camera;              /* of sub-samples */
+    struct shadow_scratch shadow;
+    struct indirect_scratch indirect;
+    struct glossy_scratch glossy;
+    struct sky sky;
+    struct path_scratch path;
+    struct path_sums sums;
+    struct lens_scratch lens;
+    struct lens_centres centres;
+    struct lens_more more;
+    struct lone_scratch lone;
+};
+
+/* Whether the stages trace rays through the centres of all pixels. */
+bool tile_sees_centres(const struct stages *stages);
+
+/* All that the stages trace of tracer->block. `camera`: what its centres' rays met, where
+ * tile_sees_centres. */
+void tile_trace_block(struct tile_tracer *tracer, const struct stages *stages,
+                      const struct plan *plan, struct primary_packet *camera,
+                      struct samples *samples, struct counters *counters);

@@ -1,0 +1,302 @@
+#include "worker/trace/field/glossy.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/shade/direction.h"
+#include "worker/shade/glossy.h"
+#include "worker/trace/field/field_record.h"
+#include "worker/trace/hit/block_store.h"
+#include "worker/trace/lane_kernels.h"
+
+/* Darker lobes' light would not fit halves when divided by their reflectance. */
+#define REFLECTANCE_LEAST 1e-4f
+
+/* Half floats end a little above; a mean of nearness may be anything. */
+#define NEARNESS_MOST 65000.0f
+
+/* Half of what floats hold. */
+#define MOST 1e38f
+
+/* What one block's rays share. */
+struct gloss {
+    const struct path_context *context;
+    const struct block *block;
+    const struct path_vertex *from;
+    uint32_t most, rays[LANES];        /* rays of the lanes; the most */
+    uint32_t first_half[LANES];        /* rays 0 .. first_half - 1 of each */
+    uint32_t frame_key;                /* of the sequence of directions */
+    struct lanes3 inverse;             /* 1 / reflectance */
+    float whole[LANES];                /* 1 / its sum over channels */
+    uint32_t key[LANES], first[LANES]; /* of later numbers; of the pixel's directions */
+    struct lanes_mask on;
+    struct lanes_mask later; /* lanes whose half is the second */
+    struct layers layers;
+};
+
+void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
+{
+    memset(out, 0, sizeof *out);
+    for (int i = 0; v->any_general && i < LANES; i++) {
+        float albedo[3];
+        const bool general = v->active.on[i] && !v->lambert.on[i];
+        if (!general || !(v->back.z[i] >= DIRECTION_GRAZING) || !glossy_has(&v->bsdf[i])) continue;
+        glossy_reflectance(&v->bsdf[i], v->back.z[i], albedo);
+        out->on.on[i] = -1;
+        out->reflectance.x[i] = albedo[0];
+        out->reflectance.y[i] = albedo[1];
+        out->reflectance.z[i] = albedo[2];
+        out->alpha[i] = v->bsdf[i].alpha_u;
+    }
+}
+
+static void store_unorms(const struct path_context *c, const struct block *b, const float *v,
+                         uint16_t *plane)
+{
+    _Alignas(LANES_ALIGN) uint16_t packed[LANES];
+    if (!plane) return;
+    c->queries->kernels->pack_unorms(v, packed);
+    block_store_u16(b, packed, plane);
+}
+
+static void store_reflectance(const struct path_context *c, const struct block *b,
+                              const struct glossy_lobes *lobes, struct samples *samples,
+                              enum plane_id plane, uint32_t first)
+{
+    store_unorms(c, b, lobes->reflectance.x, samples_u16(samples, plane, first));
+    store_unorms(c, b, lobes->reflectance.y, samples_u16(samples, plane, first + 1));
+    store_unorms(c, b, lobes->reflectance.z, samples_u16(samples, plane, first + 2));
+}
+
+void glossy_store_lobes(const struct path_context *c, const struct block *b,
+                        const struct glossy_lobes *lobes, struct samples *samples)
+{
+    store_reflectance(c, b, lobes, samples, PLANE_GLOSSY_LOBE, 0);
+    store_unorms(c, b, lobes->alpha, samples_u16(samples, PLANE_GLOSSY_LOBE, 3));
+}
+
+void glossy_store_sub(const struct path_context *c, const struct block *b, uint32_t sub,
+                      const struct glossy_lobes *lobes, struct samples *samples)
+{
+    store_reflectance(c, b, lobes, samples, PLANE_SUB_REFLECTANCE, 3 * sub);
+}
+
+static float inverse(float reflectance)
+{
+    return 1.0f / (reflectance > REFLECTANCE_LEAST ? reflectance : REFLECTANCE_LEAST);
+}
+
+static uint32_t rays_of(const struct path_context *c, const struct block *block, int i)
+{
+    if (!c->lobes) return c->strata * c->strata;
+    const uint32_t l = block->kept.on[i] ? c->lobes[block->element[i]] : 0;
+    return l * l;
+}
+
+static void gloss_init(const struct path_context *c, const struct block *block,
+                       const struct path_vertex *from, const struct glossy_lobes *lobes,
+                       struct gloss *g)
+{
+    const struct pattern pattern = path_pass_pattern(c), *p = &pattern;
+    g->context = c;
+    g->block = block;
+    g->from = from;
+    g->most = 0;
+    g->frame_key = path_frame_key(p->seed, p->frame);
+    layers_see(c->queries->kernels, from, &g->layers);
+    for (int i = 0; i < LANES; i++) {
+        const int32_t x = block->x_px[i], y = block->y_px[i];
+        g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
+        g->rays[i] = rays_of(c, block, i);
+        g->first_half[i] = (g->rays[i] + 1) / 2;
+        g->later.on[i] = g->rays[i] > 1 && ((x + y) & 1) ? -1 : 0;
+        if (g->on.on[i] && g->rays[i] > g->most) g->most = g->rays[i];
+        g->key[i] = path_glossy_key(path_key(p->seed, p->frame, x, y));
+        g->first[i] = path_morton(x, y) * g->rays[i]; /* may wrap: far away then comes the same */
+        g->inverse.x[i] = inverse(lobes->reflectance.x[i]);
+        g->inverse.y[i] = inverse(lobes->reflectance.y[i]);
+        g->inverse.z[i] = inverse(lobes->reflectance.z[i]);
+        g->whole[i] =
+            inverse(lobes->reflectance.x[i] + lobes->reflectance.y[i] + lobes->reflectance.z[i]);
+    }
+}
+
+/* Is sample `sample` of lane i's half? Halves are runs of the sequence, which are as evenly spread
+ * as all of it; its even numbers lie on one side of the lobe. */
+static bool is_half(const struct gloss *g, uint32_t sample, int i)
+{
+    return (sample >= g->first_half[i]) == (g->later.on[i] != 0);
+}
+
+/* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
+static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
+                       uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
+{
+    const struct lanes3 *w = &lobe->weight, *d = &lobe->local;
+    /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
+    const float whole = (w->x[i] + w->y[i] + w->z[i]) * g->whole[i];
+    const float weight[3] = {w->x[i] * g->inverse.x[i], w->y[i] * g->inverse.y[i],
+                             w->z[i] * g->inverse.z[i]};
+    sums->weight[i] += whole;
+    sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
+    if (g->context->record)
+        field_record_lobe(g->context->record, g->from, (float[]){d->x[i], d->y[i], d->z[i]}, weight,
+                          whole);
+    if (lobe->above.on[i])
+        path_pool_begin(pool,
+                        &(struct path_start){.origin = &g->from->surface.origin,
+                                             .direction = &lobe->direction,
+                                             .weight = {weight[0], weight[1], weight[2]},
+                                             .reach = INFINITY,
+                                             .key = g->key[i],
+                                             .sample = sample,
+                                             .slot = slot + (uint32_t)i},
+                        i);
+    else
+        g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
+}
+
+/* Sample `sample` of all lanes. */
+static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
+                         struct glossy_sums *sums, struct path_pool *pool)
+{
+    const struct lane_kernels *kernels = g->context->queries->kernels;
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
+    uint32_t index[LANES];
+    struct layer_gloss lobe;
+    for (int i = 0; i < LANES; i++) index[i] = g->first[i] + sample;
+    kernels->frame_pairs(g->frame_key, index, PATH_DIRECTION, u, w);
+    kernels->layers_gloss(g->from, &g->layers, u, w, &lobe);
+    for (int i = 0; i < LANES; i++) {
+        if (!g->on.on[i] || sample >= g->rays[i]) continue;
+        if (g->context->record) field_record_draw(g->context->record, (float[]){u[i], w[i]});
+        if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
+    }
+}
+
+/* Samples that are not finite count as black. Nothing is negative. */
+static void add_sample(const struct gloss *g, const struct path_harvest *h, size_t first,
+                       uint32_t sample, struct glossy_sums *sums)
+{
+    uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
+    for (size_t i = 0; i < LANES; i++) {
+        const float r = h->indirect.r[first + i], y = h->indirect.g[first + i],
+                    b = h->indirect.b[first + i], t = h->distance[first + i];
+        const bool finite = (r < INFINITY) & (y < INFINITY) & (b < INFINITY);
+        *rejected += !finite;
+        const bool half = finite && is_half(g, sample, (int)i);
+        sums->light.x[i] += finite ? r : 0.0f;
+        sums->light.y[i] += finite ? y : 0.0f;
+        sums->light.z[i] += finite ? b : 0.0f;
+        sums->half.x[i] += half ? r : 0.0f;
+        sums->half.y[i] += half ? y : 0.0f;
+        sums->half.z[i] += half ? b : 0.0f;
+        sums->traced[i] += t > 0.0f ? 1.0f : 0.0f;
+        sums->nearness[i] += t > 0.0f ? 1.0f / t : 0.0f; /* of a miss 0 */
+        sums->farthest[i] = (t < INFINITY) & (t > sums->farthest[i]) ? t : sums->farthest[i];
+        sums->nearest[i] = (t > 0.0f) & (t < sums->nearest[i]) ? t : sums->nearest[i];
+    }
+}
+
+/* Samples first .. first + count - 1. */
+static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
+                        struct glossy_sums *sums, struct path_scratch *paths)
+{
+    struct path_pool *pool = &paths->pools[0];
+    pool->count = 0;
+    path_harvest_clear_field(&paths->harvest, count);
+    if (g->context->mirrors) path_harvest_mirrors(&paths->harvest, count, g->from);
+    for (uint32_t k = 0; k < count; k++) begin_sample(g, first + k, k * LANES, sums, pool);
+    path_trace_field(g->context, paths);
+    for (uint32_t k = 0; k < count; k++)
+        add_sample(g, &paths->harvest, (size_t)k * LANES, first + k, sums);
+}
+
+/* Means over the pixels' halves. */
+static void store_half(const struct gloss *g, const struct glossy_sums *sums,
+                       struct samples *samples)
+{
+    const float *const light[4] = {sums->half.x, sums->half.y, sums->half.z, sums->half_weight};
+    _Alignas(LANES_ALIGN) float v[LANES];
+    if (!samples_u16(samples, PLANE_GLOSSY_HALF, 0)) return;
+    for (uint32_t c = 0; c < 4; c++) {
+        const float scale = c < 3 ? g->context->plan->radiance_scale : 1.0f;
+        for (int i = 0; i < LANES; i++) {
+            const uint32_t n = g->later.on[i] ? g->rays[i] - g->first_half[i] : g->first_half[i];
+            v[i] = fminf(light[c][i], MOST) / (float)(n > 0 ? n : 1);
+        }
+        block_store_half(g->block, v, scale, samples_u16(samples, PLANE_GLOSSY_HALF, c));
+    }
+}
+
+static void store(const struct gloss *g, const struct glossy_sums *sums, struct samples *samples)
+{
+    const struct plan *plan = g->context->plan;
+    const float *const light[3] = {sums->light.x, sums->light.y, sums->light.z};
+    _Alignas(LANES_ALIGN) float v[LANES], share[LANES];
+    for (int i = 0; i < LANES; i++) share[i] = 1.0f / (float)(g->rays[i] > 0 ? g->rays[i] : 1);
+    for (uint32_t c = 0; c < 3; c++) {
+        /* sums of finite samples may be infinite */
+        for (int i = 0; i < LANES; i++) v[i] = fminf(light[c][i], MOST) * share[i];
+        block_store_half(g->block, v, plan->radiance_scale,
+                         samples_u16(samples, PLANE_GLOSSY_MEAN, c));
+    }
+    for (int i = 0; i < LANES; i++) v[i] = sums->weight[i] * share[i];
+    block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_MEAN, 3));
+    for (int i = 0; i < LANES; i++) {
+        const float mean = sums->traced[i] > 0.0f ? sums->nearness[i] / sums->traced[i] : 0.0f;
+        v[i] = fminf(mean * plan->length_unit, NEARNESS_MOST);
+    }
+    block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
+    store_half(g, sums, samples);
+}
+
+static void store_span(const struct gloss *g, const struct glossy_sums *sums,
+                       struct samples *samples)
+{
+    const float scale = 1.0f / g->context->plan->length_unit;
+    _Alignas(LANES_ALIGN) float near[LANES], far[LANES];
+    for (int i = 0; i < LANES; i++) {
+        const bool met = sums->nearest[i] < INFINITY, traced = g->on.on[i] && g->rays[i] > 0;
+        near[i] = met ? block_distance(scale * sums->nearest[i]) : traced ? REFLECTOR_NONE : 0.0f;
+        far[i] = met ? block_distance(scale * sums->farthest[i]) : 0.0f;
+    }
+    block_store_positive_half(g->block, near, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 0));
+    block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
+}
+
+/* The sample that is asked for, alone. */
+PATH_RECORD_COLD static void trace_one(const struct gloss *g, struct glossy_scratch *scratch,
+                                       struct path_scratch *paths)
+{
+    struct path_record *record = g->context->record;
+    const uint32_t sample = record->field.sample;
+    if (record->kind != PATH_RECORD_GLOSSY || sample >= g->most) return;
+    trace_batch(g, sample, 1, &scratch->sums, paths);
+    field_record_radiance(record, &paths->harvest);
+    field_record_shone(record, scratch, is_half(g, sample, (int)record->field.lane));
+}
+
+void glossy_trace(const struct path_context *c, const struct block *block,
+                  const struct path_vertex *from, struct glossy_scratch *scratch,
+                  struct path_scratch *paths, struct samples *samples)
+{
+    struct gloss g;
+    gloss_init(c, block, from, &scratch->lobes, &g);
+    memset(&scratch->sums, 0, sizeof scratch->sums);
+    for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
+    if (c->record) {
+        trace_one(&g, scratch, paths);
+        return;
+    }
+    for (uint32_t done = 0; done < g.most;) {
+        const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        if (done > 0 && !path_goes_on(c)) return;
+        trace_batch(&g, done, n, &scratch->sums, paths);
+        done += n;
+    }
+    glossy_store_lobes(c, block, &scratch->lobes, samples);
+    store(&g, &scratch->sums, samples);
+    if (samples->layout.planes >> PLANE_GLOSSY_SPAN & 1) store_span(&g, &scratch->sums, samples);
+}

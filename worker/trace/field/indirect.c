@@ -1,0 +1,412 @@
+#include "worker/trace/field/indirect.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "proto/half.h"
+#include "proto/pattern_path.h"
+#include "proto/v_plane.h"
+#include "worker/shade/lambert.h"
+#include "worker/trace/field/field_record.h"
+#include "worker/trace/hit/block_store.h"
+#include "worker/trace/lane_kernels.h"
+
+/* Half of what floats hold. */
+#define MOST 1e38f
+
+/* What one block's rays share. */
+struct bounce {
+    struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
+    struct lanes3 tangent, bitangent;
+    const struct path_context *context;
+    const struct block *block;
+    const struct path_vertex *from;
+    float reach; /* of the first rays */
+    uint32_t key[LANES];
+    uint32_t rays[LANES]; /* of each lane to trace */
+    uint32_t most;        /* of these */
+    bool sheared;         /* strata of the v-plane, not of the disc */
+    bool light;           /* rays go on as paths; else they only look how far they come */
+    struct layers layers; /* of the block, where it has surfaces with a bsdf */
+};
+
+void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
+                       struct lanes3 *tangent, struct lanes3 *bitangent)
+{
+    const float *right = camera->right, *up = camera->up, *forward = camera->forward;
+    for (int i = 0; i < LANES; i++) {
+        float nx = normal->x[i], ny = normal->y[i], nz = normal->z[i];
+        float x = nx * right[0] + ny * right[1] + nz * right[2];
+        float y = nx * up[0] + ny * up[1] + nz * up[2];
+        float z = -(nx * forward[0] + ny * forward[1] + nz * forward[2]);
+        float t[3], s[3];
+        v_plane_tangents(x, y, z, t, s);
+        tangent->x[i] = t[0] * right[0] + t[1] * up[0] - t[2] * forward[0];
+        tangent->y[i] = t[0] * right[1] + t[1] * up[1] - t[2] * forward[1];
+        tangent->z[i] = t[0] * right[2] + t[1] * up[2] - t[2] * forward[2];
+        bitangent->x[i] = s[0] * right[0] + s[1] * up[0] - s[2] * forward[0];
+        bitangent->y[i] = s[0] * right[1] + s[1] * up[1] - s[2] * forward[1];
+        bitangent->z[i] = s[0] * right[2] + s[1] * up[2] - s[2] * forward[2];
+    }
+}
+
+/* Directions of sample i around +z. */
+static void sample_directions(const struct bounce *b, const struct indirect_scratch *s, uint32_t i,
+                              struct lanes3 *local)
+{
+    _Alignas(LANES_ALIGN) float u[LANES], v[LANES];
+    if (s->strata.l == 0) {
+        strata_at(&s->strata, i, u, v);
+        lambert_sample(u, v, local);
+        return;
+    }
+    if (!b->sheared) {
+        lambert_sample(strata_u(&s->strata, i), strata_v(&s->strata, i), local);
+        return;
+    }
+    const uint32_t column = i % s->strata.l, row = i / s->strata.l;
+    for (int k = 0; k < LANES; k++) {
+        float d[3];
+        v_plane_direction(s->side[column][k], s->height[column][k], s->sine[row][k],
+                          s->cosine[row][k], d);
+        local->x[k] = d[0];
+        local->y[k] = d[1];
+        local->z[k] = d[2];
+    }
+}
+
+/* From the shading frame to the world; lanes whose direction lies below the facet leave *valid. */
+static void turn_directions(const struct bounce *b, const struct lanes3 *local,
+                            struct lanes_mask *valid, struct lanes3 *out)
+{
+    const struct lanes3 *t = &b->tangent, *s = &b->bitangent, *n = &b->from->surface.normal;
+    const struct lanes3 *facet = &b->from->surface.facet;
+    for (int i = 0; i < LANES; i++) {
+        float x = local->x[i] * t->x[i] + local->y[i] * s->x[i] + local->z[i] * n->x[i];
+        float y = local->x[i] * t->y[i] + local->y[i] * s->y[i] + local->z[i] * n->y[i];
+        float z = local->x[i] * t->z[i] + local->y[i] * s->z[i] + local->z[i] * n->z[i];
+        float above = x * facet->x[i] + y * facet->y[i] + z * facet->z[i];
+        valid->on[i] &= -(above > 0.0f);
+        out->x[i] = x;
+        out->y[i] = y;
+        out->z[i] = z;
+    }
+}
+
+/* pi times the diffuse lobe over its albedo. It is asked for with a white one: where a texture's
+ * albedo is black, filters still read what its neighbours can use. Surfaces without such a lobe
+ * count as Lambert's, for the sake of other surfaces in their pixel. */
+static float diffuse_weight(const struct path_vertex *v, int i, const float d[3])
+{
+    struct bsdf white = v->bsdf[i];
+    struct bsdf_value value;
+    if (white.model == BSDF_BLACK || white.model == BSDF_MIRROR) return 1.0f;
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    float wi[3];
+    path_to_frame(v, i, d, wi);
+    white.albedo[0] = white.albedo[1] = white.albedo[2] = 1.0f;
+    bsdf_evaluate(&white, wo, wi, &value);
+    return ELEMENTARY_PI * value.diffuse;
+}
+
+/* That of each lane; 1 for Lambert surfaces. */
+static void weigh(const struct bounce *b, const struct lanes3 *direction,
+                  const struct lanes_mask *valid, float weight[LANES])
+{
+    const struct path_vertex *v = b->from;
+    for (int i = 0; i < LANES; i++) weight[i] = 1.0f;
+    if (!v->any_general) return;
+    b->context->queries->kernels->layers_diffuse(v, &b->layers, direction, weight);
+    for (int i = 0; b->layers.others && i < LANES; i++) {
+        const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
+        if (valid->on[i] && !v->lambert.on[i] && !b->layers.on.on[i])
+            weight[i] = diffuse_weight(v, i, d);
+    }
+}
+
+/* All lanes of the block become a packet, all of Lambert surfaces: as path_pool_begin. */
+static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
+                        const struct lanes3 *direction, struct path_packet *p)
+{
+    const struct surface *s = &b->from->surface;
+    struct RTCRay16 *r = &p->rays.ray;
+    memcpy(r->org_x, s->origin.x, sizeof r->org_x);
+    memcpy(r->org_y, s->origin.y, sizeof r->org_y);
+    memcpy(r->org_z, s->origin.z, sizeof r->org_z);
+    memcpy(r->dir_x, direction->x, sizeof r->dir_x);
+    memcpy(r->dir_y, direction->y, sizeof r->dir_y);
+    memcpy(r->dir_z, direction->z, sizeof r->dir_z);
+    memset(r->tnear, 0, sizeof r->tnear);
+    memset(p->pdf, 0, sizeof p->pdf);
+    memcpy(p->key, b->key, sizeof p->key);
+    for (uint32_t i = 0; i < LANES; i++) {
+        r->tfar[i] = b->reach;
+        p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
+        p->sample[i] = sample;
+        p->slot[i] = slot + i;
+    }
+    p->count = LANES;
+}
+
+/* The first rays of sample `sample`, into slots from `slot` on. */
+static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
+                         uint32_t slot, struct path_pool *pool)
+{
+    struct lanes_mask asked = b->counted, valid;
+    struct lanes3 local, direction;
+    _Alignas(LANES_ALIGN) float weight[LANES];
+    for (int i = 0; i < LANES; i++) asked.on[i] &= -(sample < b->rays[i]);
+    valid = asked;
+    sample_directions(b, s, sample, &local);
+    turn_directions(b, &local, &valid, &direction);
+    if (b->context->record)
+        field_record_bounce(b->context, b->block, b->from, &s->strata, &valid, &direction);
+    b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
+        lanes_count(&asked) - lanes_count(&valid);
+    if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
+        begin_block(b, sample, slot, &direction, &pool->packets[pool->count / LANES]);
+        pool->count += LANES;
+        return;
+    }
+    weigh(b, &direction, &valid, weight);
+    for (int i = 0; i < LANES; i++) {
+        if (!valid.on[i]) continue;
+        path_pool_begin(pool,
+                        &(struct path_start){.origin = &b->from->surface.origin,
+                                             .direction = &direction,
+                                             .weight = {weight[i], weight[i], weight[i]},
+                                             .reach = b->reach,
+                                             .key = b->key[i],
+                                             .sample = sample,
+                                             .slot = slot + (uint32_t)i},
+                        i);
+    }
+}
+
+/* Rays that only look whether anything is near. */
+static void look_around(const struct bounce *b, struct path_pool *pool, struct path_harvest *h)
+{
+    const struct path_context *c = b->context;
+    for (uint32_t k = 0; k < path_pool_packets(pool); k++) {
+        struct path_packet *p = &pool->packets[k];
+        struct lanes_mask valid;
+        path_packet_lanes(p, &valid);
+        if (c->blended)
+            c->queries->kernels->ray_keys(p, PATH_FIELD_DEPTH, PATH_RAY_OCCLUSION, &p->rays.ray);
+        queries_sanitise(c->queries, &valid, &p->rays.ray);
+        c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
+        queries_closest(c->queries, QUERY_BOUNCE, &valid, &p->rays);
+        path_note_reach(p, &valid, h);
+    }
+}
+
+/* Samples that are not finite count as black. Nothing is negative. */
+static void reject(const struct lanes_mask *counted, size_t first, struct path_rgb *radiance,
+                   struct counters *counters)
+{
+    int32_t rejected = 0;
+    float *r = radiance->r + first, *g = radiance->g + first, *b = radiance->b + first;
+    for (int i = 0; i < LANES; i++) {
+        int finite = (r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY);
+        rejected -= -!finite & counted->on[i];
+        r[i] = finite ? r[i] : 0.0f;
+        g[i] = finite ? g[i] : 0.0f;
+        b[i] = finite ? b[i] : 0.0f;
+    }
+    counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint32_t)rejected;
+}
+
+/* Halves alternate like a chessboard's fields over the strata: any other cut would put light from
+ * here into one half and light from there into the other. Where pixels differ in their strata
+ * nobody asks for halves. */
+static uint32_t field_of(uint32_t l, uint32_t sample)
+{
+    return l > 0 ? sample % l + sample / l : sample;
+}
+
+static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t field,
+                       struct indirect_sums *sums)
+{
+    struct lanes3 *half = &sums->half[field & 1];
+    const struct path_rgb *radiance = &h->indirect;
+    for (size_t i = 0; i < LANES; i++) {
+        float met = h->distance[first + i];
+        half->x[i] += radiance->r[first + i];
+        half->y[i] += radiance->g[first + i];
+        half->z[i] += radiance->b[first + i];
+        sums->open[i] += met >= distance ? 1.0f : 0.0f;
+        sums->farthest[i] = (met < INFINITY) & (met > sums->farthest[i]) ? met : sums->farthest[i];
+        met = met > 0.0f ? met : INFINITY;
+        sums->nearest[i] = met < sums->nearest[i] ? met : sums->nearest[i];
+    }
+}
+
+static void store_sample(const struct bounce *b, const struct path_harvest *h, size_t first,
+                         uint32_t sample, struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    const struct plan *plan = b->context->plan;
+    const float *planes[3] = {h->indirect.r, h->indirect.g, h->indirect.b};
+    for (uint32_t c = 0; c < 3; c++)
+        block_store_half(b->block, planes[c] + first, plan->radiance_scale,
+                         samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + c));
+    for (int i = 0; i < LANES; i++) {
+        float met = h->distance[first + (size_t)i];
+        distance[i] = met < INFINITY ? met : 0.0f;
+    }
+    block_store_positive_half(b->block, distance, 1.0f / plan->length_unit,
+                              samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + 3));
+}
+
+static void store_radiance(const struct bounce *b, const struct indirect_sums *sums,
+                           struct samples *samples)
+{
+    const float scale = b->context->plan->radiance_scale;
+    const float *e[3] = {sums->half[0].x, sums->half[0].y, sums->half[0].z};
+    const float *o[3] = {sums->half[1].x, sums->half[1].y, sums->half[1].z};
+    for (uint32_t c = 0; c < 3; c++) {
+        _Alignas(LANES_ALIGN) float mean[LANES], low[LANES], high[LANES];
+        for (int i = 0; i < LANES; i++) {
+            const uint32_t count = b->rays[i] > 0 ? b->rays[i] : 1, odd_count = count / 2;
+            const float even = (float)(count - odd_count), odd = (float)odd_count;
+            /* sums of finite samples may be infinite */
+            float e_sum = fminf(e[c][i], MOST), o_sum = fminf(o[c][i], MOST);
+            low[i] = e_sum / even;
+            high[i] = count > 1 ? o_sum / odd : low[i];
+            mean[i] = (e_sum + o_sum) / (even + odd);
+        }
+        block_store_half(b->block, mean, scale, samples_u16(samples, PLANE_INDIRECT_MEAN, c));
+        block_store_half(b->block, low, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c));
+        block_store_half(b->block, high, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c + 3));
+    }
+}
+
+static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
+                            struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float reflector[LANES], far[LANES], open[LANES];
+    const float scale = 1.0f / b->context->plan->length_unit;
+    for (int i = 0; i < LANES; i++) {
+        const bool met = sums->nearest[i] < INFINITY;
+        const float near = met ? block_distance(scale * sums->nearest[i]) : REFLECTOR_NONE;
+        reflector[i] = b->lit.on[i] ? near : 0.0f;
+        far[i] = b->lit.on[i] && met ? block_distance(scale * sums->farthest[i]) : 0.0f;
+        open[i] = b->rays[i] > 0 ? sums->open[i] / (float)b->rays[i] : 0.0f;
+    }
+    block_store_positive_half(b->block, reflector, 1.0f, samples_u16(samples, PLANE_REFLECTOR, 0));
+    block_store_positive_half(b->block, far, 1.0f, samples_u16(samples, PLANE_REFLECTOR_FAR, 0));
+    block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_OPEN, 0));
+}
+
+static void strata_of_plane(struct indirect_scratch *s)
+{
+    for (uint32_t k = 0; k < s->strata.l; k++) {
+        for (int i = 0; i < LANES; i++)
+            v_plane_column(s->strata.column[k][i], &s->side[k][i], &s->height[k][i]);
+        v_plane_rows(s->strata.row[k], LANES, s->sine[k], s->cosine[k]);
+    }
+}
+
+/* Strata, and how many rays leave each lane. */
+static void deal_rays(struct bounce *b, const struct pattern *pattern, struct strata *strata)
+{
+    const struct path_context *c = b->context;
+    uint32_t side[LANES];
+    b->most = 0;
+    for (int i = 0; i < LANES; i++) {
+        side[i] = c->strata;
+        if (c->sides) side[i] = b->block->kept.on[i] ? c->sides[b->block->element[i]] : 0;
+        b->rays[i] = side[i] * side[i];
+        if (b->counted.on[i] && b->rays[i] > b->most) b->most = b->rays[i];
+    }
+    if (c->sides)
+        strata_init_sides(strata, pattern, b->block, PATTERN_INDIRECT, side);
+    else
+        strata_init(strata, c->queries->kernels, pattern, NULL, b->block, PATTERN_INDIRECT,
+                    c->strata);
+}
+
+static void bounce_init(const struct path_context *c, const struct block *block,
+                        const struct path_vertex *from, const struct lanes_mask *lit,
+                        struct indirect_scratch *s, struct bounce *b)
+{
+    const struct plan *plan = c->plan;
+    const struct pattern pattern = path_pass_pattern(c);
+    const uint32_t l = c->strata;
+    b->context = c;
+    b->block = block;
+    b->from = from;
+    b->lit = *lit;
+    for (int i = 0; i < LANES; i++) {
+        b->counted.on[i] = lit->on[i] & block->kept.on[i];
+        b->key[i] =
+            path_field_key(path_key(pattern.seed, pattern.frame, block->x_px[i], block->y_px[i]));
+    }
+    if (from->any_general) layers_see(c->queries->kernels, from, &b->layers);
+    b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
+    b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
+    indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
+    deal_rays(b, &pattern, &s->strata);
+    b->sheared =
+        plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
+    if (b->sheared) strata_of_plane(s);
+    memset(&s->sums, 0, sizeof s->sums);
+    for (int i = 0; i < LANES; i++) s->sums.nearest[i] = INFINITY;
+}
+
+/* Samples first .. first + count - 1. */
+static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
+                        struct indirect_scratch *s, struct path_scratch *paths,
+                        struct samples *samples)
+{
+    const struct plan *plan = b->context->plan;
+    struct path_harvest *h = &paths->harvest;
+    struct path_pool *pool = &paths->pools[0];
+    const bool per_stratum = plan->planes >> PLANE_INDIRECT_STRATA & 1;
+    pool->count = 0;
+    path_harvest_clear_field(h, count);
+    if (b->context->mirrors) path_harvest_mirrors(h, count, b->from);
+    for (uint32_t k = 0; k < count; k++) begin_sample(b, s, first + k, k * LANES, pool);
+    if (b->light)
+        path_trace_field(b->context, paths);
+    else
+        look_around(b, pool, h);
+    if (b->context->record) field_record_radiance(b->context->record, h);
+    for (uint32_t k = 0; k < count; k++) {
+        reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
+        add_sample(h, k * LANES, plan->occlusion_distance, field_of(s->strata.l, first + k),
+                   &s->sums);
+        if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
+    }
+}
+
+/* The sample that is asked for, alone. */
+PATH_RECORD_COLD static void trace_one(const struct bounce *b, struct indirect_scratch *s,
+                                       struct path_scratch *paths, struct samples *samples)
+{
+    struct path_record *record = b->context->record;
+    const uint32_t sample = record->field.sample;
+    if (record->kind != PATH_RECORD_INDIRECT || sample >= b->most) return;
+    trace_batch(b, sample, 1, s, paths, samples);
+    field_record_bounced(record, &s->sums, field_of(s->strata.l, sample) & 1);
+}
+
+void indirect_trace(const struct path_context *c, const struct block *block,
+                    const struct path_vertex *from, const struct lanes_mask *lit,
+                    struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
+{
+    struct bounce b;
+    bounce_init(c, block, from, lit, s, &b);
+    if (c->record) {
+        trace_one(&b, s, paths, samples);
+        return;
+    }
+    for (uint32_t done = 0; done < b.most;) {
+        uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        if (done > 0 && !path_goes_on(c)) return;
+        trace_batch(&b, done, n, s, paths, samples);
+        done += n;
+    }
+    store_radiance(&b, &s->sums, samples);
+    store_distances(&b, &s->sums, samples);
+}

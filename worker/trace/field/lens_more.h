@@ -1,0 +1,21 @@
+#pragma once
+/* Second sets of paths through the lens: PLAN_LENS_SIDE squared more of the pixels that ask for
+ * them. They lie on the path tracer's own points of the lens, which are spread more evenly than a
+ * pattern that a filter knows. */
+#include "proto/samples.h"
+#include "worker/trace/path/path.h"
+
+/* The first path of second sets: behind all samples that a first set may have, at a whole multiple
+ * of any power of two that a set may be: there the sequence is stratified anew. */
+#define LENS_MORE_FIRST (LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS)
+
+struct lens_more {
+    struct block block;   /* whose kept pixels ask */
+    double sum[LANES][4]; /* radiance, and the sum of its squares */
+    _Alignas(LANES_ALIGN) float seen[LANES];
+};
+
+/* Traces the pixels of the block to which the tile's `sides` give PLAN_LENS_SIDE, into
+ * PLANES_LENS_MORE as far as `samples` has them. paths->harvest is overwritten. */
+void lens_more_trace(const struct path_context *c, const struct block *block, const uint8_t *sides,
+                     struct lens_more *m, struct path_scratch *paths, struct samples *samples);

@@ -1,0 +1,65 @@
+#pragma once
+/* Finds a tile's lone sub-samples (proto/lone.h): those whose surface no pixel of the 3 x 3 around
+ * them shows, by what the tile's planes hold. Pixels just outside the tile are traced when a
+ * decision first asks for them, a block at a time as for any tile, so that the answer does not
+ * depend on the tile. */
+#include "proto/samples.h"
+#include "proto/surface_match.h"
+#include "worker/trace/path/path.h"
+
+/* Pixel centres of a block beside the tile, as planes have them. */
+struct lone_cell {
+    bool traced;
+    float depth[LANES];
+    uint32_t normal[LANES], id[LANES];
+};
+
+/* Blocks along a side of the widest tile, and one beyond it at each end. */
+#define LONE_SIDE_CELLS (LIMIT_TILE_SIDE_PX / LANES_ACROSS + 3)
+
+/* A sub-sample's position in its pixel, and what it shows. */
+struct lone_candidate {
+    int32_t x_px, y_px;
+    float offset[2];
+    struct shown_surface surface;
+};
+
+/* What planes have of a block's pixels and of one sub-sample of each. */
+struct lone_pixels {
+    _Alignas(LANES_ALIGN) float depth[LANES];
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    _Alignas(LANES_ALIGN) uint32_t normal[LANES];
+    _Alignas(LANES_ALIGN) uint32_t id[LANES];
+    _Alignas(LANES_ALIGN) uint32_t coarse[LANES]; /* the pixels' normals, packed as sub-samples' */
+    _Alignas(LANES_ALIGN) uint32_t sub_depth[LANES], sub_normal[LANES];
+    _Alignas(LANES_ALIGN) uint32_t sub_id[LANES];
+    struct lanes3 facing;    /* the pixels' normals */
+    struct lanes_mask alike; /* ids and normals of both, which show something */
+    struct lanes_mask open;  /* kept, shows something, and not surely what the pixel shows */
+    bool settled;            /* some sub_depth or sub_normal are those of the pixels now */
+};
+
+struct lone_finder {
+    const struct path_context *context; /* of rays to pixel centres; its counters count them */
+    struct samples *samples;
+    struct rect tile, cells; /* cells: blocks that hold the tile and the pixels around it */
+    struct surface_view view;
+    struct lone_cell ring[4 * LONE_SIDE_CELLS]; /* top, bottom, left and right cells */
+    struct RTCRayHit16 rays;
+    struct surface surface;
+    struct block block;
+};
+
+/* All is borrowed; the planes are those that sub-samples are compared by (PLANES_COMPARED). */
+void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
+                      struct samples *samples);
+
+/* Which of the block's kept lanes have a lone sub-sample k that reflects anything; how many
+ * sub-samples that is. Planes of those that surely show their pixel's surface say from then on that
+ * they lie and face as it does: all that anybody asks of them is whether they are it, and what says
+ * so takes the fewest bytes. */
+uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
+                          struct lanes_mask lone[LIMIT_SUB_SAMPLES]);
+
+/* The latter alone. */
+void lone_finder_settle(const struct lone_finder *f, const struct block *b);

@@ -1,0 +1,36 @@
+#pragma once
+/* Direct light at camera hits: for one light, all strata's visibility, irradiance and slopes. */
+#include "proto/samples.h"
+#include "worker/trace/light/light.h"
+#include "worker/trace/light/shadow_sums.h"
+#include "worker/trace/light/strata.h"
+
+struct path_record;
+
+/* What one block is given: shared by all effects. */
+struct shading_point {
+    const struct plan *plan;
+    const struct block *block;
+    const struct surface *surface;
+    struct lanes_mask lit;     /* lanes inside the image with a surface that reflects something */
+    struct lanes_mask counted; /* of these, the tile's own */
+    uint32_t lit_count;
+    struct path_record *record; /* of a stratum of one of the lights (field_record.h); or NULL */
+};
+
+/* Scratch; the packets' rays as queries_init_rays left them. */
+struct shadow_scratch {
+    struct strata strata;
+    struct shadow_sums sums;
+    struct light_packet batch[SHADOW_BATCH];
+};
+
+/* Traces light `index` for the point's lanes into the planes of `samples`. A blocked stratum's
+ * slope is t/(1-t), t the fraction of the way to the light at which it is blocked (filters.md
+ * section 2); blockers' distances are asked for only if the plan has the slopes plane. */
+void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
+                  const struct shading_point *point, struct shadow_scratch *scratch,
+                  struct samples *samples, struct counters *counters);
+
+/* The planes of light `index` where no ray is traced in the block: everything counts as seen. */
+void shadow_store_unlit(uint32_t index, const struct shading_point *point, struct samples *samples);

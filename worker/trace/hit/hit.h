@@ -1,0 +1,42 @@
+#pragma once
+/* From Embree's hits to surfaces: position, normals, material. */
+#include "worker/trace/hit/queries.h"
+
+struct mesh_point;
+
+/* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
+#define ALBEDO_BLACK (0.5f / 65535.0f)
+
+/* The surfaces that sixteen rays met. Where `hit` is off, distance, id, albedo and emission are 0
+ * and the vectors mean nothing. */
+struct surface {
+    struct lanes3 position;
+    struct lanes3 origin;   /* where rays that leave the surface start: offset.h */
+    struct lanes3 facet;    /* geometric normal, unit, facing the ray */
+    struct lanes3 normal;   /* shading normal, unit, facing the ray and on the facet's side */
+    struct lanes3 albedo;   /* of Lambert surfaces; 1 of others: a BSDF says what theirs is */
+    struct lanes3 emission; /* radiance towards the ray's origin */
+    _Alignas(LANES_ALIGN) float distance[LANES];
+    _Alignas(LANES_ALIGN) uint32_t id[LANES]; /* instance index + 1 */
+    struct lanes_mask hit;
+    struct lanes_mask light;  /* on a mesh that is a light of the plan */
+    struct lanes_mask behind; /* the ray came from the side that the winding turns away */
+    const struct mesh_view *mesh[LANES]; /* NULL: nothing was hit */
+    bool any_bsdf;                       /* beside Lambert surfaces and such as only shine */
+    bool any_emission;                   /* one of them may shine */
+};
+
+/* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */
+void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
+                 const struct RTCRayHit16 *rays, struct surface *out);
+
+/* What lane_kernels' resolve_hits does lane by lane. Normal map, Lambert albedo and emission (of
+ * the emitting side) of a lane whose material has textures; and a lane's vectors, and their
+ * magnitude, from the mesh's space into the world. */
+void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit, int i,
+                        struct surface *out);
+void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out);
+void hit_to_world(const float m[12], int i, float *magnitude, struct surface *out);
+
+/* Makes the albedo of surfaces with a BSDF that of its diffuse lobe. */
+void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s);

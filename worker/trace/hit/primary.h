@@ -1,0 +1,29 @@
+#pragma once
+/* Camera rays: one through every pixel's centre, and more for anti-aliasing. */
+#include "proto/plan.h"
+#include "worker/trace/hit/block.h"
+#include "worker/trace/hit/hit.h"
+
+/* Surfaces at the pixels' centres. Whole blocks are traced, also where they reach beyond the tile:
+ * Embree may choose between two triangles at the same distance by the rays around, and these are
+ * then the same for every tile. */
+void primary_trace(struct queries *q, const struct plan *plan, const struct block *b,
+                   struct RTCRayHit16 *rays, struct surface *out);
+
+/* The camera rays of a block: fields that no query changes as queries_init_rays left them. */
+struct primary_packet {
+    struct RTCRayHit16 rays;
+    struct lanes_mask valid; /* inside the image, and fit for Embree */
+};
+
+/* Blocks that are asked about together: their rays are made at once, while Embree's answers to each
+ * other's stay in the first-level cache. */
+#define PRIMARY_ROW 8
+
+/* Asks about `count` blocks side by side, the first at (x, y): for hit_resolve. */
+void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
+                       uint32_t count, struct primary_packet *row);
+
+/* Surfaces at the pixels' anti-aliasing position k. */
+void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
+                       uint32_t k, struct RTCRayHit16 *rays, struct surface *out);

@@ -1,0 +1,55 @@
+#pragma once
+/* All that is asked of Embree while tracing, sixteen rays at a time. A ray's id is the key of its
+ * random numbers at blended surfaces (worker/scene/alpha.h); 0: none.
+ *
+ * Embree aborts on rays that are not finite or start beyond 1e18: every packet goes through
+ * queries_sanitise first, or was made by lane_kernels' sample_light, which looks itself. */
+#include <embree3/rtcore.h>
+
+#include "worker/scene/render_scene.h"
+#include "worker/shade/lanes.h"
+
+enum query_kind {
+    QUERY_CAMERA = 0,  /* closest hit, coherent */
+    QUERY_SHADOW = 1,  /* anything in between? coherent */
+    QUERY_BLOCKER = 2, /* closest blocker's distance, coherent */
+    QUERY_BOUNCE = 3,  /* closest hit, incoherent */
+    QUERY_BOUNCE_SHADOW = 4,
+    QUERY_KIND_COUNT = 5
+};
+
+/* Sees every packet before it is traced: what benchmarks replay. */
+struct query_recorder {
+    void (*record)(struct query_recorder *self, enum query_kind kind,
+                   const struct lanes_mask *valid, const struct RTCRayHit16 *rays);
+};
+
+struct lane_kernels;
+
+struct queries {
+    const struct render_scene *scene;
+    const struct lane_kernels *kernels;
+    struct query_recorder *recorder; /* NULL: nobody looks */
+    uint64_t rejected;               /* rays switched off because they were not finite */
+    struct RTCRayHit8 narrow8;       /* scratch for CPUs without packets of sixteen */
+    struct RTCRayHit4 narrow4;
+};
+
+/* No scene, no recorder. */
+void queries_init(struct queries *q);
+
+/* Sets the fields that no query changes. */
+void queries_init_rays(struct RTCRayHit16 *rays);
+
+/* Lanes whose ray Embree can take stay in *valid; the others are counted. */
+void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *rays);
+
+/* Closest hits of the lanes in *valid, which must be fit; rays->ray.tfar becomes the distance and
+ * rays->hit is filled, geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. */
+void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
+                     struct RTCRayHit16 *rays);
+
+/* rays->ray.tfar becomes -infinity where something stands between tnear and tfar. rays->hit is left
+ * alone. The lanes of *valid must be fit. */
+void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
+                      struct RTCRayHit16 *rays);

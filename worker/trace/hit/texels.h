@@ -1,0 +1,20 @@
+#pragma once
+/* Textures where sixteen rays met one mesh: lane_kernels' place_texels finds all texels at once, so
+ * that those out of cache are on their way together, and each lane then blends its four. */
+#include "worker/scene/texture.h"
+#include "worker/shade/lanes.h"
+
+struct texel_lanes {
+    _Alignas(LANES_ALIGN) int32_t at[4][LANES]; /* upper left, right; lower left, right */
+    _Alignas(LANES_ALIGN) float across[LANES];  /* how far the right ones count */
+    _Alignas(LANES_ALIGN) float down[LANES];    /* and the lower ones */
+};
+
+/* texture_sample's colour of lane i. */
+static inline void texels_blend(const struct texture *t, const struct texel_lanes *p, int i,
+                                float out[4])
+{
+    const size_t at[4] = {(size_t)p->at[0][i], (size_t)p->at[1][i], (size_t)p->at[2][i],
+                          (size_t)p->at[3][i]};
+    texture_blend(t, at, p->across[i], p->down[i], out);
+}

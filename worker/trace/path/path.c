@@ -1,0 +1,367 @@
+#include "worker/trace/path/path.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "proto/samples.h"
+#include "worker/trace/field/glossy.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/path_record.h"
+
+void path_scratch_init(struct path_scratch *s)
+{
+    memset(s, 0, sizeof *s);
+    path_pool_init(&s->pools[0]);
+    path_pool_init(&s->pools[1]);
+    queries_init_rays(&s->light.packet.rays);
+    queries_init_rays(&s->light.candidate.rays);
+    queries_init_rays(&s->occlusion);
+}
+
+/* Volumes dim what passes through them; a path that meets a surface from behind was inside. */
+static void attenuate(struct path_packet *p, const struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    struct lanes3 *t = &p->throughput;
+    for (uint32_t i = 0; i < p->count; i++) {
+        float left[3];
+        if (!(s->hit.on[i] & s->behind.on[i]) || !s->mesh[i]->material->volume) continue;
+        material_attenuation(s->mesh[i]->material, s->distance[i], left);
+        t->x[i] *= left[0];
+        t->y[i] *= left[1];
+        t->z[i] *= left[2];
+    }
+}
+
+/* Finds what each path's surface does to light; paths that it takes nowhere end. */
+static void prepare(const struct path_context *c, const struct path_packet *p,
+                    struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    struct lanes_mask lights;
+    for (int i = 0; i < LANES; i++) v->active.on[i] = s->hit.on[i] & -(i < (int)p->count);
+    path_resolve(c, &p->rays, v);
+    for (int i = 0; i < LANES; i++)
+        lights.on[i] = -(s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f);
+    for (int i = 0; v->any_general && i < LANES; i++)
+        if (!v->lambert.on[i]) lights.on[i] = v->bsdf[i].model != BSDF_BLACK ? -1 : 0;
+    const uint32_t met = lanes_count(&v->active);
+    for (int i = 0; i < LANES; i++) v->active.on[i] &= lights.on[i];
+    for (int i = 0; i < LANES; i++) v->lambert.on[i] &= lights.on[i];
+    v->any_lambert = lanes_count(&v->lambert) > 0;
+    c->counters->value[COUNTER_SKIPPED_BLACK_ALBEDO] += met - lanes_count(&v->active);
+}
+
+static void note_camera_surface(const struct path_packet *p, const struct path_vertex *v,
+                                struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!s->hit.on[i]) continue;
+        h->coverage[slot] = 1.0f;
+        if (!v->active.on[i]) continue;
+        h->albedo.r[slot] = s->albedo.x[i];
+        h->albedo.g[slot] = s->albedo.y[i];
+        h->albedo.b[slot] = s->albedo.z[i];
+    }
+}
+
+static void dim(struct path_rgb *color, uint32_t slot, const struct lanes3 *tint, uint32_t i)
+{
+    color->r[slot] *= tint->x[i];
+    color->g[slot] *= tint->y[i];
+    color->b[slot] *= tint->z[i];
+}
+
+/* What mirrors show is no light of theirs, but covers the pixel as they do. */
+static void note_mirrors(const struct path_packet *p, const struct path_vertex *v,
+                         struct path_harvest *h)
+{
+    const struct mirrors *m = &v->mirrors;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (m->count[i] == 0) continue;
+        h->mirrored[slot] = m->count[i];
+        h->coverage[slot] = 1.0f;
+        dim(&h->albedo, slot, &m->tint, i);
+    }
+}
+
+float path_ahead(const struct path_context *c, const struct path_packet *p,
+                 const struct path_vertex *v, uint32_t i)
+{
+    const float *ahead = c->plan->camera.forward;
+    const struct RTCRay16 *r = &p->rays.ray;
+    const struct mirrors *m = &v->mirrors;
+    float way[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]}, distance = v->surface.distance[i];
+    if (m->any && m->count[i] > 0) {
+        memcpy(way, (float[]){m->way.x[i], m->way.y[i], m->way.z[i]}, sizeof way);
+        distance = m->distance[i];
+    }
+    const float along = way[0] * ahead[0] + way[1] * ahead[1] + way[2] * ahead[2];
+    const float z = distance * along;
+    return z > FLT_MIN ? z : FLT_MIN; /* a hit, at 0 too */
+}
+
+/* What paths of the lens see lies this far ahead of it. */
+static void note_depth(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, struct path_harvest *h)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        const float z = path_ahead(c, p, v, i);
+        h->distance[p->slot[i]] = v->surface.hit.on[i] ? z : INFINITY;
+    }
+}
+
+/* And faces this way. */
+static void note_normal(const struct path_packet *p, const struct path_vertex *v,
+                        struct path_harvest *h)
+{
+    struct surface copy;
+    const struct lanes3 *n = &mirrors_seen(v, &copy)->normal;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!v->surface.hit.on[i]) continue;
+        h->normal.r[slot] = n->x[i];
+        h->normal.g[slot] = n->y[i];
+        h->normal.b[slot] = n->z[i];
+    }
+}
+
+/* Cosine-distributed rays that look for anything nearer than the plan's distance. */
+static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
+                            const struct path_vertex *v, struct RTCRayHit16 *rays,
+                            struct path_harvest *h)
+{
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES], pdf[LANES];
+    struct lanes_mask valid = v->surface.hit;
+    struct lanes3 direction;
+    struct RTCRay16 *r = &rays->ray;
+    c->queries->kernels->path_pairs(p, PATH_OCCLUSION, u, w);
+    c->queries->kernels->lambert_scatter(&v->surface, u, w, &valid, &direction, pdf);
+    for (int i = 0; i < LANES; i++) {
+        r->org_x[i] = v->surface.origin.x[i];
+        r->org_y[i] = v->surface.origin.y[i];
+        r->org_z[i] = v->surface.origin.z[i];
+        r->dir_x[i] = direction.x[i];
+        r->dir_y[i] = direction.y[i];
+        r->dir_z[i] = direction.z[i];
+        r->tnear[i] = 0.0f;
+        r->tfar[i] = c->plan->occlusion_distance;
+    }
+    if (c->blended) c->queries->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
+    queries_sanitise(c->queries, &valid, r);
+    c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
+    queries_occluded(c->queries, QUERY_BOUNCE_SHADOW, &valid, rays);
+    for (uint32_t i = 0; i < p->count; i++) {
+        bool blocked = v->surface.hit.on[i] && (!valid.on[i] || r->tfar[i] < 0.0f);
+        h->occlusion[p->slot[i]] = blocked ? 0.0f : 1.0f;
+    }
+}
+
+void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
+                     struct path_harvest *h)
+{
+    const struct RTCRayHit16 *r = &p->rays;
+    for (uint32_t i = 0; i < p->count; i++) {
+        bool hit = r->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID && r->ray.tfar[i] < INFINITY;
+        float reach = r->ray.tfar[i] > FLT_MIN ? r->ray.tfar[i] : FLT_MIN; /* a hit, at 0 too */
+        if (valid->on[i]) h->distance[p->slot[i]] = hit ? reach : INFINITY;
+    }
+}
+
+/* Beyond what it has met a path carries only what no light field brings of the first surface's
+ * lobes; by chance, in proportion to that share. */
+static void leave_diffuse(const struct path_context *c, struct path_packet *p,
+                          struct path_vertex *v, struct path_harvest *h)
+{
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    uint64_t *counters = c->counters->value;
+    bool any = false;
+    c->queries->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!v->active.on[i]) continue;
+        if (h->own[slot] > 0.0f) {
+            any = true;
+            continue;
+        }
+        float kept[3] = {h->kept.r[slot], h->kept.g[slot], h->kept.b[slot]};
+        float most = fmaxf(kept[0], fmaxf(kept[1], kept[2]));
+        bool stays = chance[i] < most;
+        counters[most > 0.0f ? COUNTER_SKIPPED_ROULETTE : COUNTER_SKIPPED_LIGHT_FIELD] += !stays;
+        v->active.on[i] &= stays ? -1 : 0;
+        v->lambert.on[i] &= v->active.on[i];
+        any |= stays;
+        if (!stays) continue;
+        p->throughput.x[i] *= kept[0] / most;
+        p->throughput.y[i] *= kept[1] / most;
+        p->throughput.z[i] *= kept[2] / most;
+        h->share.r[slot] = h->share.g[slot] = h->share.b[slot] = 0.0f;
+    }
+    if (!any) v->any_lambert = v->any_general = false;
+    if (c->record) path_record_leave(c, p, v);
+}
+
+static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
+{
+    v->any_lambert = v->any_general = false;
+    for (int i = 0; i < LANES; i++) {
+        v->active.on[i] &= ~ended->on[i];
+        v->lambert.on[i] &= v->active.on[i];
+        v->any_lambert |= v->lambert.on[i] != 0;
+        v->any_general |= v->active.on[i] != v->lambert.on[i];
+    }
+}
+
+/* Reflections have been scatterings, too. */
+static void end_mirrored(const struct path_context *c, const struct path_packet *p,
+                         struct path_vertex *v, const struct path_harvest *h)
+{
+    struct lanes_mask ended = {{0}};
+    for (uint32_t i = 0; i < p->count; i++)
+        ended.on[i] = v->depth + h->mirrored[p->slot[i]] > c->plan->bounces ? -1 : 0;
+    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+}
+
+/* Where light fields are sure to light what paths of the lens see, these need not: they end, or
+ * leave the indirect light of diffuse lobes out. */
+static void leave_to_fields(const struct path_context *c, const struct path_packet *p,
+                            struct path_vertex *v, struct path_harvest *h)
+{
+    struct lanes_mask lit;
+    struct glossy_lobes lobes = {.on = {{0}}};
+    if (c->leaves_lobes) glossy_find(v, &lobes);
+    lens_centres_match(c->centres, p, v, &lobes, &lit);
+    for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!lobes.on.on[i]) continue;
+        h->lobe.r[p->slot[i]] = lobes.reflectance.x[i];
+        h->lobe.g[p->slot[i]] = lobes.reflectance.y[i];
+        h->lobe.b[p->slot[i]] = lobes.reflectance.z[i];
+        if (v->mirrors.any) dim(&h->lobe, p->slot[i], &v->mirrors.tint, i);
+    }
+    if (c->leaves_diffuse) return;
+    c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
+    end_lanes(&lit, v);
+    if (c->record && lit.on[0]) path_record_leave(c, p, v);
+}
+
+/* Rectangles whose centre is farther than so many of their half diagonals light evenly enough. */
+#define FAR 2.0f
+
+/* Which paths of the light field need not look for lights by a last ray: at Lambert surfaces far
+ * from all lights, where a light sample's own variance is bounded, the ray costs half as much again
+ * and spares 2 % of the variance (Cornell box). Surfaces alone decide, so that both ways of finding
+ * a light agree on who counts it. */
+static void find_last(const struct path_context *c, struct path_vertex *v)
+{
+    const struct lanes3 *at = &v->surface.position;
+    memset(&v->last, 0, sizeof v->last);
+    if (!(c->field && c->listed) || v->depth < c->plan->bounces) return;
+    v->last = v->lambert;
+    for (uint32_t k = 0; k < c->lights->count; k++) {
+        const struct plan_light *light = c->lights->lights[k].plan;
+        const float *p = light->position, *hu = light->half_u, *hv = light->half_v;
+        if (light->type != LIGHT_RECTANGLE) continue;
+        const float near = FAR * FAR *
+                           (hu[0] * hu[0] + hu[1] * hu[1] + hu[2] * hu[2] + hv[0] * hv[0] +
+                            hv[1] * hv[1] + hv[2] * hv[2]);
+        for (int i = 0; i < LANES; i++) {
+            float x = at->x[i] - p[0], y = at->y[i] - p[1], z = at->z[i] - p[2];
+            v->last.on[i] &= -(x * x + y * y + z * z > near);
+        }
+    }
+}
+
+static void end_last(const struct path_context *c, struct path_vertex *v)
+{
+    uint32_t ended = lanes_count(&v->last);
+    if (ended == 0) return;
+    c->counters->value[COUNTER_SKIPPED_LAST_SEGMENT] += ended;
+    end_lanes(&v->last, v);
+}
+
+/* Traces the packet's rays and adds what they meet; v has the surfaces that light up. */
+static void follow(const struct path_context *c, struct path_packet *p, struct path_vertex *v,
+                   struct path_harvest *h)
+{
+    struct lanes_mask valid;
+    const bool camera = v->depth == 0;
+    path_packet_lanes(p, &valid);
+    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_NEXT, &p->rays.ray);
+    queries_sanitise(c->queries, &valid, &p->rays.ray);
+    c->counters->value[camera ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
+        lanes_count(&valid);
+    queries_closest(c->queries, camera ? QUERY_CAMERA : QUERY_BOUNCE, &valid, &p->rays);
+    hit_resolve(c->queries, &valid, &p->rays, &v->surface);
+    v->mirrors.any = false;
+    if (camera && c->mirrors) mirrors_follow(c, p, &p->rays, v);
+    if (c->field && v->depth == PATH_FIELD_DEPTH) path_note_reach(p, &valid, h);
+    attenuate(p, v);
+    if (c->record) path_record_arrive(c, p, v);
+    path_meet(c, p, v, h);
+    prepare(c, p, v);
+    if (c->record) path_record_surface(c, v);
+}
+
+static void trace_packet(const struct path_context *c, uint32_t depth, struct path_packet *p,
+                         struct path_scratch *s, struct path_pool *next)
+{
+    struct path_vertex *v = &s->vertex;
+    v->depth = depth;
+    follow(c, p, v, &s->harvest);
+    if (depth == 0) note_camera_surface(p, v, &s->harvest);
+    if (v->mirrors.any) note_mirrors(p, v, &s->harvest);
+    if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
+    if (depth == 0 && c->centres) note_normal(p, v, &s->harvest);
+    if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
+    if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
+        trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
+    if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
+    if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
+    if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
+    if (!(v->any_lambert || v->any_general)) return;
+    find_last(c, v);
+    if (v->any_general) layers_see(c->queries->kernels, v, &v->layers);
+    if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
+    if (depth == c->plan->bounces && !c->shines) v->last = v->active;
+    end_last(c, v);
+    if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);
+}
+
+/* Traces the paths in pools[0] to their ends. */
+static void trace_on(const struct path_context *c, uint32_t depth, struct path_scratch *s)
+{
+    struct path_pool *now = &s->pools[0], *next = &s->pools[1];
+    for (; now->count > 0; depth++) {
+        next->count = 0;
+        for (uint32_t k = 0; k < path_pool_packets(now); k++)
+            trace_packet(c, depth, &now->packets[k], s, next);
+        struct path_pool *done = now;
+        now = next;
+        next = done;
+    }
+}
+
+void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
+                struct path_scratch *s)
+{
+    path_camera(c, b, first, count, &s->pools[0]);
+    path_trace_camera(c, s);
+}
+
+void path_trace_camera(const struct path_context *c, struct path_scratch *s)
+{
+    memset(&s->harvest, 0, sizeof s->harvest);
+    trace_on(c, 0, s);
+}
+
+void path_trace_field(const struct path_context *c, struct path_scratch *s)
+{
+    trace_on(c, PATH_FIELD_DEPTH, s);
+}

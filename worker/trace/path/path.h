@@ -1,0 +1,214 @@
+#pragma once
+/* The path tracer: what one batch of samples of a block brings back.
+ *
+ *   camera ray -> surface -> [light sample + shadow ray] -> scatter -> surface -> ...
+ *
+ * At every surface one point of one light is tried (chosen by power) and one direction is scattered
+ * into; where both could have found the same light, they are weighted by the power heuristic (Veach
+ * and Guibas 1995, "Optimally combining sampling techniques", section 5.1, exponent 2). Lights
+ * without extent and the Dirac lobes of mirrors and clear glass know one way only. What arrives
+ * after one scattering is direct light, after more indirect.
+ *
+ * Rectangles of the plan shine on scattered rays whether or not geometry stands for them: they are
+ * met analytically, and emission of geometry that stands for one is not counted again. The camera
+ * sees geometry only. */
+#include <stdatomic.h>
+
+#include "worker/scene/light_table.h"
+#include "worker/shade/bsdf.h"
+#include "worker/trace/hit/hit.h"
+#include "worker/trace/light/light.h"
+#include "worker/trace/path/layers.h"
+#include "worker/trace/path/mirrors.h"
+#include "worker/trace/path/path_pool.h"
+#include "worker/trace/path/sky.h"
+
+struct lens_centres;
+struct path_record;
+
+/* What all paths of a tile share. */
+struct path_context {
+    struct queries *queries;
+    const struct light_table *lights;
+    const struct sky *sky;
+    const struct plan *plan;
+    struct counters *counters;
+    bool demodulate;    /* the plan wants the diffuse planes */
+    bool blended;       /* some surface is there by chance: rays need keys */
+    bool shines;        /* something can be met that does: surfaces, rectangles, the sky */
+    bool shines_beside; /* something that fields do not bring can be met by what a first surface
+                           that they light has scattered */
+    bool lens;          /* camera paths are those of the lens's light field */
+    struct lens_centres *centres; /* of the lens's: what light fields light; NULL: nothing */
+    bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
+    uint32_t strata;      /* l of the field's bounce rays */
+    const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
+    const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
+    uint32_t pass;        /* that they belong to: each has random numbers of its own */
+    bool listed;          /* lights of the plan are all that shines */
+    bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
+                             field brings the rest */
+    bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
+                        surface */
+    bool leaves_lobes;  /* the same holds of glossy lobes that a harvest's `lobe` tells of */
+    bool mirrors;       /* paths may have been reflected before (mirrors.h): their harvest counts */
+    bool leaves_glossy; /* nor does its glossy lobe, with leaves_diffuse: another field */
+    _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
+    const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
+    struct path_record *record; /* of the only path on its way; NULL: nobody looks */
+};
+
+/* Random numbers of the context's pass: later passes' rays go elsewhere, as under another seed. */
+static inline struct pattern path_pass_pattern(const struct path_context *c)
+{
+    struct pattern out = c->plan->pattern;
+    if (c->pass > 0) out.seed ^= c->pass * 0x9e3779b97f4a7c15u;
+    return out;
+}
+
+/* One surface of sixteen paths, or of sixteen pixels. */
+struct path_vertex {
+    uint32_t depth;           /* scatterings before it */
+    struct lanes_mask active; /* paths that are still on their way */
+    struct surface surface;
+    struct mirrors mirrors;    /* of camera rays, where the context looks through mirrors */
+    struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
+    bool any_lambert, any_general;
+    struct lanes_mask last; /* ends here: its light sample stands for all direct light */
+    struct bsdf bsdf[LANES];
+    struct layers layers;             /* of these, where a path is about to go on; else nobody's */
+    struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
+    struct lanes3 back; /* to where the path came from, in the shading frame; the same */
+};
+
+/* A vector of the world in the shading frame of lane i, which has a bsdf; and back. */
+static inline void path_to_frame(const struct path_vertex *v, int i, const float d[3], float out[3])
+{
+    const struct lanes3 *t = &v->tangent, *b = &v->bitangent, *n = &v->surface.normal;
+    out[0] = d[0] * t->x[i] + d[1] * t->y[i] + d[2] * t->z[i];
+    out[1] = d[0] * b->x[i] + d[1] * b->y[i] + d[2] * b->z[i];
+    out[2] = d[0] * n->x[i] + d[1] * n->y[i] + d[2] * n->z[i];
+}
+
+static inline void path_from_frame(const struct path_vertex *v, int i, const float w[3],
+                                   float out[3])
+{
+    const struct lanes3 *t = &v->tangent, *b = &v->bitangent, *n = &v->surface.normal;
+    out[0] = w[0] * t->x[i] + w[1] * b->x[i] + w[2] * n->x[i];
+    out[1] = w[0] * t->y[i] + w[1] * b->y[i] + w[2] * n->y[i];
+    out[2] = w[0] * t->z[i] + w[1] * b->z[i] + w[2] * n->z[i];
+}
+
+/* The next segment of sixteen paths. */
+struct path_scattering {
+    struct lanes_mask on;
+    struct lanes3 direction;
+    struct lanes3 weight;
+    struct lanes_mask through; /* to the other side of the surface */
+    _Alignas(LANES_ALIGN) float pdf[LANES];
+    /* Of lanes with a bsdf, what their weight is made of: struct bsdf_sample's. */
+    _Alignas(LANES_ALIGN) float diffuse[LANES];
+    struct lanes3 specular;
+};
+
+/* A light sample of sixteen vertices. */
+struct path_light {
+    struct light_packet packet, candidate;
+    struct lanes3 color; /* radiance or intensity, over the probability of the choice */
+};
+
+/* Scratch of one thread. */
+struct path_scratch {
+    struct path_pool pools[2];
+    struct path_harvest harvest;
+    struct path_vertex vertex;
+    struct path_light light;
+    struct RTCRayHit16 occlusion;
+};
+
+void path_scratch_init(struct path_scratch *s);
+
+/* Where paths of the light field begin: after the first scattering. */
+#define PATH_FIELD_DEPTH 1
+
+/* Traces samples first .. first + count - 1, count <= PATH_SAMPLES, of the block's kept pixels into
+ * s->harvest. Slots of other pixels are zero. */
+void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
+                struct path_scratch *s);
+
+/* Traces the camera paths in s->pools[0] to their ends, into s->harvest, which begins empty. Those
+ * of the lens's light field set `distance`: of the first hit, along the camera's forward. */
+void path_trace_camera(const struct path_context *c, struct path_scratch *s);
+
+/* Forgets the light field's first `count` samples: `indirect` and `distance`. */
+void path_harvest_clear_field(struct path_harvest *h, uint32_t count);
+
+/* Notes how often the surfaces are mirrored that the field's first `count` samples leave. */
+void path_harvest_mirrors(struct path_harvest *h, uint32_t count, const struct path_vertex *from);
+
+/* Traces the paths in s->pools[0], which have been scattered PATH_FIELD_DEPTH times, to their ends;
+ * c->field holds. Adds what they bring to `indirect` of the harvest and sets `distance`. What
+ * shines by itself at the first hit is scattered once only, no indirect light; it counts where
+ * nothing else would bring it: of surfaces that no light stands for, under a plan without paths. */
+void path_trace_field(const struct path_context *c, struct path_scratch *s);
+
+/* Sets `distance` of the light field's first rays, which have come back. */
+void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
+                     struct path_harvest *h);
+
+/* What the surfaces in the lanes of v->active do to light: which are pure Lambert, the others' BSDF
+ * and shading frame, and their diffuse albedo into v->surface. `rays` met the surface. */
+void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
+                  struct path_vertex *v);
+
+/* Even a path through white surfaces ends at last. */
+#define PATH_ROULETTE_MOST 0.98f
+
+/* Between batches of a block's samples, which may be many seconds' work: tells of progress. False:
+ * stop. */
+static inline bool path_goes_on(const struct path_context *c)
+{
+    if (c->progress) atomic_fetch_add_explicit(c->progress, 1, memory_order_relaxed);
+    return !c->stop || !atomic_load_explicit(c->stop, memory_order_relaxed);
+}
+
+/* The steps, in their order; each works on one packet. */
+
+/* A camera path of a pixel joins the pool; its ray is the caller's to aim. */
+void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool);
+
+/* Where the plan's pixel filter puts u in [0, 1), from the pixel's edge: paths are spread by the
+ * filter and all weigh the same, so that none contributes to two pixels. */
+float path_pixel_offset(const struct plan *plan, float u);
+
+/* Camera rays through the pixels and the lens. */
+void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
+                 uint32_t count, struct path_pool *pool);
+
+/* How far ahead of the lens lies what camera path i of the packet meets: the same bits for all who
+ * ask. */
+float path_ahead(const struct path_context *c, const struct path_packet *p,
+                 const struct path_vertex *v, uint32_t i);
+
+/* Adds what the rays met shines: environment, rectangles, surfaces. */
+void path_meet(const struct path_context *c, const struct path_packet *p,
+               const struct path_vertex *v, struct path_harvest *h);
+
+/* Adds one light sample of every active path. */
+void path_light(const struct path_context *c, const struct path_packet *p,
+                const struct path_vertex *v, struct path_light *light, struct path_harvest *h);
+
+/* The active paths' next segments go to `next`. */
+void path_scatter(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next);
+
+/* Adds a contribution to direct or indirect light, by the number of its scatterings (> 0), and the
+ * share of it that the first scattering sent on diffusely. Light samples of the first surface,
+ * which no scattering precedes, bring their own diffuse part: their share is still zero. */
+void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
+                      uint32_t slot, const float value[3]);
+
+/* The same of the packet's lanes in *on. */
+void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
+                            uint32_t scatterings, const struct path_packet *p,
+                            const struct lanes_mask *on, const struct lanes3 *value);

@@ -1,0 +1,73 @@
+#include <string.h>
+
+#include "worker/trace/path/path.h"
+
+void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
+                      uint32_t slot, const float value[3])
+{
+    struct path_rgb *to = scatterings > 1 ? &h->indirect : &h->direct;
+    to->r[slot] += value[0];
+    to->g[slot] += value[1];
+    to->b[slot] += value[2];
+    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
+    to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
+    to->r[slot] += value[0] * h->share.r[slot];
+    to->g[slot] += value[1] * h->share.g[slot];
+    to->b[slot] += value[2] * h->share.b[slot];
+}
+
+/* Zeros where lanes are off, whatever is there. */
+static void keep(const struct lanes_mask *on, struct lanes3 *v)
+{
+    for (int i = 0; i < LANES; i++) {
+        v->x[i] = on->on[i] ? v->x[i] : 0.0f;
+        v->y[i] = on->on[i] ? v->y[i] : 0.0f;
+        v->z[i] = on->on[i] ? v->z[i] : 0.0f;
+    }
+}
+
+/* Of all lanes: whether a light is seen is chance, and zeros cost less than guesses. */
+static void add(const struct path_packet *p, const struct lanes3 *v, struct path_rgb *to)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        to->r[slot] += v->x[i];
+        to->g[slot] += v->y[i];
+        to->b[slot] += v->z[i];
+    }
+}
+
+void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
+                            uint32_t scatterings, const struct path_packet *p,
+                            const struct lanes_mask *on, const struct lanes3 *value)
+{
+    struct lanes3 v = *value;
+    keep(on, &v);
+    add(p, &v, scatterings > 1 ? &h->indirect : &h->direct);
+    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
+    v = *value;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        v.x[i] *= h->share.r[slot];
+        v.y[i] *= h->share.g[slot];
+        v.z[i] *= h->share.b[slot];
+    }
+    keep(on, &v);
+    add(p, &v, scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct);
+}
+
+void path_harvest_clear_field(struct path_harvest *h, uint32_t count)
+{
+    const size_t bytes = sizeof(float) * count * LANES;
+    memset(h->indirect.r, 0, bytes);
+    memset(h->indirect.g, 0, bytes);
+    memset(h->indirect.b, 0, bytes);
+    memset(h->distance, 0, bytes);
+}
+
+void path_harvest_mirrors(struct path_harvest *h, uint32_t count, const struct path_vertex *from)
+{
+    const struct mirrors *m = &from->mirrors;
+    for (uint32_t k = 0; k < count; k++)
+        for (uint32_t i = 0; i < LANES; i++) h->mirrored[k * LANES + i] = m->any ? m->count[i] : 0;
+}

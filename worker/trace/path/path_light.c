@@ -1,0 +1,333 @@
+/* One point of one light for every vertex, and the ray that tells whether it is seen. */
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/scene/emitters.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_choice.h"
+#include "worker/trace/path/path_record.h"
+
+/* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
+#define EMITTER_END 0.9999f
+
+static float probability_of(const struct light_table *t, uint32_t chosen)
+{
+    if (chosen == LIGHT_CHOICE_EMITTERS) return t->emitters_probability;
+    if (chosen == LIGHT_CHOICE_ENVIRONMENT) return t->environment_probability;
+    return t->lights[chosen].probability;
+}
+
+static bool is_one_light(const struct light_table *t)
+{
+    return t->count == 1 && !(t->emitters_probability > 0.0f) &&
+           !(t->environment_probability > 0.0f);
+}
+
+static void choose(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, struct path_choice *out)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
+    _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
+    out->plan_lights = 0;
+    out->others = false;
+    kernels->path_pairs(p, base + PATH_LIGHT, out->u, out->v);
+    kernels->path_pairs(p, base + PATH_CHOICE, lobe, which);
+    kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
+    for (int i = 0; i < LANES; i++) {
+        out->chosen[i] = UINT32_MAX;
+        out->soft[i] = 0.0f;
+        out->probability[i] = 1.0f;
+        if (!v->active.on[i]) continue;
+        uint32_t chosen = light_table_choose(c->lights, which[i]);
+        out->chosen[i] = chosen;
+        out->probability[i] = probability_of(c->lights, chosen);
+        if (chosen < LIMIT_LIGHTS)
+            out->plan_lights |= UINT64_C(1) << chosen;
+        else
+            out->others = true;
+    }
+}
+
+/* Lanes that chose lights of the plan. One light for all needs no copying. */
+static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
+                               const struct path_choice *choice, struct path_light *out)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct light *lights = c->lights->lights;
+    if (!choice->others && (choice->plan_lights & (choice->plan_lights - 1)) == 0) {
+        kernels->sample_light(&lights[__builtin_ctzll(choice->plan_lights)], choice->u, choice->v,
+                              &v->surface, &v->active, &out->packet);
+        return;
+    }
+    for (uint64_t rest = choice->plan_lights; rest; rest &= rest - 1) {
+        uint32_t index = (uint32_t)__builtin_ctzll(rest);
+        kernels->sample_light(&lights[index], choice->u, choice->v, &v->surface, &v->active,
+                              &out->candidate);
+        for (int i = 0; i < LANES; i++)
+            if (choice->chosen[i] == index) light_take_lane(&out->candidate, i, &out->packet);
+    }
+}
+
+static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
+                           const struct path_choice *choice, int i, struct path_light *out)
+{
+    const struct surface *s = &v->surface;
+    struct light_packet *p = &out->packet;
+    struct RTCRay16 *r = &p->rays.ray;
+    struct emitter_point e;
+    float u[2] = {choice->u[i], choice->v[i]};
+    emitters_sample(c->queries->scene->emitters, choice->pick[i], u, &e);
+    float way[3] = {e.position[0] - s->position.x[i], e.position[1] - s->position.y[i],
+                    e.position[2] - s->position.z[i]};
+    float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    float front = -(way[0] * e.normal[0] + way[1] * e.normal[1] + way[2] * e.normal[2]);
+    float side = front < 0.0f ? -1.0f : 1.0f;
+    if (!path_aim(v, i, way, sqrtf(squared), p)) return;
+    if (front == 0.0f || (front < 0.0f && !e.double_sided)) {
+        p->skip[i] = LIGHT_FACING_AWAY;
+        return;
+    }
+    /* front, and so squared, are positive here */
+    p->density[i] = e.pdf_area * squared * sqrtf(squared) / fabsf(front);
+    p->irradiance[i] /= p->density[i];
+    float clear = side * fminf(e.offset, 0.5f * fabsf(front));
+    r->dir_x[i] = e.position[0] + clear * e.normal[0] - s->origin.x[i];
+    r->dir_y[i] = e.position[1] + clear * e.normal[1] - s->origin.y[i];
+    r->dir_z[i] = e.position[2] + clear * e.normal[2] - s->origin.z[i];
+    r->tfar[i] = EMITTER_END;
+    out->color.x[i] = e.radiance[0];
+    out->color.y[i] = e.radiance[1];
+    out->color.z[i] = e.radiance[2];
+}
+
+static void sample_others(const struct path_context *c, const struct path_vertex *v,
+                          struct path_choice *choice, struct path_light *out)
+{
+    struct light_packet *p = &out->packet;
+    path_sample_sky(c, v, choice, out);
+    for (int i = 0; i < LANES; i++) {
+        if (choice->chosen[i] == UINT32_MAX || choice->chosen[i] < LIMIT_LIGHTS) continue;
+        if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, choice, i, out);
+        bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
+        if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
+        p->traced.on[i] = fit ? -1 : 0;
+    }
+}
+
+/* Colors over the probability of their choice. */
+static void finish_colors(const struct path_context *c, const struct path_choice *choice,
+                          struct path_light *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        const float own[3] = {out->color.x[i], out->color.y[i], out->color.z[i]};
+        const float *color = own, share = 1.0f / choice->probability[i];
+        if (choice->chosen[i] < LIMIT_LIGHTS)
+            color = c->lights->lights[choice->chosen[i]].plan->color;
+        out->color.x[i] = share * color[0];
+        out->color.y[i] = share * color[1];
+        out->color.z[i] = share * color[2];
+    }
+}
+
+/* Origins, for whatever was chosen. */
+static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
+{
+    memcpy(r->org_x, v->surface.origin.x, sizeof r->org_x);
+    memcpy(r->org_y, v->surface.origin.y, sizeof r->org_y);
+    memcpy(r->org_z, v->surface.origin.z, sizeof r->org_z);
+}
+
+/* The only light of a plan: nothing to choose. */
+static void sample_only_light(const struct path_context *c, const struct path_packet *p,
+                              const struct path_vertex *v, struct path_choice *choice,
+                              struct path_light *out)
+{
+    const struct light *light = &c->lights->lights[0];
+    const float *color = light->plan->color;
+    c->queries->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT,
+                                    choice->u, choice->v);
+    c->queries->kernels->sample_light(light, choice->u, choice->v, &v->surface, &v->active,
+                                      &out->packet);
+    for (int i = 0; i < LANES; i++) {
+        choice->probability[i] = 1.0f;
+        choice->soft[i] = 0.0f;
+        out->color.x[i] = color[0];
+        out->color.y[i] = color[1];
+        out->color.z[i] = color[2];
+    }
+}
+
+static void sample_lights(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_choice *choice,
+                          struct path_light *out)
+{
+    if (is_one_light(c->lights)) {
+        sample_only_light(c, p, v, choice, out);
+        return;
+    }
+    memset(&out->packet.traced, 0, sizeof out->packet.traced);
+    choose(c, p, v, choice);
+    if (choice->plan_lights) sample_plan_lights(c, v, choice, out);
+    if (choice->others) sample_others(c, v, choice, out);
+    finish_rays(v, &out->packet.rays.ray);
+    finish_colors(c, choice, out);
+}
+
+/* What the sample sends on were it seen, over the throughput: the white diffuse part, and all. */
+struct reflected {
+    struct lanes3 diffuse; /* albedo taken out */
+    struct lanes3 all;
+};
+
+static void reflect_general(const struct path_vertex *v, const struct path_choice *choice,
+                            const struct path_light *l, int i, struct reflected *out)
+{
+    const struct RTCRay16 *r = &l->packet.rays.ray;
+    const struct bsdf *b = &v->bsdf[i];
+    float d[3] = {r->dir_x[i], r->dir_y[i], r->dir_z[i]};
+    float squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    float scale = 1.0f / sqrtf(squared > 0.0f ? squared : 1.0f);
+    float wi[3];
+    path_to_frame(v, i, d, wi);
+    for (int k = 0; k < 3; k++) wi[k] *= scale;
+    float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    struct bsdf_value value;
+    bsdf_evaluate(b, wo, wi, &value);
+    float density = l->packet.density[i] * choice->probability[i];
+    float ratio = density > 0.0f ? value.pdf / density : 0.0f;
+    float e = l->packet.irradiance[i] / (1.0f + ratio * ratio);
+    const float color[3] = {l->color.x[i], l->color.y[i], l->color.z[i]};
+    float all[3];
+    for (int k = 0; k < 3; k++)
+        all[k] = (b->albedo[k] * value.diffuse + value.specular[k]) * e * color[k];
+    out->diffuse.x[i] = value.diffuse * e * color[0];
+    out->diffuse.y[i] = value.diffuse * e * color[1];
+    out->diffuse.z[i] = value.diffuse * e * color[2];
+    out->all.x[i] = all[0];
+    out->all.y[i] = all[1];
+    out->all.z[i] = all[2];
+}
+
+static bool is_alone(const struct path_vertex *v, int i)
+{
+    return !v->lambert.on[i] && !v->layers.on.on[i];
+}
+
+static void reflect(const struct path_context *c, const struct path_vertex *v,
+                    const struct path_choice *choice, const struct path_light *l,
+                    struct reflected *out)
+{
+    const struct surface *s = &v->surface;
+    if (!v->any_lambert) memset(out, 0, sizeof *out);
+    if (v->any_lambert) {
+        c->queries->kernels->lambert_light(l, s, choice->probability, &out->diffuse);
+        for (int i = 0; i < LANES; i++) {
+            out->all.x[i] = out->diffuse.x[i] * s->albedo.x[i];
+            out->all.y[i] = out->diffuse.y[i] * s->albedo.y[i];
+            out->all.z[i] = out->diffuse.z[i] * s->albedo.z[i];
+        }
+    }
+    if (!v->any_general) return;
+    if (v->layers.any)
+        c->queries->kernels->layers_light(l, v, choice->probability, &out->diffuse, &out->all);
+    for (int i = 0; v->layers.others && i < LANES; i++)
+        if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, choice, l, i, out);
+}
+
+/* Of what the camera path's first surface sends on of the sky: where fields light it, without the
+ * soft share of the diffuse lobe's, and of the glossy one's where they light that; else that share
+ * alone is the diffuse part. */
+static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
+                       const struct path_choice *choice, const struct path_harvest *h,
+                       struct reflected *f)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    struct lanes3 *d = &f->diffuse, *all = &f->all;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        const bool own = h->own[slot] > 0.0f;
+        const bool lobe = h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f;
+        const float soft = choice->soft[i], rest = lobe ? 1.0f - soft : 1.0f;
+        const float left = own || lobe ? 0.0f : soft, found = own ? soft : 0.0f;
+        all->x[i] = fmaxf(rest * all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
+        all->y[i] = fmaxf(rest * all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
+        all->z[i] = fmaxf(rest * all->z[i] - left * (d->z[i] * a->z[i]), 0.0f);
+        d->x[i] *= found;
+        d->y[i] *= found;
+        d->z[i] *= found;
+    }
+}
+
+/* The only path's sample, for its record. */
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
+                                    const struct path_choice *choice, const struct light_packet *l,
+                                    const struct reflected *f)
+{
+    const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
+    const uint32_t light = is_one_light(c->lights) ? 0 : choice->chosen[0];
+    path_record_light(c, v, light, choice->probability[0], l, all);
+}
+
+/* Rays whose light would not be sent on are not traced. */
+static void drop_dim(const struct path_context *c, const struct reflected *f,
+                     struct light_packet *p)
+{
+    uint32_t dim = 0;
+    for (int i = 0; i < LANES; i++) {
+        int32_t bright = -(f->all.x[i] + f->all.y[i] + f->all.z[i] > 0.0f);
+        dim += (uint32_t)(p->traced.on[i] & ~bright & 1);
+        p->traced.on[i] &= bright;
+    }
+    c->counters->value[COUNTER_SKIPPED_DIM_LIGHT] += dim;
+}
+
+static void gather(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, const struct light_packet *l,
+                   const struct reflected *f, struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    struct lanes_mask lit;
+    struct lanes3 value;
+    for (int i = 0; i < LANES; i++) {
+        lit.on[i] = l->traced.on[i] & ~-(l->rays.ray.tfar[i] < 0.0f); /* not occluded */
+        value.x[i] = f->all.x[i] * t->x[i];
+        value.y[i] = f->all.y[i] * t->y[i];
+        value.z[i] = f->all.z[i] * t->z[i];
+    }
+    path_harvest_add_lanes(c, h, v->depth + 1, p, &lit, &value);
+    for (uint32_t i = 0; c->demodulate && v->depth == 0 && i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!lit.on[i]) continue;
+        h->diffuse_direct.r[slot] += f->diffuse.x[i];
+        h->diffuse_direct.g[slot] += f->diffuse.y[i];
+        h->diffuse_direct.b[slot] += f->diffuse.z[i];
+    }
+}
+
+void path_light(const struct path_context *c, const struct path_packet *p,
+                const struct path_vertex *v, struct path_light *light, struct path_harvest *h)
+{
+    struct path_choice choice;
+    struct reflected reflected;
+    struct light_packet *packet = &light->packet;
+    sample_lights(c, p, v, &choice, light);
+    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
+    light_count_skips(packet, &v->active, 1, c->counters);
+    for (int i = 0; i < LANES; i++) /* nobody else will find it */
+        packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
+    reflect(c, v, &choice, light, &reflected);
+    if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &choice, h, &reflected);
+    drop_dim(c, &reflected, packet);
+    queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
+    if (c->record) record(c, v, &choice, packet, &reflected);
+    uint32_t traced = lanes_count(&packet->traced);
+    if (traced == 0) return;
+    c->counters->value[v->depth == 0 ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] +=
+        traced;
+    queries_occluded(c->queries, v->depth == 0 ? QUERY_SHADOW : QUERY_BOUNCE_SHADOW,
+                     &packet->traced, &packet->rays);
+    if (c->record) path_record_shadow(c, p, packet);
+    gather(c, p, v, packet, &reflected, h);
+}

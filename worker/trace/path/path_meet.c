@@ -1,0 +1,220 @@
+/* What a path's ray meets that shines by itself. */
+#include <math.h>
+
+#include "worker/scene/emitters.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_record.h"
+
+/* The power heuristic, as path_lanes.h has it. */
+static float weigh(float own, float other)
+{
+    if (!(own > 0.0f)) return 1.0f;
+    float ratio = other / own;
+    return 1.0f / (1.0f + ratio * ratio);
+}
+
+static void add(const struct path_context *c, const struct path_packet *p, uint32_t depth,
+                uint32_t i, const float radiance[3], float weight, struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    float value[3] = {radiance[0] * weight * t->x[i], radiance[1] * weight * t->y[i],
+                      radiance[2] * weight * t->z[i]};
+    uint32_t slot = p->slot[i];
+    if (depth > 0) {
+        path_harvest_add(c, h, depth, slot, value);
+        return;
+    }
+    h->emission.r[slot] += value[0];
+    h->emission.g[slot] += value[1];
+    h->emission.b[slot] += value[2];
+}
+
+/* What the camera path's first surface sends on of the sky, where fields light it without the soft
+ * share of what its diffuse lobe does; else that share is noted, albedo taken out. */
+static void leave_soft(const struct path_packet *p, uint32_t i, float soft, float weight,
+                       float radiance[3], struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    const uint32_t slot = p->slot[i];
+    if (h->own[slot] > 0.0f) {
+        const float found = soft * weight;
+        h->diffuse_direct.r[slot] += radiance[0] * found * t->x[i] * h->share.r[slot];
+        h->diffuse_direct.g[slot] += radiance[1] * found * t->y[i] * h->share.g[slot];
+        h->diffuse_direct.b[slot] += radiance[2] * found * t->z[i] * h->share.b[slot];
+        return;
+    }
+    radiance[0] *= 1.0f - soft * (1.0f - h->kept.r[slot]);
+    radiance[1] *= 1.0f - soft * (1.0f - h->kept.g[slot]);
+    radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
+}
+
+/* Rays that met nothing, and where they look at the sky. */
+struct missed {
+    uint32_t count;
+    int ray[LANES];
+    struct sky_view view;
+};
+
+static void find_missed(const struct path_context *c, const struct path_packet *p,
+                        const struct path_vertex *v, struct missed *out)
+{
+    const struct RTCRay16 *r = &p->rays.ray;
+    out->count = 0;
+    for (int i = 0; i < (int)p->count; i++)
+        if (!v->surface.hit.on[i]) out->ray[out->count++] = i;
+    if (out->count == 0 || c->sky->kind != ENVIRONMENT_MAP) return;
+    c->queries->kernels->find_sky(c->sky, r->dir_x, r->dir_y, r->dir_z, &out->view);
+    for (uint32_t k = 0; k < out->count; k++) sky_ask(c->sky, &out->view, out->ray[k]);
+}
+
+static void meet_sky(const struct path_context *c, const struct path_packet *p,
+                     const struct path_vertex *v, struct path_harvest *h)
+{
+    struct missed missed;
+    find_missed(c, p, v, &missed);
+    for (uint32_t k = 0; k < missed.count; k++) {
+        const int lane = missed.ray[k];
+        const uint32_t i = (uint32_t)lane;
+        float radiance[3], weight = 1.0f;
+        const float soft = sky_radiance(c->sky, &missed.view, lane, radiance);
+        if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
+            weight = weigh(p->pdf[i], c->lights->environment_probability *
+                                          sky_pdf(c->sky, &missed.view, lane));
+        if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
+        add(c, p, v->depth, i, radiance, weight, h);
+    }
+}
+
+/* The camera itself sees geometry only; in mirrors it sees rectangles. */
+static bool is_seen(const struct path_vertex *v, uint32_t i)
+{
+    return v->depth == 0 && !(v->mirrors.any && v->mirrors.count[i] > 0);
+}
+
+/* Where rays end for rectangles: at what they hit, and a little beyond where that is the geometry
+ * of an emitter, whose rectangle stands for it. */
+static void find_reach(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, float reach[LANES])
+{
+    float clearance = 0.0f;
+    for (uint32_t k = 0; k < c->lights->count; k++)
+        clearance = fmaxf(clearance, c->lights->lights[k].clearance);
+    const struct surface *s = &v->surface;
+    const struct RTCRay16 *r = &p->rays.ray;
+    for (int i = 0; i < LANES; i++) reach[i] = s->hit.on[i] ? s->distance[i] : INFINITY;
+    if (lanes_count_both(&s->hit, &s->light) == 0) return;
+    for (int i = 0; i < LANES; i++) {
+        if (!(s->hit.on[i] & s->light.on[i])) continue;
+        float cosine = -(s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] +
+                         s->facet.z[i] * r->dir_z[i]);
+        reach[i] += 2.0f * clearance / fmaxf(cosine, 1e-3f);
+    }
+}
+
+static void meet_rectangles(const struct path_context *c, const struct path_packet *p,
+                            const struct path_vertex *v, struct path_harvest *h)
+{
+    _Alignas(LANES_ALIGN) float reach[LANES], factor[LANES];
+    bool ready = false;
+    for (uint32_t k = 0; k < c->lights->count; k++) {
+        const struct light *light = &c->lights->lights[k];
+        if (light->plan->type != LIGHT_RECTANGLE) continue;
+        if (!ready) find_reach(c, p, v, reach);
+        ready = true;
+        c->queries->kernels->meet_rectangle(light, p, reach, factor);
+        for (uint32_t i = 0; i < p->count; i++)
+            if (is_seen(v, i)) factor[i] = 0.0f;
+        for (uint32_t i = 0; i < p->count; i++)
+            if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
+        if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
+    }
+}
+
+/* Density per solid angle with which a light sample finds this point of a mesh emitter. */
+static float emitter_density(const struct path_context *c, const struct path_packet *p,
+                             const struct surface *s, uint32_t i)
+{
+    const struct RTCRay16 *r = &p->rays.ray;
+    float area = emitters_pdf_area(c->queries->scene->emitters, s->id[i] - 1);
+    float cosine =
+        -(s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i]);
+    return c->lights->emitters_probability * area * s->distance[i] * s->distance[i] /
+           fmaxf(cosine, 1e-12f);
+}
+
+static void meet_surfaces(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    if (!s->any_emission) return;
+    for (uint32_t i = 0; i < p->count; i++) {
+        float radiance[3] = {s->emission.x[i], s->emission.y[i], s->emission.z[i]}, weight = 1.0f;
+        if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;
+        if (s->light.on[i] && !is_seen(v, i)) continue; /* its rectangle has been met */
+        if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
+            weight = weigh(p->pdf[i], emitter_density(c, p, s, i));
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
+        add(c, p, v->depth, i, radiance, weight, h);
+    }
+}
+
+/* Of the sky that the light field's first rays meet what fields are to bring. */
+static void meet_soft_sky(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_harvest *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    struct missed missed;
+    find_missed(c, p, v, &missed);
+    for (uint32_t k = 0; k < missed.count; k++) {
+        const int i = missed.ray[k];
+        const uint32_t slot = p->slot[i];
+        float radiance[3];
+        const float soft = sky_radiance(c->sky, &missed.view, i, radiance);
+        h->indirect.r[slot] += soft * radiance[0] * t->x[i];
+        h->indirect.g[slot] += soft * radiance[1] * t->y[i];
+        h->indirect.b[slot] += soft * radiance[2] * t->z[i];
+        if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, soft);
+    }
+}
+
+/* Of the only path's surface, for its record. */
+PATH_RECORD_COLD static void record_emission(const struct path_context *c,
+                                             const struct path_packet *p, const struct surface *s)
+{
+    const float radiance[3] = {s->emission.x[0], s->emission.y[0], s->emission.z[0]};
+    if (radiance[0] + radiance[1] + radiance[2] > 0.0f)
+        path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, 1.0f);
+}
+
+/* What the light field's first rays meet is direct light, which the plan's lights or its paths
+ * (those of the lens, too) bring; but for surfaces that no light stands for where there are no
+ * paths. */
+static void meet_unlisted(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_harvest *h)
+{
+    const struct surface *s = &v->surface;
+    const uint32_t lens = c->plan->lens_light;
+    if (lens == LENS_LIGHT_SKY) meet_soft_sky(c, p, v, h);
+    if (c->plan->paths.spp > 0 || lens == LENS_LIGHT_INDIRECT || lens == LENS_LIGHT_SKY) return;
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t slot = p->slot[i];
+        if (!s->hit.on[i] || s->light.on[i]) continue;
+        h->indirect.r[slot] += s->emission.x[i] * p->throughput.x[i];
+        h->indirect.g[slot] += s->emission.y[i] * p->throughput.y[i];
+        h->indirect.b[slot] += s->emission.z[i] * p->throughput.z[i];
+        if (c->record) record_emission(c, p, s);
+    }
+}
+
+void path_meet(const struct path_context *c, const struct path_packet *p,
+               const struct path_vertex *v, struct path_harvest *h)
+{
+    if (c->field && v->depth == PATH_FIELD_DEPTH) {
+        meet_unlisted(c, p, v, h);
+        return;
+    }
+    if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
+    if (v->depth > 0 || v->mirrors.any) meet_rectangles(c, p, v, h);
+    meet_surfaces(c, p, v, h);
+}

@@ -1,0 +1,112 @@
+#pragma once
+/* Paths on their way, sixteen side by side, and what they have brought back.
+ *
+ * A batch is up to PATH_SAMPLES samples of the sixteen pixels of a block. After each scattering the
+ * paths that go on are packed together, in their order, so that packets stay full while paths end.
+ * A path's numbers do not depend on which packet it travels in. */
+#include "worker/trace/hit/block.h"
+#include "worker/trace/hit/queries.h"
+
+#define PATH_SAMPLES 16
+#define PATH_SLOTS   (PATH_SAMPLES * LANES) /* slot = sample of the batch * LANES + pixel's lane */
+
+/* The next segment of up to sixteen paths: lanes 0 .. count - 1. */
+struct path_packet {
+    struct RTCRayHit16 rays; /* unit directions */
+    struct lanes3 throughput;
+    _Alignas(LANES_ALIGN) float pdf[LANES];    /* of the direction, per solid angle, where a light
+                                                  sample could have found it too; 0: it could not */
+    _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
+    _Alignas(LANES_ALIGN) uint32_t sample[LANES];
+    _Alignas(LANES_ALIGN) uint32_t slot[LANES];
+    uint32_t count;
+};
+
+struct path_pool {
+    struct path_packet packets[PATH_SAMPLES];
+    uint32_t count; /* paths in all */
+};
+
+struct path_rgb {
+    _Alignas(LANES_ALIGN) float r[PATH_SLOTS];
+    _Alignas(LANES_ALIGN) float g[PATH_SLOTS];
+    _Alignas(LANES_ALIGN) float b[PATH_SLOTS];
+};
+
+/* What the batch's paths have brought back, by slot. */
+struct path_harvest {
+    struct path_rgb emission, direct, indirect;
+    struct path_rgb diffuse_direct, diffuse_indirect; /* only when demodulated */
+    struct path_rgb share; /* of what comes after the first scattering: its diffuse part over
+                              albedo; only when demodulated */
+    struct path_rgb kept;  /* of what comes after the first scattering: the part that is no light
+                              field's; only when paths leave indirect light to one */
+    struct path_rgb albedo;
+    struct path_rgb normal; /* shading normal of what the lens sees; only when demodulated */
+    struct path_rgb lobe;   /* directional albedo of the glossy lobe whose light fields of the lens
+                               bring, too; 0: none */
+    uint32_t mirrored[PATH_SLOTS]; /* reflections before the first surface; only where contexts have
+                                      mirrors */
+    _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's
+                                                    fields would */
+    _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
+    _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];
+    _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces, to their
+                                                         first hit, and of those of the lens, along
+                                                         the camera's forward: > 0; INFINITY: they
+                                                         met nothing; 0: not traced */
+};
+
+/* Sets the fields that no query changes. */
+void path_pool_init(struct path_pool *pool);
+
+/* The packet that the next path goes to and its lane there; the caller fills it. */
+static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t *lane)
+{
+    struct path_packet *packet = &pool->packets[pool->count / LANES];
+    *lane = pool->count++ % LANES;
+    packet->count = *lane + 1;
+    return packet;
+}
+
+/* A path from a surface of sixteen, into which no light sample's could have been: there was none.
+ */
+struct path_start {
+    const struct lanes3 *origin, *direction;
+    float weight[3]; /* of what it brings */
+    float reach;
+    uint32_t key, sample, slot;
+};
+
+/* Lane i's. */
+static inline void path_pool_begin(struct path_pool *pool, const struct path_start *s, int i)
+{
+    uint32_t lane;
+    struct path_packet *p = path_pool_add(pool, &lane);
+    struct RTCRay16 *r = &p->rays.ray;
+    r->org_x[lane] = s->origin->x[i];
+    r->org_y[lane] = s->origin->y[i];
+    r->org_z[lane] = s->origin->z[i];
+    r->dir_x[lane] = s->direction->x[i];
+    r->dir_y[lane] = s->direction->y[i];
+    r->dir_z[lane] = s->direction->z[i];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = s->reach;
+    p->throughput.x[lane] = s->weight[0];
+    p->throughput.y[lane] = s->weight[1];
+    p->throughput.z[lane] = s->weight[2];
+    p->pdf[lane] = 0.0f;
+    p->key[lane] = s->key;
+    p->sample[lane] = s->sample;
+    p->slot[lane] = s->slot;
+}
+
+static inline uint32_t path_pool_packets(const struct path_pool *pool)
+{
+    return (pool->count + LANES - 1) / LANES;
+}
+
+static inline void path_packet_lanes(const struct path_packet *p, struct lanes_mask *valid)
+{
+    for (int i = 0; i < LANES; i++) valid->on[i] = -(i < (int)p->count);
+}

@@ -1,0 +1,267 @@
+/* Where paths go on. */
+#include <math.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/shade/glossy.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_record.h"
+
+/* After this scattering paths are ended by chance in proportion to what they still carry. Variance
+ * times time on the Cornell box with 63 bounces, by this depth: 0: 33, 1: 31, 2: 38, 3: 40,
+ * 5: 48. */
+#define ROULETTE_DEPTH 1
+
+static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
+                            const float u[LANES], const float w[LANES], struct path_scattering *s)
+{
+    s->on = v->active;
+    c->queries->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
+    s->weight = v->surface.albedo;
+    memset(&s->through, 0, sizeof s->through);
+}
+
+static bool leaves(const struct surface *s, int i, const float d[3], bool through)
+{
+    float facet = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
+    return through ? facet < 0.0f : facet > 0.0f;
+}
+
+/* The shares of weights that are diffuse lobes', over their albedo: what turns all that comes along
+ * the new directions into demodulated light. */
+static void keep_shares(const struct path_packet *p, const struct path_vertex *v,
+                        const struct path_scattering *s, struct path_harvest *h)
+{
+    const struct lanes3 *w = &s->weight;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!(v->active.on[i] & s->on.on[i]) || v->lambert.on[i]) continue;
+        h->share.r[slot] = w->x[i] > 0.0f ? s->diffuse[i] / w->x[i] : 0.0f;
+        h->share.g[slot] = w->y[i] > 0.0f ? s->diffuse[i] / w->y[i] : 0.0f;
+        h->share.b[slot] = w->z[i] > 0.0f ? s->diffuse[i] / w->z[i] : 0.0f;
+    }
+}
+
+/* The parts of weights that light fields do not bring: not the diffuse lobe's, nor that of the
+ * glossy lobe, beside which such a surface has no other. Pure Lambert surfaces keep nothing. */
+static void keep_rest(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, const struct path_scattering *s,
+                      struct path_harvest *h)
+{
+    const struct lanes3 *w = &s->weight, *rest = &s->specular;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!(v->active.on[i] & s->on.on[i]) || v->lambert.on[i]) continue;
+        if (c->leaves_glossy && glossy_has(&v->bsdf[i])) continue; /* nothing, as slots begin */
+        if (h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f) continue;
+        h->kept.r[slot] = w->x[i] > 0.0f ? rest->x[i] / w->x[i] : 0.0f;
+        h->kept.g[slot] = w->y[i] > 0.0f ? rest->y[i] / w->y[i] : 0.0f;
+        h->kept.b[slot] = w->z[i] > 0.0f ? rest->z[i] / w->z[i] : 0.0f;
+    }
+}
+
+static void scatter_general(const struct path_vertex *v, int i, float choice, const float u[2],
+                            struct path_scattering *out)
+{
+    const struct surface *s = &v->surface;
+    const struct bsdf *b = &v->bsdf[i];
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    struct bsdf_sample sample;
+    out->on.on[i] = 0;
+    if (!bsdf_sample(b, wo, choice, u, &sample)) return;
+    float d[3];
+    path_from_frame(v, i, sample.wi, d);
+    if (!leaves(s, i, d, sample.transmitted)) return;
+    float weight[3];
+    for (int k = 0; k < 3; k++) weight[k] = b->albedo[k] * sample.diffuse + sample.specular[k];
+    out->on.on[i] = -1;
+    out->direction.x[i] = d[0];
+    out->direction.y[i] = d[1];
+    out->direction.z[i] = d[2];
+    out->weight.x[i] = weight[0];
+    out->weight.y[i] = weight[1];
+    out->weight.z[i] = weight[2];
+    out->through.on[i] = sample.transmitted ? -1 : 0;
+    /* Light samples look at the near side only. */
+    out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
+    out->diffuse[i] = sample.diffuse;
+    out->specular.x[i] = sample.specular[0];
+    out->specular.y[i] = sample.specular[1];
+    out->specular.z[i] = sample.specular[2];
+}
+
+/* After a pure Lambert surface all that comes is diffuse. */
+static void keep_lambert_shares(const struct path_packet *p, const struct path_vertex *v,
+                                struct path_harvest *h)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!v->lambert.on[i]) continue;
+        uint32_t slot = p->slot[i];
+        h->share.r[slot] = a->x[i] > 0.0f ? 1.0f / a->x[i] : 0.0f;
+        h->share.g[slot] = a->y[i] > 0.0f ? 1.0f / a->y[i] : 0.0f;
+        h->share.b[slot] = a->z[i] > 0.0f ? 1.0f / a->z[i] : 0.0f;
+    }
+}
+
+static float over(float share, float tint)
+{
+    return tint > 0.0f ? share / tint : 0.0f;
+}
+
+/* What mirrors take of light is taken as albedo is. */
+static void untint_shares(const struct path_packet *p, const struct path_vertex *v,
+                          struct path_harvest *h)
+{
+    const struct lanes3 *tint = &v->mirrors.tint;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (!v->active.on[i] || v->mirrors.count[i] == 0) continue;
+        h->share.r[slot] = over(h->share.r[slot], tint->x[i]);
+        h->share.g[slot] = over(h->share.g[slot], tint->y[i]);
+        h->share.b[slot] = over(h->share.b[slot], tint->z[i]);
+    }
+}
+
+static void start_segment(const struct path_packet *p, const struct path_vertex *v,
+                          const struct path_scattering *s, uint32_t i, struct path_packet *next,
+                          uint32_t lane)
+{
+    const struct surface *from = &v->surface;
+    struct RTCRay16 *r = &next->rays.ray;
+    bool through = s->through.on[i];
+    /* The other side's origin lies as far behind the position as this side's before it. */
+    r->org_x[lane] = through ? 2.0f * from->position.x[i] - from->origin.x[i] : from->origin.x[i];
+    r->org_y[lane] = through ? 2.0f * from->position.y[i] - from->origin.y[i] : from->origin.y[i];
+    r->org_z[lane] = through ? 2.0f * from->position.z[i] - from->origin.z[i] : from->origin.z[i];
+    r->dir_x[lane] = s->direction.x[i];
+    r->dir_y[lane] = s->direction.y[i];
+    r->dir_z[lane] = s->direction.z[i];
+    r->tnear[lane] = 0.0f;
+    r->tfar[lane] = INFINITY;
+    next->key[lane] = p->key[i];
+    next->sample[lane] = p->sample[i];
+    next->slot[lane] = p->slot[i];
+    next->pdf[lane] = s->pdf[i];
+}
+
+/* Whether all that the path could bring is the light field's: direct light nothing can send it. */
+static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
+                        const struct path_harvest *h)
+{
+    if (!c->leaves_diffuse || v->depth > 0 || c->shines_beside || h->own[slot] > 0.0f) return false;
+    return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
+}
+
+/* Lanes of *on that light fields stand for end. */
+static void leave_out(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, const struct path_harvest *h,
+                      struct lanes_mask *on)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!on->on[i] || !is_left_out(c, v, p->slot[i], h)) continue;
+        on->on[i] = 0;
+        c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD]++;
+    }
+}
+
+/* Lanes whose segments are traced, and their throughputs. */
+static void find_segments(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, const struct path_scattering *s,
+                          const struct path_harvest *h, struct lanes_mask *on,
+                          struct lanes3 *throughput)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE;
+    const bool roulette = v->depth >= ROULETTE_DEPTH;
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    struct lanes_mask stays;
+    uint64_t *counters = c->counters->value;
+    for (int i = 0; i < LANES; i++) on->on[i] = v->active.on[i] & s->on.on[i];
+    counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&v->active) - lanes_count(on);
+    if (c->leaves_diffuse && v->depth == 0) leave_out(c, p, v, h, on);
+    if (roulette) kernels->path_pairs(p, dimension, chance, unused);
+    kernels->weigh_segments(p, s, roulette ? chance : NULL, throughput, &stays);
+    const uint32_t chosen = lanes_count(on);
+    for (int i = 0; i < LANES; i++) on->on[i] &= stays.on[i];
+    counters[COUNTER_SKIPPED_ROULETTE] += chosen - lanes_count(on);
+}
+
+static void append(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, const struct path_scattering *s,
+                   const struct path_harvest *h, struct path_pool *pool)
+{
+    struct lanes_mask on;
+    struct lanes3 throughput;
+    uint32_t lanes[LANES], count = 0;
+    find_segments(c, p, v, s, h, &on, &throughput);
+    for (uint32_t i = 0; i < LANES; i++) { /* which go on is chance: no branch */
+        lanes[count] = i;
+        count += on.on[i] != 0;
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        uint32_t lane, i = lanes[k];
+        struct path_packet *next = path_pool_add(pool, &lane);
+        next->throughput.x[lane] = throughput.x[i];
+        next->throughput.y[lane] = throughput.y[i];
+        next->throughput.z[lane] = throughput.z[i];
+        start_segment(p, v, s, i, next, lane);
+    }
+}
+
+/* The only path's next segment, for its record. */
+PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
+                                    const struct path_vertex *v, const struct path_scattering *s,
+                                    const struct path_harvest *h, const struct path_pool *next)
+{
+    struct path_record_scatter to = {
+        .on = s->on.on[0],
+        .transmitted = s->through.on[0],
+        .direction = {s->direction.x[0], s->direction.y[0], s->direction.z[0]},
+        .weight = {s->weight.x[0], s->weight.y[0], s->weight.z[0]},
+        .pdf = s->pdf[0],
+        .left_out = is_left_out(c, v, p->slot[0], h),
+        .goes_on = next->count > 0};
+    const struct lanes3 *t = &p->throughput;
+    const float most =
+        fmaxf(t->x[0] * to.weight[0], fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
+    to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
+    to.survival = most < PATH_ROULETTE_MOST ? most : PATH_ROULETTE_MOST;
+    path_record_scatter(c, p, v, &to);
+}
+
+/* Lanes with a bsdf. */
+static void scatter_generals(const struct path_context *c, const struct path_packet *p,
+                             const struct path_vertex *v, const float u[LANES],
+                             const float w[LANES], struct path_scattering *s)
+{
+    const struct lane_kernels *kernels = c->queries->kernels;
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_CHOICE;
+    _Alignas(LANES_ALIGN) float lobe[LANES], light[LANES];
+    kernels->path_pairs(p, dimension, lobe, light);
+    if (v->layers.any) kernels->layers_scatter(v, lobe, u, w, s);
+    for (int i = 0; v->layers.others && i < LANES; i++) {
+        const float at[2] = {u[i], w[i]};
+        if (v->active.on[i] && !v->lambert.on[i] && !v->layers.on.on[i])
+            scatter_general(v, i, lobe[i], at, s);
+    }
+}
+
+void path_scatter(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next)
+{
+    const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_DIRECTION;
+    _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
+    const bool first = v->depth == 0;
+    struct path_scattering s;
+    if (!v->any_lambert) memset(&s, 0, sizeof s);
+    c->queries->kernels->path_pairs(p, dimension, u, w);
+    if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
+    if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
+    if (v->any_general) scatter_generals(c, p, v, u, w, &s);
+    if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
+    if (v->any_general && c->leaves_diffuse && first) keep_rest(c, p, v, &s, h);
+    if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
+    append(c, p, v, &s, h, next);
+    if (c->record) record(c, p, v, &s, h, next);
+}

@@ -1,0 +1,83 @@
+/* Light samples of the environment, step by step for all lanes: what a step reads of a map is
+ * mostly in no cache. */
+#include <math.h>
+#include <string.h>
+
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_choice.h"
+
+/* Lanes that sample it. */
+struct skies {
+    int lane[LANES], count;
+    struct lanes3 direction;
+    struct sky_texels texels;
+};
+
+static void find_lanes(const struct path_choice *choice, struct skies *s)
+{
+    s->count = 0;
+    memset(&s->texels, 0, sizeof s->texels); /* other lanes are placed, too */
+    for (int i = 0; i < LANES; i++)
+        if (choice->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) s->lane[s->count++] = i;
+}
+
+/* Directions and their densities. */
+static void place(const struct path_context *c, const struct path_choice *choice, struct skies *s)
+{
+    const int count = s->count;
+    uint32_t chosen[LANES];
+    for (int k = 0; k < count; k++) {
+        const int i = s->lane[k];
+        sky_expect(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
+    }
+    for (int k = 0; k < count; k++) {
+        const int i = s->lane[k];
+        chosen[k] = sky_choose(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
+    }
+    for (int k = 0; k < count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
+    c->queries->kernels->place_sky(c->sky, &s->texels, choice->u, choice->v, &s->direction);
+}
+
+/* Lane i's cosine and ray; false where no light comes from there. */
+static bool aim(const struct path_vertex *v, const struct skies *s, int i, struct light_packet *p)
+{
+    const float way[3] = {s->direction.x[i], s->direction.y[i], s->direction.z[i]};
+    struct RTCRay16 *r = &p->rays.ray;
+    p->density[i] = s->texels.density[i];
+    if (!(p->density[i] > 0.0f)) {
+        p->skip[i] = LIGHT_FACING_AWAY;
+        return false;
+    }
+    if (!path_aim(v, i, way, 1.0f, p)) return false;
+    p->irradiance[i] /= p->density[i];
+    r->dir_x[i] = way[0];
+    r->dir_y[i] = way[1];
+    r->dir_z[i] = way[2];
+    r->tfar[i] = INFINITY;
+    return true;
+}
+
+void path_sample_sky(const struct path_context *c, const struct path_vertex *v,
+                     struct path_choice *choice, struct path_light *out)
+{
+    struct skies s;
+    struct sky_view view;
+    int seen = 0;
+    find_lanes(choice, &s);
+    if (s.count == 0) return;
+    place(c, choice, &s);
+    for (int k = 0; k < s.count; k++)
+        if (aim(v, &s, s.lane[k], &out->packet)) s.lane[seen++] = s.lane[k];
+    if (seen == 0) return;
+    const struct lanes3 *d = &s.direction;
+    c->queries->kernels->find_sky(c->sky, d->x, d->y, d->z, &view);
+    for (int k = 0; k < seen; k++) sky_ask(c->sky, &view, s.lane[k]);
+    for (int k = 0; k < seen; k++) {
+        const int i = s.lane[k];
+        float radiance[3];
+        choice->soft[i] = sky_radiance(c->sky, &view, i, radiance);
+        out->color.x[i] = radiance[0];
+        out->color.y[i] = radiance[1];
+        out->color.z[i] = radiance[2];
+    }
+}

@@ -1,0 +1,158 @@
+#include "worker/trace/path/path_sums.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "worker/trace/hit/block_store.h"
+
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits)
+{
+    memset(s, 0, sizeof *s);
+    s->first = pass->first;
+    if (splits) s->parts = plan_pass_split(pass);
+}
+
+static void clear(struct path_rgb *c, size_t slot)
+{
+    c->r[slot] = c->g[slot] = c->b[slot] = 0.0f;
+}
+
+/* Marks lanes whose numbers are not finite. Comparisons are false for NaN. */
+static void mark_odd(const struct path_rgb *c, size_t first, uint32_t odd[LANES])
+{
+    const float *r = c->r + first, *g = c->g + first, *b = c->b + first;
+    for (int i = 0; i < LANES; i++)
+        odd[i] |= (uint32_t) !((r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY));
+}
+
+/* Nothing is negative: lights, albedos and weights are not. */
+static void reject(struct path_harvest *h, size_t first, struct counters *counters)
+{
+    struct path_rgb *const all[] = {&h->emission, &h->direct, &h->indirect, &h->diffuse_direct,
+                                    &h->diffuse_indirect};
+    uint32_t odd[LANES] = {0}, any = 0;
+    for (int k = 0; k < 5; k++) mark_odd(all[k], first, odd);
+    for (int i = 0; i < LANES; i++) any |= odd[i];
+    for (size_t i = 0; any && i < LANES; i++) {
+        if (odd[i] == 0) continue;
+        for (int k = 0; k < 5; k++) clear(all[k], first + i);
+        counters->value[COUNTER_REJECTED_NOT_FINITE]++;
+    }
+}
+
+static void add(const struct path_rgb *c, size_t first, struct lanes3 *sum)
+{
+    for (size_t i = 0; i < LANES; i++) {
+        sum->x[i] += c->r[first + i];
+        sum->y[i] += c->g[first + i];
+        sum->z[i] += c->b[first + i];
+    }
+}
+
+/* Welford's update (1962): no cancellation, whatever the mean. */
+static inline void update(float value, float share, float *sum, float *mean, float *spread)
+{
+    float off = value - *mean;
+    *sum += value;
+    *mean += off * share;
+    *spread += off * (value - *mean);
+}
+
+static void add_radiance(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
+    const float share = 1.0f / (float)s->count;
+    for (size_t i = 0; i < LANES; i++) {
+        size_t k = first + i;
+        update(e->r[k] + d->r[k] + n->r[k], share, &s->radiance.x[i], &s->mean.x[i],
+               &s->spread.x[i]);
+        update(e->g[k] + d->g[k] + n->g[k], share, &s->radiance.y[i], &s->mean.y[i],
+               &s->spread.y[i]);
+        update(e->b[k] + d->b[k] + n->b[k], share, &s->radiance.z[i], &s->mean.z[i],
+               &s->spread.z[i]);
+    }
+}
+
+static void end_part(struct path_sums *s)
+{
+    for (int i = 0; i < LANES; i++)
+        s->split_squares[i] += s->split.x[i] * s->split.x[i] + s->split.y[i] * s->split.y[i] +
+                               s->split.z[i] * s->split.z[i];
+    memset(&s->split, 0, sizeof s->split);
+}
+
+static void add_split(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
+    const uint32_t sample = s->first + s->count - 1, length = s->parts.length;
+    if (sample < s->parts.first || sample >= s->parts.first + length * s->parts.count) return;
+    const uint32_t at = (sample - s->parts.first) % length;
+    const float sign = at < length / 2 ? 1.0f : -1.0f;
+    for (size_t i = 0; i < LANES; i++) {
+        size_t k = first + i;
+        s->split.x[i] += sign * (e->r[k] + d->r[k] + n->r[k]);
+        s->split.y[i] += sign * (e->g[k] + d->g[k] + n->g[k]);
+        s->split.z[i] += sign * (e->b[k] + d->b[k] + n->b[k]);
+    }
+    if (at == length - 1) end_part(s);
+}
+
+/* What came after the first scattering, its diffuse part with albedo taken out: direct light that
+ * was found by scattering, and all indirect light. */
+static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    add(&h->diffuse_direct, first, &s->diffuse_direct);
+    add(&h->diffuse_indirect, first, &s->diffuse_indirect);
+}
+
+void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
+                   struct counters *counters)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        size_t first = (size_t)k * LANES;
+        reject(h, first, counters);
+        s->count++;
+        add_radiance(h, first, s);
+        if (s->parts.length > 0) add_split(h, first, s);
+        add(&h->emission, first, &s->emission);
+        add(&h->direct, first, &s->direct);
+        add(&h->indirect, first, &s->indirect);
+        add(&h->albedo, first, &s->albedo);
+        if (demodulate) add_demodulated(h, first, s);
+        for (size_t i = 0; i < LANES; i++) {
+            s->coverage[i] += h->coverage[first + i];
+            s->occlusion[i] += h->occlusion[first + i];
+        }
+    }
+}
+
+static void store(const struct lanes3 *v, const struct block *b, struct samples *samples,
+                  enum plane_id plane)
+{
+    block_store_f32(b, v->x, samples_f32(samples, plane, 0));
+    block_store_f32(b, v->y, samples_f32(samples, plane, 1));
+    block_store_f32(b, v->z, samples_f32(samples, plane, 2));
+}
+
+static void store_split(const struct path_sums *s, const struct block *b, struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) float squares[LANES];
+    for (int i = 0; i < LANES; i++) squares[i] = fminf(s->split_squares[i], FLT_MAX);
+    block_store_f32(b, squares, samples_f32(samples, PLANE_PATH_SPLIT, 0));
+}
+
+void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples)
+{
+    store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
+    store(&s->spread, b, samples, PLANE_PATH_SPREAD);
+    store_split(s, b, samples);
+    store(&s->emission, b, samples, PLANE_PATH_EMISSION);
+    store(&s->direct, b, samples, PLANE_PATH_DIRECT);
+    store(&s->indirect, b, samples, PLANE_PATH_INDIRECT);
+    store(&s->diffuse_direct, b, samples, PLANE_PATH_DIFFUSE_DIRECT);
+    store(&s->diffuse_indirect, b, samples, PLANE_PATH_DIFFUSE_INDIRECT);
+    store(&s->albedo, b, samples, PLANE_PATH_ALBEDO);
+    block_store_f32(b, s->coverage, samples_f32(samples, PLANE_PATH_COVERAGE, 0));
+    block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_OCCLUSION, 0));
+}

@@ -1,0 +1,28 @@
+#pragma once
+/* The sums over a pass's paths, a block at a time, and their way into the tile's planes. */
+#include "proto/counter.h"
+#include "proto/samples.h"
+#include "worker/trace/path/path_pool.h"
+
+struct path_sums {
+    uint32_t count; /* samples so far */
+    struct lanes3 radiance, emission, direct, indirect, diffuse_direct, diffuse_indirect, albedo;
+    struct lanes3 mean, spread; /* of radiance: running mean, squared deviations from it */
+    _Alignas(LANES_ALIGN) float coverage[LANES];
+    _Alignas(LANES_ALIGN) float occlusion[LANES];
+    uint32_t first;          /* sample of the pass */
+    struct plan_split parts; /* of which PATH_SPLIT is made; length 0: nobody wants it */
+    struct lanes3 split;     /* of this part: first half of radiance less the second */
+    _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
+};
+
+/* No samples yet of the pass; `splits`: PATH_SPLIT is wanted. */
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits);
+
+/* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
+ * are counted in `counters`; `demodulate` as in struct path_context. */
+void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
+                   struct counters *counters);
+
+/* Writes the planes that `samples` has. */
+void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples);

@@ -1,0 +1,77 @@
+#include <math.h>
+
+#include "worker/scene/mesh.h"
+#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path.h"
+
+/* The mesh's tangent in the world, and the sign of its bitangent. */
+static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
+                           float out[3])
+{
+    const struct scene_instance *instance = &c->queries->scene->blob->instances[id - 1];
+    const float *m = instance->to_world;
+    float t[4];
+    for (size_t k = 0; k < 4; k++) t[k] = mesh_interpolate(at, at->mesh->tangents, 4, k);
+    for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * t[0] + m[1] * t[1] + m[2] * t[2];
+    return t[3] < 0.0f ? -1.0f : 1.0f;
+}
+
+/* The tangents that anisotropy refers to: the mesh's, turned by the material. */
+static void align_tangents(const struct path_context *c, int i, const struct material_uv *uv,
+                           const struct mesh_point *at, struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    const struct mesh_view *mesh = s->mesh[i];
+    float direction[2], t[3];
+    if (!mesh->tangents) return;
+    material_tangent_angle(mesh->material, uv, direction);
+    direction[1] *= world_tangent(c, at, s->id[i], t);
+    float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+    float along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2], squared = 0.0f;
+    for (int k = 0; k < 3; k++) t[k] -= along * n[k], squared += t[k] * t[k];
+    if (!(squared > 1e-12f)) return;
+    const float length = sqrtf(squared);
+    for (int k = 0; k < 3; k++) t[k] /= length;
+    float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
+    v->tangent.x[i] = direction[0] * t[0] + direction[1] * b[0];
+    v->tangent.y[i] = direction[0] * t[1] + direction[1] * b[1];
+    v->tangent.z[i] = direction[0] * t[2] + direction[1] * b[2];
+    v->bitangent.x[i] = direction[0] * b[0] - direction[1] * t[0];
+    v->bitangent.y[i] = direction[0] * b[1] - direction[1] * t[1];
+    v->bitangent.z[i] = direction[0] * b[2] - direction[1] * t[2];
+}
+
+static void resolve_general(const struct path_context *c, const struct RTCRayHit16 *rays, int i,
+                            struct path_vertex *v)
+{
+    struct surface *s = &v->surface;
+    const struct mesh_view *mesh = s->mesh[i];
+    const struct RTCHit16 *hit = &rays->hit;
+    const struct material *m = mesh->material;
+    struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
+    struct material_uv uv;
+    if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
+    material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
+    if (m->anisotropic) align_tangents(c, i, &uv, &at, v);
+    s->albedo.x[i] = v->bsdf[i].albedo[0];
+    s->albedo.y[i] = v->bsdf[i].albedo[1];
+    s->albedo.z[i] = v->bsdf[i].albedo[2];
+}
+
+void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
+                  struct path_vertex *v)
+{
+    static const struct mesh_view nothing = {.traits = 0};
+    for (int i = 0; i < LANES; i++) {
+        const struct mesh_view *mesh = v->active.on[i] ? v->surface.mesh[i] : &nothing;
+        v->lambert.on[i] = mesh->traits & MESH_LAMBERT ? -1 : 0;
+    }
+    const uint32_t lambert = lanes_count(&v->lambert);
+    v->any_lambert = lambert > 0;
+    v->any_general = lanes_count(&v->active) > lambert;
+    if (!v->any_general) return;
+    c->queries->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
+    for (int i = 0; i < LANES; i++)
+        if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
+    c->queries->kernels->look_back(&rays->ray, v);
+}
