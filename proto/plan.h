@@ -20,6 +20,18 @@ enum camera_type { CAMERA_PERSPECTIVE = 0, CAMERA_ORTHOGRAPHIC = 1 };
  * up) with (s, t) uniform over the aperture (a disc, or a regular polygon of blade_count corners on
  * the unit circle, the first at angle blade_rotation_rad from right towards up), and passes through
  * eye + focus_distance * (forward + a right + b up): what is sharp is a plane. */
+/* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
+enum capability {
+    CAPABILITY_DIRECT = 1u << 0,
+    CAPABILITY_INDIRECT = 1u << 1,
+    CAPABILITY_VISIBILITY = 1u << 2, /* visibility bits and slopes */
+    CAPABILITY_STRATA = 1u << 3,     /* indirect radiance per stratum */
+    CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
+    CAPABILITY_ENVIRONMENT = 1u << 5,
+    CAPABILITY_LENS = 1u << 6,
+    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
+};
+
 struct plan_camera {
     uint32_t type;
     float eye[3], right[3], up[3], forward[3];

@@ -5,7 +5,6 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "proto/link/message.h"
 #include "proto/plan_filters.h"
 #include "proto/samples.h"
 

@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 #include "proto/build.h"
-#include "worker/heap.h"
-#include "worker/options.h"
+#include "worker/process/heap.h"
+#include "worker/process/options.h"
 #include "worker/replay/replay.h"
 #include "worker/session/session.h"
 

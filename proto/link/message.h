@@ -19,18 +19,6 @@ enum message_type {
 #undef MESSAGE
 };
 
-/* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
-enum capability {
-    CAPABILITY_DIRECT = 1u << 0,
-    CAPABILITY_INDIRECT = 1u << 1,
-    CAPABILITY_VISIBILITY = 1u << 2, /* visibility bits and slopes */
-    CAPABILITY_STRATA = 1u << 3,     /* indirect radiance per stratum */
-    CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
-    CAPABILITY_ENVIRONMENT = 1u << 5,
-    CAPABILITY_LENS = 1u << 6,
-    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
-};
-
 struct message_hello {
     uint32_t protocol_version;
     uint32_t capabilities;

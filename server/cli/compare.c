@@ -7,9 +7,9 @@
 
 #include "proto/limits.h"
 #include "server/cli/cli.h"
+#include "server/cli/client/output_file.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
-#include "server/cli/output_file.h"
 #include "server/compare/difference.h"
 #include "server/compare/difference_picture.h"
 #include "server/compare/likeness.h"

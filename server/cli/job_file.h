@@ -2,7 +2,7 @@
 /* A job file on this machine, ready to be sent: read, options applied, its files uploaded. */
 #include <jansson.h>
 
-#include "server/cli/client.h"
+#include "server/cli/client/client.h"
 #include "server/cli/job_changes.h"
 
 /* Reads the document at `path` ("-": standard input). New reference. */

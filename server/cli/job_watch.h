@@ -1,6 +1,6 @@
 #pragma once
 /* Follows a job on a server until it has ended, drawing its progress. */
-#include "server/cli/client.h"
+#include "server/cli/client/client.h"
 #include "server/cli/progress.h"
 
 /* 0: the job finished; ERR_STATE: it failed or was cancelled, *fault says why. *job is its last

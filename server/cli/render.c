@@ -7,10 +7,10 @@
 #include <time.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/client/output_file.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
-#include "server/cli/output_file.h"
 #include "server/cli/private_server.h"
 
 #define WORKER_TRIES 1200 /* of 25 ms: half a minute */

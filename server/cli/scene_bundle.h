@@ -6,7 +6,7 @@
  * inside the main file's folder. */
 #include <jansson.h>
 
-#include "server/cli/client.h"
+#include "server/cli/client/client.h"
 
 /* Turns the document's {"scene": {"file": "x.glb"}}, relative to the job file at `job_path`, into
  * {"scene": {"asset": sha256, "files": {...}}} by uploading all of it, and {"environment": {"file":

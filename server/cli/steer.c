@@ -5,7 +5,7 @@
 
 #include "proto/limits.h"
 #include "server/cli/cli.h"
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "server/cli/cli.h"
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"

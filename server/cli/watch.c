@@ -2,11 +2,11 @@
 #include <stdio.h>
 
 #include "server/cli/cli.h"
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
+#include "server/cli/client/output_file.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
-#include "server/cli/output_file.h"
 #include "server/cli/tev/tev_push.h"
 
 static int save(struct client *c, const char *id, long frame, const char *kind, const char *path,

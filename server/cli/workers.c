@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "server/cli/cli.h"
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 

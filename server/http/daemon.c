@@ -8,8 +8,8 @@
 
 #include "server/http/connection/listen.h"
 #include "server/http/request.h"
-#include "server/http/resource/tenants.h"
 #include "server/http/static_files.h"
+#include "server/http/tenants.h"
 
 #define TICK_MS                 250u
 #define CONNECTION_MEMORY_BYTES 24576u

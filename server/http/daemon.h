@@ -5,10 +5,10 @@
 
 #include "server/http/access.h"
 #include "server/http/connection/lingering.h"
-#include "server/http/connection/peer.h"
 #include "server/http/connection/tls.h"
 #include "server/http/held.h"
 #include "server/http/http.h"
+#include "server/http/peer.h"
 #include "server/http/readiness.h"
 #include "server/http/request_count.h"
 

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "server/http/connection/crowd.h"
+#include "server/http/crowd.h"
 #include "server/http/guard.h"
 
 static bool check_media_type(struct request *r)

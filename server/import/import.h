@@ -5,12 +5,7 @@
  *   files, gltf_* or obj_*  ->  builder  ->  emitters, cameras  ->  blob_writer  ->  scene_map
  */
 #include "server/import/scene/builder.h"
-
-struct import_stats {
-    uint64_t triangles;           /* stored */
-    uint64_t placed_triangles;    /* after instancing */
-    uint32_t width_px, height_px; /* of an environment map; 0: it is a scene */
-};
+#include "server/import/scene/import_stats.h"
 
 /* Imports `name` beneath the directory `root`, a scene or (told by its first bytes) an environment
  * map, and writes the blob to `out`, which is checked by opening it before this returns. A failure

@@ -6,26 +6,7 @@
  * patch->lens_radiance changes, and a second copy of what weighs most is spared. */
 #include "server/image/image.h"
 #include "server/reconstruct/compose/block_squares.h"
-#include "server/reconstruct/glossy/glossy.h"
-#include "server/reconstruct/indirect/indirect.h"
-#include "server/reconstruct/lens/lens.h"
-#include "server/reconstruct/lighting/lens_light.h"
-#include "server/reconstruct/shadow/shadow.h"
-
-struct block_statistics {
-    uint64_t sub_samples_lone;      /* sub-samples that were shaded on their own */
-    uint64_t sub_samples_unmatched; /* others whose surface no pixel around them shows */
-    uint64_t pixels_background;     /* no sample shows a surface */
-    /* Pixels beside the block whose light its sub-samples borrow count, too. */
-    struct shadow_statistics shadow; /* over the lights */
-    struct indirect_statistics indirect;
-    struct glossy_statistics glossy;
-    struct lens_statistics lens;
-    struct lens_light_statistics lens_light;
-    uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
-        lens_cpu_us;            /* CPU time of the filters */
-    uint64_t lens_light_cpu_us; /* and of taking their light to lens samples */
-};
+#include "server/reconstruct/compose/block_statistics.h"
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far
  * around each, as far as their patches stay below LIMIT_PATCH_BYTES. Pixels do not depend on it. */

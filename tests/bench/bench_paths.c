@@ -10,7 +10,7 @@
 
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
-#include "worker/heap.h"
+#include "worker/process/heap.h"
 #include "worker/tile/tile.h"
 
 enum { REPETITIONS = 5, RECORDED_ROWS_PX = 64 };

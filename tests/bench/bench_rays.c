@@ -19,7 +19,7 @@
 
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
-#include "worker/heap.h"
+#include "worker/process/heap.h"
 #include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7, THREADS_MAX = 64 };

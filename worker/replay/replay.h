@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "proto/plan.h"
-#include "worker/options.h"
+#include "worker/process/options.h"
 #include "worker/replay/field_replay.h"
 #include "worker/scene/render_scene.h"
 #include "worker/trace/path/path_record.h"

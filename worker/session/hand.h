@@ -8,8 +8,8 @@
  * A tile that was dropped while a thread traces it is stopped, and forgotten when the thread is
  * through. All calls on the loop's thread. */
 #include "proto/link/message.h"
-#include "worker/journal.h"
 #include "worker/link/link.h"
+#include "worker/process/journal.h"
 #include "worker/session/crew.h"
 #include "worker/session/shelf.h"
 

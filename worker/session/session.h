@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <uv.h>
 
-#include "worker/journal.h"
-#include "worker/options.h"
+#include "worker/process/journal.h"
+#include "worker/process/options.h"
 #include "worker/session/tracing.h"
 
 #define SESSION_GREETING_MS 10000u /* ms that a coordinator may take to answer HELLO */

@@ -2,8 +2,8 @@
 #include <unistd.h>
 
 #include "proto/build.h"
+#include "worker/process/vitals.h"
 #include "worker/session/session_work.h"
-#include "worker/vitals.h"
 
 /* Asks for as many tiles as we may hold beyond those that we hold or have asked for. Results that
  * wait for their acknowledgement hold new tiles back, too, so that memory stays bounded. */

@@ -8,8 +8,8 @@
 #include <time.h>
 
 #include "proto/job/job.h"
-#include "server/cli/client.h"
-#include "server/cli/pixel_parser.h"
+#include "server/cli/client/client.h"
+#include "server/cli/client/pixel_parser.h"
 #include "server/image/image.h"
 
 #define PAUSE_MS       500

@@ -2,7 +2,7 @@
 /* Shows a job in a running tev while it renders: the pixel feeds of its layers become one image of
  * many channels, named as in the EXR. On a thread of its own. Newest wins: while tev takes a block,
  * the coordinator keeps only which blocks are newer. */
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
 #include "server/cli/tev/tev_link.h"
 
 struct tev_push;

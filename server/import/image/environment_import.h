@@ -4,7 +4,7 @@
  *   files  ->  panorama (radiance or exr, repaired)  ->  blob_writer  ->  environment_map
  */
 #include "server/import/image/panorama.h"
-#include "server/import/import.h"
+#include "server/import/scene/import_stats.h"
 
 /* By its first bytes, whatever its name. */
 bool environment_is_known(const struct file_view *file);

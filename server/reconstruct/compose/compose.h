@@ -1,8 +1,8 @@
 #pragma once
 /* From resolved pixels and samples to an image's channels. */
 #include "server/image/image.h"
-#include "server/reconstruct/block.h"
 #include "server/reconstruct/compose/block_squares.h"
+#include "server/reconstruct/compose/block_statistics.h"
 #include "server/reconstruct/compose/resolve.h"
 
 /* All of `block`; `squares`, of the block, are those that the resolver's light field has a part in,

@@ -2,7 +2,7 @@
 /* The picture of a plan with lens samples: what all of a pixel's points of the lens see, filtered
  * as the plan says or averaged. */
 #include "server/image/image.h"
-#include "server/reconstruct/block.h"
+#include "server/reconstruct/compose/block_statistics.h"
 #include "server/reconstruct/lighting/lighting.h"
 
 /* Writes, of `block`:

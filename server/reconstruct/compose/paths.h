@@ -2,7 +2,7 @@
 /* The path tracer's picture: its sums over the samples so far, divided by their number. Nothing is
  * filtered, so a pixel needs no other. */
 #include "server/image/image.h"
-#include "server/reconstruct/block.h"
+#include "server/reconstruct/compose/block_statistics.h"
 
 /* Writes the channels that paths give, of `block`; those whose plane the plan does not have stay as
  * they are.

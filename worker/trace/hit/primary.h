@@ -4,6 +4,9 @@
 #include "worker/trace/hit/block.h"
 #include "worker/trace/hit/hit.h"
 
+/* Embree's own bound is 1e18; farther origins abort the process. */
+#define ORIGIN_MAX 1e18f
+
 /* Surfaces at the pixels' centres. Whole blocks are traced, also where they reach beyond the tile:
  * Embree may choose between two triangles at the same distance by the rays around, and these are
  * then the same for every tile. */

@@ -1,10 +1,9 @@
 #pragma once
-/* lane_kernels' sanitise and camera_row. Included by lane_kernels_body.h only, after camera_lanes.h
- * and light_lanes.h. */
+/* lane_kernels' sanitise and camera_row. Included by lane_kernels_body.h only, after
+ * camera_lanes.h. */
 #include <math.h>
 
 #include "worker/trace/hit/primary.h"
-#include "worker/trace/light/light.h"
 
 static uint32_t kernel_sanitise(const struct RTCRay16 *restrict r,
                                 struct lanes_mask *restrict valid)

@@ -2,14 +2,12 @@
 /* lane_kernels' sample_light. Included by lane_kernels_body.h only. */
 #include <math.h>
 
+#include "worker/trace/hit/primary.h"
 #include "worker/trace/light/light.h"
 
 /* Shadow rays end this little short of their light, so that what the light is set into (a bulb, a
  * ceiling) does not hide it by rounding. */
 #define SHADOW_END 0.9999f
-
-/* Embree's own bound is 1e18; farther origins abort the process. */
-#define ORIGIN_MAX 1e18f
 
 /* exp(-x) for x in [0, 4], relative error below 2e-6: a series on [0, 1/4], squared four times. Our
  * own, so that bits do not hang on the C library. */

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "proto/error.h"
-#include "server/cli/event_parser.h"
+#include "server/cli/client/event_parser.h"
 #include "tests/unit/proto/json_memory.h"
 
 struct seen {

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "server/cli/output_file.h"
+#include "server/cli/client/output_file.h"
 
 static int picture(const char *path, const char *ending)
 {

@@ -9,7 +9,7 @@
 
 #include "proto/error.h"
 #include "proto/job/job.h"
-#include "server/cli/pixel_parser.h"
+#include "server/cli/client/pixel_parser.h"
 #include "server/stream/pixels.h"
 
 static uint8_t bytes[2 * PIXELS_HEADER_BYTES + 2 * PIXELS_MESSAGE_BYTES];

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "worker/link/link.h"
-#include "worker/options.h"
+#include "worker/process/options.h"
 #include "worker/session/session.h"
 
 static void options_are_checked(void **state)

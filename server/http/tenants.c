@@ -1,4 +1,4 @@
-#include "server/http/resource/tenants.h"
+#include "server/http/tenants.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "server/cli/pixel_parser.h"
+#include "server/cli/client/pixel_parser.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "server/cli/client_target.h"
+#include "server/cli/client/client_target.h"
 
 #include <gnutls/gnutls.h>
 #include <stdlib.h>

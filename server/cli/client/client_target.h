@@ -1,6 +1,6 @@
 #pragma once
 /* Which server a command talks to, and as whom. */
-#include "server/cli/client.h"
+#include "server/cli/client/client.h"
 
 struct client_target {
     const char *server;     /* NULL: SHEARWATER_SERVER, else CLIENT_BASE_URL */

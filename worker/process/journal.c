@@ -1,4 +1,4 @@
-#include "worker/journal.h"
+#include "worker/process/journal.h"
 
 #include <assert.h>
 #include <string.h>

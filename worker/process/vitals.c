@@ -1,4 +1,4 @@
-#include "worker/vitals.h"
+#include "worker/process/vitals.h"
 
 #include <stdio.h>
 #include <sys/resource.h>

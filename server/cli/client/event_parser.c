@@ -1,4 +1,4 @@
-#include "server/cli/event_parser.h"
+#include "server/cli/client/event_parser.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-#include "worker/options.h"
+#include "worker/process/options.h"
 
 #include <errno.h>
 #include <limits.h>

@@ -1,4 +1,4 @@
-#include "server/cli/client.h"
+#include "server/cli/client/client.h"
 
 #include <curl/curl.h>
 #include <errno.h>
@@ -13,8 +13,8 @@
 
 #include "proto/job/job.h"
 #include "proto/json.h"
-#include "server/cli/event_parser.h"
-#include "server/cli/output_file.h"
+#include "server/cli/client/event_parser.h"
+#include "server/cli/client/output_file.h"
 
 #define ANSWER_LIMIT_BYTES (64u << 20)
 #define EVENT_TRIES        10

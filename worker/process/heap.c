@@ -1,4 +1,4 @@
-#include "worker/heap.h"
+#include "worker/process/heap.h"
 
 #include <malloc.h>
 

@@ -1,4 +1,4 @@
-#include "server/http/connection/crowd.h"
+#include "server/http/crowd.h"
 
 #include <stdlib.h>
 #include <sys/socket.h>

@@ -1,11 +1,11 @@
-#include "server/http/connection/peer.h"
+#include "server/http/peer.h"
 
 #include <gnutls/gnutls.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 
-#include "server/http/connection/crowd.h"
+#include "server/http/crowd.h"
 #include "server/http/daemon.h"
 #include "server/http/request.h"
 

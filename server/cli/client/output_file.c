@@ -1,4 +1,4 @@
-#include "server/cli/output_file.h"
+#include "server/cli/client/output_file.h"
 
 #include <errno.h>
 #include <limits.h>

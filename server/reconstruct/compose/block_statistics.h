@@ -1,0 +1,22 @@
+#pragma once
+/* Counts what the filters did with a block, and the CPU time that each took. */
+#include "server/reconstruct/glossy/glossy.h"
+#include "server/reconstruct/indirect/indirect.h"
+#include "server/reconstruct/lens/lens.h"
+#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/shadow/shadow.h"
+
+struct block_statistics {
+    uint64_t sub_samples_lone;      /* sub-samples that were shaded on their own */
+    uint64_t sub_samples_unmatched; /* others whose surface no pixel around them shows */
+    uint64_t pixels_background;     /* no sample shows a surface */
+    /* Pixels beside the block whose light its sub-samples borrow count, too. */
+    struct shadow_statistics shadow; /* over the lights */
+    struct indirect_statistics indirect;
+    struct glossy_statistics glossy;
+    struct lens_statistics lens;
+    struct lens_light_statistics lens_light;
+    uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
+        lens_cpu_us;            /* CPU time of the filters */
+    uint64_t lens_light_cpu_us; /* and of taking their light to lens samples */
+};
