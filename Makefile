@@ -186,7 +186,7 @@ lint: deps-dev
 	@tests/lint/run
 ## format: lay all code out
 format:
-	clang-format -i $(own_files)
+	@clang-format -i $(own_files)
 
 ## install: DESTDIR= PREFIX=
 share := $(DESTDIR)$(PREFIX)/share/shearwater

@@ -39,15 +39,17 @@ static void count_needs(struct film *film)
     }
 }
 
-int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out)
+int film_create(const struct plan *plan, int32_t block_px, int32_t core_px, int32_t halo_px,
+                struct film **out)
 {
     *out = NULL;
     if (block_px < 1 || block_px > LIMIT_IMAGE_SIDE_PX) return ERR_RANGE;
-    if (halo_px < 0 || halo_px > LIMIT_IMAGE_SIDE_PX) return ERR_RANGE;
+    if (core_px < 0 || core_px > halo_px || halo_px > LIMIT_IMAGE_SIDE_PX) return ERR_RANGE;
     struct film *film = calloc(1, sizeof *film);
     if (!film) return ERR_MEMORY;
     film->plan = plan;
     film->block_px = block_px;
+    film->core_px = core_px;
     film->halo_px = halo_px;
     int error = tile_grid_init(&film->grid, plan->width_px, plan->height_px, plan->tile_px);
     if (error) goto fail;

@@ -29,9 +29,10 @@
 
 struct film;
 
-/* Blocks of block_px and halos of halo_px over the plan's image. The plan is borrowed and must
- * outlive the film. */
-int film_create(const struct plan *plan, int32_t block_px, int32_t halo_px, struct film **out);
+/* Blocks of block_px over the plan's image; patches reach halo_px around them and hold all planes
+ * core_px around. The plan is borrowed and must outlive the film. */
+int film_create(const struct plan *plan, int32_t block_px, int32_t core_px, int32_t halo_px,
+                struct film **out);
 void film_destroy(struct film **film);
 
 /* Takes the samples of a tile's pass, which must be of this pass's layout; its sides are borrowed

@@ -4,7 +4,6 @@
 #include "server/film/film_work.h"
 #include "server/film/gather.h"
 #include "server/film/gather_lone.h"
-#include "server/reconstruct/lighting/lens_light.h"
 
 void film_gather_in(struct film *film, struct scratch *scratch)
 {
@@ -42,11 +41,7 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     struct rect area = film_block_rect(film, block);
     int error = patch_create_in(film->scratch, film->plan, film_reach(film, area), &patch);
     if (error) return error;
-    if (film->plan->shadow_filter != SHADOW_FILTER_NONE || patch_has_far_indirect(film->plan) ||
-        patch_has_far_lobes(film->plan) || patch_has_far_paths(film->plan) ||
-        film->plan->lens_filter != LENS_FILTER_NONE)
-        patch->core = rect_intersect(
-            rect_grow(area, lens_light_ring_px(film->plan) + PATCH_RING_PX), patch->rect);
+    patch->core = rect_intersect(rect_grow(area, film->core_px), patch->rect);
     struct rect t = film_tiles_of(film, block);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {

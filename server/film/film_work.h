@@ -37,7 +37,7 @@ struct film {
     const struct plan *plan; /* borrowed */
     struct scratch *scratch; /* borrowed: of patches; NULL: the heap */
     struct tile_grid grid;
-    int32_t block_px, halo_px;
+    int32_t block_px, core_px, halo_px;
     int32_t columns, rows; /* of blocks */
     uint32_t tile_count, block_count, pass_count;
     uint32_t blocks_done;

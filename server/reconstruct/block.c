@@ -52,6 +52,16 @@ int32_t block_halo_px(const struct plan *plan)
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
 
+int32_t block_core_px(const struct plan *plan)
+{
+    const int32_t halo = block_halo_px(plan);
+    if (plan->shadow_filter == SHADOW_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE &&
+        !patch_has_far_indirect(plan) && !patch_has_far_lobes(plan) && !patch_has_far_paths(plan))
+        return halo;
+    const int32_t core = lens_light_ring_px(plan) + PATCH_RING_PX;
+    return core < halo ? core : halo;
+}
+
 /* Of the largest patch that blocks of this side have. */
 static uint64_t bytes_of(const struct plan *plan, int32_t side_px)
 {

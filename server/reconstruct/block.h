@@ -18,6 +18,10 @@ uint64_t block_patch_bytes_least(const struct plan *plan);
 /* Pixels around a block that its reconstruction reads under this plan. */
 int32_t block_halo_px(const struct plan *plan);
 
+/* Pixels around a block that its patch's core holds: of those farther out filters read only what
+ * patch.h says. At most block_halo_px. */
+int32_t block_core_px(const struct plan *plan);
+
 /* Of every pixel of a block, row by row, for whoever decides on more samples: squared standard
  * errors by what would lower them, the mean over R, G and B, and the luminance (Rec. 709). */
 struct block_measure {

@@ -18,6 +18,10 @@ rule() {
 sources() { find "$1" \( -name '*.[ch]' -o -name '*.def' \) "${@:2}"; }
 
 mapfile -t proto < <(sources proto)
+mapfile -t film < <(sources server/film)
+mapfile -t ground < <(sources server/reconstruct/patch; sources server/reconstruct/simd)
+mapfile -t fields < <(for d in shadow indirect lens; do sources server/reconstruct/$d; done)
+mapfile -t formats < <(sources server/image)
 mapfile -t proto_alone < <(sources proto -not -name log_writer.c)
 mapfile -t worker < <(sources worker)
 mapfile -t server < <(sources server)
@@ -34,11 +38,30 @@ rule "server does not include worker" "${server[@]}" -- 'worker/'
 rule "proto has no sockets, loop or threads, but the log's" "${proto_alone[@]}" -- '(uv\.h|sys/socket\.h|pthread\.h|microhttpd\.h)'
 rule "reconstruct, image and film know no sockets, jobs or JSON" "${planes[@]}" -- \
      '(uv\.h|sys/socket\.h|jansson\.h|microhttpd\.h|proto/(job|json|message|frame)\.h|server/(job|http|fleet|stream|store|cli)/)'
+rule "film knows patches, and no filter" "${film[@]}" -- \
+     'server/reconstruct/([a-z_]+\.h|(simd|shadow|indirect|glossy|lens|lighting|compose)/)'
+rule "patches and vectors know no filter" "${ground[@]}" -- \
+     'server/(film|image)/|server/reconstruct/([a-z_]+\.h|(shadow|indirect|glossy|lens|lighting|compose)/)'
+rule "filters of shadows, indirect light and lenses know no composition" "${fields[@]}" -- \
+     'server/(film|image)/|server/reconstruct/([a-z_]+\.h|(lighting|compose)/)'
+rule "readers and writers of pictures do not judge them" "${formats[@]}" -- 'server/compare/'
 rule "nothing but the command line calls into http" "${below_http[@]}" -- 'server/http/'
 rule "Embree is included by worker/trace and worker/scene only" "${no_embree[@]}" -- 'embree'
 rule "libmicrohttpd is included by http and stream only" "${no_mhd[@]}" -- 'microhttpd'
 rule "SQLite is included by store only" "${no_sqlite[@]}" -- 'sqlite'
 rule "assimp is included by import only" "${no_assimp[@]}" -- 'assimp'
+
+# Every include from one folder to another, sorted by what needs what; tsort names the folders of a circle.
+n=$((n + 1))
+circles=$(grep -rHoE '^[[:space:]]*#[[:space:]]*include "(proto|server|worker)/[^"]+' proto server worker --include='*.[ch]' --include='*.def' |
+    sed -E 's|/[^/]*:[^"]*"| |; s|/[^/]*$||' | awk '$1 != $2' | sort -u | tsort 2>&1 >/dev/null)
+if [ -z "$circles" ]; then echo "ok $n - no folders include each other in a circle"
+else echo "not ok $n - no folders include each other in a circle"; sed 's/^/# /' <<<"$circles"; status=1; fi
+
+n=$((n + 1))
+crowded=$(git ls-files 2>/dev/null | grep -vE '^(proto|tests)/' | sed -n 's|/[^/]*$||p' | sort | uniq -c | awk '$1 > 45')
+if [ -z "$crowded" ]; then echo "ok $n - no folder holds more than 45 files"
+else echo "not ok $n - no folder holds more than 45 files"; sed 's/^/# /' <<<"$crowded"; status=1; fi
 
 n=$((n + 1))
 drawers=$(git ls-files 2>/dev/null | grep -E '(^|/)(common|utils?|misc|helpers?)(/|\.)' || true)

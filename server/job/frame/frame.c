@@ -77,7 +77,9 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error)
         error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
-    if (!error) error = film_create(&f->plan, f->block_px, block_halo_px(&f->plan), &f->film);
+    if (!error)
+        error = film_create(&f->plan, f->block_px, block_core_px(&f->plan), block_halo_px(&f->plan),
+                            &f->film);
     if (!error && !options->scratch) error = scratch_create(&f->own_scratch);
     f->scratch = options->scratch ? options->scratch : f->own_scratch;
     if (!error) film_gather_in(f->film, f->scratch);

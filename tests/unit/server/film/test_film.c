@@ -80,7 +80,7 @@ static void run_film(int32_t width, int32_t height, int32_t tile_px, int32_t blo
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, width, height, tile_px);
-    assert_int_equal(film_create(&plan, block_px, halo_px, &film), 0);
+    assert_int_equal(film_create(&plan, block_px, halo_px, halo_px, &film), 0);
     struct tile_grid grid;
     tile_grid_init(&grid, width, height, tile_px);
     uint32_t tiles = tile_grid_count(&grid), *order = calloc(tiles, sizeof *order);
@@ -152,7 +152,7 @@ static void filters_find_what_they_read(void **state)
     synthetic_plan(&plan, 130, 100, 16);
     plan.planes |= PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
-    assert_int_equal(film_create(&plan, 32, 23, &film), 0);
+    assert_int_equal(film_create(&plan, 32, PATCH_RING_PX, 23, &film), 0);
     tile_grid_init(&grid, 130, 100, 16);
     for (uint32_t i = 0; i < tile_grid_count(&grid); i++) land(film, &plan, i);
     for (; film_next_ready(film, &block); blocks++) {
@@ -177,7 +177,7 @@ static void a_tile_counts_once(void **state)
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 64, 32);
-    assert_int_equal(film_create(&plan, 32, 0, &film), 0);
+    assert_int_equal(film_create(&plan, 32, 0, 0, &film), 0);
     land(film, &plan, 2);
     struct samples *again = synthetic_tile(&plan, 2);
     assert_int_equal(film_land(film, 2, 0, again), ERR_EXISTS);
@@ -198,7 +198,7 @@ static void a_tile_of_another_size_is_refused(void **state)
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 50, 64, 32);
-    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     struct samples *first = synthetic_tile(&plan, 0);
     assert_int_equal(film_land(film, 1, 0, first), ERR_MISMATCH); /* the last column is narrower */
     assert_int_equal(film_land(film, 0, 0, first), 0);
@@ -211,7 +211,7 @@ static void memory_is_bounded_by_what_is_needed(void **state)
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 1024, 16);
-    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     uint64_t most = 0, tile_bytes = 0;
     for (uint32_t tile = 0; tile < 4 * 64; tile++) {
         uint32_t block;
@@ -233,7 +233,7 @@ static void hostile_depths_stay_finite(void **state)
     struct film *film;
     struct patch *patch;
     synthetic_plan(&plan, 8, 8, 8);
-    assert_int_equal(film_create(&plan, 8, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 1, 1, &film), 0);
     struct samples *s = synthetic_tile(&plan, 0);
     for (int i = 0; i < 64; i++) {
         samples_f32(s, PLANE_DEPTH, 0)[i] = 3e38f;
@@ -258,10 +258,10 @@ static void impossible_films_are_refused(void **state)
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 64, 32);
-    assert_int_equal(film_create(&plan, 0, 0, &film), ERR_RANGE);
-    assert_int_equal(film_create(&plan, 64, -1, &film), ERR_RANGE);
+    assert_int_equal(film_create(&plan, 0, 0, 0, &film), ERR_RANGE);
+    assert_int_equal(film_create(&plan, 64, 0, -1, &film), ERR_RANGE);
     plan.tile_px = 1;
-    assert_int_equal(film_create(&plan, 64, 1, &film), ERR_RANGE);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), ERR_RANGE);
     assert_null(film);
 }
 
