@@ -1,7 +1,7 @@
 // The page of all jobs. What it shows is what its address says: state, text and the page of the list.
 import { jobsUrl } from "./api.js";
 import { showConnection } from "./connection.js";
-import { JobRows } from "./job_rows.js";
+import { JobRows } from "./job/job_rows.js";
 import { markPage } from "./navigation.js";
 import { Poll } from "./poll.js";
 

@@ -1,12 +1,12 @@
 // Puts the page together: the list, one job, the state of the connection. Jobs are bookmarkable:
 // #/jobs/ID.
 import { listWorkers } from "./api.js";
-import { JobList } from "./job_list.js";
+import { JobList } from "./job/job_list.js";
 import { showConnection } from "./connection.js";
-import { JobPanel } from "./job_panel.js";
-import { JobView } from "./job_view.js";
-import { LiveView } from "./live_view.js";
-import { PictureView } from "./picture_view.js";
+import { JobPanel } from "./job/job_panel.js";
+import { JobView } from "./job/job_view.js";
+import { LiveView } from "./camera/live_view.js";
+import { PictureView } from "./picture/picture_view.js";
 
 const $ = (id) => document.getElementById(id);
 

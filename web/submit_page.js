@@ -2,12 +2,12 @@
 // the server, which tells the plan before anything is submitted.
 import { getJob, submitJob } from "./api.js";
 import { showConnection } from "./connection.js";
-import { DryRun } from "./dry_run.js";
+import { DryRun } from "./job/dry_run.js";
 import { definitions, make } from "./elements.js";
-import { planRows, skippedRows } from "./facts.js";
-import { JobForm } from "./job_form.js";
+import { planRows, skippedRows } from "./job/facts.js";
+import { JobForm } from "./job/job_form.js";
 import { markPage } from "./navigation.js";
-import { canHash, upload, WHY_NOT } from "./upload.js";
+import { canHash, upload, WHY_NOT } from "./job/upload.js";
 
 const $ = (id) => document.getElementById(id);
 const form = new JobForm($("fields"), { canUpload: canHash(), onChange: () => changed("form"), onFiles: takeFiles });

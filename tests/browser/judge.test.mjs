@@ -5,12 +5,12 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { readExr } from "../../web/exr_file.js";
-import { flip } from "../../web/flip.js";
-import { LayerImage } from "../../web/layer_image.js";
-import { BlockParser } from "../../web/pixel_feed.js";
-import { shownPair } from "../../web/shown.js";
-import { ssim } from "../../web/ssim.js";
+import { readExr } from "../../web/picture/exr_file.js";
+import { flip } from "../../web/compare/flip.js";
+import { LayerImage } from "../../web/picture/layer_image.js";
+import { BlockParser } from "../../web/picture/pixel_feed.js";
+import { shownPair } from "../../web/compare/shown.js";
+import { ssim } from "../../web/compare/ssim.js";
 import { build, canvasText, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");

@@ -1,9 +1,9 @@
 // The mathematics of moved cameras, and the pictures of views. TAP on standard output.
 //   node tests/browser/orbit.test.mjs BUILD_DIR
-import { CoarsePicture } from "../../web/coarse_picture.js";
-import { LayerImage } from "../../web/layer_image.js";
-import { LiveCamera } from "../../web/live_camera.js";
-import { basis, cameraOf, distanceAlongView, dolly, orbit, pan, rounded, shortest } from "../../web/orbit.js";
+import { CoarsePicture } from "../../web/picture/coarse_picture.js";
+import { LayerImage } from "../../web/picture/layer_image.js";
+import { LiveCamera } from "../../web/camera/live_camera.js";
+import { basis, cameraOf, distanceAlongView, dolly, orbit, pan, rounded, shortest } from "../../web/camera/orbit.js";
 import { expect, runAll, test, until } from "./house.mjs";
 
 const camera = { eye: [0, 1, 5], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 40 };

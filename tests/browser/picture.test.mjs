@@ -5,13 +5,13 @@ import { writeFileSync } from "node:fs";
 import { createServer, connect } from "node:net";
 import { join } from "node:path";
 import { deflateSync } from "node:zlib";
-import { figures } from "../../web/compare.js";
-import { readExr } from "../../web/exr_file.js";
-import { halfTable } from "../../web/half.js";
-import { LayerImage } from "../../web/layer_image.js";
-import { LayerSource } from "../../web/layer_source.js";
-import { BlockParser } from "../../web/pixel_feed.js";
-import { unfilteredTwin } from "../../web/unfiltered.js";
+import { figures } from "../../web/compare/compare.js";
+import { readExr } from "../../web/picture/exr_file.js";
+import { halfTable } from "../../web/picture/half.js";
+import { LayerImage } from "../../web/picture/layer_image.js";
+import { LayerSource } from "../../web/picture/layer_source.js";
+import { BlockParser } from "../../web/picture/pixel_feed.js";
+import { unfilteredTwin } from "../../web/picture/unfiltered.js";
 import { build, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "error", "samples", "visibility", "filter_width", "slope_max"];
@@ -259,7 +259,7 @@ await runAll(async () => {
 
   await test("numbers that are none are marked", async () => {
     const colors = await page.evaluate(async () => {
-      const [{ Picture }, { LayerImage }] = await Promise.all([import("/picture.js"), import("/layer_image.js")]);
+      const [{ Picture }, { LayerImage }] = await Promise.all([import("/picture/picture.js"), import("/picture/layer_image.js")]);
       const canvas = document.createElement("canvas");
       canvas.width = 128; canvas.height = 64;
       const image = new LayerImage();

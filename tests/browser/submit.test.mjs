@@ -4,7 +4,7 @@ import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { parse } from "yaml";
-import { GROUPS, LAYERS, LIGHTS, LOOK_AT_FIELDS } from "../../web/job_fields.js";
+import { GROUPS, LAYERS, LIGHTS, LOOK_AT_FIELDS } from "../../web/job/job_fields.js";
 import { clean, narrow } from "./axe.mjs";
 import { expect, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
 

@@ -5,7 +5,7 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
-import { readExr } from "../../web/exr_file.js";
+import { readExr } from "../../web/picture/exr_file.js";
 import { FakeTev } from "../fake/tev.mjs";
 
 const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)

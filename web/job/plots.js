@@ -1,5 +1,5 @@
 // Small plots as SVG, each beside a table with the same numbers.
-import { make, makeSvg } from "./elements.js";
+import { make, makeSvg } from "../elements.js";
 
 const ROW = 22, NAME = 118, BAR = 130, VALUE = 92, MOST = 12;
 

@@ -1,6 +1,6 @@
 // A job once more with four times the samples: the same document otherwise, so that it is the job that
 // anybody would have submitted with them. The key makes it one job, however often it is asked for.
-import { getJob, submitJob } from "./api.js";
+import { getJob, submitJob } from "../api.js";
 
 const MOST = 65536; // samples a pixel, of any kind (proto/limits.h)
 const EXTRA_MOST = 36; // of second sets through a lens

@@ -1,5 +1,5 @@
 // The list of jobs: newest first, refreshed while the page is seen, older pages on demand.
-import { listJobs } from "./api.js";
+import { listJobs } from "../api.js";
 
 const REFRESH_MS = 2000;
 

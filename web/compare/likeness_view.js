@@ -1,6 +1,6 @@
 // SSIM and FLIP on the page: their maps on the canvas, their figures and the colours' legend.
-import { magnitudes, STEPS } from "./color_map.js";
-import { short } from "./value_overlay.js";
+import { magnitudes, STEPS } from "../picture/color_map.js";
+import { short } from "../picture/value_overlay.js";
 
 // As Display has it: dark where the two are alike, in both maps.
 const MAP_DISPLAY = { shownAs: "colour", low: 0, high: 1, logarithmic: false, dither: false, clipMarks: false,

@@ -1,6 +1,6 @@
 // Two layers as the screen shows them: what judges of likeness look at, as server/compare/shown.h has
 // it. A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the shader.
-import { halfTable } from "./half.js";
+import { halfTable } from "../picture/half.js";
 
 const filmic = (v) => { const x = Math.max(v, 0) * 0.6; return x > 1e6 ? 1 : x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14); };
 

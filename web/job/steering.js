@@ -1,8 +1,8 @@
 // The controls that act on a job: cancel, pause, priority, what is rendered first, more samples. What
 // they show is what the server has said, never what was asked of it.
-import { cancelJob, steerJob } from "./api.js";
+import { cancelJob, steerJob } from "../api.js";
 import { submitMore } from "./more_samples.js";
-import { Region } from "./region.js";
+import { Region } from "../picture/region.js";
 
 const ENDED = new Set(["finished", "failed", "cancelled"]);
 const STEP = 10, HIGHEST = 100; // of priorities

@@ -1,6 +1,6 @@
 // Moving a live job's camera on its picture: the mode, its mouse, wheel and keys, the lens, and the
 // camera as JSON.
-import { getJob, submitJob } from "./api.js";
+import { getJob, submitJob } from "../api.js";
 import { LiveCamera } from "./live_camera.js";
 import { distanceAlongView, dolly, orbit, pan, shortest } from "./orbit.js";
 

@@ -1,7 +1,7 @@
 // A live job's camera in the page: what it is, where it goes, and the moves on their way to the
 // server. One move is under way at a time; of those that come meanwhile the newest goes next, when
 // something of the one before was seen.
-import { moveCamera } from "./api.js";
+import { moveCamera } from "../api.js";
 import { cameraOf, rounded } from "./orbit.js";
 
 const PATIENCE_MS = 250; // for the first pixels of a move, before the next is sent

@@ -2,7 +2,7 @@
 // averaged; with one, whose filter lets samples share light, they are paths with light of their own.
 // What a filter or a target error adds to the plan's samples is left out. The key makes it one job,
 // however often it is asked for.
-import { getJob, submitJob } from "./api.js";
+import { getJob, submitJob } from "../api.js";
 
 const AVERAGE = { method: "average", indirect: "average", glossy: "average", lens: "average" };
 

@@ -1,6 +1,6 @@
 // The plain controls of the form: one function a kind of field. Each makes its elements, reads its
 // value from the form's document and writes every change back.
-import { make } from "./elements.js";
+import { make } from "../elements.js";
 
 const idOf = (pointer) => `f${pointer.replace(/[^A-Za-z0-9_]/g, "-")}`;
 const limits = ({ min, max, above, unit, otherwise }) => {

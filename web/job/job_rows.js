@@ -1,6 +1,6 @@
 // Jobs as rows. A row stays the same element while its job is on the page, so that nothing flickers
 // and keyboard focus stays where it is.
-import { make, setText } from "./elements.js";
+import { make, setText } from "../elements.js";
 import { ENDED, percent, timeLeft } from "./progress_text.js";
 
 export class JobRows {

@@ -1,5 +1,5 @@
 // A file becomes an asset: hashed here, sent unless the server has it.
-import { ApiError, assetUrl, hasAsset } from "./api.js";
+import { ApiError, assetUrl, hasAsset } from "../api.js";
 
 // Browsers hash only for pages that nobody on the way can have changed.
 export const canHash = () => globalThis.isSecureContext === true && Boolean(globalThis.crypto?.subtle);

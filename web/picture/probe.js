@@ -1,6 +1,6 @@
 // The values of single pixels: the one under the mouse (or the keyboard's own), and pinned ones that
 // stay in a list and follow the render.
-import { setText } from "./elements.js";
+import { setText } from "../elements.js";
 import { short } from "./value_overlay.js";
 
 const PINS = 8;

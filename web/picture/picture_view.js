@@ -1,20 +1,20 @@
 // The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
-import { getJob } from "./api.js";
+import { getJob } from "../api.js";
 import { CanvasNote } from "./canvas_note.js";
-import { Compare, differenceOf } from "./compare.js";
+import { Compare, differenceOf } from "../compare/compare.js";
 import { Display } from "./display.js";
-import { setText } from "./elements.js";
+import { setText } from "../elements.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
-import { Judgement } from "./judgement.js";
-import { LikenessView } from "./likeness_view.js";
+import { Judgement } from "../compare/judgement.js";
+import { LikenessView } from "../compare/likeness_view.js";
 import { sparseStep } from "./layer_image.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
 import { readPictureFile } from "./picture_file.js";
 import { pictureKeys } from "./picture_keys.js";
 import { Probe } from "./probe.js";
-import { Shortcuts } from "./shortcuts.js";
+import { Shortcuts } from "../shortcuts.js";
 import { unfilteredTwin } from "./unfiltered.js";
 import { ValueOverlay } from "./value_overlay.js";
 import { Viewport } from "./viewport.js";

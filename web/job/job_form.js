@@ -1,10 +1,10 @@
 // The form of a job document. The document is what counts: controls show it and change it, and so does
 // whoever calls show() with another one.
-import { make } from "./elements.js";
+import { make } from "../elements.js";
 import { CONTROLS } from "./job_controls.js";
 import { GROUPS } from "./job_fields.js";
 import { VARIANTS } from "./job_variants.js";
-import { removeAt, setAt, valueAt } from "./pointer.js";
+import { removeAt, setAt, valueAt } from "../picture/pointer.js";
 
 const SCENE = { title: "Scene", fields: [{ at: "/scene/asset", label: "Scene", kind: "digest", accept: ".glb,.gltf,.obj", several: true }] };
 

@@ -1,6 +1,6 @@
 // The controls whose shape follows their value: members that are one thing or another, the camera,
 // the list of lights.
-import { make } from "./elements.js";
+import { make } from "../elements.js";
 import { field, group } from "./job_controls.js";
 import { LIGHTS, LOOK_AT, LOOK_AT_FIELDS } from "./job_fields.js";
 

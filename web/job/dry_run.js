@@ -1,5 +1,5 @@
 // Asks the server what it thinks of a document, a little after its last change.
-import { planJob } from "./api.js";
+import { planJob } from "../api.js";
 
 const AFTER_MS = 350;
 const AGAIN_MS = 3000; // when the server was away or busy

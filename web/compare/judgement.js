@@ -1,5 +1,5 @@
 // SSIM and FLIP of what is in sight of two layers, found by a worker of its own, and their maps.
-import { LayerImage } from "./layer_image.js";
+import { LayerImage } from "../picture/layer_image.js";
 
 const MOST_PIXELS = 1 << 22; // in sight: beyond it memory and minutes go
 const AGAIN_MS = 2000; // while pictures still come

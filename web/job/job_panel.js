@@ -1,10 +1,10 @@
 // What is known of a job, beside its picture: how it stands, its plan and what it left out, what it
 // cost, what happened to it.
-import { jobUrl } from "./api.js";
-import { definitions, make, setText } from "./elements.js";
+import { jobUrl } from "../api.js";
+import { definitions, make, setText } from "../elements.js";
 import { documentRows, planRows, rayCounts, skippedRows, stageTimes, statisticsRows } from "./facts.js";
 import { BarPlot } from "./plots.js";
-import { Poll } from "./poll.js";
+import { Poll } from "../poll.js";
 import { ENDED, percent, timeLeft } from "./progress_text.js";
 
 const stage = (s) => s >= 100 ? `${s.toFixed(0)} s` : s >= 0.1 ? `${s.toFixed(2)} s` : `${(s * 1000).toFixed(1)} ms`;

@@ -1,5 +1,5 @@
 // One job: its events, its picture, what can be done with it.
-import { eventsUrl, getJob, imageUrl } from "./api.js";
+import { eventsUrl, getJob, imageUrl } from "../api.js";
 import { ENDED, percent as percentOf, seconds } from "./progress_text.js";
 import { Steering } from "./steering.js";
 

@@ -1,6 +1,6 @@
 // Where a layer's pixels come from: the feed of a job, followed while somebody looks, and gone on
 // with from its revision when somebody looks again.
-import { getJob, pixelsUrl } from "./api.js";
+import { getJob, pixelsUrl } from "../api.js";
 import { LayerImage } from "./layer_image.js";
 import { followPixels } from "./pixel_feed.js";
 
