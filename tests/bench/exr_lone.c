@@ -91,7 +91,8 @@ static void render(struct frame *f)
     struct tile_grid grid;
     struct film *film;
     if (tile_grid_init(&grid, f->plan.width_px, f->plan.height_px, f->plan.tile_px) ||
-        film_create(&f->plan, block_side_px(&f->plan), block_halo_px(&f->plan), &film) ||
+        film_create(&f->plan, block_side_px(&f->plan), block_core_px(&f->plan),
+                    block_halo_px(&f->plan), &film) ||
         image_create(LAYER_BEAUTY, f->plan.width_px, f->plan.height_px, &f->image))
         fail("no memory");
     for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {

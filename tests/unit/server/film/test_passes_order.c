@@ -104,7 +104,7 @@ static void tell_story(int32_t width, int32_t height, int32_t tile_px, int32_t b
     struct story s = {.tiles = 0};
     struct tile_grid grid;
     synthetic_paths_plan(&s.plan, width, height, tile_px, spp);
-    assert_int_equal(film_create(&s.plan, block_px, halo_px, &s.film), 0);
+    assert_int_equal(film_create(&s.plan, block_px, halo_px, halo_px, &s.film), 0);
     assert_int_equal(tile_grid_init(&grid, width, height, tile_px), 0);
     s.tiles = tile_grid_count(&grid);
     s.passes = plan_pass_count(&s.plan);
@@ -147,7 +147,7 @@ static void passes_wait_while_a_block_reads(void **state)
     uint32_t block;
     (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 100);
-    assert_int_equal(film_create(&plan, 8, 0, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     land(film, &plan, 0, 0);
     const uint64_t one_tile = film_bytes(film);
     assert_true(film_next_ready(film, &block));
@@ -186,7 +186,7 @@ static void waiting_passes_come_soon(void **state)
     uint32_t first, second, block;
     (void)state;
     synthetic_paths_plan(&plan, 16, 8, 16, 64);
-    assert_int_equal(film_create(&plan, 8, 0, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     land(film, &plan, 0, 0);
     assert_true(film_next_ready(film, &first));
     land(film, &plan, 0, 1);
@@ -202,7 +202,7 @@ static void waiting_passes_come_soon(void **state)
     }
     assert_false(film_next_ready(film, &block));
     film_destroy(&film); /* also with what waits */
-    assert_int_equal(film_create(&plan, 8, 0, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     land(film, &plan, 0, 0);
     assert_true(film_next_ready(film, &first));
     land(film, &plan, 0, 1);
@@ -216,7 +216,7 @@ static void passes_land_in_their_order(void **state)
     uint32_t block;
     (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 33);
-    assert_int_equal(film_create(&plan, 8, 0, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     struct samples *later = synthetic_pass(&plan, 0, 1), *first = synthetic_pass(&plan, 0, 0);
     assert_int_equal(film_land(film, 0, 1, later), ERR_RANGE);
     assert_int_equal(film_land(film, 0, 0, later), ERR_MISMATCH); /* only paths */

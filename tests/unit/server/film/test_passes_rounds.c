@@ -40,7 +40,7 @@ static void patches_tell_of_second_sets(void **state)
     uint8_t sides[32 * 32] = {0};
     (void)state;
     synthetic_rate_plan(&plan, 64, 64, 32, 0);
-    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     const struct plan_pass first = plan_scheduled_pass(&plan, 0);
     for (uint32_t t = 0; t < 4; t++) land_pass(film, &plan, t, &first);
     assert_true(film_next_ready(film, &block));
@@ -73,7 +73,7 @@ static void rounds_settle_blocks_again(void **state)
     uint32_t block, more[16] = {0};
     (void)state;
     synthetic_target_plan(&plan, 64, 64, 16, 0.1f);
-    assert_int_equal(film_create(&plan, 32, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 32, 1, 1, &film), 0);
     const struct plan_pass first = plan_scheduled_pass(&plan, 0);
     for (uint32_t t = 0; t < 16; t++) land_pass(film, &plan, t, &first);
     assert_int_equal(settle(film), 4);

@@ -141,7 +141,9 @@ static inline struct image *render(const struct plan *plan, const struct world *
     struct block_statistics statistics;
     uint32_t block;
     tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(film_create(plan, block_px, block_halo_px(plan) + more_halo_px, &film), 0);
+    assert_int_equal(
+        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
+        0);
     assert_int_equal(image_create(ALL_LAYERS, plan->width_px, plan->height_px, &image), 0);
     for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {
         struct samples *s = w ? world_tile(plan, w, t) : synthetic_tile(plan, t);

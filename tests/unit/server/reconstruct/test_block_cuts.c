@@ -92,7 +92,7 @@ static void threads_make_the_same_picture(void **state)
     tile_grid_init(&grid, 200, 150, 16);
     assert_int_equal(uv_loop_init(&loop), 0);
     assert_int_equal(team_create(&loop, "test", 4, &team), 0);
-    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     assert_int_equal(image_create(ALL_LAYERS, 200, 150, &image), 0);
     for (uint32_t t = tile_grid_count(&grid); t-- > 0;) {
         assert_int_equal(film_land(film, t, 0, synthetic_tile(&plan, t)), 0);

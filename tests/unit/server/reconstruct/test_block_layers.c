@@ -39,7 +39,7 @@ static void a_stray_sub_sample_is_counted(void **state)
     make_plan(&plan, 8, 8);
     struct film *film;
     uint32_t block;
-    assert_int_equal(film_create(&plan, 8, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 1, 1, &film), 0);
     struct samples *s = world_tile(&plan, &plain, 0);
     samples_u16(s, PLANE_SUB_DEPTH, 1)[27] = half_from_float(-0.8f);
     samples_u16(s, PLANE_SUB_ID, 1)[27] = 99;
@@ -104,7 +104,7 @@ static void layers_do_not_depend_on_others(void **state)
     struct block_statistics sum;
     uint32_t block;
     synthetic_plan(&plan, 32, 32, 32);
-    assert_int_equal(film_create(&plan, 64, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     assert_int_equal(film_land(film, 0, 0, synthetic_tile(&plan, 0)), 0);
     assert_true(film_next_ready(film, &block));
     assert_int_equal(film_gather(film, block, &patch), 0);
@@ -135,7 +135,7 @@ static void extremes_stay_finite(void **state)
     make_plan(&plan, 8, 8);
     plan.lights[0].color[0] = LIMIT_RADIANCE;
     plan.radiance_scale = 0x1p-24f;
-    assert_int_equal(film_create(&plan, 8, 1, &film), 0);
+    assert_int_equal(film_create(&plan, 8, 1, 1, &film), 0);
     struct samples *s = world_tile(&plan, &plain, 0);
     static const float depths[] = {3.4e38f, 1e-45f, 1.0f, 0.0f, 1e15f};
     for (size_t i = 0; i < 64; i++) {

@@ -49,7 +49,9 @@ static struct image *render_cut(const struct plan *plan, int32_t block_px, int32
     struct tile_grid grid;
     *sum = (struct block_statistics){0};
     tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(film_create(plan, block_px, block_halo_px(plan) + more_halo_px, &film), 0);
+    assert_int_equal(
+        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
+        0);
     assert_int_equal(image_create(LAYERS, plan->width_px, plan->height_px, &image), 0);
     for (uint32_t p = 0; p < passes; p++)
         for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {

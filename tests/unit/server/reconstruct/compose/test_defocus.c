@@ -100,7 +100,7 @@ static void pictures_are_averages(void **state)
     uint64_t background = 0, expected = 0;
     (void)state;
     lens_plan(&plan, 3);
-    assert_int_equal(film_create(&plan, 16, block_halo_px(&plan), &film), 0);
+    assert_int_equal(film_create(&plan, 16, block_core_px(&plan), block_halo_px(&plan), &film), 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_SAMPLES | LAYER_DEPTH | LAYER_FILTER_WIDTH,
                                   WIDTH, HEIGHT, &image),
                      0);
@@ -144,7 +144,7 @@ static void patches_hold_samples(void **state)
     (void)state;
     lens_plan(&plan, 2);
     plan.lens_filter = LENS_FILTER_SHEARED;
-    assert_int_equal(film_create(&plan, 16, 5, &film), 0);
+    assert_int_equal(film_create(&plan, 16, 5, 5, &film), 0);
     land_all(&plan, film);
     while (film_next_ready(film, &block)) {
         struct patch *patch;

@@ -87,7 +87,9 @@ static void every_layer_is_the_mean_so_far(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
-    assert_int_equal(film_create(&plan, block_side_px(&plan), block_halo_px(&plan), &film), 0);
+    assert_int_equal(
+        film_create(&plan, block_side_px(&plan), block_core_px(&plan), block_halo_px(&plan), &film),
+        0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 40, 20, &image), 0);
     for (uint32_t t = 1; t < 6; t++) land(film, &plan, t, 0);
     land(film, &plan, 4, 1);
@@ -144,7 +146,7 @@ static void a_single_sample_has_no_error(void **state)
     struct image *image;
     (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 1);
-    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, 0, &film), 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 8, 8, &image), 0);
     land(film, &plan, 0, 0);
     draw(&plan, film, image);
@@ -196,7 +198,7 @@ static void absent_planes_leave_zeros(void **state)
     plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_COVERAGE) |
                      PLANE_BIT(PATH_ALBEDO));
     plan.occlusion_distance = 0;
-    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, &film), 0);
+    assert_int_equal(film_create(&plan, block_side_px(&plan), 0, 0, &film), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 8, 8, &image), 0);
     land(film, &plan, 0, 0);
     assert_int_equal(draw(&plan, film, image), 0);
@@ -218,7 +220,8 @@ static void the_error_is_the_same_for_any_block(void **state)
         struct film *film;
         struct image *image;
         synthetic_paths_plan(&plan, 150, 140, 32, 16);
-        assert_int_equal(film_create(&plan, sides[k], block_halo_px(&plan), &film), 0);
+        assert_int_equal(
+            film_create(&plan, sides[k], block_core_px(&plan), block_halo_px(&plan), &film), 0);
         assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 150, 140, &image), 0);
         for (uint32_t t = 0; t < 25; t++) land(film, &plan, t, 0);
         draw(&plan, film, image);

@@ -132,7 +132,8 @@ static struct image *picture(const struct plan *plan, int32_t block_px,
     struct image *image;
     uint32_t block;
     *sum = (struct lens_light_statistics){0};
-    assert_int_equal(film_create(plan, block_px, block_halo_px(plan), &film), 0);
+    assert_int_equal(film_create(plan, block_px, block_core_px(plan), block_halo_px(plan), &film),
+                     0);
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
     land_all(plan, film);
     while (film_next_ready(film, &block)) {
@@ -246,7 +247,8 @@ static void second_sets_go_where_lit_samples_differ(void **state)
     wall_plan(&plan, LENS_FILTER_SHEARED);
     plan.planes |= PLANE_BIT(LENS_MORE);
     plan.lens_extra = 9;
-    assert_int_equal(film_create(&plan, SIDE, block_halo_px(&plan), &film), 0);
+    assert_int_equal(film_create(&plan, SIDE, block_core_px(&plan), block_halo_px(&plan), &film),
+                     0);
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
     land_all(&plan, film);
     assert_true(film_next_ready(film, &block));
@@ -274,7 +276,7 @@ static struct rect gather_middle(const struct plan *plan, struct film **film, st
     struct lighting_statistics cost = {.shadow_cpu_us = 0};
     struct rect block = {0, 0, 0, 0};
     uint32_t k;
-    assert_int_equal(film_create(plan, 64, block_halo_px(plan), film), 0);
+    assert_int_equal(film_create(plan, 64, block_core_px(plan), block_halo_px(plan), film), 0);
     land_all(plan, *film);
     while (film_next_ready(*film, &k)) {
         block = film_block_rect(*film, k);

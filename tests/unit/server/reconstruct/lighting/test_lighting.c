@@ -30,7 +30,9 @@ static struct image *render(const struct plan *plan, const struct filtered_world
     uint32_t block;
     *sum = (struct block_statistics){0};
     tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(film_create(plan, block_px, block_halo_px(plan) + more_halo_px, &film), 0);
+    assert_int_equal(
+        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
+        0);
     assert_int_equal(image_create(LAYERS, plan->width_px, plan->height_px, &image), 0);
     for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
         assert_int_equal(film_land(film, t, 0, filtered_tile(plan, world, t)), 0);

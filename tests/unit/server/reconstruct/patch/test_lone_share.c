@@ -74,7 +74,8 @@ static struct film *film_of(const struct plan *plan, int32_t block_px, float sca
     struct film *film;
     struct tile_grid grid;
     tile_grid_init(&grid, WIDTH, HEIGHT, TILE_PX);
-    assert_int_equal(film_create(plan, block_px, block_halo_px(plan), &film), 0);
+    assert_int_equal(film_create(plan, block_px, block_core_px(plan), block_halo_px(plan), &film),
+                     0);
     for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
         assert_int_equal(film_land(film, t, 0, tile_of(plan, t, scale)), 0);
     return film;
