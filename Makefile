@@ -181,7 +181,7 @@ tsan:
 .PHONY: sanitized fuzzers
 sanitized: $(programs) $(unit) $(fakes) $(loads) $(benches) $(pictures) $(goldens) $(properties)
 	@tests/run $(B) unit system
-## lint: layout, clang-tidy, cppcheck, include arrows
+## lint: layout, clang-tidy, cppcheck, include arrows, links of pages
 lint: deps-dev
 	@tests/lint/run
 ## format: lay all code out
