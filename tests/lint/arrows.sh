@@ -37,7 +37,7 @@ rule "worker does not include server" "${worker[@]}" -- 'server/'
 rule "server does not include worker" "${server[@]}" -- 'worker/'
 rule "proto has no sockets, loop or threads, but the log's" "${proto_alone[@]}" -- '(uv\.h|sys/socket\.h|pthread\.h|microhttpd\.h)'
 rule "reconstruct, image and film know no sockets, jobs or JSON" "${planes[@]}" -- \
-     '(uv\.h|sys/socket\.h|jansson\.h|microhttpd\.h|proto/(job|json|message|frame)\.h|server/(job|http|fleet|stream|store|cli)/)'
+     '(uv\.h|sys/socket\.h|jansson\.h|microhttpd\.h|proto/(job/|link/|json\.h)|server/(job|http|fleet|stream|store|cli)/)'
 rule "film knows patches, and no filter" "${film[@]}" -- \
      'server/reconstruct/([a-z_]+\.h|(simd|shadow|indirect|glossy|lens|lighting|compose)/)'
 rule "patches and vectors know no filter" "${ground[@]}" -- \
