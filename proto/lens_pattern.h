@@ -6,8 +6,8 @@
  * A ray of proto/plan.h's lens starts at eye + aperture_radius * (u[0] right - u[1] up).
  *
  * A pixel's l x l points are l rows of equal area, with all of a row's points on one line, and l
- * points of equal distances on each. One jitter per pixel places them all (filters.md section 4),
- * uniformly over the aperture in the mean over jitters. */
+ * points of equal distances on each. One jitter per pixel places them all (docs/reconstruction.md,
+ * Lens samples), uniformly over the aperture in the mean over jitters. */
 #include <math.h>
 #include <string.h>
 

@@ -3,9 +3,9 @@
  * coordinator recompute from it where each sample lay.
  *
  * Everything is a pure function of (seed, frame, pixel, sample, dimension). A pixel has one jitter
- * per dimension, shared by its l x l strata (uniform jitter, filters.md section 2); the jitter runs
- * over the pixel grid as an R2 sequence with a hashed origin, or as Sobol points in Morton order
- * with hashed Owen scrambling (section 8). */
+ * per dimension, shared by its l x l strata (uniform jitter; docs/reconstruction.md, Sample
+ * positions); the jitter runs over the pixel grid as an R2 sequence with a hashed origin, or as
+ * Sobol points in Morton order with hashed Owen scrambling. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>

@@ -132,7 +132,7 @@ static inline uint32_t path_morton(int32_t x, int32_t y)
 
 /* The key of what one sequence gives to all pixels of a frame for their glossy lobes: pixel i of
  * the curve has samples i n to i n + n - 1, so that neighbours make up for each other's gaps
- * (filters.md section 7: half the samples' worth). */
+ * (docs/reconstruction.md, Sample positions: half the samples' worth). */
 static inline uint32_t path_frame_key(uint64_t seed, uint32_t frame)
 {
     uint32_t h = path_mix((uint32_t)seed + 0x3c6ef372u);

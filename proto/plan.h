@@ -54,7 +54,8 @@ enum light_profile { PROFILE_UNIFORM = 0, PROFILE_GAUSSIAN = 1 };
  * w points from the receiver to the light. cone: smoothstep-free glTF form,
  * clamp((cos - cos_outer)/(cos_inner - cos_outer), 0, 1)^2; window (range > 0):
  * clamp(1 - (d/range)^4, 0, 1); I: 1, or exp(-2 (u^2 + v^2)) for u, v in [-1, 1] (sigma = half
- * the half-side, filters.md section 2). A rectangle emits to the side of half_u x half_v. */
+ * the half-side; docs/reconstruction.md, Receiver coordinates). A rectangle emits to the side of
+ * half_u x half_v. */
 struct plan_light {
     uint32_t type;
     uint32_t profile;
@@ -105,7 +106,7 @@ enum shadow_filter {
 };
 
 /* How the light field of diffuse indirect light (and of ambient occlusion) becomes a picture; of
- * reconstruction, not of tracing. filters.md section 3. */
+ * reconstruction, not of tracing. docs/reconstruction.md, Indirect light. */
 enum indirect_filter {
     INDIRECT_FILTER_NONE = 0,     /* the plain average */
     INDIRECT_FILTER_CONSTANT = 1, /* axis-aligned, rule A: weighted means */
@@ -127,15 +128,15 @@ struct plan_rate {
 #define GLOSSY_ALPHA_LEAST 0.01f
 
 /* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
- * filters.md section 7. */
+ * docs/reconstruction.md, Glossy lobes. */
 enum glossy_filter {
     GLOSSY_FILTER_NONE = 0,        /* the plain average */
     GLOSSY_FILTER_VIRTUAL_HIT = 1, /* by what the neighbours' lobes see of the same points */
     GLOSSY_FILTER_BANDLIMIT = 2    /* axis-aligned, by the lobes' bandlimits */
 };
 
-/* How the light field of the lens becomes a picture; of reconstruction, not of tracing. filters.md
- * section 4. */
+/* How the light field of the lens becomes a picture; of reconstruction, not of tracing.
+ * docs/reconstruction.md, Lens layers. */
 enum lens_filter {
     LENS_FILTER_NONE = 0, /* the plain average of a pixel's lens samples */
     LENS_FILTER_AXIS_ALIGNED = 1,
@@ -144,7 +145,7 @@ enum lens_filter {
 
 /* Which light of what lens samples see comes of light fields of pixel centres, traced from the
  * middle of the lens and filtered; a sample whose point no pixel centre shows keeps its path's. Of
- * tracing and of reconstruction. filters.md section 5. */
+ * tracing and of reconstruction. docs/reconstruction.md, Light through the lens. */
 enum lens_light {
     LENS_LIGHT_OWN = 0,      /* none: every sample is lit by its own path */
     LENS_LIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */

@@ -63,7 +63,7 @@ void shown_surface_init(const struct surface_view *view, float px, float py, flo
                         const float normal[3], uint32_t id, struct shown_surface *out);
 
 /* How much a sub-sample's surface is a pixel's, in [0, 1], and continuous in all but the id:
- *   normals   1 up to 10 degrees apart, 0 from 20 degrees (filters.md section 2)
+ *   normals   1 up to 10 degrees apart, 0 from 20 degrees (docs/reconstruction.md, Anti-aliasing)
  *   points    1 while the sub-sample is off the pixel's tangent plane by no more than
  *             1.5 pixels + |x - x'| (sin of the normals' angle + 0.03), 0 from 1.5 times that. The
  *             second term is a curved surface's sagitta; 0.03 covers 8-bit normals and the half

@@ -1,7 +1,7 @@
 #pragma once
 /* Cosine-distributed directions by the plane z = 1 in which a bounce ray (x, y, z) passes through
  * v = (x/z, y/z): a map of the unit square for the sheared filter of indirect light, which works
- * along one axis of that plane, then along the other (filters.md section 3).
+ * along one axis of that plane, then along the other (docs/reconstruction.md, V-plane filter).
  *
  *   a = 2u - 1,                    v1 = a / sqrt(1 - a^2)
  *   theta + sin theta = pi (2v-1), v2 = sqrt(1 + v1^2) tan(theta / 2)

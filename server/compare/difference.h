@@ -1,5 +1,5 @@
 #pragma once
-/* How far one image is from another: the figures of accuracy.md, on linear values. */
+/* How far one image is from another: the figures of docs/accuracy.md, on linear values. */
 #include <stdbool.h>
 
 #include "server/image/image.h"

@@ -1,6 +1,7 @@
 #pragma once
-/* Which neighbours show a pixel's surface (filters.md section 2), for tests that add them up one by
- * one. Rounded as kernels round it: who counts and who does not is no matter of tolerance. */
+/* Which neighbours show a pixel's surface (docs/reconstruction.md, Slopes and wedges), for tests
+ * that add them up one by one. Rounded as kernels round it: who counts and who does not is no
+ * matter of tolerance. */
 #include <math.h>
 #include <stdbool.h>
 

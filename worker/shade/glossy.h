@@ -1,7 +1,7 @@
 #pragma once
 /* The glossy lobe of a surface: what its GGX facets reflect, where that can be filtered as a light
- * field of its own (filters.md section 7). This one predicate decides what such a field brings and
- * what paths then leave out.
+ * field of its own (docs/reconstruction.md, Glossy lobes). This one predicate decides what such a
+ * field brings and what paths then leave out.
  *
  * A surface has one when it is glTF's and not clear, its facets are isotropic and its alpha is at
  * least GLOSSY_ALPHA_LEAST (a roughness of 0.1). Sharper lobes show little noise, but at their

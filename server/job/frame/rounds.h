@@ -4,9 +4,9 @@
  * The plan's schedule is the first round. When all of a frame is reconstructed, each tile's summed
  * squared error is known, by what would lower it: more paths, more bounce rays, neither. Squared
  * errors are taken to fall with the number of paths, and of bounce rays as the power 2/3 (their
- * filter gets narrower meanwhile; filters.md section 3). The least cost for the target is where one
- * sample more gains the same everywhere: with V the squared error of a tile of `area` pixels, n its
- * samples a pixel and r the factor by which they grow,
+ * filter gets narrower meanwhile; docs/reconstruction.md, Target rounds). The least cost for the
+ * target is where one sample more gains the same everywhere: with V the squared error of a tile of
+ * `area` pixels, n its samples a pixel and r the factor by which they grow,
  *
  *   paths     V / r          falls at V / (area n r^2)        = lambda
  *   bounces   V / r^(2/3)    falls at 2 V / (3 area n r^(5/3)) = lambda

@@ -150,8 +150,9 @@ bool plan_light_field_covers(const struct job *job, const struct scene *scene,
                              char why[PLAN_WHY_BYTES]);
 /* Of a plan of light fields, enum shadow_filter, and a sentence that says why: none without a light
  * that has area, and where its strata are too many to travel; what the job asks for; and where it
- * asks for auto the sheared filter, which has the least error at all numbers of samples (filters.md
- * section 2), unless it would cost more than four times what tracing does. */
+ * asks for auto the sheared filter, which has the least error at all numbers of samples
+ * (docs/reconstruction.md, Which filter answers), unless it would cost more than four times what
+ * tracing does. */
 uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
                             char why[PLAN_FILTER_WHY_BYTES]);
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);

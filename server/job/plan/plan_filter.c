@@ -4,7 +4,7 @@
 #include "server/job/plan/plan.h"
 
 /* The sheared filter may cost so many times what tracing does: it stands for four times as many
- * samples under the axis-aligned one (filters.md section 2). */
+ * samples under the axis-aligned one (docs/reconstruction.md, Which filter answers). */
 #define COST_MOST 4.0
 
 /* Nanoseconds of CPU, of this order on any machine of today; only their ratio matters. A ray with

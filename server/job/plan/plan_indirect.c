@@ -12,8 +12,9 @@
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) |          \
      PLANE_BIT(OPEN))
 
-/* Samples from which on linear fits have less error than weighted means (filters.md section 3) in a
- * room, and at most a tenth more in other scenes. Their error falls with every step of samples. */
+/* Samples from which on linear fits have less error than weighted means (docs/reconstruction.md,
+ * Which filter answers) in a room, and at most a tenth more in other scenes. Their error falls with
+ * every step of samples. */
 #define SAMPLES_LINEAR 36
 
 /* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays

@@ -1,6 +1,7 @@
 #pragma once
-/* Anti-aliasing (filters.md section 6): a pixel is the mean of its centre and its sub-samples, each
- * with its own albedo and the lighting of the pixel around it that shows the same surface. */
+/* Anti-aliasing (docs/reconstruction.md, Anti-aliasing): a pixel is the mean of its centre and its
+ * sub-samples, each with its own albedo and the lighting of the pixel around it that shows the same
+ * surface. */
 #include "server/reconstruct/lighting/lighting.h"
 #include "server/reconstruct/patch/surface.h"
 

@@ -1,11 +1,11 @@
 #pragma once
 /* The light field of glossy lobes from few samples.
  *
- * Virtual hits (filters.md section 7): a pixel's lobe, seen as a Gaussian around the mirrored
- * direction, looks at points as far away as the mean of 1 / distance says; neighbours count as much
- * as their lobes see the same points as widely. Along x, then along y, each with the receiving
- * pixel's lobe and distance; light and weights travel, and the quotient at the end is the mean
- * radiance that the lobe sees. With n samples, mu being the plan's,
+ * Virtual hits (docs/reconstruction.md, Glossy lobes): a pixel's lobe, seen as a Gaussian around
+ * the mirrored direction, looks at points as far away as the mean of 1 / distance says; neighbours
+ * count as much as their lobes see the same points as widely. Along x, then along y, each with the
+ * receiving pixel's lobe and distance; light and weights travel, and the quotient at the end is the
+ * mean radiance that the lobe sees. With n samples, mu being the plan's,
  *
  *   weight = similarity^(2 / c^2) exp(-px^2 / (2 cap^2)),  c = 0.42 mu (16 / n)^0.3,
  *   cap = 5 mu (16 / n)^(1/6) px * height / 512: both shrink, so that errors fall to nothing.

@@ -45,10 +45,10 @@ struct glossy_run {
 };
 
 struct glossy_kernels {
-    /* One line of filters.md section 7: out[c] = the mean of in[c] over the neighbours on the same
-     * object and near the tangent plane, weighted by how alike their lobes' views of the same
-     * points are; neighbours that do not fit are passed over. Constant channels stay constant to
-     * the last bit. */
+    /* One line of virtual hits (docs/reconstruction.md, Glossy lobes): out[c] = the mean of in[c]
+     * over the neighbours on the same object and near the tangent plane, weighted by how alike
+     * their lobes' views of the same points are; neighbours that do not fit are passed over.
+     * Constant channels stay constant to the last bit. */
     void (*spread)(const struct glossy_field *field, const struct glossy_rule *rule,
                    const struct glossy_run *run, uint32_t count, const float *const *in,
                    float *const *out);

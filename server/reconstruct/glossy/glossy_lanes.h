@@ -9,7 +9,7 @@
  *   h = (mirror_j - mirror_i) + nearness_i (x_j - x_i)
  *
  * in two coordinates at right angles to the receiver's mirrored direction: 0 for a lobe and itself
- * (after Tokuyoshi 2015, with parallax; filters.md section 7). */
+ * (after Tokuyoshi 2015, with parallax; docs/reconstruction.md, Glossy lobes). */
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 #pragma once
 /* Diffuse indirect light and ambient occlusion from few samples: axis-aligned filtering with widths
  * from how near what lights a pixel is (Mehta et al. 2013, "Axis-aligned filtering for interactive
- * physically-based diffuse indirect lighting"; the rules A and B and the blend of filters.md
- * section 3).
+ * physically-based diffuse indirect lighting"; the rules A and B and the blend of
+ * docs/reconstruction.md, Indirect light).
  *
  *   reflector distances -> widths (harmonic means over the object, bandlimit, cap)
  *     -> pass along x, pass along y: surfaces' weights, the same for all channels

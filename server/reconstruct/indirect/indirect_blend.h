@@ -1,6 +1,6 @@
 #pragma once
-/* The variance-aware blend (after filters.md section 3): rule B at four widths around its own;
- * where the next wider one differs by more than noise explains, the narrower stands.
+/* The variance-aware blend (docs/reconstruction.md, Indirect blend): rule B at four widths around
+ * its own; where the next wider one differs by more than noise explains, the narrower stands.
  *
  *   F_k = rule B at sigma_k = sigma_0 r^k, k = 0 .. 3, from twice to half its width
  *   D_k = smoothed (F_k - F_k-1)^2

@@ -37,9 +37,9 @@ struct indirect_run {
 };
 
 struct indirect_kernels {
-    /* Rule A along one line (filters.md section 3): out[c] = the mean of in[c] over the neighbours
-     * of one surface, weights exp(-|d|^2 falloff). A walk ends where the same object lies farther
-     * than the cut; others that lie there it passes over. */
+    /* Rule A along one line (docs/reconstruction.md, Indirect means and lines): out[c] = the mean
+     * of in[c] over the neighbours of one surface, weights exp(-|d|^2 falloff). A walk ends where
+     * the same object lies farther than the cut; others that lie there it passes over. */
     void (*mean)(const struct indirect_field *field, const struct indirect_run *run, uint32_t count,
                  const float *const *in, float *const *out);
 

@@ -12,9 +12,9 @@
  *   n       = gamma (mu Omega d / z_near + a)^2 Omega^2 (1 + mu z_far / z_near)^2    equation 21
  *
  * The paper has one alpha of 0.3 in both. In the width it forces 6.7 px on every contact and blurs
- * them (filters.md section 3), so alpha is 3 there; in the rate, 3 would ask for 113 rays and more
- * at every pixel, so a stays 0.3. Distances below INDIRECT_RATE_NEAR_PX (at 512 lines) count as
- * that: the paper's 2 % of the scene in sizes of a pixel.
+ * them (docs/reconstruction.md, Indirect widths), so alpha is 3 there; in the rate, 3 would ask for
+ * 113 rays and more at every pixel, so a stays 0.3. Distances below INDIRECT_RATE_NEAR_PX (at 512
+ * lines) count as that: the paper's 2 % of the scene in sizes of a pixel.
  *
  * For the error to fall as mu grows, rays must grow faster than the area under the filter shrinks,
  * also where equation 21 asks for fewer than the first ones: from mu = 1 on each pixel that sees

@@ -1,5 +1,5 @@
 #pragma once
-/* How wide the filters of indirect light are (filters.md section 3):
+/* How wide the filters of indirect light are (docs/reconstruction.md, Indirect widths):
  *
  *   beta = mu clamp((2 / 2.8) max(z_s, least z) / mu(n), 0.6 px, cap(n))
  *

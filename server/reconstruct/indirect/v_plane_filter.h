@@ -1,8 +1,9 @@
 #pragma once
 /* Diffuse indirect light from few samples by sheared filtering over the v-plane (Yan et al. 2015,
  * "Fast 4D sheared filtering for interactive rendering of distribution effects", as corrected in
- * filters.md section 3): a neighbour's sample counts as the ray from here to the same place would,
- * as far as what shines lies at one height. Worth its price where a textured reflector is near.
+ * docs/reconstruction.md, V-plane filter): a neighbour's sample counts as the ray from here to the
+ * same place would, as far as what shines lies at one height. Worth its price where a textured
+ * reflector is near.
  *
  *   samples -> slopes: heights of what shines -> eta, sigma_x
  *     -> 1a, 1b: along the second tangent, strata at their exact shift -> cells of directions

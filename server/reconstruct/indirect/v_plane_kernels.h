@@ -4,7 +4,7 @@
  *
  * A sample of a bounce ray d = (x, y, z) around the normal has v = (x/z, y/z). Seen from a point
  * whose ray to the same place passes through v - s, it weighs by the ratio of the cosines to the
- * fourth power (filters.md section 3); for a shift along y alone that is
+ * fourth power (docs/reconstruction.md, V-plane filter); for a shift along y alone that is
  *
  *   gamma(v - s) / gamma(v) = 1 / (1 - 2 y z s + z^2 s^2)^2,
  *

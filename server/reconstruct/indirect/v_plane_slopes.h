@@ -1,6 +1,6 @@
 #pragma once
 /* How high what shines on a pixel lies, and what walks the sheared filter takes from that
- * (filters.md section 3, "Sheared, as it works").
+ * (docs/reconstruction.md, V-plane filter).
  *
  *   a = 1 / max(height, least), weighted by cos^2:  eta = mean, deviation, each over the samples,
  *   then over 5 x 5 pixels of the object that face the same way

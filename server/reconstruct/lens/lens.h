@@ -3,12 +3,13 @@
  *
  * LENS_FILTER_SHEARED: samples are projected along their slopes onto layers, images of what lies
  * between two slopes; each pixel then looks at the layers through its own aperture, nearest first
- * (the light field of one layer is constant along x + s u: filters.md section 1; layers as in
- * Vaidyanathan et al. 2015, "Layered light field reconstruction for defocus blur"). What is left of
- * the plain average's difference, smoothed, is added where it is more than noise, so that errors
- * fall with every sample.
+ * (the light field of one layer is constant along x + s u: docs/reconstruction.md, Lens layers;
+ * layers as in Vaidyanathan et al. 2015, "Layered light field reconstruction for defocus blur").
+ * What is left of the plain average's difference, smoothed, is added where it is more than noise,
+ * so that errors fall with every sample.
  *
- * LENS_FILTER_AXIS_ALIGNED: Gaussians of the pixels' least slopes (filters.md section 4).
+ * LENS_FILTER_AXIS_ALIGNED: Gaussians of the pixels' least slopes (docs/reconstruction.md, Lens
+ * samples).
  *
  * A pure function of its arguments; any thread. Arrays are those of a patch: width * height of its
  * rect, row by row. What the filter reads around a pixel lies within lens_halo_px. */

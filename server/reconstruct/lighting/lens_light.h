@@ -1,10 +1,10 @@
 #pragma once
-/* Light fields of pixel centres light lens samples (filters.md section 5): the lighting of what the
- * middle of the lens sees is filtered first, and each sample of the lens then takes it from where
- * the middle sees the same point. A sample of pixel position p at lens position u with slope s
- * shows what a pinhole shows at q = p + s u (lens_pattern.h); the pixels around q that show its
- * surface lend their lighting. Where none does, the point is hidden from the middle, and the sample
- * keeps what its own path has found.
+/* Light fields of pixel centres light lens samples (docs/reconstruction.md, Light through the
+ * lens): the lighting of what the middle of the lens sees is filtered first, and each sample of the
+ * lens then takes it from where the middle sees the same point. A sample of pixel position p at
+ * lens position u with slope s shows what a pinhole shows at q = p + s u (lens_pattern.h); the
+ * pixels around q that show its surface lend their lighting. Where none does, the point is hidden
+ * from the middle, and the sample keeps what its own path has found.
  *
  * What is lent is linear between pixel centres, at any number of samples: a sharp shadow's edge
  * between two of them stays a ramp as wide as a pixel, however many samples look at it. */

@@ -1,5 +1,6 @@
 #pragma once
-/* Do two pixels show one smooth surface, near enough for each other (filters.md section 2)? */
+/* Do two pixels show one smooth surface, near enough for each other (docs/reconstruction.md, Slopes
+ * and wedges)? */
 #include <math.h>
 
 #include "server/reconstruct/shadow/shadow_lanes.h"

@@ -1,8 +1,8 @@
 #pragma once
-/* The weight of a sample by its place on the light: I(y) / cov(y) of filters.md section 2, looked
- * up. Of samples sheared on to the light, cov is the share that stays there; dividing by it keeps
- * wide penumbrae from ringing. Lengths are fractions of the half-side, so that both axes of a
- * rectangle share one table. */
+/* The weight of a sample by its place on the light: I(y) / cov(y) (docs/reconstruction.md, Sample
+ * weights), looked up. Of samples sheared on to the light, cov is the share that stays there;
+ * dividing by it keeps wide penumbrae from ringing. Lengths are fractions of the half-side, so that
+ * both axes of a rectangle share one table. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>

@@ -8,7 +8,7 @@
  *
  * so that windows can be long along the edge and no wider than the penumbra across. The edge's
  * direction on the screen is that of the structure tensor of the pixels' own estimates; on the
- * light nu_i is e_i (filters.md section 2) times its normal on the screen. */
+ * light nu_i is e_i (docs/reconstruction.md, Receiver coordinates) times its normal there. */
 #include "server/reconstruct/shadow/wedge.h"
 
 /* How far around the pixels asked for it looks, beside WEDGE_FILL_PX for their slopes. */

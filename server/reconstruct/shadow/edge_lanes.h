@@ -28,7 +28,8 @@ struct edge_neighbours {
 };
 _Static_assert(SHADOW_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
 
-/* I / cov of filters.md section 2 at both axes' nodes side by side, but the last. */
+/* I / cov of docs/reconstruction.md, Sample weights, at both axes' nodes side by side, but the
+ * last. */
 static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct edge_windows *w,
                                     uint32_t lane, struct edge_weights out[2])
 {
@@ -171,7 +172,8 @@ static inline struct lanes edge_jitter(const float *from)
     return jitter;
 }
 
-/* w_i of filters.md section 2 at the k-th of l strata, where pattern_axis has it; 0 off the light.
+/* w_i of docs/reconstruction.md, Sample weights, at the k-th of l strata, where pattern_axis has
+ * it; 0 off the light.
  */
 static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma, uint32_t l,
                                       uint32_t k, lanes_vector jitter, lanes_vector shift)

@@ -1,10 +1,9 @@
 #pragma once
-/* Pixels as a rectangle light sees them (filters.md section 2, "Receiver coordinate").
+/* Pixels as a rectangle light sees them (docs/reconstruction.md, Receiver coordinates).
  *
- * filters.md speaks of a square light of half-side L. Here each axis i has its own L_i and with it
- * its own sigma_y,i and widths; slopes, and therefore eta, are those of the pixel, whatever the
- * axis. Points are relative to the eye, along the world's axes, so that large coordinates cost no
- * precision. */
+ * Each axis i of a light has its own half-side L_i and with it its own sigma_y,i and widths;
+ * slopes, and therefore eta, are those of the pixel, whatever the axis. Points are relative to the
+ * eye, along the world's axes, so that large coordinates cost no precision. */
 #include "server/reconstruct/patch/patch.h"
 #include "server/reconstruct/patch/surface.h"
 #include "server/reconstruct/shadow/coverage.h"
@@ -51,8 +50,8 @@ static inline size_t receivers_pixel(const struct receivers *r, int32_t x, int32
     return (size_t)(y - r->rect.y0) * (size_t)rect_width(r->rect) + (size_t)(x - r->rect.x0);
 }
 
-/* e_i of filters.md: pixels along x and y that lit pixel i moves on the screen for each scene unit
- * of Delta_i. Finite. */
+/* e_i of docs/reconstruction.md, Receiver coordinates: pixels along x and y that lit pixel i moves
+ * on the screen for each scene unit of Delta_i. Finite. */
 void receiver_steps(const struct receiver_light *light, const struct shadow_pixels *pixels,
                     size_t i, float steps[2][2]);
 

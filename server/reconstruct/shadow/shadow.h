@@ -1,6 +1,7 @@
 #pragma once
 /* Soft shadows of one rectangle light from few samples: the factored sheared filter, the
- * axis-aligned one, and what both stand on (filters.md sections 1 and 2).
+ * axis-aligned one, and what both stand on (docs/reconstruction.md, from Light fields and the shear
+ * to Axis-aligned shadows).
  *
  *   G-buffer, visibility bits, slopes -> receivers (where each pixel lies as the light sees it)
  *     -> wedges (slope range, shear, width) -> passes 1a, 1b, 2a, 2b  or  two passes along x, y;

@@ -1,6 +1,7 @@
 #pragma once
-/* The factored sheared filter (filters.md section 2, after Yan et al. 2015): four passes along one
- * axis each, numerators and denominators carried through all of them, one division at the end.
+/* The factored sheared filter (docs/reconstruction.md, Four passes, after Yan et al. 2015): four
+ * passes along one axis each, numerators and denominators carried through all of them, one division
+ * at the end.
  *
  * Only what some pixel with a wedge can reach goes through a pass: 2b runs for the pixels asked
  * for, 1b and 2a for those on their walks, 1a for those on the walks of these. */

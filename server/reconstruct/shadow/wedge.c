@@ -6,10 +6,10 @@
 #define SLOPE_LEAST 6e-5f /* what a half float and the tracer's clamp leave */
 #define SLOPE_MOST  65504.0f
 #define KAPPA_MOST  1e4f /* of slopes that are handed on */
-/* filters.md has 8, measured with random jitter. With the pattern's lattices a few pixels together
- * cover the light evenly: from 3 px on the noise hardly falls any more, and what the slopes change
- * over the window is all that wider filters add. It shrinks with the fourth root of m(N) only: the
- * lattice needs its few pixels at 256 spp too. */
+/* With random jitter 8 px were best. With the pattern's lattices a few pixels together cover the
+ * light evenly: from 3 px on the noise hardly falls any more, and what the slopes change over the
+ * window is all that wider filters add. It shrinks with the fourth root of m(N) only: the lattice
+ * needs its few pixels at 256 spp too. */
 #define WIDTH_MOST_PX 3.5f
 #define FILL_PASSES   3
 #define FILL_REACH    (WEDGE_FILL_PX / FILL_PASSES)

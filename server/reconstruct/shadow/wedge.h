@@ -1,6 +1,6 @@
 #pragma once
-/* The slopes of what shades a pixel, and the filter that follows from them (filters.md sections 1
- * and 2: "Widths", "Slopes per pixel"). */
+/* The slopes of what shades a pixel, and the filter that follows from them (docs/reconstruction.md,
+ * Slopes and wedges, Shadow widths). */
 #include "server/reconstruct/shadow/coverage.h"
 #include "server/reconstruct/shadow/receiver.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' shear_receivers: filter widths and walks from wedges (filters.md section 2,
- * "Widths"). */
+/* shadow_kernels' shear_receivers: filter widths and walks from wedges (docs/reconstruction.md,
+ * Shadow widths). */
 #include <math.h>
 
 #include "server/reconstruct/shadow/receiver_lanes.h"

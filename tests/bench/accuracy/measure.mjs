@@ -87,7 +87,7 @@ function judgeAll(tools, reference, rows, effect) {
   });
 }
 
-// Rows as accuracy.md names them, and the reference they were judged by. A scene whose file is not
+// Rows as docs/accuracy.md names them, and the reference they were judged by. A scene whose file is not
 // here (the shared ones may be absent) gives null.
 export function measureScene(tools, scene, o) {
   mkdirSync(`${o.out}/pictures`, { recursive: true });

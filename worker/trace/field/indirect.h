@@ -6,8 +6,8 @@
  * Sample i of a pixel has its direction from the dimension PATTERN_INDIRECT: stratum (u, v), mapped
  * by lambert_sample, or for the sheared filter by proto/v_plane.h, around the shading normal. The
  * tangents are v_plane_tangents in the camera's axes (right, up, -forward), which vary smoothly
- * over a surface (filters.md section 3). Its later random numbers are pattern_path.h's, by
- * path_field_key.
+ * over a surface (docs/reconstruction.md, V-plane filter). Its later random numbers are
+ * pattern_path.h's, by path_field_key.
  *
  * Rays of later passes are stratified by themselves, under a seed of their own; those of a second
  * set (plan_rate) pixel by pixel, each with its own number of strata.

@@ -26,8 +26,9 @@ struct shadow_scratch {
 };
 
 /* Traces light `index` for the point's lanes into the planes of `samples`. A blocked stratum's
- * slope is t/(1-t), t the fraction of the way to the light at which it is blocked (filters.md
- * section 2); blockers' distances are asked for only if the plan has the slopes plane. */
+ * slope is t/(1-t), t the fraction of the way to the light at which it is blocked
+ * (docs/reconstruction.md, Slopes and wedges); blockers' distances are asked for only if the plan
+ * has the slopes plane. */
 void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                   const struct shading_point *point, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters);

@@ -1,4 +1,4 @@
-/* The figures of accuracy.md on images whose figures are known. */
+/* The figures of docs/accuracy.md on images whose figures are known. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -171,7 +171,7 @@ static inline struct brute_pixel brute_pixel_of(const struct shadow_pixels *p, s
     return out;
 }
 
-/* w_i of filters.md section 2 at yhat half-sides. */
+/* w_i of docs/reconstruction.md, Sample weights, at yhat half-sides. */
 static inline float brute_weight(const struct brute *b, const struct brute_pixel *t, int axis,
                                  float y)
 {

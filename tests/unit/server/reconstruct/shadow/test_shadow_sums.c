@@ -1,6 +1,6 @@
-/* What the shadow filters' kernels beside the walks stand for (shadow_kernels.h; filters.md
- * sections 1 and 2), added up pixel by pixel and number by number, in double: fields as odd as they
- * get, of every number of strata. */
+/* What the shadow filters' kernels beside the walks stand for (shadow_kernels.h;
+ * docs/reconstruction.md, from Receiver coordinates to Axis-aligned shadows), added up pixel by
+ * pixel and number by number, in double: fields as odd as they get, of every number of strata. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,5 +1,6 @@
-/* Walks of the sheared filter against the sums they stand for (filters.md section 1), pixel by
- * pixel and tap by tap, in double: fields as odd as they get, of every number of strata. */
+/* Walks of the sheared filter against the sums they stand for (docs/reconstruction.md, Four
+ * passes), pixel by pixel and tap by tap, in double: fields as odd as they get, of every number of
+ * strata. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
