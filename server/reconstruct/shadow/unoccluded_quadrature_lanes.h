@@ -3,6 +3,8 @@
  * their horizons, where those go through the light: beside a horizon cos is no polynomial, and what
  * a rule makes of it is off by a third where little of the light is left. Rows of points are cut
  * there, those across the horizon rather than along it; from row to row the integral is smooth. */
+#include <stdbool.h>
+
 #include "server/reconstruct/shadow/unoccluded_chunk_lanes.h"
 #include "server/reconstruct/simd/fused.h"
 #include "server/reconstruct/simd/gaussian.h"

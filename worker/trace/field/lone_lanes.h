@@ -1,6 +1,6 @@
 #pragma once
 /* lane_kernels' unpack_normals and match_subs: proto/octahedron.c's and surface_match.h's first
- * questions in sixteen lanes, the same bits. Included by lane_kernels_body.h only. */
+ * questions in sixteen lanes, the same bits. */
 #include "proto/octahedron.h"
 #include "worker/trace/field/lone_finder.h"
 

@@ -1,6 +1,5 @@
 #pragma once
-/* lane_kernels' place_subs, and camera_rays: plan_camera_ray (proto/plan.c) in sixteen lanes.
- * Included by lane_kernels_body.h only. */
+/* lane_kernels' place_subs, and camera_rays: plan_camera_ray (proto/plan.c) in sixteen lanes. */
 #include <math.h>
 
 #include "proto/plan.h"

@@ -1,9 +1,9 @@
 #pragma once
-/* lane_kernels' store_geometry, relate_depths and store_sub. Included by lane_kernels_body.h only,
- * after pack_lanes.h. */
+/* lane_kernels' store_geometry, relate_depths and store_sub. */
 #include "proto/half.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/geometry.h"
+#include "worker/trace/hit/pack_lanes.h"
 
 /* -0.99951: the half next to SUB_DEPTH_MISS, for surfaces so near that they would round to it. */
 #define HALF_MISS        0xbc00u

@@ -1,8 +1,9 @@
 #pragma once
-/* lane_kernels' resolve_hits. Included by lane_kernels_body.h only, after surface_lanes.h. */
+/* lane_kernels' resolve_hits. */
 #include <math.h>
 
 #include "worker/trace/hit/hit.h"
+#include "worker/trace/hit/surface_lanes.h"
 #include "worker/trace/hit/textured.h"
 
 /* What each lane hit. */

@@ -1,6 +1,6 @@
 #pragma once
 /* lane_kernels' pack_unorms, and pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in
- * sixteen lanes, the same bits. Included by lane_kernels_body.h only. */
+ * sixteen lanes, the same bits. */
 #include <math.h>
 
 #include "worker/shade/lanes.h"

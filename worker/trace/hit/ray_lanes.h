@@ -1,8 +1,8 @@
 #pragma once
-/* lane_kernels' sanitise and camera_row. Included by lane_kernels_body.h only, after
- * camera_lanes.h. */
+/* lane_kernels' sanitise and camera_row. */
 #include <math.h>
 
+#include "worker/trace/hit/camera_lanes.h"
 #include "worker/trace/hit/primary.h"
 
 static uint32_t kernel_sanitise(const struct RTCRay16 *restrict r,

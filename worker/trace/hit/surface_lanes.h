@@ -1,11 +1,12 @@
 #pragma once
 /* From triangles to surfaces, in sixteen lanes: lane_kernels' finish_surface, and what hit_lanes.h
- * is made of. Included by lane_kernels_body.h only. */
+ * is made of. */
 #include <math.h>
 #include <string.h>
 
 #include "worker/scene/offset.h"
 #include "worker/trace/hit/hit.h"
+#include "worker/trace/hit/vector_lanes.h"
 
 /* Shading normals stay at least this far (as a cosine) on the viewer's side. */
 #define FACING_MIN 1e-3f
@@ -45,28 +46,6 @@ static inline float largest(float a, float b, float c)
 {
     float m = fabsf(a) > fabsf(b) ? fabsf(a) : fabsf(b);
     return m > fabsf(c) ? m : fabsf(c);
-}
-
-/* What one lane's loop holds of a struct lanes3. */
-struct vector {
-    float x, y, z;
-};
-
-LANE_INLINE struct vector lane_get(const struct lanes3 *from, int i)
-{
-    return (struct vector){from->x[i], from->y[i], from->z[i]};
-}
-
-LANE_INLINE void lane_put(struct vector v, int i, struct lanes3 *to)
-{
-    to->x[i] = v.x;
-    to->y[i] = v.y;
-    to->z[i] = v.z;
-}
-
-LANE_INLINE float dot(struct vector a, struct vector b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 /* Position and facet of lane i on the triangle v0, v1, v2; returns the magnitude of offset.h. */
@@ -210,11 +189,6 @@ LANE_INLINE struct vector bent_to_viewer(struct vector n, struct vector d)
     /* A unit vector with its part along the view replaced; at least FACING_MIN long. */
     float scale = 1.0f / sqrtf(x * x + y * y + z * z);
     return (struct vector){x * scale, y * scale, z * scale};
-}
-
-LANE_INLINE struct vector lane_direction(const struct RTCRay16 *r, int i)
-{
-    return (struct vector){r->dir_x[i], r->dir_y[i], r->dir_z[i]};
 }
 
 /* What hit.h promises of lane i of s, from a unit facet and a raw normal. `flat`: the normal is

@@ -1,6 +1,6 @@
 #pragma once
 /* lane_kernels' place_texels: where texture_sample (worker/scene/texture.c) reads, in sixteen
- * lanes. Included by lane_kernels_body.h only. */
+ * lanes. */
 #include <math.h>
 
 #include "worker/trace/hit/texels.h"

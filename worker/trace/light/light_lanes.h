@@ -1,25 +1,14 @@
 #pragma once
-/* lane_kernels' sample_light. Included by lane_kernels_body.h only. */
+/* lane_kernels' sample_light. */
 #include <math.h>
 
 #include "worker/trace/hit/primary.h"
+#include "worker/trace/light/gaussian_lanes.h"
 #include "worker/trace/light/light.h"
 
 /* Shadow rays end this little short of their light, so that what the light is set into (a bulb, a
  * ceiling) does not hide it by rounding. */
 #define SHADOW_END 0.9999f
-
-/* exp(-x) for x in [0, 4], relative error below 2e-6: a series on [0, 1/4], squared four times. Our
- * own, so that bits do not hang on the C library. */
-static inline float gaussian(float x)
-{
-    float y = x * (1.0f / 16);
-    float s = 1.0f - y * (1.0f - y * (0.5f - y * (1.0f / 6 - y * (1.0f / 24 - y / 120))));
-    s *= s;
-    s *= s;
-    s *= s;
-    return s * s;
-}
 
 /* LIGHT_NOT_FINITE where Embree could not take rays from the lane's origin. */
 LANE_INLINE int32_t judge_origin(const struct surface *r, int i)

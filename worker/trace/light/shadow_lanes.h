@@ -1,8 +1,9 @@
 #pragma once
 /* lane_kernels' light_hidden, sample_strata, add_strata and add_slopes: a light's strata before
- * Embree and after. Included by lane_kernels_body.h only, after light_lanes.h. */
+ * Embree and after. */
 #include "proto/pattern.h"
 #include "worker/trace/hit/block_store.h"
+#include "worker/trace/light/light_lanes.h"
 #include "worker/trace/light/shadow_sums.h"
 #include "worker/trace/light/strata.h"
 

@@ -1,11 +1,11 @@
 #pragma once
 /* lane_kernels' inner loops over layers (layers.h): worker/shade/gltf.c for what is rough and
- * opaque, in sixteen lanes. Lanes that are not on compute along; what they find is not kept.
- * Included by lane_kernels_body.h only. */
+ * opaque, in sixteen lanes. Lanes that are not on compute along; what they find is not kept. */
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"
 #include "worker/shade/lobe.h"
+#include "worker/trace/hit/vector_lanes.h"
 #include "worker/trace/path/path.h"
 
 /* Both lobes' values for a pair of directions. */

@@ -1,9 +1,10 @@
 #pragma once
-/* lane_kernels' inner loops of the path tracer. Included by lane_kernels_body.h only. */
+/* lane_kernels' inner loops of the path tracer. */
 #include <math.h>
 
 #include "proto/pattern_path.h"
 #include "worker/shade/lambert.h"
+#include "worker/trace/light/gaussian_lanes.h"
 #include "worker/trace/path/path.h"
 
 #define PATH_INVERSE_PI 0.318309886183790672f

@@ -1,6 +1,5 @@
 #pragma once
-/* lane_kernels' inner loops over an environment: directions to places of a map, and back. Included
- * by lane_kernels_body.h only. */
+/* lane_kernels' inner loops over an environment: directions to places of a map, and back. */
 #include "worker/trace/path/sky.h"
 
 /* From the world to the map. */
