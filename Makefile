@@ -25,6 +25,8 @@ STD     := -std=c17 -D_GNU_SOURCE
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes $(if $(WERROR),-Werror)
 MARCH   := -march=x86-64-v2
 OPT     := -O2 -g -ffp-contract=off -fno-math-errno
+# For the rooms and files whose loops take the time: fast_rooms, fast_files.
+FAST    := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
 CPPFLAGS += -I. -I$(B)
 CFLAGS   = $(STD) $(WARN) $(OPT) $(TUNE) $(EXTRA)
 
@@ -51,7 +53,10 @@ all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/impo
               $(worker_src) worker/main.c $(unit_src) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
-obj = $(patsubst %.c,$(B)/obj/%.o,$(1))
+# Kernels (proto/kernels.h) are compiled once for each instruction set.
+isas     := sse42 avx2 avx512
+kernels  := $(filter %_kernels.c,$(server_src) $(worker_src))
+obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B)/obj/$(f).%.o),$(B)/obj/$(f).o))
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
 server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
@@ -217,14 +222,27 @@ $(B)/build_id.h: $(sort $(shell find proto worker server -name '*.[ch]' -o -name
 $(B)/obj/proto/build.o: $(B)/build_id.h
 
 # Copies of known size go 32 bytes at a time, as vectors are read: by halves, what is read waits for both.
-$(B)/obj/%_avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256) $(clocked)
-$(B)/obj/%_avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clocked)
-$(B)/obj/proto/samples%.o $(B)/obj/proto/plane_filter.o $(B)/obj/proto/half.o $(B)/obj/proto/octahedron.o $(B)/obj/proto/v_plane.o $(B)/obj/server/film/%.o $(B)/obj/server/image/exr_zip.o $(B)/obj/server/reconstruct/%.o $(B)/obj/worker/trace/%.o $(B)/obj/worker/shade/%.o $(B)/obj/worker/scene/%.o: OPT := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
-$(B)/obj/worker/tile/%.o $(B)/obj/worker/trace/%.o $(B)/obj/server/film/%.o: TUNE := $(stores)
-$(B)/obj/server/reconstruct/%.o: TUNE := $(stores) $(scalars)
+$(B)/obj/%.avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256) $(clocked)
+$(B)/obj/%.avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clocked)
+
+# Flags by room.
+fast_rooms := server/film server/reconstruct worker/scene worker/shade worker/trace
+fast_files := proto/half proto/octahedron proto/plane_filter proto/samples% proto/v_plane server/image/exr_zip
+rooms = $(patsubst %,$(B)/obj/%.o,$(addsuffix /%,$(1)) $(2))
+$(call rooms,$(fast_rooms),$(fast_files)): OPT := $(FAST)
+$(call rooms,server/film worker/tile worker/trace): TUNE := $(stores)
+$(call rooms,server/reconstruct): TUNE := $(stores) $(scalars)
+
+compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP -c $< -o $@
+	$(compile) -c $< -o $@
+define kernel_rule
+$(B)/obj/%.$(1).o: %.c
+	@mkdir -p $$(@D)
+	$$(compile) -DISA=$(1) -c $$< -o $$@
+endef
+$(foreach isa,$(isas),$(eval $(call kernel_rule,$(isa))))
 
 $(B)/libproto.a: $(call obj,$(proto_src))
 $(B)/libserver.a: $(call obj,$(server_src))
@@ -316,5 +334,5 @@ $(B)/fuzz/$(notdir $(1:.c=)): $(call fuzz_obj,$(1) $(wildcard $(call fuzz_line,s
 endef
 $(foreach f,$(fuzz_src),$(eval $(call fuzzer,$(f))))
 
--include $(patsubst %.c,$(B)/obj/%.d,$(all_src))
+-include $(patsubst %.o,%.d,$(call obj,$(all_src)))
 -include $(shell find $(B)/fuzz/obj -name '*.d' 2>/dev/null)

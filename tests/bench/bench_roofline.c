@@ -278,12 +278,12 @@ static void say_machine(const struct roof_machine *m)
 
 static void measure_all(void)
 {
-    const struct shadow_kernels *shadow = shadow_kernels_best();
-    const struct indirect_kernels *in = indirect_kernels_best();
-    const struct glossy_kernels *g = glossy_kernels_best();
-    const struct lens_kernels *le = lens_kernels_best();
-    const struct lens_light_kernels *li = lens_light_kernels_best();
-    const struct v_plane_kernels *v = v_plane_kernels_best();
+    const struct shadow_kernels *shadow = KERNELS_BEST(shadow_kernels);
+    const struct indirect_kernels *in = KERNELS_BEST(indirect_kernels);
+    const struct glossy_kernels *g = KERNELS_BEST(glossy_kernels);
+    const struct lens_kernels *le = KERNELS_BEST(lens_kernels);
+    const struct lens_light_kernels *li = KERNELS_BEST(lens_light_kernels);
+    const struct v_plane_kernels *v = KERNELS_BEST(v_plane_kernels);
     enum { LINE = 16, POINT = 3, NORMAL = 3, WALK = 4, STRATUM = STRATA * STRATA, LIGHT = 3 };
     struct roof_machine m = {0};
     create_cases();

@@ -149,7 +149,7 @@ static void *run(void *context)
     queries_init_rays(&t->camera);
     queries_init_rays(&t->packet.rays);
     t->queries.scene = r->scene;
-    t->queries.kernels = lane_kernels_for(r->scene->isa);
+    t->queries.kernels = KERNELS_FOR(lane_kernels, r->scene->isa);
     _mm_setcsr(_mm_getcsr() | MXCSR_FLUSH);
     struct rect all = {0, 0, plan->width_px, plan->height_px};
     for (int32_t y; (y = LANES_ACROSS * atomic_fetch_add(&r->next_row, 1)) < all.y1;)

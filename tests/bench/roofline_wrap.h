@@ -15,9 +15,9 @@ static void around_end(const void *kernel, double outputs);
 #define WRAP(table, kernel, outputs, parameters, ...)                                              \
     static void wrapped_##table##_##kernel parameters                                              \
     {                                                                                              \
-        around_begin((const void *)&table##_kernels_best()->kernel);                               \
-        table##_kernels_best()->kernel(__VA_ARGS__);                                               \
-        around_end((const void *)&table##_kernels_best()->kernel, outputs);                        \
+        around_begin((const void *)&KERNELS_BEST(table##_kernels)->kernel);                        \
+        KERNELS_BEST(table##_kernels)->kernel(__VA_ARGS__);                                        \
+        around_end((const void *)&KERNELS_BEST(table##_kernels)->kernel, outputs);                 \
     }
 
 WRAP(shadow, unoccluded, n,
@@ -126,7 +126,7 @@ WRAP(lens_light, add, n,
 
 static float wrapped_lens_light_most(const float *slope, uint32_t n, float most)
 {
-    const struct lens_light_kernels *best = lens_light_kernels_best();
+    const struct lens_light_kernels *best = KERNELS_BEST(lens_light_kernels);
     around_begin((const void *)&best->most);
     const float found = best->most(slope, n, most);
     around_end((const void *)&best->most, n);

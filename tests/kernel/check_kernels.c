@@ -32,8 +32,8 @@ struct tier {
 };
 
 static const struct tier tiers[] = {
-    {"sse4.2", &shadow_kernels_c, &indirect_kernels_c, &v_plane_kernels_c, &glossy_kernels_c,
-     &lens_kernels_c, &lens_light_kernels_c},
+    {"sse4.2", &shadow_kernels_sse42, &indirect_kernels_sse42, &v_plane_kernels_sse42,
+     &glossy_kernels_sse42, &lens_kernels_sse42, &lens_light_kernels_sse42},
     {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2,
      &glossy_kernels_avx2, &lens_kernels_avx2, &lens_light_kernels_avx2},
     {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512,
@@ -64,7 +64,7 @@ static float compare_field(const struct kernel_field *k, const struct shadow_ker
 /* Those of SSE4.2, which are compared on fields without extremes. */
 static bool rounds_twice(const struct tier *tier)
 {
-    return tier->kernels == &shadow_kernels_c;
+    return tier->kernels == &shadow_kernels_sse42;
 }
 
 static bool is_wild(const struct tier *tier, uint64_t seed)

@@ -131,7 +131,7 @@ static inline float lens_case_compare(const struct lens_case *k, const struct le
     const size_t size = lens_case_size(k, kernel);
     const size_t cells = LENS_CELL_SUMS * (size_t)k->place.spare;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    lens_case_run(k, &lens_kernels_c, kernel, a);
+    lens_case_run(k, &lens_kernels_sse42, kernel, a);
     lens_case_run(k, tested, kernel, b);
     const float difference = kernel == LENS_GATHER             ? field_difference(a, b, size)
                              : memcmp(a, b, cells * sizeof *a) ? INFINITY

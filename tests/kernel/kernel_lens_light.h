@@ -136,7 +136,7 @@ static inline float lens_light_case_compare(const struct lens_light_case *k,
 {
     const size_t size = lens_light_case_size(k);
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    lens_light_case_run(k, &lens_light_kernels_c, kernel, first, a);
+    lens_light_case_run(k, &lens_light_kernels_sse42, kernel, first, a);
     lens_light_case_run(k, tested, kernel, first, b);
     const float difference = memcmp(a, b, size * sizeof *a) ? INFINITY : 0.0f;
     free(a);

@@ -30,9 +30,10 @@ static inline bool cpu_runs(const char *isa)
     static void best_fits_the_cpu(void **state)                                                    \
     {                                                                                              \
         (void)state;                                                                               \
-        assert_ptr_equal(NAME##_kernels_best(), cpu_runs("avx512") ? &NAME##_kernels_avx512        \
-                                                : cpu_runs("avx2") ? &NAME##_kernels_avx2          \
-                                                                   : &NAME##_kernels_c);           \
+        assert_ptr_equal(KERNELS_BEST(NAME##_kernels), cpu_runs("avx512") ? &NAME##_kernels_avx512 \
+                                                       : cpu_runs("avx2")                          \
+                                                           ? &NAME##_kernels_avx2                  \
+                                                           : &NAME##_kernels_sse42);               \
     }
 
 #define KERNEL_TESTS_OF_ALL                                                                        \

@@ -206,7 +206,8 @@ static inline float v_plane_case_compare(const struct v_plane_case *k,
     v_plane_case_run(k, &v_plane_kernels_reference, kernel, a);
     v_plane_case_run(k, tested, kernel, b);
     for (size_t i = k->width; i < (size_t)2 * k->width; i++)
-        if (tested == &v_plane_kernels_c && kernel == V_PLANE_SLOPES) a[i] *= a[i], b[i] *= b[i];
+        if (tested == &v_plane_kernels_sse42 && kernel == V_PLANE_SLOPES)
+            a[i] *= a[i], b[i] *= b[i];
     const float difference = field_difference(a, b, size);
     free(a);
     free(b);

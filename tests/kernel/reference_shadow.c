@@ -2,5 +2,5 @@
 #include "tests/kernel/reference.h"
 
 #define FUSED_BY_LIBRARY
-#define SHADOW_KERNELS shadow_kernels_reference
-#include "server/reconstruct/shadow/shadow_kernels_body.h"
+#define ISA reference
+#include "server/reconstruct/shadow/shadow_kernels.c"

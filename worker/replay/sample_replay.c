@@ -186,7 +186,7 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     queries_init(&t->queries);
     path_scratch_init(&t->path);
     t->queries.scene = scene;
-    t->queries.kernels = lane_kernels_for(scene->isa);
+    t->queries.kernels = KERNELS_FOR(lane_kernels, scene->isa);
     const unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     light_table_init(&t->lights, plan, scene->emitters != NULL);

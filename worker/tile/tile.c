@@ -130,7 +130,7 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     tracer->queries.scene = scene;
-    tracer->queries.kernels = lane_kernels_for(scene->isa);
+    tracer->queries.kernels = KERNELS_FOR(lane_kernels, scene->isa);
     tracer->queries.rejected = 0;
     light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);

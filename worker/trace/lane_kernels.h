@@ -1,6 +1,7 @@
 #pragma once
 /* The inner loops over sixteen lanes, once for each instruction set. All of them compute the same
  * bits: no contraction into fused multiply-adds, no approximate reciprocals. */
+#include "proto/kernels.h"
 #include "proto/pattern_path.h"
 #include "worker/trace/field/lone_finder.h"
 #include "worker/trace/hit/geometry.h"
@@ -139,7 +140,5 @@ struct lane_kernels {
                            const float *reach, float *factor);
 };
 
+/* One for each instruction set (kernels.h). */
 extern const struct lane_kernels lane_kernels_sse42, lane_kernels_avx2, lane_kernels_avx512;
-
-/* The kernels of an instruction set that build_isa() names. */
-const struct lane_kernels *lane_kernels_for(const char *isa);

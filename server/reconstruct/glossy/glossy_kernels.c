@@ -1,13 +1,9 @@
+/* All instruction sets have the same operations in the same order, but SSE4.2 rounds what the
+ * others fuse (fused.h). */
 #include "server/reconstruct/glossy/glossy_kernels.h"
 
-#include <string.h>
+#include "server/reconstruct/glossy/glossy_lanes.h"
 
-#include "proto/build.h"
-
-const struct glossy_kernels *glossy_kernels_best(void)
-{
-    const char *isa = build_isa();
-    if (isa && strcmp(isa, "avx512") == 0) return &glossy_kernels_avx512;
-    if (isa && strcmp(isa, "avx2") == 0) return &glossy_kernels_avx2;
-    return &glossy_kernels_c;
-}
+const struct glossy_kernels KERNELS(glossy_kernels) = {
+    .spread = kernel_spread,
+};

@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 #define GLOSSY_LANES        16
 #define GLOSSY_REACH_MAX_PX 64
 #define GLOSSY_TAPS         (2 * GLOSSY_REACH_MAX_PX) /* neighbours on a line, at most */
@@ -54,8 +56,5 @@ struct glossy_kernels {
                    float *const *out);
 };
 
-/* One for each of build_isa()'s names; glossy_kernels_c runs anywhere. */
-extern const struct glossy_kernels glossy_kernels_c, glossy_kernels_avx2, glossy_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
-const struct glossy_kernels *glossy_kernels_best(void);
+/* One for each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */
+extern const struct glossy_kernels glossy_kernels_sse42, glossy_kernels_avx2, glossy_kernels_avx512;

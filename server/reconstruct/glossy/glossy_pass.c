@@ -84,7 +84,7 @@ static void run_rows(const struct glossy_place *place, const struct glossy_rule 
                      struct rect rect, bool along_x, uint32_t count, float *const *in,
                      float *const *out)
 {
-    const struct glossy_kernels *kernels = glossy_kernels_best();
+    const struct glossy_kernels *kernels = KERNELS_BEST(glossy_kernels);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const struct glossy_run run = glossy_place_run(place, rect, y, along_x, rule->reach);
         kernels->spread(&place->field, rule, &run, count, (const float *const *)in, out);

@@ -202,7 +202,7 @@ static void fill_lone(const struct indirect *f, const struct indirect_rule *rule
 static int run(const struct indirect *f, uint64_t *lone)
 {
     const struct indirect_rule rule = indirect_rule_of(f->plan);
-    const struct indirect_kernels *kernels = indirect_kernels_best();
+    const struct indirect_kernels *kernels = KERNELS_BEST(indirect_kernels);
     const int32_t halo = indirect_halo_px(f->plan);
     const int32_t beyond = f->error ? indirect_squares_reach(&rule) : 0;
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);

@@ -1,13 +1,11 @@
+/* All instruction sets have the same operations in the same order, but SSE4.2 rounds what the
+ * others fuse (fused.h). */
 #include "server/reconstruct/indirect/indirect_kernels.h"
 
-#include <string.h>
+#include "server/reconstruct/indirect/indirect_lanes.h"
 
-#include "proto/build.h"
-
-const struct indirect_kernels *indirect_kernels_best(void)
-{
-    const char *isa = build_isa();
-    if (isa && strcmp(isa, "avx512") == 0) return &indirect_kernels_avx512;
-    if (isa && strcmp(isa, "avx2") == 0) return &indirect_kernels_avx2;
-    return &indirect_kernels_c;
-}
+const struct indirect_kernels KERNELS(indirect_kernels) = {
+    .mean = kernel_mean,
+    .line = kernel_line,
+    .nearness = kernel_nearness,
+};

@@ -12,6 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 #define INDIRECT_LANES   16
 #define INDIRECT_TAPS    128 /* neighbours on a line, at most: INDIRECT_REACH_MAX_PX a side */
 #define INDIRECT_NEAR_PX 2   /* around a pixel, that its nearness is the mean of */
@@ -55,9 +57,6 @@ struct indirect_kernels {
                      const float *nearness, float *out);
 };
 
-/* One for each of build_isa()'s names; indirect_kernels_c runs anywhere. */
-extern const struct indirect_kernels indirect_kernels_c, indirect_kernels_avx2,
+/* One for each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */
+extern const struct indirect_kernels indirect_kernels_sse42, indirect_kernels_avx2,
     indirect_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
-const struct indirect_kernels *indirect_kernels_best(void);

@@ -178,7 +178,7 @@ static int find(const struct plan *plan, const struct patch *patch, const float 
                            .near_px = INDIRECT_RATE_NEAR_PX * lines};
     load_far(&r);
     for (int32_t y = inner.y0; y < inner.y1; y++, sides += rect_width(inner))
-        find_row(&r, indirect_kernels_best(), y, sides);
+        find_row(&r, KERNELS_BEST(indirect_kernels), y, sides);
     indirect_place_fini(&place);
     return 0;
 }

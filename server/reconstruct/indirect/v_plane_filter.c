@@ -137,7 +137,8 @@ static int v_plane_create(const struct plan *plan, const struct patch *patch, st
                           struct v_plane *out)
 {
     *out = (struct v_plane){0};
-    int error = v_plane_place_create(plan, patch, inner, v_plane_kernels_best(), &out->place);
+    int error =
+        v_plane_place_create(plan, patch, inner, KERNELS_BEST(v_plane_kernels), &out->place);
     if (!error) error = v_plane_slopes(&out->place);
     if (error) return error;
     struct v_plane_field *field = &out->place.field;

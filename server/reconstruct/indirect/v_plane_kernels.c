@@ -1,13 +1,15 @@
+/* All instruction sets have the same operations in the same order, but SSE4.2 rounds what the
+ * others fuse (fused.h). */
 #include "server/reconstruct/indirect/v_plane_kernels.h"
 
-#include <string.h>
+#include "server/reconstruct/indirect/v_plane_slope_lanes.h"
+#include "server/reconstruct/indirect/v_plane_walk_lanes.h"
 
-#include "proto/build.h"
-
-const struct v_plane_kernels *v_plane_kernels_best(void)
-{
-    const char *isa = build_isa();
-    if (isa && strcmp(isa, "avx512") == 0) return &v_plane_kernels_avx512;
-    if (isa && strcmp(isa, "avx2") == 0) return &v_plane_kernels_avx2;
-    return &v_plane_kernels_c;
-}
+const struct v_plane_kernels KERNELS(v_plane_kernels) = {
+    .strata = kernel_strata,
+    .slopes = kernel_slopes,
+    .average = kernel_average,
+    .records = kernel_records,
+    .columns = kernel_columns,
+    .rows = kernel_rows,
+};

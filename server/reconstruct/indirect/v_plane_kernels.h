@@ -17,6 +17,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 #define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
 #define V_PLANE_SLOPES_PX   2   /* around a pixel, of the same object, that its slopes come from */
 #define V_PLANE_STRATA_MAX  16  /* l; LIMIT_PLANE_STRATA_PER_AXIS */
@@ -142,8 +144,6 @@ struct v_plane_kernels {
                  const float *const *rows, float *out);
 };
 
-/* One for each of build_isa()'s names; v_plane_kernels_c runs anywhere. */
-extern const struct v_plane_kernels v_plane_kernels_c, v_plane_kernels_avx2, v_plane_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits. */
-const struct v_plane_kernels *v_plane_kernels_best(void);
+/* One for each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */
+extern const struct v_plane_kernels v_plane_kernels_sse42, v_plane_kernels_avx2,
+    v_plane_kernels_avx512;

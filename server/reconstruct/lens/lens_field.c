@@ -165,7 +165,7 @@ int lens_field_create(const struct plan *plan, const struct patch *patch, struct
 {
     *out = (struct lens_field){.plan = plan,
                                .patch = patch,
-                               .kernels = lens_kernels_best(),
+                               .kernels = KERNELS_BEST(lens_kernels),
                                .l = plan->lens_strata_per_axis,
                                .wide = wide,
                                .seen = seen};

@@ -4,6 +4,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 struct lens_aperture;
 
 #define LENS_LANES  16
@@ -142,8 +144,5 @@ struct lens_kernels {
     void (*composite)(const struct lens_composite *composite, float seen[LENS_VIEWS][LENS_LANES]);
 };
 
-/* One for each of build_isa()'s names; lens_kernels_c runs anywhere. */
-extern const struct lens_kernels lens_kernels_c, lens_kernels_avx2, lens_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). All give the same bits. */
-const struct lens_kernels *lens_kernels_best(void);
+/* One for each instruction set (kernels.h). All give the same bits. */
+extern const struct lens_kernels lens_kernels_sse42, lens_kernels_avx2, lens_kernels_avx512;

@@ -51,7 +51,7 @@ struct residual {
 static int create(const struct lens_field *f, struct residual *r)
 {
     *r = (struct residual){.field = f,
-                           .kernels = lens_residual_kernels_best(),
+                           .kernels = KERNELS_BEST(lens_residual_kernels),
                            .width = rect_width(f->wide),
                            .height = rect_height(f->wide),
                            .area = (size_t)rect_area(f->wide)};

@@ -4,6 +4,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 /* Planes of a picture that is given the difference to its average. */
 struct lens_residual_planes {
     const float *average[3];
@@ -44,9 +46,6 @@ struct lens_residual_kernels {
                      size_t count);
 };
 
-/* One for each of build_isa()'s names; lens_residual_kernels_c runs anywhere. */
-extern const struct lens_residual_kernels lens_residual_kernels_c, lens_residual_kernels_avx2,
+/* One for each instruction set (kernels.h). All give the same bits. */
+extern const struct lens_residual_kernels lens_residual_kernels_sse42, lens_residual_kernels_avx2,
     lens_residual_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). All give the same bits. */
-const struct lens_residual_kernels *lens_residual_kernels_best(void);

@@ -3,6 +3,8 @@
  * set, and the arrays they read and write. */
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 /* Of the pixels of a row and a line of the lens; and of samples k of that line. */
 struct lens_light_row {
     const float *along, *height, *left, *length; /* of lens_pattern.h */
@@ -43,10 +45,6 @@ struct lens_light_kernels {
     float (*most)(const float *slope, uint32_t count, float most);
 };
 
-/* One for each of build_isa()'s names; lens_light_kernels_c runs anywhere. All give the same bits.
- */
-extern const struct lens_light_kernels lens_light_kernels_c, lens_light_kernels_avx2,
+/* One for each instruction set (kernels.h). All give the same bits. */
+extern const struct lens_light_kernels lens_light_kernels_sse42, lens_light_kernels_avx2,
     lens_light_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). */
-const struct lens_light_kernels *lens_light_kernels_best(void);

@@ -56,8 +56,8 @@ int lens_row_create(const struct plan *plan, const struct patch *patch, size_t w
 {
     *out = (struct lens_row){.plan = plan,
                              .patch = patch,
-                             .lens = lens_kernels_best(),
-                             .kernels = lens_light_kernels_best()};
+                             .lens = KERNELS_BEST(lens_kernels),
+                             .kernels = KERNELS_BEST(lens_light_kernels)};
     out->memory = scratch_take(patch->scratch, (FLOATS + WHOLES) * width * sizeof(float));
     if (!out->memory) return ERR_MEMORY;
     carve(out, out->memory, width);

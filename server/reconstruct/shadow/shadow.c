@@ -135,7 +135,7 @@ int shadow_filter(const struct plan *plan, uint32_t light, const struct patch *p
     if (!can_filter(plan, light, patch, inner)) return ERR_RANGE;
     const size_t area = (size_t)rect_area(inner);
     struct shadow_block s = {
-        .plan = plan, .patch = patch, .kernels = shadow_kernels_best(), .inner = inner};
+        .plan = plan, .patch = patch, .kernels = KERNELS_BEST(shadow_kernels), .inner = inner};
     float *memory = scratch_take(patch->scratch, 4 * area * sizeof *memory);
     int error = 0;
     if (!memory) return ERR_MEMORY;

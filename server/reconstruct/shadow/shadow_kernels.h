@@ -12,6 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "proto/kernels.h"
+
 #define SHADOW_REACH_PX    16                              /* farthest pixel of a walk */
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */
 #define SHADOW_STRATA_MAX  16                              /* l; LIMIT_PLANE_STRATA_PER_AXIS */
@@ -184,9 +186,6 @@ struct shadow_kernels {
                        const float *a, const float *b, float *out);
 };
 
-/* One for each of build_isa()'s names; shadow_kernels_c runs anywhere. */
-extern const struct shadow_kernels shadow_kernels_c, shadow_kernels_avx2, shadow_kernels_avx512;
-
-/* The kernels to use here: those of build_isa(). AVX2 and AVX-512 give the same bits of finite
- * numbers. */
-const struct shadow_kernels *shadow_kernels_best(void);
+/* One for each instruction set (kernels.h). AVX2 and AVX-512 give the same bits of finite numbers.
+ */
+extern const struct shadow_kernels shadow_kernels_sse42, shadow_kernels_avx2, shadow_kernels_avx512;

@@ -69,7 +69,8 @@ static void test_light_samples_agree(void **state)
         }
         lane_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
         for (int k = 0; k < isa_count(); k++) {
-            lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
+            KERNELS_FOR(lane_kernels, all_isas[k])
+                ->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
             assert_memory_equal(got.rays.ray.dir_x, expected.rays.ray.dir_x, 64);
             assert_memory_equal(got.rays.ray.dir_z, expected.rays.ray.dir_z, 64);
             assert_memory_equal(got.rays.ray.tfar, expected.rays.ray.tfar, 64);
@@ -128,7 +129,7 @@ static void test_strata_agree(void **state)
         random_surface(&seed, &s);
         block_init(&block, 4 * round, 8, 4096, 16, (struct rect){0, 0, 4096, 16});
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
             strata_init(&strata, kernels, &plan.pattern, NULL, &block, PATTERN_LIGHT, l);
             for (uint32_t first = 0; first < all; first += SHADOW_BATCH)
                 check_batch(kernels, &table.lights[0], &strata, first,
@@ -165,7 +166,7 @@ static void test_texels_agree(void **state)
         u[3] = NAN, v[4] = INFINITY, u[5] = v[5] = 0.0f, u[6] = 1.0f; /* edges */
         for (int k = 0; k < isa_count(); k++) {
             struct texel_lanes at;
-            lane_kernels_for(all_isas[k])->place_texels(&t, u, v, &at);
+            KERNELS_FOR(lane_kernels, all_isas[k])->place_texels(&t, u, v, &at);
             for (int i = 0; i < LANES; i++) {
                 float expected[4], got[4];
                 texture_sample(&t, u[i], v[i], expected);
@@ -194,7 +195,7 @@ static void test_camera_rows_agree(void **state)
                        .half_width = 0.7f,
                        .half_height = 0.4f}};
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
             assert_int_equal(kernels->camera_row(&plan, 0, 12, PRIMARY_ROW, row), 0);
             for (int32_t n = 0; n < PRIMARY_ROW; n++) {
                 _Alignas(64) float px[LANES], py[LANES];
@@ -247,7 +248,7 @@ static void test_surfaces_agree(void **state)
         }
         for (int k = 1; k < isa_count(); k++) {
             struct surface c = b;
-            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, false, &c);
+            KERNELS_FOR(lane_kernels, all_isas[k])->finish_surface(&rays, magnitude, false, &c);
             assert_memory_equal(&c, &a, sizeof a);
         }
     }
@@ -270,7 +271,7 @@ static void test_flat_surfaces(void **state)
         lane_kernels_sse42.finish_surface(&rays, magnitude, false, &expected);
         for (int k = 0; k < isa_count(); k++) {
             struct surface got = flat;
-            lane_kernels_for(all_isas[k])->finish_surface(&rays, magnitude, true, &got);
+            KERNELS_FOR(lane_kernels, all_isas[k])->finish_surface(&rays, magnitude, true, &got);
             assert_memory_equal(&got, &expected, sizeof got);
         }
     }
@@ -288,7 +289,7 @@ static void test_camera_rays(void **state)
             struct RTCRay16 r;
             p.camera.type = type;
             for (int i = 0; i < LANES; i++) px[i] = (float)i * 4.1f, py[i] = (float)i * 2.9f;
-            lane_kernels_for(all_isas[k])->camera_rays(&p, px, py, &r);
+            KERNELS_FOR(lane_kernels, all_isas[k])->camera_rays(&p, px, py, &r);
             for (int i = 0; i < LANES; i++) {
                 float o[3], d[3];
                 plan_camera_ray(&p, px[i], py[i], o, d);
@@ -305,7 +306,7 @@ static void test_unorms(void **state)
     static const uint16_t expected[] = {0, 0, 32768, 65535, 65535, 1, 1, 65535, 0};
     for (int k = 0; k < isa_count(); k++) {
         _Alignas(64) uint16_t packed[LANES];
-        lane_kernels_for(all_isas[k])->pack_unorms(v, packed);
+        KERNELS_FOR(lane_kernels, all_isas[k])->pack_unorms(v, packed);
         assert_memory_equal(packed, expected, sizeof expected);
     }
 }
@@ -322,8 +323,8 @@ static void test_packed_normals_are_octahedron_codes(void **state)
         if (round % 4 == 1) n.x[5] = 0, n.z[5] = 0, n.y[5] = 1;
         if (round == 2) n.x[1] = n.y[1] = n.z[1] = 0;
         for (int k = 0; k < isa_count(); k++) {
-            lane_kernels_for(all_isas[k])->pack_normals(&n, 16, wide);
-            lane_kernels_for(all_isas[k])->pack_normals(&n, 8, narrow);
+            KERNELS_FOR(lane_kernels, all_isas[k])->pack_normals(&n, 16, wide);
+            KERNELS_FOR(lane_kernels, all_isas[k])->pack_normals(&n, 8, narrow);
             for (int i = 0; i < LANES; i++) {
                 const float v[3] = {n.x[i], n.y[i], n.z[i]};
                 assert_int_equal(wide[i], octahedron_pack16(v));
@@ -352,7 +353,7 @@ static void test_unfit_rays_are_switched_off(void **state)
         r.tfar[5] = NAN;
         r.tfar[6] = 0;
         r.org_z[15] = NAN;
-        assert_int_equal(lane_kernels_for(all_isas[k])->sanitise(&r, &valid), 7);
+        assert_int_equal(KERNELS_FOR(lane_kernels, all_isas[k])->sanitise(&r, &valid), 7);
         for (int i = 0; i < LANES; i++) assert_int_equal(valid.on[i], i < 7 || i == 15 ? 0 : -1);
     }
 }
@@ -381,7 +382,8 @@ static void test_not_finite_samples_are_rejected(void **state)
         unsigned int mode = _mm_getcsr();
         _mm_setcsr(mode | 0x8040u); /* as while tiles are traced: squares flush to zero */
         plan.lights[0].position[1] = 1e-20f;
-        lane_kernels_for(all_isas[k])->sample_light(&table.lights[0], u, u, &s, &lanes, &packet);
+        KERNELS_FOR(lane_kernels, all_isas[k])
+            ->sample_light(&table.lights[0], u, u, &s, &lanes, &packet);
         _mm_setcsr(mode);
         for (int i = 0; i < LANES; i++) assert_int_equal(packet.traced.on[i], i == 2 ? -1 : 0);
     }

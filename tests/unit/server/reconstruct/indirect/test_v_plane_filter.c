@@ -286,8 +286,8 @@ static void slopes(void **state)
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
     struct patch *patch = v_plane_patch(&scene, all, 4);
     struct v_plane_place place;
-    assert_int_equal(v_plane_place_create(&scene.plan, patch, inner, &v_plane_kernels_c, &place),
-                     0);
+    assert_int_equal(
+        v_plane_place_create(&scene.plan, patch, inner, &v_plane_kernels_sse42, &place), 0);
     assert_int_equal(v_plane_slopes(&place), 0);
     for (int32_t y = inner.y0; y < inner.y1; y++) {
         for (int32_t x = inner.x0; x < inner.x1; x++) {
@@ -317,7 +317,7 @@ static void directions(void **state)
             u[k] = (float)k / (COUNT - 0.99f);
             v[k] = 1.0f - (float)(k + 1) / COUNT;
         }
-        v_plane_kernels_c.strata(&s, u, v);
+        v_plane_kernels_sse42.strata(&s, u, v);
         for (uint32_t i = 0; i < l; i++) {
             for (uint32_t k = 0; k < COUNT; k++) {
                 float side, height, sine, cosine;

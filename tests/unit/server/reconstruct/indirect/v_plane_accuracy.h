@@ -212,7 +212,7 @@ static inline struct v_plane_picture accuracy_brute(const struct v_plane_scene *
     const struct rect r = patch->rect;
     brute.samples = malloc((size_t)rect_area(r) * sizeof *brute.samples);
     if (!brute.samples ||
-        v_plane_place_create(&s->plan, patch, rect, v_plane_kernels_best(), &place) ||
+        v_plane_place_create(&s->plan, patch, rect, KERNELS_BEST(v_plane_kernels), &place) ||
         v_plane_slopes(&place))
         abort();
     for (int32_t y = r.y0; y < r.y1; y++)

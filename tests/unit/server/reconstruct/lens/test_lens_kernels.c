@@ -46,7 +46,7 @@ static void compare_gather(const struct lens_kernels *tested, uint32_t seed)
         taps[t].at = (t / 8 - 4) * STRIDE + t % 8 - 4;
         taps[t].distance = between(&seed, 0.0f, 6.0f);
     }
-    lens_kernels_c.gather(&gather, 10 * STRIDE + 17, COUNT, expected, COUNT);
+    lens_kernels_sse42.gather(&gather, 10 * STRIDE + 17, COUNT, expected, COUNT);
     tested->gather(&gather, 10 * STRIDE + 17, COUNT, result, COUNT);
     assert_memory_equal(expected, result, sizeof result);
     free(planes);
@@ -102,7 +102,7 @@ static void compare_add(const struct lens_kernels *tested, uint32_t seed, int32_
         for (uint32_t count = 1; count <= NUMBERS; count += 11) {
             fill(&seed, 0.0f, 1.0f, ADD_SUMS, expected);
             memcpy(result, expected, sizeof result);
-            lens_kernels_c.add(&place, count, expected);
+            lens_kernels_sse42.add(&place, count, expected);
             tested->add(&place, count, result);
             assert_memory_equal(expected, result, ADD_CELLS * LENS_CELL_SUMS * sizeof *result);
         }
@@ -116,10 +116,10 @@ static void compare_slopes(const struct lens_kernels *tested, uint32_t seed)
     for (uint32_t count = 1; count <= NUMBERS; count += 11) {
         for (size_t k = 0; k < 3; k++) fill(&seed, -1.0f, 1.0f, NUMBERS, expected[k]);
         memcpy(result, expected, sizeof result);
-        lens_kernels_c.slopes(slope, -1.0f, 2.0f, count, expected[0], expected[1]);
+        lens_kernels_sse42.slopes(slope, -1.0f, 2.0f, count, expected[0], expected[1]);
         tested->slopes(slope, -1.0f, 2.0f, count, result[0], result[1]);
         for (int32_t fixed = 0; fixed < 2; fixed++) {
-            lens_kernels_c.passes(slope, expected[1], 3.0f, fixed, COUNT, expected[2]);
+            lens_kernels_sse42.passes(slope, expected[1], 3.0f, fixed, COUNT, expected[2]);
             tested->passes(slope, expected[1], 3.0f, fixed, COUNT, result[2]);
             assert_memory_equal(expected, result, 2 * sizeof *result + COUNT * sizeof(float));
         }
@@ -136,7 +136,7 @@ static void compare_finish(const struct lens_kernels *tested, uint32_t seed)
         sums[i] = between(&seed, 0.0f, 1.0f) * (float)(seed >> 30 & 1u);
     for (finish.fixed = 0; finish.fixed < 2; finish.fixed++) {
         for (int k = 0; k < LENS_CELL_PLANES; k++) finish.plane[k] = expected[k];
-        lens_kernels_c.finish(&finish, 7, COUNT);
+        lens_kernels_sse42.finish(&finish, 7, COUNT);
         for (int k = 0; k < LENS_CELL_PLANES; k++) finish.plane[k] = result[k];
         tested->finish(&finish, 7, COUNT);
         assert_memory_equal(expected, result, sizeof result);
@@ -163,7 +163,7 @@ static void compare_focus(const struct lens_kernels *tested, uint32_t seed)
         for (int k = 0; k < LENS_GROUPS; k++) focus.through[k] = views[i][LENS_VIEW_THROUGH + k];
         for (int k = 0; k < LENS_LIGHTS; k++) focus.lights[k] = views[i][LENS_VIEW_LIGHT + k];
         focus.shares = views[i][LENS_VIEW_SHARE];
-        n[i] = (i ? tested : &lens_kernels_c)->focus(&focus, COUNT, listed[i]);
+        n[i] = (i ? tested : &lens_kernels_sse42)->focus(&focus, COUNT, listed[i]);
     }
     assert_int_equal(n[0], n[1]);
     assert_true(n[0] > 0 && n[0] < COUNT / 2);
@@ -185,7 +185,7 @@ static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
     fill(&seed, 0.0f, 1.0f, LENS_VIEWS * LENS_LANES, views[0][0]);
     memcpy(views[1], views[0], sizeof *views);
     memcpy(before, views[0], sizeof before);
-    lens_kernels_c.composite(&composite, views[0]);
+    lens_kernels_sse42.composite(&composite, views[0]);
     tested->composite(&composite, views[1]);
     assert_memory_equal(views[0], views[1], sizeof *views);
     for (int i = 0; i < LENS_LANES; i++)
@@ -259,7 +259,7 @@ static void compare(const struct lens_kernels *tested)
 static void reference(void **state)
 {
     (void)state;
-    compare(&lens_kernels_c);
+    compare(&lens_kernels_sse42);
 }
 
 /* The reference, computed for one sample after the other. */
@@ -294,12 +294,12 @@ static void samples_lie_at_projections(void **state)
     const float first[] = {1, 1, 1, 3, 1, 4, 1, 1};   /* at (10.5 + 4 / 2, 0.5 + 4 / 4) */
     const float second[] = {2, 2, 2, 12, 1, 4, 1, 1}; /* at (11.5 - 2, 0.5 - 2) */
     const float third[] = {0, 0, 0, 0, 0, 5, 1, 1};   /* by a slope of 5 */
-    lens_kernels_c.add(&place, 3, sums[0]);
+    lens_kernels_sse42.add(&place, 3, sums[0]);
     assert_memory_equal(sums[HIT], first, sizeof first);
     assert_memory_equal(sums[OTHER], second, sizeof second);
     assert_true(sums[PASSING][6] == 0.0f);
     place.beyond = 1;
-    lens_kernels_c.add(&place, 3, sums[0]);
+    lens_kernels_sse42.add(&place, 3, sums[0]);
     assert_memory_equal(sums[HIT], first, sizeof first);
     assert_memory_equal(sums[PASSING], third, sizeof third);
 }

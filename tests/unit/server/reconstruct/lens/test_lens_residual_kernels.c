@@ -62,7 +62,7 @@ static void compare(const struct lens_residual_kernels *tested)
 {
     for (uint32_t seed = 1; seed < 20; seed++) {
         struct numbers expected = some(seed), result = expected;
-        work(&lens_residual_kernels_c, &expected);
+        work(&lens_residual_kernels_sse42, &expected);
         work(tested, &result);
         assert_memory_equal(&expected, &result, sizeof result);
     }
@@ -75,7 +75,7 @@ static void averages_are_means_in_order(void **state)
     struct numbers n = some(7);
     const struct numbers before = n;
     (void)state;
-    lens_residual_kernels_c.average(n.samples, COUNT, SAMPLES, COUNT, n.plane[0], n.plane[14]);
+    lens_residual_kernels_sse42.average(n.samples, COUNT, SAMPLES, COUNT, n.plane[0], n.plane[14]);
     for (size_t x = 0; x < COUNT; x++) {
         float sum = 0.0f, squares = 0.0f;
         for (size_t j = 0; j < SAMPLES; j++) {
@@ -108,7 +108,7 @@ static void pixels_get_what_is_not_noise(void **state)
         n.plane[3][0] = cases[k].old;
         n.plane[6][0] = cases[k].mean;
         n.plane[9][0] = cases[k].there;
-        lens_residual_kernels_c.give(&planes, 2.0f, 1);
+        lens_residual_kernels_sse42.give(&planes, 2.0f, 1);
         if (!(n.plane[3][0] == cases[k].expected))
             fail_msg("case %zu: %g", k, (double)n.plane[3][0]);
     }

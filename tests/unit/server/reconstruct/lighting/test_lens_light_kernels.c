@@ -114,7 +114,7 @@ static void run(const struct lens_light_kernels *kernels, struct numbers *n)
 static void compare(const struct lens_light_kernels *tested)
 {
     static struct numbers expected, result;
-    run(&lens_light_kernels_c, &expected);
+    run(&lens_light_kernels_sse42, &expected);
     run(tested, &result);
     assert_memory_equal(&expected, &result, sizeof result);
 }
@@ -125,7 +125,7 @@ static void samples_lie_where_the_middle_sees_their_points(void **state)
     int within = 0;
     (void)state;
     fill(&before);
-    run(&lens_light_kernels_c, &after);
+    run(&lens_light_kernels_sse42, &after);
     for (int i = FIRST; i < NUMBERS; i++) {
         const struct path_seeds seeds = {before.bits[0][i], before.bits[1][i], before.bits[2][i]};
         float p[2], normal[3];
@@ -152,7 +152,7 @@ static void samples_send_on_what_falls_on_them(void **state)
     static struct numbers n;
     float most = 0.0f;
     (void)state;
-    run(&lens_light_kernels_c, &n);
+    run(&lens_light_kernels_sse42, &n);
     for (int i = 0; i < NUMBERS; i++) {
         float albedo[3], light[3];
         shared_exponent_unpack(n.bits[3][i], SHARED_EXPONENT_9, albedo);
@@ -165,8 +165,8 @@ static void samples_send_on_what_falls_on_them(void **state)
     }
     assert_true(n.most == most);
     n.light[0][0] = LENS_RADIANCE_MAX * 4.0f;
-    lens_light_kernels_c.add(&(uint32_t){n.bits[3][0] | 511u}, n.light[0], n.in[3], 0, 1,
-                             n.light[3]);
+    lens_light_kernels_sse42.add(&(uint32_t){n.bits[3][0] | 511u}, n.light[0], n.in[3], 0, 1,
+                                 n.light[3]);
     assert_true(n.light[3][0] <= LENS_RADIANCE_MAX);
 }
 

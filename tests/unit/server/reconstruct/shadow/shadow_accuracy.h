@@ -262,7 +262,7 @@ static inline float accuracy_unoccluded(const struct receiver_light *light,
     const float *const p[3] = {s->point[0] + i, s->point[1] + i, s->point[2] + i};
     const float *const n[3] = {s->normal[0] + i, s->normal[1] + i, s->normal[2] + i};
     float e;
-    shadow_kernels_best()->unoccluded(&light->rectangle, 1, p, n, &e);
+    KERNELS_BEST(shadow_kernels)->unoccluded(&light->rectangle, 1, p, n, &e);
     return e;
 }
 
@@ -279,8 +279,10 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
     float *e = malloc(inner * sizeof *e), *steps = malloc(2 * area * sizeof *steps);
     assert_true(e && steps);
     receiver_light_init(&light, &s->plan, 0);
-    assert_int_equal(receivers_create(&light, patch, shadow_kernels_best(), rect, &receivers), 0);
-    assert_int_equal(wedges_create(&light, patch, &receivers, shadow_kernels_best(), &wedges), 0);
+    assert_int_equal(
+        receivers_create(&light, patch, KERNELS_BEST(shadow_kernels), rect, &receivers), 0);
+    assert_int_equal(
+        wedges_create(&light, patch, &receivers, KERNELS_BEST(shadow_kernels), &wedges), 0);
     assert_int_equal(coverage_create(light.strata, light.rectangle.profile,
                                      wedge_scale(&s->plan, light.strata), &coverage),
                      0);
@@ -291,8 +293,8 @@ static inline float *accuracy_brute(struct shadow_scene *s, const struct patch *
         for (size_t k = 0; k < 2; k++)
             steps[2 * i + k] = fmaxf(fmaxf(fabsf(e_i[k][0]), fabsf(e_i[k][1])), 1e-30f);
     }
-    assert_int_equal(wedges_shear(&light, &wedges, shadow_kernels_best(), &coverage, &receivers),
-                     0);
+    assert_int_equal(
+        wedges_shear(&light, &wedges, KERNELS_BEST(shadow_kernels), &coverage, &receivers), 0);
     for (size_t i = 0; i < inner; i++) {
         const size_t x = i % (size_t)rect_width(patch->rect);
         const size_t y = i / (size_t)rect_width(patch->rect);

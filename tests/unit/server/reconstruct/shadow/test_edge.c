@@ -35,7 +35,7 @@ static void estimate_all(struct edge_case *c)
     for (int32_t y = p.y0; y < p.y1; y++) {
         for (int32_t x = p.x0; x < p.x1; x += STRATA_RUN) {
             const uint32_t left = (uint32_t)(p.x1 - x);
-            strata_estimate(&c->light, c->patch, &shadow_kernels_c, x, y,
+            strata_estimate(&c->light, c->patch, &shadow_kernels_sse42, x, y,
                             left < STRATA_RUN ? left : STRATA_RUN,
                             c->own + (size_t)(y - p.y0) * (size_t)rect_width(p) + (x - p.x0));
         }
@@ -116,7 +116,7 @@ static void straight_edges_are_smooth(void **state)
         straight_edge(SIDE, SIDE, profile ? PROFILE_GAUSSIAN : PROFILE_UNIFORM);
         truth_init(&truth, &scene);
         c.patch = accuracy_patch(&scene, 3);
-        run_case(&c, shadow_kernels_best());
+        run_case(&c, KERNELS_BEST(shadow_kernels));
         check_answers(&c);
         for (uint32_t k = 0; k < c.count; k++) {
             const size_t i = picture_index(&c, k);
@@ -145,7 +145,7 @@ static void constants_stay(void **state)
         struct edge_case c;
         straight_edge(48, 48, PROFILE_UNIFORM);
         c.patch = accuracy_patch(&scene, l);
-        run_case(&c, shadow_kernels_best());
+        run_case(&c, KERNELS_BEST(shadow_kernels));
         const struct receivers *r = &c.receivers;
         const size_t area = (size_t)rect_area(r->rect), stride = area + SHADOW_PLANE_PAD;
         float *planes = calloc(3 * stride, sizeof *planes);
@@ -170,7 +170,7 @@ static void constants_stay(void **state)
         for (int all = 0; all < 2; all++) {
             uint32_t answered = 0;
             memset(bits, all ? 0xff : 0, STRATA_WORDS * stride * sizeof *bits);
-            shadow_kernels_best()->filter_edges(&field, c.pixels, sigma_px, c.count, out);
+            KERNELS_BEST(shadow_kernels)->filter_edges(&field, c.pixels, sigma_px, c.count, out);
             for (uint32_t k = 0; k < c.count; k++) {
                 assert_true(out[k] == -1.0f || out[k] == (all ? 1.0f : 0.0f));
                 answered += out[k] >= 0.0f;
@@ -198,7 +198,7 @@ static void pictures_without_room(void **state)
             c.patch->lights[0].slope_min[k] = 0.01f; /* narrow everywhere */
             c.patch->lights[0].slope_max[k] = 0.02f;
         }
-        run_case(&c, shadow_kernels_best());
+        run_case(&c, KERNELS_BEST(shadow_kernels));
         assert_true(c.count > 0);
         check_answers(&c);
         /* nothing differs around a single pixel */
@@ -216,8 +216,8 @@ static void answers_stand_alone(void **state)
     struct edge_case c, plain;
     straight_edge(64, 64, PROFILE_UNIFORM);
     c.patch = plain.patch = accuracy_patch(&scene, 3);
-    run_case(&c, shadow_kernels_best());
-    run_case(&plain, &shadow_kernels_c);
+    run_case(&c, KERNELS_BEST(shadow_kernels));
+    run_case(&plain, &shadow_kernels_sse42);
     assert_int_equal(c.count, plain.count);
     for (uint32_t k = 0; k < c.count; k++) {
         assert_true(fabsf(c.answers[k].seen - plain.answers[k].seen) <= 1e-5f);
@@ -225,7 +225,7 @@ static void answers_stand_alone(void **state)
     }
     for (uint32_t k = 0; k < c.count; k += 17) {
         struct edge_answer alone;
-        assert_int_equal(edges_filter(&c.light, c.patch, shadow_kernels_best(), &c.receivers,
+        assert_int_equal(edges_filter(&c.light, c.patch, KERNELS_BEST(shadow_kernels), &c.receivers,
                                       &c.pixels[k], 1, &alone),
                          0);
         assert_memory_equal(&alone, &c.answers[k], sizeof alone);

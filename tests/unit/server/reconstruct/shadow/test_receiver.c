@@ -25,8 +25,9 @@ static void check_steps(uint32_t camera, float offset)
     struct receiver_light light;
     struct receivers receivers;
     receiver_light_init(&light, &scene.plan, 0);
-    assert_int_equal(
-        receivers_create(&light, patch, shadow_kernels_best(), rect_grow(all, 5), &receivers), 0);
+    assert_int_equal(receivers_create(&light, patch, KERNELS_BEST(shadow_kernels),
+                                      rect_grow(all, 5), &receivers),
+                     0);
     const struct shadow_pixels *p = &receivers.pixels;
     assert_false(receiver_is_lit(p, receivers_pixel(&receivers, -1, 3)));
     for (int32_t y = 1; y < 47; y++) {
@@ -67,7 +68,7 @@ static void gamma_is_a_slope(void **state)
     const struct plan_light *l = &scene.plan.lights[0];
     receiver_light_init(&light, &scene.plan, 0);
     assert_int_equal(
-        receivers_create(&light, patch, shadow_kernels_best(), patch->rect, &receivers), 0);
+        receivers_create(&light, patch, KERNELS_BEST(shadow_kernels), patch->rect, &receivers), 0);
     for (size_t i = 0; i < 64 * 48; i += 17) {
         float p[3], n[3], d[3];
         scene_primary(&scene, (int32_t)(i % 64), (int32_t)(i / 64), p, n);
@@ -107,7 +108,8 @@ static void who_is_lit(void **state)
         for (int c = 0; c < 3; c++) patch->normal[c][0] = cases[k].normal[c];
         receiver_light_init(&light, &scene.plan, 0);
         assert_int_equal(
-            receivers_create(&light, patch, shadow_kernels_best(), patch->rect, &receivers), 0);
+            receivers_create(&light, patch, KERNELS_BEST(shadow_kernels), patch->rect, &receivers),
+            0);
         assert_int_equal(receiver_is_lit(&receivers.pixels, 0), cases[k].lit);
         receivers_fini(&receivers);
         patch_destroy(&patch);
@@ -144,7 +146,8 @@ static void starts_without_wedges(void **state)
     memset(used, 0xff, bytes);
     scratch_give(scratch, used);
     patch->scratch = scratch;
-    assert_int_equal(receivers_create(&light, patch, shadow_kernels_best(), wide, &receivers), 0);
+    assert_int_equal(
+        receivers_create(&light, patch, KERNELS_BEST(shadow_kernels), wide, &receivers), 0);
     const struct shadow_pixels *p = &receivers.pixels;
     for (int32_t y = wide.y0; y < wide.y1; y++) {
         for (int32_t x = wide.x0; x < wide.x1; x++) {

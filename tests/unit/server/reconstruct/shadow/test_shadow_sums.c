@@ -23,8 +23,8 @@
 static int sets(const struct shadow_kernels *out[3])
 {
     int count = 0;
-    out[count++] = &shadow_kernels_c;
-    out[count++] = shadow_kernels_best();
+    out[count++] = &shadow_kernels_sse42;
+    out[count++] = KERNELS_BEST(shadow_kernels);
     if (out[1] == &shadow_kernels_avx512) out[count++] = &shadow_kernels_avx2;
     return count;
 }

@@ -35,7 +35,7 @@ static float closed_by(const struct shadow_kernels *kernels, const struct shadow
 
 static float closed(const struct shadow_rectangle *light, const float p[3], const float n[3])
 {
-    return closed_by(shadow_kernels_best(), light, p, n);
+    return closed_by(KERNELS_BEST(shadow_kernels), light, p, n);
 }
 
 static double fine(const struct shadow_rectangle *light, const float p[3], const float n[3])
@@ -82,7 +82,7 @@ static double worst(uint32_t profile, float half_v, float near, float most)
         const float e = closed(&light, p, n);
         const double error = fabs((double)e - fine(&light, p, n));
         /* SSE4.2 rounds products, too */
-        assert_true(fabsf(closed_by(&shadow_kernels_c, &light, p, n) - e) <= 1e-5f * e + 1e-7f);
+        assert_true(fabsf(closed_by(&shadow_kernels_sse42, &light, p, n) - e) <= 1e-5f * e + 1e-7f);
         worst_error = fmax(worst_error, error / fine(&light, p, facing));
     }
     print_message("profile %u: %.2g\n", profile, worst_error);
@@ -171,7 +171,7 @@ static void neighbours_change_nothing(void **state)
             p[2][i] = z;
             for (int k = 0; k < 3; k++) n[k][i] = normal[k];
         }
-        shadow_kernels_best()->unoccluded(&light, MANY, points, normals, e);
+        KERNELS_BEST(shadow_kernels)->unoccluded(&light, MANY, points, normals, e);
         for (int i = 0; i < MANY; i++) {
             const float alone = closed(&light, (float[]){p[0][i], p[1][i], p[2][i]},
                                        (float[]){n[0][i], n[1][i], n[2][i]});
@@ -301,7 +301,8 @@ static void lights_that_are_up_are_whole(void **state)
             for (int k = 0; k < 3; k++) p[k][i] = at[k], n[k][i] = normal[k];
         }
         for (int t = 0; t < 2; t++) {
-            const struct shadow_kernels *kernels = t ? shadow_kernels_best() : &shadow_kernels_c;
+            const struct shadow_kernels *kernels =
+                t ? KERNELS_BEST(shadow_kernels) : &shadow_kernels_sse42;
             kernels->unoccluded(&light, COUNT, (const float *const[]){p[0], p[1], p[2]},
                                 (const float *const[]){n[0], n[1], n[2]}, together);
             for (int i = 0; i < COUNT; i++) {

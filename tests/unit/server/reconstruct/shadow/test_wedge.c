@@ -20,7 +20,7 @@ static void start(float least, float most)
     patch->lights[0].slope_max[CENTRE] = most;
     receiver_light_init(&light, &scene.plan, 0);
     assert_int_equal(
-        receivers_create(&light, patch, shadow_kernels_best(), patch->rect, &receivers), 0);
+        receivers_create(&light, patch, KERNELS_BEST(shadow_kernels), patch->rect, &receivers), 0);
 }
 
 static void finish(void)
@@ -34,7 +34,8 @@ static void fills_six_pixels(void **state)
     (void)state;
     struct wedges wedges;
     start(0.5f, 2.0f);
-    assert_int_equal(wedges_create(&light, patch, &receivers, shadow_kernels_best(), &wedges), 0);
+    assert_int_equal(
+        wedges_create(&light, patch, &receivers, KERNELS_BEST(shadow_kernels), &wedges), 0);
     for (int y = 2; y < SIDE - 2; y++) {
         for (int x = 2; x < SIDE - 2; x++) {
             const size_t i = (size_t)(y * SIDE + x);
@@ -75,10 +76,11 @@ static struct middle shear(float least, float most, float mu)
     struct coverage coverage;
     start(least, most);
     scene.plan.mu = mu;
-    assert_int_equal(wedges_create(&light, patch, &receivers, shadow_kernels_best(), &wedges), 0);
+    assert_int_equal(
+        wedges_create(&light, patch, &receivers, KERNELS_BEST(shadow_kernels), &wedges), 0);
     assert_int_equal(coverage_create(3, PROFILE_UNIFORM, mu, &coverage), 0);
-    assert_int_equal(wedges_shear(&light, &wedges, shadow_kernels_best(), &coverage, &receivers),
-                     0);
+    assert_int_equal(
+        wedges_shear(&light, &wedges, KERNELS_BEST(shadow_kernels), &coverage, &receivers), 0);
     const struct middle m = middle_of(&receivers.pixels);
     coverage_fini(&coverage);
     wedges_fini(&wedges);

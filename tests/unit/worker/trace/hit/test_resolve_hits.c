@@ -131,7 +131,7 @@ static void surfaces_are_the_panels(void **state)
     struct random r = {1};
     for (int k = 0; k < isa_count(); k++)
         for (int round = 0; round < 40; round++) {
-            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
             for (int one = 0; one < PANELS; one++) look(kernels, &r, one, one);
             look(kernels, &r, 0, PANELS - 1);
             look(kernels, &r, UNLIT, GLOSSY);

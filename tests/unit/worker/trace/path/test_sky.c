@@ -62,7 +62,7 @@ static void test_find(void **state)
         random_directions(&r, &d);
         for (int k = 0; k < isa_count(); k++) {
             struct sky_view view;
-            lane_kernels_for(all_isas[k])->find_sky(&sky, d.x, d.y, d.z, &view);
+            KERNELS_FOR(lane_kernels, all_isas[k])->find_sky(&sky, d.x, d.y, d.z, &view);
             for (int i = 0; i < LANES; i++) {
                 const float turned[3] = {sky.cosine * d.x[i] + sky.sine * d.z[i], d.y[i],
                                          sky.cosine * d.z[i] - sky.sine * d.x[i]};
@@ -90,7 +90,7 @@ static void test_place(void **state)
             sky_look(&sky, texel[i], i, &texels);
         }
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = lane_kernels_for(all_isas[k]);
+            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
             struct lanes3 d;
             struct sky_view view;
             kernels->place_sky(&sky, &texels, u, v, &d);
@@ -126,7 +126,7 @@ static void test_path_samples(void **state)
         struct path_light light;
         const struct path_context c = {.queries = &q, .sky = black ? &dark : &sky};
         if (black) dark.map = night.map;
-        q.kernels = lane_kernels_for(all_isas[round % isa_count()]);
+        q.kernels = KERNELS_FOR(lane_kernels, all_isas[round % isa_count()]);
         memset(&light, 0, sizeof light);
         for (int i = 0; i < LANES; i++) {
             choice.chosen[i] = i % 5 == 0 ? LIGHT_CHOICE_EMITTERS : LIGHT_CHOICE_ENVIRONMENT;

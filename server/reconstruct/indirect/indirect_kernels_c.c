@@ -1,3 +1,0 @@
-/* SSE4.2: runs anywhere. */
-#define INDIRECT_KERNELS indirect_kernels_c
-#include "server/reconstruct/indirect/indirect_kernels_body.h"

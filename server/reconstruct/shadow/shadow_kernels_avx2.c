@@ -1,2 +1,0 @@
-#define SHADOW_KERNELS shadow_kernels_avx2
-#include "server/reconstruct/shadow/shadow_kernels_body.h"

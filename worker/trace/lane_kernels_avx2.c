@@ -1,2 +1,0 @@
-#define LANE_KERNELS lane_kernels_avx2
-#include "worker/trace/lane_kernels_body.h"
