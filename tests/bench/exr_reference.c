@@ -19,8 +19,9 @@
 #include "server/image/exr.h"
 #include "server/job/plan/plan.h"
 #include "tests/bench/job_file.h"
+#include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/primary.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 
 enum { SCOUT = 32, STRATA_MAX = 1024, THREADS_MAX = 16 };
 
@@ -39,6 +40,7 @@ struct reference {
 /* A thread's own. */
 struct tracer {
     struct queries queries;
+    const struct light_kernels *kernels;
     struct RTCRayHit16 camera;
     struct surface surface;
     struct block block;
@@ -94,8 +96,8 @@ static void gather(const struct reference *r, struct tracer *t, uint32_t light, 
     make_keys(r, &t->block, light, l, key);
     for (uint32_t s = 0; s < count; s++) {
         place(key, s, l, u, v);
-        t->queries.kernels->sample_light(&r->lights.lights[light], u, v, &t->surface,
-                                         &t->surface.hit, &t->packet);
+        t->kernels->sample_light(&r->lights.lights[light], u, v, &t->surface, &t->surface.hit,
+                                 &t->packet);
         if (lanes_count(&p->traced) > 0)
             queries_occluded(&t->queries, QUERY_SHADOW, &p->traced, &t->packet.rays);
         for (int i = 0; i < LANES; i++) {
@@ -149,7 +151,8 @@ static void *run(void *context)
     queries_init_rays(&t->camera);
     queries_init_rays(&t->packet.rays);
     t->queries.scene = r->scene;
-    t->queries.kernels = KERNELS_FOR(lane_kernels, r->scene->isa);
+    t->queries.kernels = KERNELS_FOR(hit_kernels, r->scene->isa);
+    t->kernels = KERNELS_FOR(light_kernels, r->scene->isa);
     _mm_setcsr(_mm_getcsr() | MXCSR_FLUSH);
     struct rect all = {0, 0, plan->width_px, plan->height_px};
     for (int32_t y; (y = LANES_ACROSS * atomic_fetch_add(&r->next_row, 1)) < all.y1;)

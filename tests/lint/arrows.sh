@@ -15,6 +15,18 @@ rule() {
     if [ -z "$found" ]; then echo "ok $n - $text"
     else echo "not ok $n - $text"; sed 's/^/# /' <<<"$found"; status=1; fi
 }
+# order TEXT ROOMS... : a room may include those before it only
+order() {
+    local text=$1; shift
+    while [ $# -gt 0 ]; do
+        local room=$1; shift
+        [ $# -gt 0 ] || break
+        local files later
+        mapfile -t files < <(sources "$room")
+        later=$(IFS='|'; echo "$*")
+        rule "$text: $room" "${files[@]}" -- "($later)/"
+    done
+}
 sources() { find "$1" \( -name '*.[ch]' -o -name '*.def' \) "${@:2}"; }
 
 mapfile -t proto < <(sources proto)
@@ -48,6 +60,10 @@ rule "readers and writers of pictures do not judge them" "${formats[@]}" -- 'ser
 rule "nothing but the command line calls into http" "${below_http[@]}" -- 'server/http/'
 rule "Embree is included by worker/trace and worker/scene only" "${no_embree[@]}" -- 'embree'
 rule "libmicrohttpd is included by http and stream only" "${no_mhd[@]}" -- 'microhttpd'
+order "in a worker, arrows go from shading up to the session" \
+      worker/shade worker/scene worker/trace worker/tile worker/session worker/replay
+order "tracing goes from hits to fields" \
+      worker/trace/hit worker/trace/light worker/trace/path worker/trace/field
 rule "SQLite is included by store only" "${no_sqlite[@]}" -- 'sqlite'
 rule "assimp is included by import only" "${no_assimp[@]}" -- 'assimp'
 

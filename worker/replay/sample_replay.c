@@ -11,8 +11,10 @@
 #include "worker/trace/field/lens.h"
 #include "worker/trace/field/lens_more.h"
 #include "worker/trace/field/lens_surface.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 #include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* As tiles are traced. */
 #define MXCSR_FLUSH 0x8040u
@@ -152,6 +154,9 @@ static int trace(struct replay *t, const struct plan *plan, int32_t x, int32_t y
 {
     const struct plan_pass pass = plan_scheduled_pass(plan, 0);
     const struct path_context parts = {.queries = &t->queries,
+                                       .light_kernels =
+                                           KERNELS_FOR(light_kernels, t->queries.scene->isa),
+                                       .kernels = KERNELS_FOR(path_kernels, t->queries.scene->isa),
                                        .lights = &t->lights,
                                        .sky = &t->sky,
                                        .plan = plan,
@@ -186,7 +191,7 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     queries_init(&t->queries);
     path_scratch_init(&t->path);
     t->queries.scene = scene;
-    t->queries.kernels = KERNELS_FOR(lane_kernels, scene->isa);
+    t->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
     const unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     light_table_init(&t->lights, plan, scene->emitters != NULL);

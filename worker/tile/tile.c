@@ -7,7 +7,9 @@
 
 #include "worker/tile/tile_work.h"
 #include "worker/trace/field/field_record.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/light/light_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* Flush to zero and denormals are zero (Intel SDM volume 1, 10.2.3). */
 #define MXCSR_FLUSH 0x8040u
@@ -130,15 +132,18 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     tracer->queries.scene = scene;
-    tracer->queries.kernels = KERNELS_FOR(lane_kernels, scene->isa);
+    tracer->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
     tracer->queries.rejected = 0;
     light_table_init(&tracer->lights, plan, scene->emitters != NULL);
     sky_init(&tracer->sky, &plan->environment, environment);
     const struct path_context parts = {.queries = &tracer->queries,
+                                       .light_kernels = KERNELS_FOR(light_kernels, scene->isa),
+                                       .kernels = KERNELS_FOR(path_kernels, scene->isa),
                                        .lights = &tracer->lights,
                                        .sky = &tracer->sky,
                                        .plan = plan,
                                        .counters = counters};
+    tracer->point.kernels = parts.light_kernels;
     stages_init(&parts, &tracer->centres, pass, &stages);
     if (tracer->point.record) stages_record(tracer->point.record, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);

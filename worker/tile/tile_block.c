@@ -42,7 +42,7 @@ static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint
     }
     t->beside.active = t->beside.surface.hit;
     path_resolve(&stages->field, &t->camera, &t->beside);
-    glossy_find(&t->beside, &lobes);
+    glossy_lobes_find(&t->beside, &lobes);
     glossy_store_sub(&stages->field, &t->block, k, &lobes, samples);
 }
 
@@ -70,7 +70,7 @@ static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 static void mark_lobed(struct tile_tracer *t)
 {
     struct glossy_lobes lobes;
-    glossy_find(&t->centre, &lobes);
+    glossy_lobes_find(&t->centre, &lobes);
     for (int i = 0; i < LANES; i++) t->bouncing.on[i] |= lobes.on.on[i];
 }
 
@@ -178,7 +178,7 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
 static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
                          const struct lanes_mask *lobed, struct samples *samples)
 {
-    glossy_find(&t->centre, &t->glossy.lobes);
+    glossy_lobes_find(&t->centre, &t->glossy.lobes);
     for (int i = 0; i < LANES; i++) t->glossy.lobes.on.on[i] &= lobed->on[i];
     if (lanes_count(&t->glossy.lobes.on) > 0)
         glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);

@@ -1,9 +1,8 @@
 #include "worker/trace/field/field_record.h"
+#include "worker/trace/light/light_kernels.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "worker/trace/lane_kernels.h"
 
 #define INVERSE_PI 0.318309886183790672f
 
@@ -67,12 +66,12 @@ static void take_ray(const struct light_packet *l, uint32_t i, struct path_recor
 }
 
 /* What the stratum adds to its row, and its bit and slope, by the kernels that sum strata up. */
-static void add_stratum(const struct queries *q, const struct light_packet *l, bool slopes,
-                        struct path_record_field *f)
+static void add_stratum(const struct light_kernels *kernels, const struct light_packet *l,
+                        bool slopes, struct path_record_field *f)
 {
     struct shadow_sums one;
-    q->kernels->add_strata(l, 0, 1, 2, &one); /* no end of a row */
-    if (slopes) q->kernels->add_slopes(l, &one);
+    kernels->add_strata(l, 0, 1, 2, &one); /* no end of a row */
+    if (slopes) kernels->add_slopes(l, &one);
     f->arrives = one.row[f->lane];
     f->seen &= one.seen[f->lane] & 1;
     f->blocked = one.blocked.on[f->lane];
@@ -93,7 +92,7 @@ void field_record_strata(const struct shading_point *p, struct queries *q,
     f->u[1] = strata_v(&scratch->strata, f->sample)[i];
     pattern_jitter(&p->plan->pattern, p->block->x_px[i], p->block->y_px[i],
                    pattern_light_dimension(f->light, side), f->jitter);
-    add_stratum(q, l, slopes, f);
+    add_stratum(p->kernels, l, slopes, f);
     if (!f->drawn) return;
     find_point(light, f);
     *to = (struct path_record_light){

@@ -8,7 +8,8 @@
 #include "worker/shade/glossy.h"
 #include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* Darker lobes' light would not fit halves when divided by their reflectance. */
 #define REFLECTANCE_LEAST 1e-4f
@@ -34,22 +35,6 @@ struct gloss {
     struct lanes_mask later; /* lanes whose half is the second */
     struct layers layers;
 };
-
-void glossy_find(const struct path_vertex *v, struct glossy_lobes *out)
-{
-    memset(out, 0, sizeof *out);
-    for (int i = 0; v->any_general && i < LANES; i++) {
-        float albedo[3];
-        const bool general = v->active.on[i] && !v->lambert.on[i];
-        if (!general || !(v->back.z[i] >= DIRECTION_GRAZING) || !glossy_has(&v->bsdf[i])) continue;
-        glossy_reflectance(&v->bsdf[i], v->back.z[i], albedo);
-        out->on.on[i] = -1;
-        out->reflectance.x[i] = albedo[0];
-        out->reflectance.y[i] = albedo[1];
-        out->reflectance.z[i] = albedo[2];
-        out->alpha[i] = v->bsdf[i].alpha_u;
-    }
-}
 
 static void store_unorms(const struct path_context *c, const struct block *b, const float *v,
                          uint16_t *plane)
@@ -104,7 +89,7 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     g->from = from;
     g->most = 0;
     g->frame_key = path_frame_key(p->seed, p->frame);
-    layers_see(c->queries->kernels, from, &g->layers);
+    layers_see(c->kernels, from, &g->layers);
     for (int i = 0; i < LANES; i++) {
         const int32_t x = block->x_px[i], y = block->y_px[i];
         g->on.on[i] = lobes->on.on[i] & block->kept.on[i];
@@ -161,7 +146,7 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
 static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
                          struct glossy_sums *sums, struct path_pool *pool)
 {
-    const struct lane_kernels *kernels = g->context->queries->kernels;
+    const struct path_kernels *kernels = g->context->kernels;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
     uint32_t index[LANES];
     struct layer_gloss lobe;

@@ -11,16 +11,7 @@
  * that is the picture's. Rays below the facet bring nothing and count. Where fields light lens
  * samples from a sky (LENS_LIGHT_SKY), rays that miss bring its soft share, too. */
 #include "proto/samples.h"
-#include "worker/trace/path/path.h"
-
-struct glossy_lobes {
-    struct lanes_mask on;      /* lanes whose surface has one */
-    struct lanes3 reflectance; /* directional albedo; 0 elsewhere */
-    _Alignas(LANES_ALIGN) float alpha[LANES];
-};
-
-/* The lobes of the active lanes of *v (path_resolve). */
-void glossy_find(const struct path_vertex *v, struct glossy_lobes *out);
+#include "worker/trace/path/glossy_lobes.h"
 
 void glossy_store_lobes(const struct path_context *c, const struct block *b,
                         const struct glossy_lobes *lobes, struct samples *samples);

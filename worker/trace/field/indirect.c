@@ -9,7 +9,7 @@
 #include "worker/shade/lambert.h"
 #include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* Half of what floats hold. */
 #define MOST 1e38f
@@ -116,7 +116,7 @@ static void weigh(const struct bounce *b, const struct lanes3 *direction,
     const struct path_vertex *v = b->from;
     for (int i = 0; i < LANES; i++) weight[i] = 1.0f;
     if (!v->any_general) return;
-    b->context->queries->kernels->layers_diffuse(v, &b->layers, direction, weight);
+    b->context->kernels->layers_diffuse(v, &b->layers, direction, weight);
     for (int i = 0; b->layers.others && i < LANES; i++) {
         const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
         if (valid->on[i] && !v->lambert.on[i] && !b->layers.on.on[i])
@@ -191,8 +191,7 @@ static void look_around(const struct bounce *b, struct path_pool *pool, struct p
         struct path_packet *p = &pool->packets[k];
         struct lanes_mask valid;
         path_packet_lanes(p, &valid);
-        if (c->blended)
-            c->queries->kernels->ray_keys(p, PATH_FIELD_DEPTH, PATH_RAY_OCCLUSION, &p->rays.ray);
+        if (c->blended) c->kernels->ray_keys(p, PATH_FIELD_DEPTH, PATH_RAY_OCCLUSION, &p->rays.ray);
         queries_sanitise(c->queries, &valid, &p->rays.ray);
         c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
         queries_closest(c->queries, QUERY_BOUNCE, &valid, &p->rays);
@@ -322,8 +321,7 @@ static void deal_rays(struct bounce *b, const struct pattern *pattern, struct st
     if (c->sides)
         strata_init_sides(strata, pattern, b->block, PATTERN_INDIRECT, side);
     else
-        strata_init(strata, c->queries->kernels, pattern, NULL, b->block, PATTERN_INDIRECT,
-                    c->strata);
+        strata_init(strata, c->light_kernels, pattern, NULL, b->block, PATTERN_INDIRECT, c->strata);
 }
 
 static void bounce_init(const struct path_context *c, const struct block *block,
@@ -342,7 +340,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
         b->key[i] =
             path_field_key(path_key(pattern.seed, pattern.frame, block->x_px[i], block->y_px[i]));
     }
-    if (from->any_general) layers_see(c->queries->kernels, from, &b->layers);
+    if (from->any_general) layers_see(c->kernels, from, &b->layers);
     b->light = (plan->planes & PLANES_BOUNCE_LIGHT) != 0;
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);

@@ -5,7 +5,9 @@
 #include "proto/pattern_path.h"
 #include "worker/trace/field/lens_surface.h"
 #include "worker/trace/hit/block_store.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/path/lens_slope.h"
+#include "worker/trace/path/path_kernels.h"
 
 #define HALF_MAX 65504.0f
 
@@ -47,7 +49,7 @@ static void aim(const struct path_context *c, const struct block *b, const struc
     _Alignas(LANES_ALIGN) float across[LANES], down[LANES];
     const struct plan *plan = c->plan;
     const uint32_t l = plan->lens_strata_per_axis;
-    c->queries->kernels->path_pairs(p, PATH_PIXEL, across, down);
+    c->kernels->path_pairs(p, PATH_PIXEL, across, down);
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t lane = p->slot[i] % LANES, sample = p->sample[i];
         const float left = s->left[sample / l][lane], right = s->right[sample / l][lane];
@@ -57,7 +59,7 @@ static void aim(const struct path_context *c, const struct block *b, const struc
         above[i] = -s->height[sample / l][lane]; /* the pattern's heights grow downwards */
     }
     c->queries->kernels->camera_rays(plan, x, y, &p->rays.ray);
-    c->queries->kernels->lens_rays(&plan->camera, right_of, above, &p->rays.ray);
+    c->kernels->lens_rays(&plan->camera, right_of, above, &p->rays.ray);
 }
 
 static void begin(const struct path_context *c, const struct block *b, uint32_t first,

@@ -6,7 +6,7 @@
 #include "proto/pattern_path.h"
 #include "proto/shared_exponent.h"
 #include "worker/trace/hit/block_store.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 /* Apart from those of the albedo. */
 #define LOBE_BITS 0x5bd1e995u

@@ -76,7 +76,8 @@ static void trace_lights(const struct shading *l, const struct lanes_mask *lit)
     struct lone_scratch *s = l->scratch;
     const struct path_context *c = &l->context;
     struct shading_point *p = &s->point;
-    *p = (struct shading_point){.plan = &s->plan,
+    *p = (struct shading_point){.kernels = c->light_kernels,
+                                .plan = &s->plan,
                                 .block = &s->block,
                                 .surface = &s->vertex.surface,
                                 .lit = *lit,
@@ -91,7 +92,7 @@ static void trace_lobes(const struct shading *l)
 {
     struct lone_scratch *s = l->scratch;
     struct glossy_scratch *g = l->tools->glossy;
-    glossy_find(&s->vertex, &g->lobes);
+    glossy_lobes_find(&s->vertex, &g->lobes);
     for (int i = 0; i < LANES; i++) g->lobes.on.on[i] &= s->block.kept.on[i];
     if (lanes_count(&g->lobes.on) > 0)
         glossy_trace(&l->context, &s->block, &s->vertex, g, l->tools->paths, s->samples);

@@ -4,9 +4,10 @@
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
+#include "worker/trace/field/field_kernels.h"
 #include "worker/trace/hit/block_store.h"
+#include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/primary.h"
-#include "worker/trace/lane_kernels.h"
 
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
                       struct samples *samples)
@@ -14,6 +15,7 @@ void lone_finder_init(struct lone_finder *f, const struct path_context *c, struc
     const struct plan *plan = c->plan;
     const struct rect image = {0, 0, plan->width_px, plan->height_px};
     const struct rect r = rect_intersect(rect_grow(tile, 1), image);
+    f->kernels = KERNELS_FOR(field_kernels, c->queries->scene->isa);
     f->context = c;
     f->samples = samples;
     f->tile = tile;
@@ -122,7 +124,7 @@ static void load_pixels(const struct lone_finder *f, const struct block *b, stru
         p->id[i] = surface_sub_id(p->id[i]);
         p->coarse[i] = octahedron_coarsen(p->normal[i]);
     }
-    f->context->queries->kernels->unpack_normals(p->normal, &p->facing);
+    f->kernels->unpack_normals(p->normal, &p->facing);
 }
 
 static void load_subs(const struct lone_finder *f, const struct block *b, uint32_t k,
@@ -201,7 +203,7 @@ static void settle(const struct lone_finder *f, const struct block *b, uint32_t 
                    struct lone_pixels *p, struct surface_facing facing[LANES])
 {
     load_subs(f, b, k, p);
-    const bool open = f->context->queries->kernels->match_subs(&f->view, &b->kept, p);
+    const bool open = f->kernels->match_subs(&f->view, &b->kept, p);
     for (int i = 0; open && i < LANES; i++) {
         if (!p->open.on[i] || !is_surely_own(f, b, p, i, &facing[i])) continue;
         p->open.on[i] = 0;

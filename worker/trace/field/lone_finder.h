@@ -39,7 +39,10 @@ struct lone_pixels {
     bool settled;            /* some sub_depth or sub_normal are those of the pixels now */
 };
 
+struct field_kernels;
+
 struct lone_finder {
+    const struct field_kernels *kernels;
     const struct path_context *context; /* of rays to pixel centres; its counters count them */
     struct samples *samples;
     struct rect tile, cells; /* cells: blocks that hold the tile and the pixels around it */

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' unpack_normals and match_subs: proto/octahedron.c's and surface_match.h's first
+/* field_kernels' unpack_normals and match_subs: proto/octahedron.c's and surface_match.h's first
  * questions in sixteen lanes, the same bits. */
 #include "proto/octahedron.h"
 #include "worker/trace/field/lone_finder.h"

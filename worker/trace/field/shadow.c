@@ -2,7 +2,7 @@
 
 #include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 
 static void store_slopes(const struct shading_point *p, const struct shadow_sums *sums,
                          struct samples *samples, uint32_t index)
@@ -51,17 +51,17 @@ static void trace_whole_batch(struct queries *q, bool slopes, const struct shadi
 }
 
 /* Adds a batch to the sums; bytes of visibility that are whole go to their planes. */
-static void add_batch(const struct queries *q, uint32_t index, const struct shading_point *p,
+static void add_batch(uint32_t index, const struct shading_point *p,
                       const struct light_packet *batch, uint32_t first, uint32_t count,
                       struct shadow_sums *sums, struct samples *samples)
 {
     const uint32_t l = p->plan->lights[index].strata_per_axis, all = l * l;
     const bool bits = plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1;
     const uint32_t end = first + count;
-    q->kernels->add_strata(batch, first, count, l, sums);
+    p->kernels->add_strata(batch, first, count, l, sums);
     for (uint32_t i = first & ~7u; i + 8 <= end || (i < end && end == all); i += 8)
         if (bits)
-            q->kernels->store_visibility(p->block, &p->surface->hit, sums,
+            p->kernels->store_visibility(p->block, &p->surface->hit, sums,
                                          samples_light_visibility(samples, index, i >> 3));
 }
 
@@ -80,11 +80,10 @@ void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct sa
 }
 
 /* Rectangles that no lane can see need no sampling: only their skips are counted. */
-static bool hidden(const struct queries *q, const struct light *light, uint32_t count,
-                   const struct shading_point *p, struct light_packet *scratch,
-                   struct counters *counters)
+static bool hidden(const struct light *light, uint32_t count, const struct shading_point *p,
+                   struct light_packet *scratch, struct counters *counters)
 {
-    if (count == 1 || !q->kernels->light_hidden(light, p->surface, &p->lit, scratch)) return false;
+    if (count == 1 || !p->kernels->light_hidden(light, p->surface, &p->lit, scratch)) return false;
     light_count_skips(scratch, &p->counted, count, counters);
     return true;
 }
@@ -93,12 +92,12 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                   const struct shading_point *p, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters)
 {
-    const struct lane_kernels *kernels = q->kernels;
+    const struct light_kernels *kernels = p->kernels;
     uint32_t l = light->plan->strata_per_axis, count = l * l;
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
     struct shadow_sums *sums = &scratch->sums;
     struct path_record *record = p->record && p->record->field.light == index ? p->record : NULL;
-    if (hidden(q, light, count, p, &scratch->batch[0], counters)) {
+    if (hidden(light, count, p, &scratch->batch[0], counters)) {
         if (record) field_record_hidden(record, &scratch->batch[0]);
         shadow_store_unlit(index, p, samples);
         return;
@@ -114,7 +113,7 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         else
             trace_batch(q, slopes, p, scratch->batch, n, counters);
         if (record) field_record_strata(p, q, light, slopes, scratch, first, n);
-        add_batch(q, index, p, scratch->batch, first, n, sums, samples);
+        add_batch(index, p, scratch->batch, first, n, sums, samples);
         for (uint32_t k = 0; slopes && k < n; k++) kernels->add_slopes(&scratch->batch[k], sums);
     }
     block_store_f32(p->block, sums->irradiance, samples_light_irradiance(samples, index));

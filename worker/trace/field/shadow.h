@@ -5,10 +5,12 @@
 #include "worker/trace/light/shadow_sums.h"
 #include "worker/trace/light/strata.h"
 
+struct light_kernels;
 struct path_record;
 
 /* What one block is given: shared by all effects. */
 struct shading_point {
+    const struct light_kernels *kernels;
     const struct plan *plan;
     const struct block *block;
     const struct surface *surface;

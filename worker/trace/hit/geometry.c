@@ -1,7 +1,7 @@
 #include "worker/trace/hit/geometry.h"
 
 #include "proto/half.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 static void init_sub(struct geometry_sub_planes *p, const struct samples *samples, uint32_t k)
 {

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' store_geometry, relate_depths and store_sub. */
+/* hit_kernels' store_geometry, relate_depths and store_sub. */
 #include "proto/half.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/geometry.h"

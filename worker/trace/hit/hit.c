@@ -3,8 +3,8 @@
 #include <math.h>
 
 #include "worker/scene/mesh.h"
+#include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/textured.h"
-#include "worker/trace/lane_kernels.h"
 
 static void cross(const float a[3], const float b[3], float out[3])
 {

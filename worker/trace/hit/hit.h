@@ -30,7 +30,7 @@ struct surface {
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out);
 
-/* What lane_kernels' resolve_hits does lane by lane. Normal map, Lambert albedo and emission (of
+/* What hit_kernels' resolve_hits does lane by lane. Normal map, Lambert albedo and emission (of
  * the emitting side) of a lane whose material has textures; and a lane's vectors, and their
  * magnitude, from the mesh's space into the world. */
 void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit, int i,

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' resolve_hits. */
+/* hit_kernels' resolve_hits. */
 #include <math.h>
 
 #include "worker/trace/hit/hit.h"

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' pack_unorms, and pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in
+/* hit_kernels' pack_unorms, and pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in
  * sixteen lanes, the same bits. */
 #include <math.h>
 

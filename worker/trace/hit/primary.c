@@ -1,6 +1,6 @@
 #include "worker/trace/hit/primary.h"
 
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 static void trace(struct queries *q, const struct plan *plan, const struct block *b,
                   const float px[LANES], const float py[LANES], struct RTCRayHit16 *rays,

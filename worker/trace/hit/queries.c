@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 void queries_init_rays(struct RTCRayHit16 *rays)
 {

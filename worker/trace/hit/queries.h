@@ -3,7 +3,7 @@
  * random numbers at blended surfaces (worker/scene/alpha.h); 0: none.
  *
  * Embree aborts on rays that are not finite or start beyond 1e18: every packet goes through
- * queries_sanitise first, or was made by lane_kernels' sample_light, which looks itself. */
+ * queries_sanitise first, or was made by light_kernels' sample_light, which looks itself. */
 #include <embree3/rtcore.h>
 
 #include "worker/scene/render_scene.h"
@@ -24,11 +24,11 @@ struct query_recorder {
                    const struct lanes_mask *valid, const struct RTCRayHit16 *rays);
 };
 
-struct lane_kernels;
+struct hit_kernels;
 
 struct queries {
     const struct render_scene *scene;
-    const struct lane_kernels *kernels;
+    const struct hit_kernels *kernels;
     struct query_recorder *recorder; /* NULL: nobody looks */
     uint64_t rejected;               /* rays switched off because they were not finite */
     struct RTCRayHit8 narrow8;       /* scratch for CPUs without packets of sixteen */

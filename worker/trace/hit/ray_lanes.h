@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' sanitise and camera_row. */
+/* hit_kernels' sanitise and camera_row. */
 #include <math.h>
 
 #include "worker/trace/hit/camera_lanes.h"

@@ -1,5 +1,5 @@
 #pragma once
-/* From triangles to surfaces, in sixteen lanes: lane_kernels' finish_surface, and what hit_lanes.h
+/* From triangles to surfaces, in sixteen lanes: hit_kernels' finish_surface, and what hit_lanes.h
  * is made of. */
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' place_texels: where texture_sample (worker/scene/texture.c) reads, in sixteen
+/* hit_kernels' place_texels: where texture_sample (worker/scene/texture.c) reads, in sixteen
  * lanes. */
 #include <math.h>
 

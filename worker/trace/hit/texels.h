@@ -1,5 +1,5 @@
 #pragma once
-/* Textures where sixteen rays met one mesh: lane_kernels' place_texels finds all texels at once, so
+/* Textures where sixteen rays met one mesh: hit_kernels' place_texels finds all texels at once, so
  * that those out of cache are on their way together, and each lane then blends its four. */
 #include "worker/scene/texture.h"
 #include "worker/shade/lanes.h"

@@ -1,8 +1,8 @@
 #include "worker/trace/hit/textured.h"
 
 #include "worker/scene/mesh.h"
+#include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/texels.h"
-#include "worker/trace/lane_kernels.h"
 
 /* Where lanes are on their mesh: one set of UVs. */
 struct uv_lanes {
@@ -25,7 +25,7 @@ static void find_uvs(const struct mesh_view *mesh, uint32_t set, const struct la
 }
 
 /* A texture's texels; nothing without a texture. UVs are found once for textures of one set. */
-static void place(const struct lane_kernels *kernels, const struct texture *t,
+static void place(const struct hit_kernels *kernels, const struct texture *t,
                   const struct uv_lanes uvs[2], struct texel_lanes *out)
 {
     if (t->texels) kernels->place_texels(t, uvs[t->uv_set].u, uvs[t->uv_set].v, out);
@@ -51,7 +51,7 @@ static void blend(const struct texture *t, const struct texel_lanes *at, int i, 
         out[0] = out[1] = out[2] = out[3] = 1.0f;
 }
 
-static void map_normals(const struct lane_kernels *kernels, const struct mesh_view *mesh,
+static void map_normals(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                         const struct lanes_mask *on, const struct RTCHit16 *hit,
                         const struct uv_lanes uvs[2], struct surface *out)
 {
@@ -70,7 +70,7 @@ static void map_normals(const struct lane_kernels *kernels, const struct mesh_vi
     }
 }
 
-static void color_lanes(const struct lane_kernels *kernels, const struct texture *t,
+static void color_lanes(const struct hit_kernels *kernels, const struct texture *t,
                         const float factor[3], const struct lanes_mask *on,
                         const struct uv_lanes uvs[2], struct lanes3 *out)
 {
@@ -86,7 +86,7 @@ static void color_lanes(const struct lane_kernels *kernels, const struct texture
     }
 }
 
-void textured_shade(const struct lane_kernels *kernels, const struct mesh_view *mesh,
+void textured_shade(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                     const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out)
 {
     const struct material *m = mesh->material;
@@ -106,7 +106,7 @@ void textured_shade(const struct lane_kernels *kernels, const struct mesh_view *
                     &out->emission);
 }
 
-bool textured_albedo(const struct lane_kernels *kernels, const struct mesh_view *mesh,
+bool textured_albedo(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                      const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out)
 {
     const struct material *m = mesh->material;

@@ -1,7 +1,7 @@
 #pragma once
 /* What a light gives to sixteen receivers, before visibility: proto/plan.h's irradiance scalar E of
  * one sample, the ray that decides whether it arrives, and why no ray is needed. Computed by
- * lane_kernels' sample_light. */
+ * light_kernels' sample_light. */
 #include "proto/counter.h"
 #include "worker/scene/light_table.h"
 #include "worker/trace/hit/hit.h"

@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' sample_light. */
+/* light_kernels' sample_light. */
 #include <math.h>
 
 #include "worker/trace/hit/primary.h"

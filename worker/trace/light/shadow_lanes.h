@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' light_hidden, sample_strata, add_strata and add_slopes: a light's strata before
+/* light_kernels' light_hidden, sample_strata, add_strata and add_slopes: a light's strata before
  * Embree and after. */
 #include "proto/pattern.h"
 #include "worker/trace/hit/block_store.h"

@@ -1,8 +1,8 @@
 #include "worker/trace/light/strata.h"
 
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 
-void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
+void strata_init(struct strata *s, const struct light_kernels *kernels, const struct pattern *p,
                  const struct pattern_lattice *lattice, const struct block *b, uint32_t dimension,
                  uint32_t l)
 {

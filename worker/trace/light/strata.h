@@ -13,10 +13,10 @@ struct strata {
     _Alignas(LANES_ALIGN) float row[LIMIT_STRATA_PER_AXIS][LANES];    /* v of sample i: i / l */
 };
 
-struct lane_kernels;
+struct light_kernels;
 
 /* `lattice`: the dimension's, when it is known; or NULL. */
-void strata_init(struct strata *s, const struct lane_kernels *kernels, const struct pattern *p,
+void strata_init(struct strata *s, const struct light_kernels *kernels, const struct pattern *p,
                  const struct pattern_lattice *lattice, const struct block *b, uint32_t dimension,
                  uint32_t l);
 

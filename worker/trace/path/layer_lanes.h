@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' inner loops over layers (layers.h): worker/shade/gltf.c for what is rough and
+/* path_kernels' inner loops over layers (layers.h): worker/shade/gltf.c for what is rough and
  * opaque, in sixteen lanes. Lanes that are not on compute along; what they find is not kept. */
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"

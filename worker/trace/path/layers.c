@@ -2,7 +2,7 @@
 
 #include "worker/shade/direction.h"
 #include "worker/shade/roughness.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 static bool is_layer(const struct bsdf *b)
 {
@@ -28,7 +28,7 @@ static void take(const struct bsdf *b, int i, struct layers *l)
     l->f0.z[i] = b->specular_f0[2];
 }
 
-void layers_see(const struct lane_kernels *kernels, const struct path_vertex *v, struct layers *out)
+void layers_see(const struct path_kernels *kernels, const struct path_vertex *v, struct layers *out)
 {
     out->any = out->others = false;
     for (int i = 0; i < LANES; i++) {

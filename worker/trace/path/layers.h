@@ -6,7 +6,7 @@
 
 #include "worker/shade/lanes.h"
 
-struct lane_kernels;
+struct path_kernels;
 struct path_vertex;
 
 struct layers {
@@ -32,5 +32,5 @@ struct layer_gloss {
 };
 
 /* Finds those among the active lanes of v, which path_resolve has set. */
-void layers_see(const struct lane_kernels *kernels, const struct path_vertex *v,
+void layers_see(const struct path_kernels *kernels, const struct path_vertex *v,
                 struct layers *out);

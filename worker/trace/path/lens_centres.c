@@ -7,9 +7,9 @@
 #include "proto/half.h"
 #include "proto/lens_lobe.h"
 #include "proto/samples.h"
-#include "worker/trace/field/glossy.h"
-#include "worker/trace/field/lens_surface.h"
 #include "worker/trace/hit/primary.h"
+#include "worker/trace/path/glossy_lobes.h"
+#include "worker/trace/path/lens_slope.h"
 
 /* Normals up to about 8 degrees apart; points off each other's tangent planes by three quarters of
  * a pixel and so much of their distance. */
@@ -83,7 +83,7 @@ static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size
     l->vertex.active = l->vertex.surface.hit;
     path_resolve(c, &l->rays, &l->vertex);
     struct glossy_lobes lobes = {.on = {{0}}};
-    if (plan->planes & PLANE_BIT(LENS_LOBE)) glossy_find(&l->vertex, &lobes);
+    if (plan->planes & PLANE_BIT(LENS_LOBE)) glossy_lobes_find(&l->vertex, &lobes);
     for (int i = 0; i < LANES; i++) {
         out[i] = (struct lens_centre){.alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
                                       .lit = is_lit(plan, s, i) || lobes.on.on[i]};

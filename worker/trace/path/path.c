@@ -6,9 +6,9 @@
 
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
-#include "worker/trace/field/glossy.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/glossy_lobes.h"
 #include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
 void path_scratch_init(struct path_scratch *s)
@@ -141,8 +141,8 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
     struct lanes_mask valid = v->surface.hit;
     struct lanes3 direction;
     struct RTCRay16 *r = &rays->ray;
-    c->queries->kernels->path_pairs(p, PATH_OCCLUSION, u, w);
-    c->queries->kernels->lambert_scatter(&v->surface, u, w, &valid, &direction, pdf);
+    c->kernels->path_pairs(p, PATH_OCCLUSION, u, w);
+    c->kernels->lambert_scatter(&v->surface, u, w, &valid, &direction, pdf);
     for (int i = 0; i < LANES; i++) {
         r->org_x[i] = v->surface.origin.x[i];
         r->org_y[i] = v->surface.origin.y[i];
@@ -153,7 +153,7 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
         r->tnear[i] = 0.0f;
         r->tfar[i] = c->plan->occlusion_distance;
     }
-    if (c->blended) c->queries->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
+    if (c->blended) c->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
     queries_sanitise(c->queries, &valid, r);
     c->counters->value[COUNTER_RAYS_OCCLUSION] += lanes_count(&valid);
     queries_occluded(c->queries, QUERY_BOUNCE_SHADOW, &valid, rays);
@@ -182,7 +182,7 @@ static void leave_diffuse(const struct path_context *c, struct path_packet *p,
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
     uint64_t *counters = c->counters->value;
     bool any = false;
-    c->queries->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
+    c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!v->active.on[i]) continue;
@@ -235,7 +235,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
 {
     struct lanes_mask lit;
     struct glossy_lobes lobes = {.on = {{0}}};
-    if (c->leaves_lobes) glossy_find(v, &lobes);
+    if (c->leaves_lobes) glossy_lobes_find(v, &lobes);
     lens_centres_match(c->centres, p, v, &lobes, &lit);
     for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -293,7 +293,7 @@ static void follow(const struct path_context *c, struct path_packet *p, struct p
     struct lanes_mask valid;
     const bool camera = v->depth == 0;
     path_packet_lanes(p, &valid);
-    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_NEXT, &p->rays.ray);
+    if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_NEXT, &p->rays.ray);
     queries_sanitise(c->queries, &valid, &p->rays.ray);
     c->counters->value[camera ? COUNTER_RAYS_PRIMARY : COUNTER_RAYS_INDIRECT] +=
         lanes_count(&valid);
@@ -327,7 +327,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
-    if (v->any_general) layers_see(c->queries->kernels, v, &v->layers);
+    if (v->any_general) layers_see(c->kernels, v, &v->layers);
     if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);

@@ -24,11 +24,15 @@
 #include "worker/trace/path/sky.h"
 
 struct lens_centres;
+struct light_kernels;
+struct path_kernels;
 struct path_record;
 
 /* What all paths of a tile share. */
 struct path_context {
     struct queries *queries;
+    const struct light_kernels *light_kernels;
+    const struct path_kernels *kernels;
     const struct light_table *lights;
     const struct sky *sky;
     const struct plan *plan;

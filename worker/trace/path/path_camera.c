@@ -4,7 +4,8 @@
 
 #include "proto/pattern_path.h"
 #include "worker/shade/lambert.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 void path_pool_init(struct path_pool *pool)
 {
@@ -46,14 +47,14 @@ static void bend_through_lens(const struct path_context *c, struct path_packet *
 {
     const struct plan_camera *camera = &c->plan->camera;
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], s[LANES], t[LANES];
-    c->queries->kernels->path_pairs(p, PATH_LENS, u, v);
+    c->kernels->path_pairs(p, PATH_LENS, u, v);
     for (int i = 0; i < LANES; i++) {
         if (camera->blade_count > 0)
             on_polygon(camera, u[i], v[i], &s[i], &t[i]);
         else
             on_disc(u[i], v[i], &s[i], &t[i]);
     }
-    c->queries->kernels->lens_rays(camera, s, t, &p->rays.ray);
+    c->kernels->lens_rays(camera, s, t, &p->rays.ray);
 }
 
 /* Where in [-1, 1] a tent's density puts u: its distribution function, inverted. */
@@ -71,7 +72,7 @@ float path_pixel_offset(const struct plan *plan, float u)
 static void aim(const struct path_context *c, const struct block *b, struct path_packet *p)
 {
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], x[LANES] = {0}, y[LANES] = {0};
-    c->queries->kernels->path_pairs(p, PATH_PIXEL, u, v);
+    c->kernels->path_pairs(p, PATH_PIXEL, u, v);
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t lane = p->slot[i] % LANES;
         x[i] = (float)b->x_px[lane] + path_pixel_offset(c->plan, u[i]);

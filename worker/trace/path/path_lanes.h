@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' inner loops of the path tracer. */
+/* path_kernels' inner loops of the path tracer. */
 #include <math.h>
 
 #include "proto/pattern_path.h"

@@ -4,8 +4,9 @@
 
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 #include "worker/trace/path/path_choice.h"
+#include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
 /* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
@@ -27,7 +28,7 @@ static bool is_one_light(const struct light_table *t)
 static void choose(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, struct path_choice *out)
 {
-    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct path_kernels *kernels = c->kernels;
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
     out->plan_lights = 0;
@@ -54,7 +55,7 @@ static void choose(const struct path_context *c, const struct path_packet *p,
 static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
                                const struct path_choice *choice, struct path_light *out)
 {
-    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct light_kernels *kernels = c->light_kernels;
     const struct light *lights = c->lights->lights;
     if (!choice->others && (choice->plan_lights & (choice->plan_lights - 1)) == 0) {
         kernels->sample_light(&lights[__builtin_ctzll(choice->plan_lights)], choice->u, choice->v,
@@ -146,10 +147,10 @@ static void sample_only_light(const struct path_context *c, const struct path_pa
 {
     const struct light *light = &c->lights->lights[0];
     const float *color = light->plan->color;
-    c->queries->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT,
-                                    choice->u, choice->v);
-    c->queries->kernels->sample_light(light, choice->u, choice->v, &v->surface, &v->active,
-                                      &out->packet);
+    c->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT, choice->u,
+                           choice->v);
+    c->light_kernels->sample_light(light, choice->u, choice->v, &v->surface, &v->active,
+                                   &out->packet);
     for (int i = 0; i < LANES; i++) {
         choice->probability[i] = 1.0f;
         choice->soft[i] = 0.0f;
@@ -222,7 +223,7 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
     const struct surface *s = &v->surface;
     if (!v->any_lambert) memset(out, 0, sizeof *out);
     if (v->any_lambert) {
-        c->queries->kernels->lambert_light(l, s, choice->probability, &out->diffuse);
+        c->kernels->lambert_light(l, s, choice->probability, &out->diffuse);
         for (int i = 0; i < LANES; i++) {
             out->all.x[i] = out->diffuse.x[i] * s->albedo.x[i];
             out->all.y[i] = out->diffuse.y[i] * s->albedo.y[i];
@@ -231,7 +232,7 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
     }
     if (!v->any_general) return;
     if (v->layers.any)
-        c->queries->kernels->layers_light(l, v, choice->probability, &out->diffuse, &out->all);
+        c->kernels->layers_light(l, v, choice->probability, &out->diffuse, &out->all);
     for (int i = 0; v->layers.others && i < LANES; i++)
         if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, choice, l, i, out);
 }
@@ -313,7 +314,7 @@ void path_light(const struct path_context *c, const struct path_packet *p,
     struct reflected reflected;
     struct light_packet *packet = &light->packet;
     sample_lights(c, p, v, &choice, light);
-    if (c->blended) c->queries->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
+    if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);
     for (int i = 0; i < LANES; i++) /* nobody else will find it */
         packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];

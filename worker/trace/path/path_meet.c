@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "worker/scene/emitters.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
 /* The power heuristic, as path_lanes.h has it. */
@@ -63,7 +63,7 @@ static void find_missed(const struct path_context *c, const struct path_packet *
     for (int i = 0; i < (int)p->count; i++)
         if (!v->surface.hit.on[i]) out->ray[out->count++] = i;
     if (out->count == 0 || c->sky->kind != ENVIRONMENT_MAP) return;
-    c->queries->kernels->find_sky(c->sky, r->dir_x, r->dir_y, r->dir_z, &out->view);
+    c->kernels->find_sky(c->sky, r->dir_x, r->dir_y, r->dir_z, &out->view);
     for (uint32_t k = 0; k < out->count; k++) sky_ask(c->sky, &out->view, out->ray[k]);
 }
 
@@ -122,7 +122,7 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
         if (light->plan->type != LIGHT_RECTANGLE) continue;
         if (!ready) find_reach(c, p, v, reach);
         ready = true;
-        c->queries->kernels->meet_rectangle(light, p, reach, factor);
+        c->kernels->meet_rectangle(light, p, reach, factor);
         for (uint32_t i = 0; i < p->count; i++)
             if (is_seen(v, i)) factor[i] = 0.0f;
         for (uint32_t i = 0; i < p->count; i++)

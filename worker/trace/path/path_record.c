@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 #define INVERSE_PI 0.318309886183790672f
 

@@ -4,7 +4,7 @@
 
 #include "proto/pattern_path.h"
 #include "worker/shade/glossy.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
 /* After this scattering paths are ended by chance in proportion to what they still carry. Variance
@@ -16,7 +16,7 @@ static void scatter_lambert(const struct path_context *c, const struct path_vert
                             const float u[LANES], const float w[LANES], struct path_scattering *s)
 {
     s->on = v->active;
-    c->queries->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
+    c->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
     s->weight = v->surface.albedo;
     memset(&s->through, 0, sizeof s->through);
 }
@@ -171,7 +171,7 @@ static void find_segments(const struct path_context *c, const struct path_packet
                           const struct path_harvest *h, struct lanes_mask *on,
                           struct lanes3 *throughput)
 {
-    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct path_kernels *kernels = c->kernels;
     const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE;
     const bool roulette = v->depth >= ROULETTE_DEPTH;
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
@@ -235,7 +235,7 @@ static void scatter_generals(const struct path_context *c, const struct path_pac
                              const struct path_vertex *v, const float u[LANES],
                              const float w[LANES], struct path_scattering *s)
 {
-    const struct lane_kernels *kernels = c->queries->kernels;
+    const struct path_kernels *kernels = c->kernels;
     const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_CHOICE;
     _Alignas(LANES_ALIGN) float lobe[LANES], light[LANES];
     kernels->path_pairs(p, dimension, lobe, light);
@@ -255,7 +255,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     const bool first = v->depth == 0;
     struct path_scattering s;
     if (!v->any_lambert) memset(&s, 0, sizeof s);
-    c->queries->kernels->path_pairs(p, dimension, u, w);
+    c->kernels->path_pairs(p, dimension, u, w);
     if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
     if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
     if (v->any_general) scatter_generals(c, p, v, u, w, &s);

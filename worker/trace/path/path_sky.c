@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "worker/trace/lane_kernels.h"
 #include "worker/trace/path/path_choice.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* Lanes that sample it. */
 struct skies {
@@ -35,7 +35,7 @@ static void place(const struct path_context *c, const struct path_choice *choice
         chosen[k] = sky_choose(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
     }
     for (int k = 0; k < count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
-    c->queries->kernels->place_sky(c->sky, &s->texels, choice->u, choice->v, &s->direction);
+    c->kernels->place_sky(c->sky, &s->texels, choice->u, choice->v, &s->direction);
 }
 
 /* Lane i's cosine and ray; false where no light comes from there. */
@@ -70,7 +70,7 @@ void path_sample_sky(const struct path_context *c, const struct path_vertex *v,
         if (aim(v, &s, s.lane[k], &out->packet)) s.lane[seen++] = s.lane[k];
     if (seen == 0) return;
     const struct lanes3 *d = &s.direction;
-    c->queries->kernels->find_sky(c->sky, d->x, d->y, d->z, &view);
+    c->kernels->find_sky(c->sky, d->x, d->y, d->z, &view);
     for (int k = 0; k < seen; k++) sky_ask(c->sky, &view, s.lane[k]);
     for (int k = 0; k < seen; k++) {
         const int i = s.lane[k];

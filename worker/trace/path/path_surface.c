@@ -1,8 +1,8 @@
 #include <math.h>
 
 #include "worker/scene/mesh.h"
-#include "worker/trace/lane_kernels.h"
 #include "worker/trace/path/path.h"
+#include "worker/trace/path/path_kernels.h"
 
 /* The mesh's tangent in the world, and the sign of its bitangent. */
 static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
@@ -70,8 +70,8 @@ void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
     v->any_lambert = lambert > 0;
     v->any_general = lanes_count(&v->active) > lambert;
     if (!v->any_general) return;
-    c->queries->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
+    c->kernels->tangents(&v->surface.normal, &v->tangent, &v->bitangent);
     for (int i = 0; i < LANES; i++)
         if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
-    c->queries->kernels->look_back(&rays->ray, v);
+    c->kernels->look_back(&rays->ray, v);
 }

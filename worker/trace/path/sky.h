@@ -20,7 +20,7 @@ struct sky {
 /* `map` is the plan's, NULL when it has none; borrowed. */
 void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map);
 
-/* Unit directions as a map has them, sixteen side by side: lane_kernels' find_sky sets them. Who
+/* Unit directions as a map has them, sixteen side by side: path_kernels' find_sky sets them. Who
  * reads several asks for all of them first. */
 struct sky_view {
     struct lanes3 direction;
@@ -45,7 +45,7 @@ struct sky_texels {
 };
 
 /* Of a map: a direction by three uniform numbers, its density per solid angle (0: none), in the
- * steps of environment.h; lane_kernels' place_sky places it. */
+ * steps of environment.h; path_kernels' place_sky places it. */
 void sky_expect(const struct sky *sky, float choice, const float u[2]);
 uint32_t sky_choose(const struct sky *sky, float choice, const float u[2]);
 void sky_look(const struct sky *sky, uint32_t chosen, int lane, struct sky_texels *out);

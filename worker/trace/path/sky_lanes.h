@@ -1,5 +1,5 @@
 #pragma once
-/* lane_kernels' inner loops over an environment: directions to places of a map, and back. */
+/* path_kernels' inner loops over an environment: directions to places of a map, and back. */
 #include "worker/trace/path/sky.h"
 
 /* From the world to the map. */

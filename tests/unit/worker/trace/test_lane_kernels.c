@@ -6,7 +6,8 @@
 #include <xmmintrin.h>
 
 #include "proto/octahedron.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
+#include "worker/trace/light/light_kernels.h"
 
 /* In [-1, 1]. */
 static float random_signed(struct random *r)
@@ -67,9 +68,9 @@ static void test_light_samples_agree(void **state)
             v[i] = 0.5f + 0.5f * random_signed(&seed);
             lanes.on[i] = s.hit.on[i];
         }
-        lane_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
+        light_kernels_sse42.sample_light(&table.lights[0], u, v, &s, &lanes, &expected);
         for (int k = 0; k < isa_count(); k++) {
-            KERNELS_FOR(lane_kernels, all_isas[k])
+            KERNELS_FOR(light_kernels, all_isas[k])
                 ->sample_light(&table.lights[0], u, v, &s, &lanes, &got);
             assert_memory_equal(got.rays.ray.dir_x, expected.rays.ray.dir_x, 64);
             assert_memory_equal(got.rays.ray.dir_z, expected.rays.ray.dir_z, 64);
@@ -97,7 +98,7 @@ static void assert_packets_agree(const struct light_packet *a, const struct ligh
 }
 
 /* A batch of strata holds what samples one by one do, and says whether all lanes are traced. */
-static void check_batch(const struct lane_kernels *kernels, const struct light *light,
+static void check_batch(const struct light_kernels *kernels, const struct light *light,
                         const struct strata *strata, uint32_t first, uint32_t count,
                         const struct surface *s)
 {
@@ -105,8 +106,8 @@ static void check_batch(const struct lane_kernels *kernels, const struct light *
     bool whole = true;
     const bool said = kernels->sample_strata(light, strata, first, count, s, &s->hit, batch);
     for (uint32_t i = 0; i < count; i++) {
-        lane_kernels_sse42.sample_light(light, strata_u(strata, first + i),
-                                        strata_v(strata, first + i), s, &s->hit, &expected);
+        light_kernels_sse42.sample_light(light, strata_u(strata, first + i),
+                                         strata_v(strata, first + i), s, &s->hit, &expected);
         assert_packets_agree(&batch[i], &expected);
         whole &= lanes_count(&expected.traced) == lanes_count(&s->hit);
     }
@@ -129,7 +130,7 @@ static void test_strata_agree(void **state)
         random_surface(&seed, &s);
         block_init(&block, 4 * round, 8, 4096, 16, (struct rect){0, 0, 4096, 16});
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct light_kernels *kernels = KERNELS_FOR(light_kernels, all_isas[k]);
             strata_init(&strata, kernels, &plan.pattern, NULL, &block, PATTERN_LIGHT, l);
             for (uint32_t first = 0; first < all; first += SHADOW_BATCH)
                 check_batch(kernels, &table.lights[0], &strata, first,
@@ -166,7 +167,7 @@ static void test_texels_agree(void **state)
         u[3] = NAN, v[4] = INFINITY, u[5] = v[5] = 0.0f, u[6] = 1.0f; /* edges */
         for (int k = 0; k < isa_count(); k++) {
             struct texel_lanes at;
-            KERNELS_FOR(lane_kernels, all_isas[k])->place_texels(&t, u, v, &at);
+            KERNELS_FOR(hit_kernels, all_isas[k])->place_texels(&t, u, v, &at);
             for (int i = 0; i < LANES; i++) {
                 float expected[4], got[4];
                 texture_sample(&t, u[i], v[i], expected);
@@ -195,7 +196,7 @@ static void test_camera_rows_agree(void **state)
                        .half_width = 0.7f,
                        .half_height = 0.4f}};
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct hit_kernels *kernels = KERNELS_FOR(hit_kernels, all_isas[k]);
             assert_int_equal(kernels->camera_row(&plan, 0, 12, PRIMARY_ROW, row), 0);
             for (int32_t n = 0; n < PRIMARY_ROW; n++) {
                 _Alignas(64) float px[LANES], py[LANES];
@@ -204,7 +205,7 @@ static void test_camera_rows_agree(void **state)
                     px[i] = (float)x + 0.5f, py[i] = (float)y + 0.5f;
                     assert_int_equal(row[n].valid.on[i], x < 30 && y < 14 ? -1 : 0);
                 }
-                lane_kernels_sse42.camera_rays(&plan, px, py, &expected);
+                hit_kernels_sse42.camera_rays(&plan, px, py, &expected);
                 assert_memory_equal(row[n].rays.ray.org_x, expected.org_x, 64);
                 assert_memory_equal(row[n].rays.ray.dir_x, expected.dir_x, 64);
                 assert_memory_equal(row[n].rays.ray.dir_y, expected.dir_y, 64);
@@ -236,7 +237,7 @@ static void test_surfaces_agree(void **state)
         if (round % 3 == 0) a.normal.x[3] = a.normal.y[3] = a.normal.z[3] = 0.0f;
         if (round % 5 == 0) a.facet.x[9] = a.facet.y[9] = a.facet.z[9] = 0.0f;
         b = a;
-        lane_kernels_sse42.finish_surface(&rays, magnitude, false, &a);
+        hit_kernels_sse42.finish_surface(&rays, magnitude, false, &a);
         for (int i = 0; i < LANES; i++) {
             float facing = a.facet.x[i] * rays.dir_x[i] + a.facet.y[i] * rays.dir_y[i] +
                            a.facet.z[i] * rays.dir_z[i];
@@ -248,7 +249,7 @@ static void test_surfaces_agree(void **state)
         }
         for (int k = 1; k < isa_count(); k++) {
             struct surface c = b;
-            KERNELS_FOR(lane_kernels, all_isas[k])->finish_surface(&rays, magnitude, false, &c);
+            KERNELS_FOR(hit_kernels, all_isas[k])->finish_surface(&rays, magnitude, false, &c);
             assert_memory_equal(&c, &a, sizeof a);
         }
     }
@@ -268,10 +269,10 @@ static void test_flat_surfaces(void **state)
         expected.normal = expected.facet;
         flat = expected;
         for (int i = 0; i < LANES; i++) flat.normal.x[i] = NAN; /* nobody reads them */
-        lane_kernels_sse42.finish_surface(&rays, magnitude, false, &expected);
+        hit_kernels_sse42.finish_surface(&rays, magnitude, false, &expected);
         for (int k = 0; k < isa_count(); k++) {
             struct surface got = flat;
-            KERNELS_FOR(lane_kernels, all_isas[k])->finish_surface(&rays, magnitude, true, &got);
+            KERNELS_FOR(hit_kernels, all_isas[k])->finish_surface(&rays, magnitude, true, &got);
             assert_memory_equal(&got, &expected, sizeof got);
         }
     }
@@ -289,7 +290,7 @@ static void test_camera_rays(void **state)
             struct RTCRay16 r;
             p.camera.type = type;
             for (int i = 0; i < LANES; i++) px[i] = (float)i * 4.1f, py[i] = (float)i * 2.9f;
-            KERNELS_FOR(lane_kernels, all_isas[k])->camera_rays(&p, px, py, &r);
+            KERNELS_FOR(hit_kernels, all_isas[k])->camera_rays(&p, px, py, &r);
             for (int i = 0; i < LANES; i++) {
                 float o[3], d[3];
                 plan_camera_ray(&p, px[i], py[i], o, d);
@@ -306,7 +307,7 @@ static void test_unorms(void **state)
     static const uint16_t expected[] = {0, 0, 32768, 65535, 65535, 1, 1, 65535, 0};
     for (int k = 0; k < isa_count(); k++) {
         _Alignas(64) uint16_t packed[LANES];
-        KERNELS_FOR(lane_kernels, all_isas[k])->pack_unorms(v, packed);
+        KERNELS_FOR(hit_kernels, all_isas[k])->pack_unorms(v, packed);
         assert_memory_equal(packed, expected, sizeof expected);
     }
 }
@@ -323,8 +324,8 @@ static void test_packed_normals_are_octahedron_codes(void **state)
         if (round % 4 == 1) n.x[5] = 0, n.z[5] = 0, n.y[5] = 1;
         if (round == 2) n.x[1] = n.y[1] = n.z[1] = 0;
         for (int k = 0; k < isa_count(); k++) {
-            KERNELS_FOR(lane_kernels, all_isas[k])->pack_normals(&n, 16, wide);
-            KERNELS_FOR(lane_kernels, all_isas[k])->pack_normals(&n, 8, narrow);
+            KERNELS_FOR(hit_kernels, all_isas[k])->pack_normals(&n, 16, wide);
+            KERNELS_FOR(hit_kernels, all_isas[k])->pack_normals(&n, 8, narrow);
             for (int i = 0; i < LANES; i++) {
                 const float v[3] = {n.x[i], n.y[i], n.z[i]};
                 assert_int_equal(wide[i], octahedron_pack16(v));
@@ -353,7 +354,7 @@ static void test_unfit_rays_are_switched_off(void **state)
         r.tfar[5] = NAN;
         r.tfar[6] = 0;
         r.org_z[15] = NAN;
-        assert_int_equal(KERNELS_FOR(lane_kernels, all_isas[k])->sanitise(&r, &valid), 7);
+        assert_int_equal(KERNELS_FOR(hit_kernels, all_isas[k])->sanitise(&r, &valid), 7);
         for (int i = 0; i < LANES; i++) assert_int_equal(valid.on[i], i < 7 || i == 15 ? 0 : -1);
     }
 }
@@ -382,7 +383,7 @@ static void test_not_finite_samples_are_rejected(void **state)
         unsigned int mode = _mm_getcsr();
         _mm_setcsr(mode | 0x8040u); /* as while tiles are traced: squares flush to zero */
         plan.lights[0].position[1] = 1e-20f;
-        KERNELS_FOR(lane_kernels, all_isas[k])
+        KERNELS_FOR(light_kernels, all_isas[k])
             ->sample_light(&table.lights[0], u, u, &s, &lanes, &packet);
         _mm_setcsr(mode);
         for (int i = 0; i < LANES; i++) assert_int_equal(packet.traced.on[i], i == 2 ? -1 : 0);

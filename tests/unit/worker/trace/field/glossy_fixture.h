@@ -1,5 +1,5 @@
 #pragma once
-/* The glossy lobe's samples, one at a time: what lane_kernels' layers_gloss has sixteen of. */
+/* The glossy lobe's samples, one at a time: what path_kernels' layers_gloss has sixteen of. */
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"

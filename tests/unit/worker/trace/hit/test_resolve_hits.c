@@ -3,7 +3,7 @@
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 /* Panel k covers x from k to k + 0.9, y from -0.5 to 0.5. */
 enum panel { TEXTURED, TEXTURED_UNLIT, UNLIT, LAMBERT, GLOSSY, TEXTURED_GLOSSY, SHINING, PLACED };
@@ -90,7 +90,7 @@ static void expect_lane(const struct surface *s, int i, bool hit, enum panel kin
 }
 
 /* Lanes that look at panels first .. last, of which some pass beside. */
-static void look(const struct lane_kernels *kernels, struct random *r, int first, int last)
+static void look(const struct hit_kernels *kernels, struct random *r, int first, int last)
 {
     static struct surface s;
     struct queries q;
@@ -131,7 +131,7 @@ static void surfaces_are_the_panels(void **state)
     struct random r = {1};
     for (int k = 0; k < isa_count(); k++)
         for (int round = 0; round < 40; round++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct hit_kernels *kernels = KERNELS_FOR(hit_kernels, all_isas[k]);
             for (int one = 0; one < PANELS; one++) look(kernels, &r, one, one);
             look(kernels, &r, 0, PANELS - 1);
             look(kernels, &r, UNLIT, GLOSSY);

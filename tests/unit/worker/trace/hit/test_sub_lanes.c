@@ -6,7 +6,8 @@
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/field/field_kernels.h"
+#include "worker/trace/hit/hit_kernels.h"
 
 static void block_anywhere(struct random *seed, struct block *b)
 {
@@ -29,7 +30,7 @@ static void test_rays_go_where_the_pattern_says(void **state)
         for (int k = 0; k < isa_count(); k++)
             for (uint32_t ray = 0; ray < count; ray++) {
                 _Alignas(LANES_ALIGN) float px[LANES], py[LANES];
-                KERNELS_FOR(lane_kernels, all_isas[k])->place_subs(&pixels, &b, ray, px, py);
+                KERNELS_FOR(hit_kernels, all_isas[k])->place_subs(&pixels, &b, ray, px, py);
                 for (int i = 0; i < LANES; i++) {
                     float at[2];
                     pattern_pixel(&p, b.x_px[i], b.y_px[i], ray, count, at);
@@ -51,7 +52,7 @@ static void test_normals_are_read_as_they_are_packed(void **state)
         packed[3] = round % 2 ? 0x80008000u : 0;
         for (int k = 0; k < isa_count(); k++) {
             struct lanes3 n;
-            KERNELS_FOR(lane_kernels, all_isas[k])->unpack_normals(packed, &n);
+            KERNELS_FOR(field_kernels, all_isas[k])->unpack_normals(packed, &n);
             for (int i = 0; i < LANES; i++) {
                 float expected[3];
                 octahedron_unpack16(packed[i], expected);
@@ -128,8 +129,9 @@ static void test_matches_are_those_of_one_by_one(void **state)
         for (int k = 0; k < isa_count(); k++) {
             const struct matched before = sum;
             struct lone_pixels now = p;
-            KERNELS_FOR(lane_kernels, all_isas[k])->unpack_normals(now.normal, &now.facing);
-            const bool any = KERNELS_FOR(lane_kernels, all_isas[k])->match_subs(&view, &kept, &now);
+            KERNELS_FOR(field_kernels, all_isas[k])->unpack_normals(now.normal, &now.facing);
+            const bool any =
+                KERNELS_FOR(field_kernels, all_isas[k])->match_subs(&view, &kept, &now);
             for (int i = 0; i < LANES; i++) check_match(&view, &kept, &p, &now, i, &sum);
             assert_int_equal(any, sum.open > before.open);
             assert_int_equal(now.settled, sum.settled > before.settled);
@@ -191,7 +193,7 @@ static void test_what_is_met_is_stored(void **state)
         block_init(&b, 4, 8, 64, 64, (struct rect){4, 8, 8, 12});
         random_surfaces(&seed, &centre, &sub);
         for (int k = 0; k < isa_count(); k++) {
-            q.kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            q.kernels = KERNELS_FOR(hit_kernels, all_isas[k]);
             geometry_store_sub(&q, &b, length_unit, &centre, &sub, &planes);
             for (int i = 0; i < LANES; i++)
                 check_stored(&centre, &sub, i, length_unit,

@@ -5,7 +5,7 @@
 #include "tests/unit/worker/trace/isa_fixture.h"
 
 #include "worker/shade/direction.h"
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 
 static const float shares[] = {0.0f, 1e-7f, 0.3f, 0.8f, 0.9999999f, 1.0f};
 static const float alphas[] = {0.0f, 0.99e-4f, 1e-4f, 1.01e-4f, 1e-3f, 0.1f, 0.5f, 1.0f};
@@ -150,7 +150,7 @@ static void test_scatter(void **state)
             if (random_bits(&seed) % 8 == 0) w[i] = i & 1 ? 0.0f : 0x1.fffffep-1f;
         }
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             layers_see(kernels, &v, &v.layers);
             checked += check_on(&v, &v.layers);
             if (!v.layers.any) continue;
@@ -221,7 +221,7 @@ static void test_light(void **state)
         random_vertex(&seed, &v);
         random_samples(&seed, &l, probability);
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             layers_see(kernels, &v, &v.layers);
             if (!v.layers.any) continue;
             fill(&diffuse), fill(&all);
@@ -250,7 +250,7 @@ static void test_diffuse(void **state)
             put(d, i, &way);
         }
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             _Alignas(64) float weight[LANES];
             for (int i = 0; i < LANES; i++) weight[i] = 7.0f;
             layers_see(kernels, &v, &v.layers);
@@ -282,7 +282,7 @@ static void test_gloss(void **state)
         random_vertex(&seed, &v);
         for (int i = 0; i < LANES; i++) sample[i] = (uint32_t)random_bits(&seed);
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             struct layer_gloss lobe;
             layers_see(kernels, &v, &v.layers);
             if (!v.layers.any) continue;

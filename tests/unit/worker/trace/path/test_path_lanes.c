@@ -3,7 +3,7 @@
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
-#include "worker/trace/lane_kernels.h"
+#include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_sums.h"
 
 static void random_lanes(struct random *r, struct lanes3 *out)
@@ -35,7 +35,7 @@ static void segments_make_up_for_those_that_end(void **state)
         chance[3] = 0.0f, p.throughput.x[3] = p.throughput.y[3] = p.throughput.z[3] = 0.0f;
         p.throughput.x[5] = s.weight.x[5] = 1.0f, chance[5] = round & 1 ? 0.98f : 0.97f;
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             struct lanes3 t;
             struct lanes_mask stays;
             kernels->weigh_segments(&p, &s, NULL, &t, &stays);
@@ -108,7 +108,7 @@ static void back_is_in_the_shading_frame(void **state)
     for (int k = 0; k < isa_count(); k++) {
         const struct lanes3 *t = &v.tangent, *b = &v.bitangent, *n = &v.surface.normal;
         memset(&v.back, 0, sizeof v.back);
-        KERNELS_FOR(lane_kernels, all_isas[k])->look_back(&r, &v);
+        KERNELS_FOR(path_kernels, all_isas[k])->look_back(&r, &v);
         for (int i = 0; i < LANES; i++) {
             const float d[3] = {-r.dir_x[i], -r.dir_y[i], -r.dir_z[i]};
             assert_true(v.back.x[i] == d[0] * t->x[i] + d[1] * t->y[i] + d[2] * t->z[i]);

@@ -5,8 +5,8 @@
 #include "tests/unit/worker/trace/isa_fixture.h"
 
 #include "tests/unit/worker/scene/environment_fixture.h"
-#include "worker/trace/lane_kernels.h"
 #include "worker/trace/path/path_choice.h"
+#include "worker/trace/path/path_kernels.h"
 
 enum { WIDTH = 12, HEIGHT = 7 };
 
@@ -62,7 +62,7 @@ static void test_find(void **state)
         random_directions(&r, &d);
         for (int k = 0; k < isa_count(); k++) {
             struct sky_view view;
-            KERNELS_FOR(lane_kernels, all_isas[k])->find_sky(&sky, d.x, d.y, d.z, &view);
+            KERNELS_FOR(path_kernels, all_isas[k])->find_sky(&sky, d.x, d.y, d.z, &view);
             for (int i = 0; i < LANES; i++) {
                 const float turned[3] = {sky.cosine * d.x[i] + sky.sine * d.z[i], d.y[i],
                                          sky.cosine * d.z[i] - sky.sine * d.x[i]};
@@ -90,7 +90,7 @@ static void test_place(void **state)
             sky_look(&sky, texel[i], i, &texels);
         }
         for (int k = 0; k < isa_count(); k++) {
-            const struct lane_kernels *kernels = KERNELS_FOR(lane_kernels, all_isas[k]);
+            const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
             struct lanes3 d;
             struct sky_view view;
             kernels->place_sky(&sky, &texels, u, v, &d);
@@ -124,9 +124,11 @@ static void test_path_samples(void **state)
         struct sky dark = sky;
         struct path_choice choice = {.others = true};
         struct path_light light;
-        const struct path_context c = {.queries = &q, .sky = black ? &dark : &sky};
+        const struct path_context c = {.queries = &q,
+                                       .kernels =
+                                           KERNELS_FOR(path_kernels, all_isas[round % isa_count()]),
+                                       .sky = black ? &dark : &sky};
         if (black) dark.map = night.map;
-        q.kernels = KERNELS_FOR(lane_kernels, all_isas[round % isa_count()]);
         memset(&light, 0, sizeof light);
         for (int i = 0; i < LANES; i++) {
             choice.chosen[i] = i % 5 == 0 ? LIGHT_CHOICE_EMITTERS : LIGHT_CHOICE_ENVIRONMENT;
@@ -147,7 +149,7 @@ static void test_path_samples(void **state)
             if (black) assert_int_equal(light.packet.skip[i], LIGHT_FACING_AWAY);
             if (light.packet.skip[i] != LIGHT_TRACED) continue;
             traced++;
-            q.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
+            c.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
             const float density = sky_pdf(&sky, &view, i);
             (void)sky_radiance(&sky, &view, i, radiance);
             assert_true(fabsf(light.packet.density[i] - density) <= 1e-5f * density);

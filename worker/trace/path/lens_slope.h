@@ -1,0 +1,25 @@
+#pragma once
+/* How fast what a point shows moves across the image with the lens: A f_px (1/z - 1/F) pixels. */
+#include <float.h>
+
+#include "proto/plan.h"
+
+/* Of a plan: A f_px and 1/F. */
+struct lens_sloper {
+    float scale, inverse_focus;
+};
+
+static inline struct lens_sloper lens_sloper_of(const struct plan *plan)
+{
+    const struct plan_camera *camera = &plan->camera;
+    const float focus = camera->focus_distance;
+    return (struct lens_sloper){camera->aperture_radius * (float)plan->width_px /
+                                    (2.0f * camera->half_width), /* plan_decode: > 0 */
+                                1.0f / (focus > FLT_MIN ? focus : FLT_MIN)};
+}
+
+/* PLANE_LENS_SLOPE's of a point z > 0 ahead of the lens. */
+static inline float lens_slope(struct lens_sloper s, float z)
+{
+    return s.scale * (1.0f / z - s.inverse_focus);
+}

@@ -1,0 +1,51 @@
+#pragma once
+/* The inner loops over sixteen paths; path_lanes.h says more. */
+#include "proto/kernels.h"
+#include "proto/pattern_path.h"
+#include "worker/trace/path/path.h"
+
+struct path_kernels {
+    /* Pairs of pattern_path.h. */
+    void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
+    void (*frame_pairs)(uint32_t key, const uint32_t *sample, uint32_t dimension, float *u,
+                        float *v);
+    void (*ray_keys)(const struct path_packet *p, uint32_t depth, enum path_ray ray,
+                     struct RTCRay16 *rays);
+    void (*lens_rays)(const struct plan_camera *camera, const float *s, const float *t,
+                      struct RTCRay16 *rays);
+    void (*tangents)(const struct lanes3 *normal, struct lanes3 *tangent, struct lanes3 *bitangent);
+    void (*look_back)(const struct RTCRay16 *rays, struct path_vertex *v); /* v->back */
+    void (*lambert_scatter)(const struct surface *s, const float *u, const float *v,
+                            struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
+    /* Throughputs of the next segments. Where it is a matter of chance (else NULL), they make up
+     * for paths that end: lanes of *stays go on. */
+    void (*weigh_segments)(const struct path_packet *p, const struct path_scattering *s,
+                           const float *chance, struct lanes3 *throughput,
+                           struct lanes_mask *stays);
+    void (*lambert_light)(const struct path_light *light, const struct surface *s,
+                          const float *probability, struct lanes3 *out);
+    /* layers.h. What `back` sees of the layers that are on; */
+    void (*layers_see)(const struct lanes3 *back, struct layers *layers);
+    /* what they send on of light samples that are traced, were these seen: into their lanes; */
+    void (*layers_light)(const struct path_light *light, const struct path_vertex *v,
+                         const float *probability, struct lanes3 *diffuse, struct lanes3 *all);
+    /* where they scatter paths (`choice` picks the lobe); */
+    void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
+                           const float *w, struct path_scattering *s);
+    /* pi times their diffuse lobes over white albedo, in directions of the world; and samples
+     * (u, w) of the glossy lobes of those that are isotropic. */
+    void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
+                           const struct lanes3 *direction, float *weight);
+    void (*layers_gloss)(const struct path_vertex *v, const struct layers *layers, const float *u,
+                         const float *w, struct layer_gloss *out);
+    /* Where directions of the world are on the sky's map; directions within texels of it. */
+    void (*find_sky)(const struct sky *sky, const float *x, const float *y, const float *z,
+                     struct sky_view *out);
+    void (*place_sky)(const struct sky *sky, const struct sky_texels *texels, const float *u,
+                      const float *v, struct lanes3 *direction);
+    void (*meet_rectangle)(const struct light *light, const struct path_packet *p,
+                           const float *reach, float *factor);
+};
+
+/* One for each instruction set (kernels.h). All compute the same bits. */
+extern const struct path_kernels path_kernels_sse42, path_kernels_avx2, path_kernels_avx512;
