@@ -54,63 +54,59 @@ uint32_t samples_lone_places(const struct samples_layout *layout)
     return (uint32_t)layout->width_px * (uint32_t)layout->height_px * layout->sub_samples;
 }
 
-static uint8_t *component_at(const struct samples *s, uint32_t offset, enum samples_group group,
-                             uint32_t component)
+static uint8_t *component_at(const struct samples *s, uint32_t offset, enum samples_type type,
+                             uint32_t component, uint32_t count)
 {
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
-    return s->data + offset + component * area * samples_element_bytes(group);
-}
-
-static void *plane_component(const struct samples *s, enum plane_id plane, uint32_t component,
-                             enum samples_group group)
-{
-    assert(plane < PLANE_ID_COUNT && samples_plane_kind(plane)->group == group);
-    const uint32_t offset = s->layout.offset[plane];
     if (offset == SAMPLES_ABSENT) return NULL;
-    assert(component < samples_plane_components(&s->layout, plane));
-    return component_at(s, offset, group, component);
+    assert(component < count);
+    return s->data + offset + component * area * samples_type_bytes(type);
 }
 
-static void *light_component(const struct samples *s, uint32_t light, enum light_plane_id plane,
-                             uint32_t component)
+void *samples_component(const struct samples *s, enum plane_id plane, uint32_t component)
+{
+    assert(plane < PLANE_ID_COUNT);
+    return component_at(s, s->layout.offset[plane], samples_plane(plane)->type, component,
+                        s->layout.components[plane]);
+}
+
+void *samples_light_component(const struct samples *s, uint32_t light, enum light_plane_id plane,
+                              uint32_t component)
 {
     assert(light < s->layout.light_count);
-    const uint32_t offset = s->layout.light_offset[light][plane];
-    if (offset == SAMPLES_ABSENT) return NULL;
-    assert(component < samples_light_plane_components(&s->layout, light, plane));
-    return component_at(s, offset, samples_light_plane_kind(plane)->group, component);
+    return component_at(s, s->layout.light_offset[light][plane], samples_light_plane(plane)->type,
+                        component, s->layout.light_components[light][plane]);
 }
 
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane == PLANE_DEPTH || plane == PLANE_LENS_RADIANCE || plane == PLANE_LENS_MORE ||
-           (PLANES_PATH >> plane & 1u));
-    return plane_component(s, plane, component, SAMPLES_GROUP_4);
+    assert(samples_plane(plane)->type == SAMPLES_F32);
+    return samples_component(s, plane, component);
 }
 
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    assert(plane == PLANE_NORMAL || plane == PLANE_ID || plane == PLANE_LENS_ALBEDO ||
-           plane == PLANE_LENS_LIGHT || plane == PLANE_LENS_LOBE);
-    return plane_component(s, plane, component, SAMPLES_GROUP_4);
+    assert(samples_plane(plane)->type == SAMPLES_U32);
+    return samples_component(s, plane, component);
 }
 
 uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t component)
 {
-    return plane_component(s, plane, component, SAMPLES_GROUP_2);
+    assert(samples_group(samples_plane(plane)->type) == SAMPLES_GROUP_2);
+    return samples_component(s, plane, component);
 }
 
 float *samples_light_irradiance(const struct samples *s, uint32_t light)
 {
-    return light_component(s, light, LIGHT_PLANE_IRRADIANCE, 0);
+    return samples_light_component(s, light, LIGHT_PLANE_IRRADIANCE, 0);
 }
 
 uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte)
 {
-    return light_component(s, light, LIGHT_PLANE_VISIBILITY, byte);
+    return samples_light_component(s, light, LIGHT_PLANE_VISIBILITY, byte);
 }
 
 uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which)
 {
-    return light_component(s, light, LIGHT_PLANE_SLOPES, which);
+    return samples_light_component(s, light, LIGHT_PLANE_SLOPES, which);
 }

@@ -124,22 +124,21 @@ static int refuse(const struct samples *s, const char *place, const struct findi
                      found->index % width, found->index / width);
 }
 
-static bool check_component(const struct samples *s, enum plane_id plane, uint32_t c, size_t area,
+static bool check_component(const struct samples_plane *plane, const void *v, size_t area,
                             struct finding *found)
 {
-    switch (samples_plane_kind(plane)->values) {
+    switch (plane->values) {
     case SAMPLES_POSITIVE:
-        return check_floats(samples_f32(s, plane, c), area, found);
+        return plane->type == SAMPLES_F32 ? check_floats(v, area, found)
+                                          : check_halves(v, area, HALF_SIGN, found);
+    case SAMPLES_FINITE:
+        return check_finite_halves(v, area, found);
+    case SAMPLES_ABOVE_MISS:
+        return check_halves(v, area, HALF_MINUS_ONE, found);
     case SAMPLES_ID:
-        return check_ids(samples_u32(s, plane, c), area, found);
-    case SAMPLES_HALF_POSITIVE:
-        return check_halves(samples_u16(s, plane, c), area, HALF_SIGN, found);
-    case SAMPLES_HALF_ABOVE_MISS:
-        return check_halves(samples_u16(s, plane, c), area, HALF_MINUS_ONE, found);
-    case SAMPLES_HALF_FINITE:
-        return check_finite_halves(samples_u16(s, plane, c), area, found);
+        return check_ids(v, area, found);
     case SAMPLES_SHARED_8:
-        return check_shared(samples_u32(s, plane, c), area, found);
+        return check_shared(v, area, found);
     default:
         return true;
     }
@@ -149,12 +148,12 @@ static int check_plane(const struct samples *s, enum plane_id plane, size_t area
                        struct fault *fault)
 {
     if (s->layout.offset[plane] == SAMPLES_ABSENT) return 0;
-    const uint32_t components = samples_plane_components(&s->layout, plane);
-    for (uint32_t c = 0; c < components; c++) {
+    const struct samples_plane *row = samples_plane(plane);
+    for (uint32_t c = 0; c < s->layout.components[plane]; c++) {
         struct finding found;
         char place[LIMIT_POINTER_BYTES];
-        if (check_component(s, plane, c, area, &found)) continue;
-        snprintf(place, sizeof place, "%s[%u]", samples_plane_kind(plane)->name, c);
+        if (check_component(row, samples_component(s, plane, c), area, &found)) continue;
+        snprintf(place, sizeof place, "%s[%u]", row->name, c);
         return refuse(s, place, &found, fault);
     }
     return 0;
@@ -198,7 +197,7 @@ static int check_light(const struct samples *s, uint32_t light, size_t area, str
         struct finding found;
         char place[LIMIT_POINTER_BYTES];
         if (checks[p](s, light, area, &found)) continue;
-        snprintf(place, sizeof place, "lights[%u].%s", light, samples_light_plane_kind(p)->name);
+        snprintf(place, sizeof place, "lights[%u].%s", light, samples_light_plane(p)->name);
         return refuse(s, place, &found, fault);
     }
     return 0;

@@ -6,103 +6,61 @@
 /* Room that a result frame needs beside the samples: message fields, counters, masks, headers. */
 #define RESULT_OVERHEAD_BYTES 8192u
 
-static const struct samples_plane_kind plane_kinds[PLANE_ID_COUNT] = {
-    [PLANE_DEPTH] = {"depth", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
-    [PLANE_NORMAL] = {"normal", SAMPLES_GROUP_4, 1, SAMPLES_ANY},
-    [PLANE_ALBEDO] = {"albedo", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
-    [PLANE_ID] = {"id", SAMPLES_GROUP_4, 1, SAMPLES_ID},
-    [PLANE_SUB_DEPTH] = {"sub_depth", SAMPLES_GROUP_2, 1, SAMPLES_HALF_ABOVE_MISS},
-    [PLANE_SUB_NORMAL] = {"sub_normal", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
-    [PLANE_SUB_ALBEDO] = {"sub_albedo", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
-    [PLANE_SUB_ID] = {"sub_id", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
-    [PLANE_EMISSION] = {"emission", SAMPLES_GROUP_2, 3, SAMPLES_HALF_POSITIVE},
-    [PLANE_INDIRECT_MEAN] = {"indirect_mean", SAMPLES_GROUP_2, 3, SAMPLES_HALF_POSITIVE},
-    [PLANE_INDIRECT_HALVES] = {"indirect_halves", SAMPLES_GROUP_2, 6, SAMPLES_HALF_POSITIVE},
-    [PLANE_REFLECTOR] = {"reflector", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_INDIRECT_STRATA] = {"indirect_strata", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
-    [PLANE_PATH_RADIANCE] = {"path_radiance", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_SPREAD] = {"path_spread", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_EMISSION] = {"path_emission", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_DIRECT] = {"path_direct", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_INDIRECT] = {"path_indirect", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_DIFFUSE_DIRECT] = {"path_diffuse_direct", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_DIFFUSE_INDIRECT] = {"path_diffuse_indirect", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_ALBEDO] = {"path_albedo", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_PATH_COVERAGE] = {"path_coverage", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
-    [PLANE_PATH_OCCLUSION] = {"path_occlusion", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
-    [PLANE_OPEN] = {"open", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_PATH_SPLIT] = {"path_split", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
-    [PLANE_REFLECTOR_FAR] = {"reflector_far", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_GLOSSY_MEAN] = {"glossy_mean", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
-    [PLANE_GLOSSY_LOBE] = {"glossy_lobe", SAMPLES_GROUP_2, 4, SAMPLES_ANY},
-    [PLANE_GLOSSY_NEARNESS] = {"glossy_nearness", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_SUB_REFLECTANCE] = {"sub_reflectance", SAMPLES_GROUP_2, 3, SAMPLES_ANY},
-    [PLANE_LENS_RADIANCE] = {"lens_radiance", SAMPLES_GROUP_4, 3, SAMPLES_POSITIVE},
-    [PLANE_LENS_SLOPE] = {"lens_slope", SAMPLES_GROUP_2, 1, SAMPLES_HALF_FINITE},
-    [PLANE_LENS_COVERAGE] = {"lens_coverage", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_GLOSSY_HALF] = {"glossy_half", SAMPLES_GROUP_2, 4, SAMPLES_HALF_POSITIVE},
-    [PLANE_GLOSSY_SPAN] = {"glossy_span", SAMPLES_GROUP_2, 2, SAMPLES_HALF_POSITIVE},
-    [PLANE_LENS_DEPTH] = {"lens_depth", SAMPLES_GROUP_2, 1, SAMPLES_HALF_POSITIVE},
-    [PLANE_LENS_NORMAL] = {"lens_normal", SAMPLES_GROUP_2, 1, SAMPLES_ANY},
-    [PLANE_LENS_ALBEDO] = {"lens_albedo", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
-    [PLANE_LENS_LIGHT] = {"lens_light", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_8},
-    [PLANE_LENS_LOBE] = {"lens_lobe", SAMPLES_GROUP_4, 1, SAMPLES_SHARED_9},
-    [PLANE_LENS_MORE] = {"lens_more", SAMPLES_GROUP_4, 4, SAMPLES_POSITIVE},
+static const struct samples_plane rows[PLANE_ID_COUNT] = {
+#define PLANE(number, name, key, type, count, per, values, merge, ...)                             \
+    [number] = {#key, SAMPLES_##type, count, SAMPLES_PER_##per, SAMPLES_##values, SAMPLES_##merge},
+#include "proto/plane.def"
 };
 
-static const struct samples_plane_kind light_plane_kinds[LIGHT_PLANE_COUNT] = {
-    [LIGHT_PLANE_IRRADIANCE] = {"irradiance", SAMPLES_GROUP_4, 1, SAMPLES_POSITIVE},
-    [LIGHT_PLANE_VISIBILITY] = {"visibility", SAMPLES_GROUP_1, 1, SAMPLES_BITS},
-    [LIGHT_PLANE_SLOPES] = {"slopes", SAMPLES_GROUP_2, 2, SAMPLES_SLOPES},
+static const struct samples_plane light_rows[LIGHT_PLANE_COUNT] = {
+#define LIGHT_PLANE(number, name, key, type, count, per, values, ...)                              \
+    [number] = {#key, SAMPLES_##type, count, SAMPLES_PER_##per, SAMPLES_##values, SAMPLES_FIRST},
+#include "proto/plane.def"
 };
 
-static const uint32_t element_bytes[SAMPLES_GROUP_COUNT] = {4, 2, 1};
-
-const struct samples_plane_kind *samples_plane_kind(enum plane_id plane)
+const struct samples_plane *samples_plane(enum plane_id plane)
 {
-    return &plane_kinds[plane];
+    return &rows[plane];
 }
 
-const struct samples_plane_kind *samples_light_plane_kind(enum light_plane_id plane)
+const struct samples_plane *samples_light_plane(enum light_plane_id plane)
 {
-    return &light_plane_kinds[plane];
+    return &light_rows[plane];
 }
 
 uint32_t samples_element_bytes(enum samples_group group)
 {
-    return element_bytes[group];
+    static const uint32_t bytes[SAMPLES_GROUP_COUNT] = {4, 2, 1};
+    return bytes[group];
 }
 
-uint32_t samples_plane_components(const struct samples_layout *layout, enum plane_id plane)
+uint32_t samples_type_bytes(enum samples_type type)
 {
-    const uint32_t components = plane_kinds[plane].components;
-    switch (plane) {
-    case PLANE_SUB_DEPTH:
-    case PLANE_SUB_NORMAL:
-    case PLANE_SUB_ALBEDO:
-    case PLANE_SUB_ID:
-    case PLANE_SUB_REFLECTANCE:
-        return components * layout->sub_samples;
-    case PLANE_INDIRECT_STRATA:
-        return components * layout->indirect_strata;
-    case PLANE_LENS_RADIANCE:
-    case PLANE_LENS_SLOPE:
-    case PLANE_LENS_DEPTH:
-    case PLANE_LENS_NORMAL:
-    case PLANE_LENS_ALBEDO:
-    case PLANE_LENS_LIGHT:
-    case PLANE_LENS_LOBE:
-        return components * layout->lens_strata;
-    default:
-        return components;
-    }
+    return samples_element_bytes(samples_group(type));
 }
 
-uint32_t samples_light_plane_components(const struct samples_layout *layout, uint32_t light,
-                                        enum light_plane_id plane)
+static uint32_t square(uint32_t side)
 {
-    if (plane == LIGHT_PLANE_VISIBILITY) return (layout->light_strata[light] + 7) / 8;
-    return light_plane_kinds[plane].components;
+    return side * side;
+}
+
+uint32_t samples_components(const struct plan *plan, enum plane_id plane)
+{
+    const uint32_t count[] = {
+        [SAMPLES_PER_PIXEL] = 1,
+        [SAMPLES_PER_SUB] = plan->sub_samples,
+        [SAMPLES_PER_STRATUM] = square(plan->indirect_strata_per_axis),
+        [SAMPLES_PER_LENS] = square(plan->lens_strata_per_axis),
+    };
+    return rows[plane].components * count[rows[plane].per];
+}
+
+uint32_t samples_light_components(const struct plan *plan, uint32_t light,
+                                  enum light_plane_id plane)
+{
+    const struct samples_plane *row = &light_rows[plane];
+    const uint32_t strata = square(plan->lights[light].strata_per_axis);
+    return row->components * (row->per == SAMPLES_PER_BITS ? (strata + 7) / 8 : 1);
 }
 
 uint32_t samples_visibility_mask(const struct samples_layout *layout, uint32_t light)
@@ -122,17 +80,17 @@ static uint32_t place_plane(uint64_t *at, uint64_t size_bytes)
 static void place_group(struct samples_layout *layout, enum samples_group group, uint64_t *at)
 {
     const uint64_t area = (uint64_t)layout->width_px * (uint64_t)layout->height_px;
-    const uint64_t component_bytes = area * element_bytes[group];
+    const uint64_t component_bytes = area * samples_element_bytes(group);
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
-        if (plane_kinds[p].group != group || !(layout->planes >> p & 1)) continue;
-        layout->offset[p] = place_plane(at, component_bytes * samples_plane_components(layout, p));
+        if (samples_group(rows[p].type) != group || !(layout->planes >> p & 1)) continue;
+        layout->offset[p] = place_plane(at, component_bytes * layout->components[p]);
     }
     for (uint32_t k = 0; k < layout->light_count; k++)
         for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
-            if (light_plane_kinds[p].group != group || !(layout->light_planes[k] >> p & 1))
-                continue;
+            if (samples_group(light_rows[p].type) != group) continue;
+            if (!(layout->light_planes[k] >> p & 1)) continue;
             layout->light_offset[k][p] =
-                place_plane(at, component_bytes * samples_light_plane_components(layout, k, p));
+                place_plane(at, component_bytes * layout->light_components[k][p]);
         }
 }
 
@@ -170,14 +128,16 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .height_px = height_px,
         .light_count = plan->light_count,
         .sub_samples = plan->sub_samples,
-        .indirect_strata = plan->indirect_strata_per_axis * plan->indirect_strata_per_axis,
-        .lens_strata = plan->lens_strata_per_axis * plan->lens_strata_per_axis,
+        .lens_strata = square(plan->lens_strata_per_axis),
         .planes = plan_pass_planes(plan, pass),
     };
     if (layout->planes & PLANE_BIT(LONE)) layout->lone_parts = lone_parts(plan);
+    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
+        layout->components[p] = samples_components(plan, p);
     for (uint32_t k = 0; k < plan->light_count; k++) {
-        const uint32_t l = plan->lights[k].strata_per_axis;
-        layout->light_strata[k] = l * l;
+        layout->light_strata[k] = square(plan->lights[k].strata_per_axis);
+        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++)
+            layout->light_components[k][p] = samples_light_components(plan, k, p);
         layout->light_planes[k] = pass == 0 ? (uint8_t)plan_light_planes(plan, k) : 0;
     }
     return 0;

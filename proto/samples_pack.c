@@ -15,21 +15,26 @@ static bool is_zero(const uint8_t *data, size_t size_bytes)
     return data[0] == 0 && memcmp(data, data + 1, size_bytes - 1) == 0;
 }
 
+static size_t area_of(const struct samples_layout *layout)
+{
+    return (size_t)layout->width_px * (size_t)layout->height_px;
+}
+
 static size_t component_bytes(const struct samples_layout *layout, enum samples_group group)
 {
-    return (size_t)layout->width_px * (size_t)layout->height_px * samples_element_bytes(group);
+    return area_of(layout) * samples_element_bytes(group);
 }
 
 static size_t plane_bytes(const struct samples_layout *layout, uint32_t plane)
 {
-    return component_bytes(layout, samples_plane_kind(plane)->group) *
-           samples_plane_components(layout, plane);
+    return area_of(layout) * samples_type_bytes(samples_plane(plane)->type) *
+           layout->components[plane];
 }
 
 static size_t light_plane_bytes(const struct samples_layout *layout, uint32_t light, uint32_t plane)
 {
-    return component_bytes(layout, samples_light_plane_kind(plane)->group) *
-           samples_light_plane_components(layout, light, plane);
+    return area_of(layout) * samples_type_bytes(samples_light_plane(plane)->type) *
+           layout->light_components[light][plane];
 }
 
 /* Bits past the last stratum mean nothing; equal samples must give equal bytes. */

@@ -8,70 +8,38 @@
 static const char *const effect_names[EFFECT_COUNT] = {
     "primary",  "antialias",   "direct", "shadows",   "indirect",
     "emission", "environment", "lens",   "occlusion", "emitters"};
-static const char *const plane_names[PLANE_ID_COUNT] = {"depth",
-                                                        "normal",
-                                                        "albedo",
-                                                        "id",
-                                                        "sub_depth",
-                                                        "sub_normal",
-                                                        "sub_albedo",
-                                                        "sub_id",
-                                                        "emission",
-                                                        "indirect_mean",
-                                                        "indirect_halves",
-                                                        "reflector",
-                                                        "indirect_strata",
-                                                        "path_radiance",
-                                                        "path_spread",
-                                                        "path_emission",
-                                                        "path_direct",
-                                                        "path_indirect",
-                                                        "path_diffuse_direct",
-                                                        "path_diffuse_indirect",
-                                                        "path_albedo",
-                                                        "path_coverage",
-                                                        "path_occlusion",
-                                                        "open",
-                                                        "path_split",
-                                                        "reflector_far",
-                                                        "glossy_mean",
-                                                        "glossy_lobe",
-                                                        "glossy_nearness",
-                                                        "sub_reflectance",
-                                                        "lens_radiance",
-                                                        "lens_slope",
-                                                        "lens_coverage",
-                                                        "glossy_half",
-                                                        "glossy_span",
-                                                        "lens_depth",
-                                                        "lens_normal",
-                                                        "lens_albedo",
-                                                        "lens_light",
-                                                        "lens_more",
-                                                        "lens_lobe"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",
     [INTEGRATOR_PATHS_AND_LIGHT_FIELD] = "paths_and_light_field",
     [INTEGRATOR_LENS_FIELD] = "lens_field",
 };
-static const char *const light_plane_names[LIGHT_PLANE_COUNT] = {"irradiance", "visibility",
-                                                                 "slopes"};
 static const char *const light_type_names[] = {"point", "spot", "directional", "rectangle"};
 
-static json_t *names_of(uint64_t bits, const char *const *names, unsigned count)
+static json_t *effects_of(const struct plan_report *report)
 {
     json_t *list = json_array();
-    for (unsigned i = 0; i < count; i++)
-        if (bits >> i & 1u) json_array_append_new(list, json_string(names[i]));
+    for (unsigned i = 0; i < EFFECT_COUNT; i++)
+        if (report->effects >> i & 1u) json_array_append_new(list, json_string(effect_names[i]));
     return list;
 }
 
 /* Of planes, and of the list beside them. */
 static json_t *planes_of(uint64_t planes)
 {
-    json_t *list = names_of(planes, plane_names, PLANE_ID_COUNT);
+    json_t *list = json_array();
+    for (unsigned i = 0; i < PLANE_ID_COUNT; i++)
+        if (planes >> i & 1u) json_array_append_new(list, json_string(samples_plane(i)->name));
     if (planes & PLANE_BIT(LONE)) json_array_append_new(list, json_string("lone"));
+    return list;
+}
+
+static json_t *light_planes_of(uint32_t planes)
+{
+    json_t *list = json_array();
+    for (unsigned i = 0; i < LIGHT_PLANE_COUNT; i++)
+        if (planes >> i & 1u)
+            json_array_append_new(list, json_string(samples_light_plane(i)->name));
     return list;
 }
 
@@ -229,11 +197,10 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
         "s:s,s:f,"
         "s:f,s:o,s:o}",
-        "integrator", integrator_names[report->integrator], "effects",
-        names_of(report->effects, effect_names, EFFECT_COUNT), "layers", layers_of(report->layers),
-        "planes", planes_of(plan->planes), "light_planes",
-        names_of(plan->light_planes, light_plane_names, LIGHT_PLANE_COUNT), "filter",
-        filter_method_name(report->method), "filter_why", report->filter_why, "indirect_filter",
+        "integrator", integrator_names[report->integrator], "effects", effects_of(report), "layers",
+        layers_of(report->layers), "planes", planes_of(plan->planes), "light_planes",
+        light_planes_of(plan->light_planes), "filter", filter_method_name(report->method),
+        "filter_why", report->filter_why, "indirect_filter",
         plan_indirect_filter_name(plan->indirect_filter), "indirect_filter_why",
         report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),
         "glossy_filter_why", report->glossy_filter_why, "lens_filter",

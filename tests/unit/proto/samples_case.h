@@ -19,27 +19,16 @@ static inline uint16_t samples_case_half(uint64_t *state)
 
 static inline void samples_case_plane(struct samples *s, enum plane_id plane, uint64_t *state)
 {
-    static const uint32_t components[PLANE_ID_COUNT] = {1, 1, 3, 1, 1, 1, 3, 1, 3, 3, 6, 1, 4, 3,
-                                                        3, 3, 3, 3, 3, 3, 3, 1, 1, 1, 1, 1, 4, 4,
-                                                        1, 3, 3, 1, 1, 4, 2, 1, 1, 1, 1, 4, 1};
+    const struct samples_plane *row = samples_plane(plane);
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
-    uint32_t count = components[plane];
-    if (plane >= PLANE_SUB_DEPTH && plane <= PLANE_SUB_ID) count *= s->layout.sub_samples;
-    if (plane == PLANE_SUB_REFLECTANCE) count *= s->layout.sub_samples;
-    if (plane == PLANE_INDIRECT_STRATA) count *= s->layout.indirect_strata;
-    if ((PLANES_LENS_ALL >> plane & 1u) && plane != PLANE_LENS_COVERAGE)
-        count *= s->layout.lens_strata;
-    for (uint32_t c = 0; c < count; c++)
+    for (uint32_t c = 0; c < s->layout.components[plane]; c++)
         for (size_t i = 0; i < area; i++) {
-            if (plane == PLANE_DEPTH || plane == PLANE_LENS_RADIANCE || plane == PLANE_LENS_MORE ||
-                (PLANES_PATH >> plane & 1u))
+            if (row->type == SAMPLES_F32)
                 samples_f32(s, plane, c)[i] = (float)samples_case_random(state) * 1e-6f;
-            else if (plane == PLANE_NORMAL || plane == PLANE_LENS_ALBEDO ||
-                     plane == PLANE_LENS_LIGHT ||
-                     plane == PLANE_LENS_LOBE) /* exponents below 128 */
-                samples_u32(s, plane, c)[i] = samples_case_random(state);
-            else if (plane == PLANE_ID)
+            else if (row->values == SAMPLES_ID)
                 samples_u32(s, plane, c)[i] = 1 + samples_case_random(state) % 100;
+            else if (row->type == SAMPLES_U32) /* exponents below 128 */
+                samples_u32(s, plane, c)[i] = samples_case_random(state);
             else if (plane == PLANE_SUB_DEPTH && samples_case_random(state) % 4 == 0)
                 samples_u16(s, plane, c)[i] = half_from_float(SUB_DEPTH_MISS);
             else

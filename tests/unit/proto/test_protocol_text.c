@@ -71,55 +71,32 @@ static void names_verdicts(void **state)
     expect("\n| %d | CORRUPT |", VERDICT_CORRUPT);
 }
 
-static void names_planes(void **state)
+/* How many rows the table with this head has. */
+static uint32_t rows_below(const char *head)
 {
+    const char *line = strstr(page, head);
+    assert_non_null(line);
+    uint32_t lines = 0;
+    for (; *line == '|'; line = strchr(line, '\n') + 1) lines++;
+    return lines - 2; /* the head, and what rules it off */
+}
+
+static void tells_of_every_plane(void **state)
+{
+    static const char *const types[] = {"f32", "u32", "f16", "u16", "u8"};
+    static const char *const pers[] = {"", " a sub-sample", " a stratum", " a lens sample",
+                                       " for 8 strata"};
     (void)state;
-    static const char *const planes[] = {"DEPTH",
-                                         "NORMAL",
-                                         "ALBEDO",
-                                         "ID",
-                                         "SUB_DEPTH",
-                                         "SUB_NORMAL",
-                                         "SUB_ALBEDO",
-                                         "SUB_ID",
-                                         "EMISSION",
-                                         "INDIRECT_MEAN",
-                                         "INDIRECT_HALVES",
-                                         "REFLECTOR",
-                                         "INDIRECT_STRATA",
-                                         "PATH_RADIANCE",
-                                         "PATH_SPREAD",
-                                         "PATH_EMISSION",
-                                         "PATH_DIRECT",
-                                         "PATH_INDIRECT",
-                                         "PATH_DIFFUSE_DIRECT",
-                                         "PATH_DIFFUSE_INDIRECT",
-                                         "PATH_ALBEDO",
-                                         "PATH_COVERAGE",
-                                         "PATH_OCCLUSION",
-                                         "OPEN",
-                                         "PATH_SPLIT",
-                                         "REFLECTOR_FAR",
-                                         "GLOSSY_MEAN",
-                                         "GLOSSY_LOBE",
-                                         "GLOSSY_NEARNESS",
-                                         "SUB_REFLECTANCE",
-                                         "LENS_RADIANCE",
-                                         "LENS_SLOPE",
-                                         "LENS_COVERAGE",
-                                         "GLOSSY_HALF",
-                                         "GLOSSY_SPAN",
-                                         "LENS_DEPTH",
-                                         "LENS_NORMAL",
-                                         "LENS_ALBEDO",
-                                         "LENS_LIGHT",
-                                         "LENS_MORE",
-                                         "LENS_LOBE"};
-    static const char *const light_planes[] = {"IRRADIANCE", "VISIBILITY", "SLOPES"};
-    _Static_assert(sizeof planes / sizeof *planes == PLANE_ID_COUNT, "a plane is missing here");
-    _Static_assert(sizeof light_planes / sizeof *light_planes == LIGHT_PLANE_COUNT, "likewise");
-    for (int i = 0; i < PLANE_ID_COUNT; i++) expect("\n| %d | %s |", i, planes[i]);
-    for (int i = 0; i < LIGHT_PLANE_COUNT; i++) expect("\n| %d | %s |", i, light_planes[i]);
+#define PLANE(number, name, key, type, components, per, values, merge, arrays, unit, text)         \
+    expect("\n| %d | " #name " | %s | %d%s | " unit " | " text " |\n", number,                     \
+           types[SAMPLES_##type], components, pers[SAMPLES_PER_##per]);
+#define LIGHT_PLANE(number, name, key, type, components, per, values, arrays, unit, text)          \
+    expect("\n| %d | " #name " | %s | %d%s | " unit " | " text " |\n", number,                     \
+           types[SAMPLES_##type], components, pers[SAMPLES_PER_##per]);
+#include "proto/plane.def"
+    expect("\n| %d | LONE |", PLANE_LONE);
+    assert_int_equal(rows_below("| number | plane |"), PLANE_ID_COUNT + 1); /* and LONE */
+    assert_int_equal(rows_below("| number | light plane |"), LIGHT_PLANE_COUNT);
 }
 
 static void sizes_are_true(void **state)
@@ -180,7 +157,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_every_message), cmocka_unit_test(names_every_counter),
-        cmocka_unit_test(names_verdicts),      cmocka_unit_test(names_planes),
+        cmocka_unit_test(names_verdicts),      cmocka_unit_test(tells_of_every_plane),
         cmocka_unit_test(sizes_are_true),      cmocka_unit_test(limits_are_true),
     };
     return cmocka_run_group_tests_name("protocol_text", tests, read_page, NULL);
