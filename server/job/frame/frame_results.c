@@ -130,37 +130,8 @@ static int submit_ready(struct frame *f)
 static void count_time(struct statistics *sum, const struct block_task *t)
 {
     const uint64_t all_us = t->task.cpu_us;
-    const uint64_t filters_us = t->statistics.shadow_cpu_us + t->statistics.indirect_cpu_us +
-                                t->statistics.glossy_cpu_us + t->statistics.lens_cpu_us +
-                                t->statistics.lens_light_cpu_us;
-    sum->shadow_cpu_us += t->statistics.shadow_cpu_us;
-    sum->indirect_cpu_us += t->statistics.indirect_cpu_us;
-    sum->glossy_cpu_us += t->statistics.glossy_cpu_us;
-    sum->lens_cpu_us += t->statistics.lens_cpu_us;
-    sum->lens_light_cpu_us += t->statistics.lens_light_cpu_us;
+    const uint64_t filters_us = statistics_add_filters(sum, &t->statistics);
     sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
-}
-
-void frame_count_pixels(struct statistics *sum, const struct block_statistics *block)
-{
-    sum->sub_samples_lone += block->sub_samples_lone;
-    sum->sub_samples_unmatched += block->sub_samples_unmatched;
-    sum->pixels_background += block->pixels_background;
-    sum->shadow_pixels_filtered += block->shadow.pixels_filtered;
-    sum->shadow_pixels_alone += block->shadow.pixels_alone;
-    sum->shadow_pixels_unlit += block->shadow.pixels_unlit;
-    sum->shadow_blocks_skipped += block->shadow.blocks_skipped;
-    sum->indirect_pixels_filtered += block->indirect.pixels_filtered;
-    sum->indirect_pixels_skipped += block->indirect.pixels_skipped;
-    sum->indirect_blocks_skipped += block->indirect.blocks_skipped;
-    sum->glossy_pixels_filtered += block->glossy.pixels_filtered;
-    sum->glossy_pixels_skipped += block->glossy.pixels_skipped;
-    sum->glossy_blocks_skipped += block->glossy.blocks_skipped;
-    sum->lens_pixels_filtered += block->lens.pixels_filtered;
-    sum->lens_pixels_skipped += block->lens.pixels_skipped;
-    sum->lens_blocks_skipped += block->lens.blocks_skipped;
-    sum->lens_samples_lit += block->lens_light.samples_lit;
-    sum->lens_samples_own += block->lens_light.samples_own;
 }
 
 /* Of a block as it was drawn last; of the lens's filter as it last ran. */
@@ -186,7 +157,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
     if (film_block_done(f->film, t->block) && !frame_has_rounds(f)) {
-        frame_count_pixels(&f->statistics, &t->statistics);
+        statistics_add_block(&f->statistics, &t->statistics);
         frame_files_feed(f);
     }
     const int error = submit_ready(f);

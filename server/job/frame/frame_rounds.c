@@ -65,7 +65,7 @@ static void end(struct frame *f)
 {
     film_release(f->film);
     for (uint32_t i = 0; i < film_block_count(f->film); i++)
-        frame_count_pixels(&f->statistics, &f->rounds.statistics[i]);
+        statistics_add_block(&f->statistics, &f->rounds.statistics[i]);
     if (frame_has_target(f)) frame_target_end(f);
     f->rounds.shown = 1.0;
     f->tasks++; /* held: the owner may drop the frame */

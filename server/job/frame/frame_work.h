@@ -204,9 +204,6 @@ bool frame_rate_decide(struct frame *f, int *error);
 void frame_rate_count(struct frame *f);
 struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
-/* Adds what a block's pixels count. */
-void frame_count_pixels(struct statistics *sum, const struct block_statistics *block);
-
 /* Tells the owner; the frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
 

@@ -11,7 +11,6 @@
 #include <cmocka.h>
 
 #include "server/job/frame/state.h"
-#include "server/job/frame/statistics.h"
 #include "server/job/job_id.h"
 
 static void names_go_both_ways(void **state)
@@ -103,26 +102,6 @@ static void ids_grow_over_a_full_random_part(void **state)
     assert_true(strcmp(before, after) < 0);
 }
 
-static void statistics_survive_json(void **state)
-{
-    (void)state;
-    struct statistics in, out;
-    uint64_t *words = (uint64_t *)&in;
-    for (size_t i = 0; i < sizeof in / sizeof *words; i++) words[i] = 1000 + 17 * i;
-    memset(&in.counters_resumed, 0,
-           sizeof in.counters_resumed); /* about this run alone: not kept */
-    json_t *json = statistics_json(&in);
-    assert_non_null(json);
-    assert_true(json_is_real(json_object_get(json_object_get(json, "cpu_s"), "total")));
-    assert_int_equal(json_integer_value(json_object_get(json_object_get(json, "rays"), "shadow")),
-                     in.counters.value[COUNTER_RAYS_SHADOW]);
-    statistics_read(json, &out);
-    assert_memory_equal(&in, &out, sizeof in);
-    json_decref(json);
-    statistics_read(NULL, &out);
-    assert_int_equal(out.tiles_done, 0);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -131,7 +110,6 @@ int main(void)
         cmocka_unit_test(an_illegal_step_dies),
         cmocka_unit_test(ids_sort_by_time),
         cmocka_unit_test(ids_grow_over_a_full_random_part),
-        cmocka_unit_test(statistics_survive_json),
     };
     return cmocka_run_group_tests_name("job_state", tests, NULL, NULL);
 }
